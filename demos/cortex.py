@@ -1,0 +1,32 @@
+"""Flatten the left cortical hemisphere of fsaverage5, cut as FreeSurfer's experts cut it.
+
+The disk and its coordinates come with nilearn's wheel: `flat_left` has the faces that are left
+after the cuts (and a flat map of them, for comparison), `pial_left` the surface in 3-D.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import igl
+import numpy as np
+from compare_lscm import compare
+from nilearn.datasets import fetch_surf_fsaverage
+from nilearn.surface import load_surf_mesh
+
+
+def cortex() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Surface (#V, 3), faces (#F, 3) and the flat map (#V, 2) that is shipped with it, in mm."""
+    fsaverage = fetch_surf_fsaverage("fsaverage5")
+    flat, pial = (load_surf_mesh(fsaverage[key]) for key in ("flat_left", "pial_left"))
+    V, F, _, used = igl.remove_unreferenced(
+        np.asarray(pial.coordinates, dtype=np.float64), np.asarray(flat.faces, dtype=np.int64)
+    )
+    return V, F, np.asarray(flat.coordinates, dtype=np.float64)[used, :2]
+
+
+if __name__ == "__main__":
+    V, F, shipped = cortex()
+    measured = compare(V, F, Path("out/cortex"), {"shipped": shipped})
+    assert measured["linABF"].flips == 0
+    assert measured["linABF"].angle_distortion < measured["igl.lscm"].angle_distortion

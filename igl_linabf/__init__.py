@@ -1,0 +1,28 @@
+"""Linear angle based parameterization of triangle meshes, beside libigl.
+
+>>> import igl, igl_linabf
+>>> V, F = igl.icosahedron()
+>>> uv = igl_linabf.linabf(V, F[1:])
+"""
+
+from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
+from .flatten import flatten, linabf, linabf_angles
+from .layout import layout
+from .quality import Quality, quality
+from .result import Flattening, Outcome, Residuals
+
+__all__ = [
+    "FallbackWarning",
+    "Flattening",
+    "MeshError",
+    "MeshWarning",
+    "Outcome",
+    "OutcomeWarning",
+    "Quality",
+    "Residuals",
+    "flatten",
+    "layout",
+    "linabf",
+    "linabf_angles",
+    "quality",
+]

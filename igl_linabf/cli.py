@@ -1,0 +1,169 @@
+"""The command `igl-linabf`."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import os
+import platform
+import sys
+import warnings
+from collections.abc import Iterator, Sequence
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any, NoReturn
+
+from .errors import MeshError
+from .flatten import METHODS, flatten
+from .io import read_mesh, replacing, unit_square, write_obj
+from .quality import quality
+from .solver import HOW_TO_GET, blas_of_cholmod, has_cholmod
+
+GOOD, NOT_VALID, ERROR, INTERRUPTED = 0, 1, 2, 130
+
+
+class Parser(argparse.ArgumentParser):
+    """Says what is wrong in one line, as all errors of the command are."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(ERROR, f"igl-linabf: {message} (see {self.prog} --help)\n")
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command; returns 0, 1 for a map with flipped triangles, or 2 for an error."""
+    options = _parser().parse_args(arguments)
+    with _warnings_in_a_line():
+        try:
+            return int(options.run(options))
+        except (MeshError, ImportError, ValueError) as error:
+            print(f"igl-linabf: {error}", file=sys.stderr)
+        except OSError as error:
+            place = f"{error.filename}: " if error.filename else ""
+            print(f"igl-linabf: {place}{error.strerror or error}", file=sys.stderr)
+        except KeyboardInterrupt:
+            print("igl-linabf: interrupted", file=sys.stderr)
+            return INTERRUPTED
+    return ERROR
+
+
+def _parser() -> Parser:
+    parser = Parser(prog="igl-linabf", description="Linear angle based parameterization of triangle meshes.")
+    parser.add_argument("--version", action="version", version=metadata.version("igl-linabf"))
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    command = commands.add_parser(
+        "flatten",
+        help="flatten a disk, write it with texture coordinates, and print the map's quality",
+        description="Flatten a mesh that is one disk. Exit code 1: written, but with flipped triangles.",
+    )
+    command.set_defaults(run=_flatten)
+    command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
+    command.add_argument(
+        "-o", "--output", metavar="OUT.obj", type=Path, required=True, help="OBJ file to write"
+    )
+    command.add_argument("--picture", metavar="OUT.png", type=Path, help="checkerboard picture to write")
+    command.add_argument("--method", choices=sorted(METHODS), default="linabf")
+    command.add_argument("--iterations", metavar="N", default="auto", help="number of iterations, or auto")
+    command.add_argument("--layout", choices=("auto", "boundary", "least-squares", "greedy"), default="auto")
+    command.add_argument("--solver", choices=("auto", "cholmod", "multigrid", "direct"), default="auto")
+    command.add_argument(
+        "--units",
+        choices=("square", "mesh"),
+        default="square",
+        help="scale of the texture coordinates: into the unit square, or in the mesh's own units of length",
+    )
+    doctor = commands.add_parser("doctor", help="print what is installed and what the solvers use")
+    doctor.set_defaults(run=_doctor)
+    return parser
+
+
+def _flatten(options: argparse.Namespace) -> int:
+    if options.output.suffix.lower() != ".obj":
+        raise ValueError(f"{options.output} is not an OBJ file: give a name that ends in .obj")
+    if options.picture is not None:
+        if options.picture.suffix.lower() != ".png":
+            raise ValueError(f"{options.picture} is not a PNG file: give a name that ends in .png")
+        from . import plot
+    for path in filter(None, (options.output, options.picture)):
+        if not os.access(path.parent, os.W_OK):
+            raise OSError(None, "the folder is missing or cannot be written to", str(path.parent))
+    settings: dict[str, Any] = {}
+    if options.method == "linabf":
+        settings = {"layout": options.layout, "solver": options.solver}
+        settings["iterations"] = _iterations(options.iterations)
+    with _silenced():
+        V, F = read_mesh(options.mesh)
+    result = flatten(V, F, options.method, **settings)
+    uv = unit_square(result.uv) if options.units == "square" else result.uv
+    write_obj(options.output, V, F, uv)
+    if options.picture is not None:
+        with replacing(options.picture) as temporary:
+            maps = {options.method: result.uv}
+            plot.plot_compare(V, F, maps, off_screen=True, screenshot=temporary).close()
+    print(quality(V, F, result.uv))
+    print()
+    print(result)
+    if not result.outcome.good:
+        print(f"igl-linabf: {result.message}", file=sys.stderr)
+        return NOT_VALID
+    return GOOD
+
+
+def _iterations(text: str) -> int | str:
+    if text == "auto":
+        return text
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"--iterations is {text!r}: use 'auto' or an integer from 1 on") from None
+
+
+def _doctor(options: argparse.Namespace) -> int:
+    print(f"igl-linabf {metadata.version('igl-linabf')}, Python {platform.python_version()}")
+    for name in ("libigl", "numpy", "scipy", "pyamg", "scikit-sparse", "pyvista"):
+        try:
+            print(f"  {name} {metadata.version(name)}")
+        except metadata.PackageNotFoundError:
+            print(f"  {name} not installed")
+    if not has_cholmod():
+        print(f"CHOLMOD: no; PyAMG and SuperLU are used. To get it, {HOW_TO_GET}")
+    else:
+        print(f"CHOLMOD: yes, with {blas_of_cholmod() or 'an unknown BLAS'}")
+    if find_spec("pyvista") is None:
+        print("Pictures: no; pip install 'igl-linabf[viz]'")
+    return GOOD
+
+
+@contextlib.contextmanager
+def _warnings_in_a_line() -> Iterator[None]:
+    """Warnings of the library as one line on stderr each."""
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        print(f"igl-linabf: warning: {message}", file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        warnings.showwarning = show
+        yield
+
+
+@contextlib.contextmanager
+def _silenced() -> Iterator[None]:
+    """Keep igl's readers, which print to the process's own streams, quiet."""
+    sys.stdout.flush()
+    sys.stderr.flush()
+    saved = [os.dup(1), os.dup(2)]
+    nothing = os.open(os.devnull, os.O_WRONLY)
+    try:
+        os.dup2(nothing, 1)
+        os.dup2(nothing, 2)
+        yield
+    finally:
+        os.dup2(saved[0], 1)
+        os.dup2(saved[1], 2)
+        for handle in (*saved, nothing):
+            os.close(handle)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

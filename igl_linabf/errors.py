@@ -1,0 +1,47 @@
+"""The errors and warnings that a user meets, and how they name places."""
+
+from __future__ import annotations
+
+import sys
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+
+class MeshError(ValueError):
+    """The mesh, the pins or the angles cannot be used; the text says why, where and what to do."""
+
+
+class MeshWarning(UserWarning):
+    """The input was accepted, but part of it was left out; the text says which."""
+
+
+class FallbackWarning(UserWarning):
+    """Something else than what was asked for was done; the text says what and why."""
+
+
+class OutcomeWarning(UserWarning):
+    """There is a result, but it is not a valid map; the text says what is wrong and what helps."""
+
+
+def some(indices: ArrayLike, limit: int = 5) -> str:
+    """Write the first few of `indices`, and how many there are if that is more.
+
+    Examples
+    --------
+    >>> some([3, 1, 2])
+    '3, 1, 2'
+    >>> some(range(100), limit=3)
+    '0, 1, 2, ... (100 in all)'
+    """
+    values = np.asarray(indices)
+    head = ", ".join(str(v.tolist()) for v in values[:limit])
+    return head if len(values) <= limit else f"{head}, ... ({len(values)} in all)"
+
+
+def stack_level() -> int:
+    """Depth of the first frame outside this package, so that a warning points at the caller."""
+    level, frame = 1, sys._getframe(1)
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("igl_linabf"):
+        level, frame = level + 1, frame.f_back
+    return level

@@ -1,0 +1,202 @@
+"""The public verbs: check the input, run a method, say what is known of the result."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from .errors import OutcomeWarning, stack_level
+from .layout import LayoutName
+from .mesh import disk, pins, scatter
+from .pipeline import TOL, Iterations, linear_abf
+from .reference import lscm
+from .result import Flattening
+from .solver import SolverName
+from .topology import FloatArray
+
+METHODS: dict[str, Callable[..., Flattening]] = {"linabf": linear_abf, "lscm": lscm}
+
+
+def linabf(
+    V: ArrayLike,
+    F: ArrayLike,
+    b: ArrayLike | None = None,
+    bc: ArrayLike | None = None,
+    *,
+    iterations: Iterations = "auto",
+    layout: LayoutName = "auto",
+    rtol: float | None = None,
+    tol: float = TOL,
+    threshold: float = 1.0,
+    safeguard: bool = True,
+    solver: SolverName = "auto",
+) -> FloatArray:
+    """Linear angle based parameterization (Zayer, Levy, Seidel, SGP 2007).
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of one disk.
+    b, bc : (2,) int and (2, 2) float, optional
+        Two pinned vertices and their positions, as in `igl.lscm`. Without them the map is scaled
+        to the area of the surface, centred, and turned to its principal axes.
+    iterations : int or "auto"
+        1 is the paper's single linear step, k its active-set iterations (section 6): each
+        measures from the last angles, and they end early once the residual is below `tol`.
+        "auto" is one step and a second solve with the same system, and goes on like the active
+        set (at most 12 times) only where a triangle could not take its whole step, a triangle is
+        flipped, or the boundary does not close.
+    layout : {"auto", "boundary", "least-squares", "greedy"}
+        How angles become coordinates; see `igl_linabf.layout`.
+    rtol : float, optional
+        Relative residual of the inner conjugate gradients; by default 0.1 for the two solves of
+        "auto" and 0.01 for all others.
+    tol : float
+        Residual of the angle constraints, in radians, at which the iterations end.
+    threshold : float
+        Radians by which an interior vertex's angle sum may miss 2 pi before its angles are scaled
+        to it (the exponential-map switch of section 4.2).
+    safeguard : bool
+        Keep every triangle a triangle: the estimate's angles scaled to sum to pi, steps cut short
+        before an angle vanishes. False is the paper's bare scheme.
+    solver : {"auto", "cholmod", "multigrid", "direct"}
+        "cholmod" and "multigrid" solve by conjugate gradients with a CHOLMOD factor of one
+        Laplacian, or a PyAMG V-cycle, as the preconditioner; "auto" is the first of them where
+        scikit-sparse is installed; "direct" factors the whole system.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        NaN at vertices that no face refers to.
+
+    Raises
+    ------
+    MeshError
+        The surface is not one oriented manifold disk, a face is degenerate, or the pins are not
+        two different vertices.
+
+    Warns
+    -----
+    OutcomeWarning
+        The map has flipped triangles; `flatten` returns the same with all that is known of it.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> linabf(V, F[1:]).shape
+    (12, 2)
+    """
+    result = flatten(
+        V,
+        F,
+        "linabf",
+        b,
+        bc,
+        iterations=iterations,
+        layout=layout,
+        rtol=rtol,
+        tol=tol,
+        threshold=threshold,
+        safeguard=safeguard,
+        solver=solver,
+    )
+    if not result.outcome.good:
+        warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
+    return result.uv
+
+
+def linabf_angles(V: ArrayLike, F: ArrayLike, **options: Any) -> FloatArray:
+    """Angles of the flat map: what `layout` makes the map of `linabf` from.
+
+    Parameters
+    ----------
+    V, F
+        As in `linabf`.
+    **options
+        Those of `linabf`, pins and layout excepted.
+
+    Returns
+    -------
+    angles : (#F, 3) float64
+        Radians, `angles[t, k]` at vertex `F[t, k]`, as `igl.internal_angles` returns them.
+
+    Raises
+    ------
+    MeshError
+        As `linabf`.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> angles = linabf_angles(V, F[1:], iterations=12)
+    >>> bool(abs(angles.sum(axis=1) - 3.141592653589793).max() < 1e-12)
+    True
+    """
+    result = flatten(V, F, "linabf", **options)
+    if not result.outcome.good:
+        warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
+    return result.angles
+
+
+def flatten(
+    V: ArrayLike,
+    F: ArrayLike,
+    method: str = "linabf",
+    b: ArrayLike | None = None,
+    bc: ArrayLike | None = None,
+    **options: Any,
+) -> Flattening:
+    """Flatten a disk, and tell how.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of one disk.
+    method : {"linabf", "lscm"}
+        Linear angle based parameterization, or `igl.lscm` for comparison.
+    b, bc : (2,) int and (2, 2) float, optional
+        Two pinned vertices and their positions, as in `igl.lscm`.
+    **options
+        Those of `linabf`; "lscm" has none.
+
+    Returns
+    -------
+    Flattening
+        The map `uv`, the angles behind it, residuals, what ran, how long it took, and the outcome.
+        A map with flipped triangles is returned, not raised: look at `outcome`.
+
+    Raises
+    ------
+    MeshError
+        The surface is not one oriented manifold disk, a face is degenerate, or the pins are not
+        two different vertices.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> result = flatten(V, F[1:])
+    >>> result.outcome.value, len(result.flipped), result.layout
+    ('valid', 0, 'boundary')
+    """
+    start = perf_counter()
+    if method not in METHODS:
+        raise ValueError(f"method is {method!r}: use one of {', '.join(map(repr, METHODS))}")
+    mesh = disk(V, F)
+    pinned = pins(b, bc, mesh.vertices, mesh.n_given)
+    checked = perf_counter() - start
+    made = METHODS[method](mesh, pinned, **options)
+    uv = scatter(made.uv, mesh.vertices, mesh.n_given)
+    seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
+    return replace(made, uv=uv, seconds=seconds)

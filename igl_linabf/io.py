@@ -1,0 +1,121 @@
+"""Meshes from files, flat maps into files; an output file appears whole or not at all."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import igl
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .errors import MeshError
+from .mesh import face_array, vertex_array
+from .topology import FloatArray, IntArray
+
+FORMATS = (".obj", ".off", ".ply", ".stl")
+
+
+def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
+    """Read a triangle mesh with `igl.read_triangle_mesh`.
+
+    Parameters
+    ----------
+    path : path of an OBJ, OFF, PLY or STL file
+        Polygons are split into triangles; STL's corners at equal positions become one vertex.
+
+    Returns
+    -------
+    V : (#V, 3) float64
+    F : (#F, 3) int64
+
+    Raises
+    ------
+    MeshError
+        The file cannot be read as a mesh, or has no triangles.
+    OSError
+        There is no such file, or it may not be read.
+    """
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise MeshError(f"{path} is no mesh file that can be read: use {', '.join(FORMATS)}")
+    with open(path, "rb"):  # igl reports neither a missing nor a forbidden file as such
+        pass
+    try:
+        V, F = igl.read_triangle_mesh(str(path))
+    except RuntimeError:
+        raise MeshError(f"{path} cannot be read as {path.suffix[1:].upper()}: is it damaged?") from None
+    if not len(V) or not len(F) or F.ndim != 2 or F.shape[1] != 3:
+        raise MeshError(f"{path} holds {len(V)} vertices and no triangles: is it a mesh?")
+    if path.suffix.lower() == ".stl":
+        V, _, _, F = igl.remove_duplicate_vertices(V, F, 0.0)
+    return vertex_array(V), face_array(F)
+
+
+def unit_square(uv: ArrayLike) -> FloatArray:
+    """The map moved and scaled, as a whole, into [0, 1] x [0, 1]."""
+    map_ = vertex_array(uv, 2, "uv")
+    low, high = np.nanmin(map_, axis=0), np.nanmax(map_, axis=0)
+    return np.asarray((map_ - low) / (high - low).max())
+
+
+def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> None:
+    """Write a surface with its flat map as texture coordinates (`vt`).
+
+    Parameters
+    ----------
+    path : path of the OBJ file
+    V : (#V, 3) float
+    F : (#F, 3) int
+    uv : (#V, 2) float
+        As it is: `unit_square` brings it where textures are. Vertices without coordinates (NaN)
+        get no `vt`.
+
+    Raises
+    ------
+    OSError
+        The file cannot be written; nothing is left behind then.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf, os, tempfile
+    >>> V, F = igl.icosahedron()
+    >>> path = os.path.join(tempfile.mkdtemp(), "flat.obj")
+    >>> write_obj(path, V, F[1:], igl_linabf.linabf(V, F[1:]))
+    >>> igl.readOBJ(path)[1].shape
+    (12, 2)
+    """
+    positions, faces, map_ = vertex_array(V), face_array(F), vertex_array(uv, 2, "uv")
+    if len(map_) != len(positions):
+        raise MeshError(f"uv has {len(map_)} rows for {len(positions)} vertices: pass one row a vertex")
+    mapped = np.asarray(np.isfinite(map_).all(axis=1))
+    missing = np.flatnonzero(~mapped[faces].all(axis=1))
+    if len(missing):
+        raise MeshError(f"face {missing[0]} has a vertex without coordinates in uv: pass a map of all faces")
+    number = np.cumsum(mapped)
+    with replacing(path) as temporary, open(temporary, "w", encoding="ascii") as file:
+        file.write("# igl_linabf\n")
+        for keyword, rows in (("v", positions), ("vt", map_[mapped])):
+            file.writelines(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())
+        corners = np.stack((faces + 1, number[faces]), axis=-1).reshape(-1, 6)
+        file.writelines("f {}/{} {}/{} {}/{}\n".format(*row) for row in corners.tolist())
+
+
+@contextmanager
+def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
+    """A temporary file beside `path` that takes its place when the block succeeds."""
+    path = Path(path)
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
+    os.close(handle)
+    try:
+        yield temporary
+        mask = os.umask(0)
+        os.umask(mask)
+        os.chmod(temporary, 0o666 & ~mask)  # mkstemp makes it private
+        os.replace(temporary, path)
+    except BaseException:
+        os.unlink(temporary)
+        raise

@@ -1,0 +1,285 @@
+"""Connectivity of a triangle mesh: half-edges, boundary loops, the virtual-vertex map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from .errors import MeshError, some
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+ComplexArray = NDArray[np.complex128]
+
+NEXT = [1, 2, 0]  # corner k + 1: where the left angle beta of corner k's fan is
+PREV = [2, 0, 1]  # corner k + 2: where the right angle gamma is
+
+
+def sum_by(index: IntArray, values: FloatArray, n: int) -> FloatArray:
+    """Sum `values` over equal `index`, 0 .. n - 1."""
+    return np.asarray(np.bincount(index.ravel(), weights=values.ravel(), minlength=n), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """Connectivity of an oriented manifold surface in which every vertex has a face.
+
+    Arrays over corners have the shape (3, #F). Half-edge `(k, t)` is the side of
+    triangle `t` opposite to its corner `k`, from `tail[k, t]` to `head[k, t]`.
+
+    Attributes
+    ----------
+    n : int
+        Number of vertices.
+    corner, tail, head : (3, #F) int64
+        Vertices of the corners (`F` transposed) and of the half-edges' ends.
+    edge : (3, #F) int64
+        Undirected edge of each half-edge.
+    edges : (#E, 2) int64
+        End vertices of each edge, in the direction of its first half-edge.
+    forward : (3, #F) bool
+        Whether a half-edge is that first one.
+    loops : tuple of int64 arrays
+        Boundary loops, the mesh on their left; the first is the outer one.
+    row : (#V,) int64
+        The virtual-vertex map: the constraint row of each vertex. Interior vertices have
+        a row each, all vertices of a hole share one, those of the outer loop have -1.
+    target : (#rows,) float64
+        What the angles of a row sum to: 2 pi at an interior vertex, (m + 2) pi around
+        a hole of m vertices.
+    """
+
+    n: int
+    corner: IntArray
+    tail: IntArray
+    head: IntArray
+    edge: IntArray
+    edges: IntArray
+    forward: BoolArray
+    loops: tuple[IntArray, ...]
+    row: IntArray
+    target: FloatArray
+
+    def sum_at_vertices(self, values: FloatArray) -> FloatArray:
+        """Sum (3, #F) corner values over the corners of each vertex."""
+        return sum_by(self.corner, values, self.n)
+
+    def sum_at_edges(self, values: FloatArray) -> FloatArray:
+        """Sum (3, #F) values, each of the half-edge opposite to a corner, over the edges' sides."""
+        return sum_by(self.edge, values, len(self.edges))
+
+    def sum_at_rows(self, values: FloatArray) -> FloatArray:
+        """Sum (#V,) vertex values over the vertices of each row."""
+        inside = self.row >= 0
+        return sum_by(self.row[inside], values[inside], len(self.target))
+
+
+def disk_topology(F: IntArray, vertices: IntArray) -> Topology:
+    """Connectivity of a mesh that is one disk.
+
+    Parameters
+    ----------
+    F : (#F, 3) int64
+        Triangles over `0 .. len(vertices) - 1`, each used.
+    vertices : (#V,) int64
+        What the caller calls these vertices, for the messages.
+
+    Raises
+    ------
+    MeshError
+        An edge with more than two faces, or with two of opposite orientation; several
+        components; a vertex where two fans meet; no boundary, several loops, handles.
+    """
+    n = len(vertices)
+    corner = np.ascontiguousarray(F.T)
+    tail, head = corner[NEXT], corner[PREV]
+    edge, order, first, count = _pair_half_edges(tail, head, n)
+    t, h = tail.ravel(), head.ravel()
+    edges = np.column_stack((t[order[first]], h[order[first]]))
+    forward = (t == edges[edge, 0]).reshape(tail.shape)
+    _check_edges(F, edges, edge, forward, count, vertices)
+    boundary = order[first[count == 1]]
+    loops, simple = _trace_loops(t[boundary], h[boundary])
+    one_piece = _reached_faces(order, first, count, len(F)) == len(F)
+    chi = n - len(edges) + len(F)
+    # connected through edges, one loop that passes no vertex twice and chi = 1: an extra fan at
+    # a vertex would raise chi of the surface taken apart there above the 1 - 2 g it can have
+    if not (one_piece and simple and len(loops) == 1 and chi == 1):
+        _explain(F, edges, edge, loops, chi, vertices)
+    row, target = virtual_vertices(n, loops)
+    return Topology(n, corner, tail, head, edge.reshape(tail.shape), edges, forward, loops, row, target)
+
+
+def virtual_vertices(n: int, loops: tuple[IntArray, ...]) -> tuple[IntArray, FloatArray]:
+    """Constraint row of each vertex, and the angle sum that each row asks for.
+
+    `loops[0]` is the outer loop. A hole counts as one vertex, at which the angles of all
+    its m loop vertices sum to (m + 2) pi; m = 0 is an interior vertex.
+    """
+    row = np.zeros(n, dtype=np.int64)
+    for loop in loops:
+        row[loop] = -1
+    interior = row == 0
+    n_interior = int(np.count_nonzero(interior))
+    row[interior] = np.arange(n_interior)
+    holes = loops[1:]
+    for i, loop in enumerate(holes):
+        row[loop] = n_interior + i
+    target = np.full(n_interior + len(holes), 2 * np.pi)
+    target[n_interior:] += [np.pi * len(loop) for loop in holes]
+    return row, target
+
+
+def _pair_half_edges(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """Group half-edges by their end points.
+
+    Returns the edge of each half-edge, the half-edges in order of their edges, where each
+    edge begins in that order, and how many half-edges it has.
+    """
+    key = (np.minimum(tail, head) * n + np.maximum(tail, head)).ravel()
+    order = np.argsort(key, kind="stable")
+    starts = np.empty(len(key), dtype=bool)
+    starts[0] = True
+    key = key[order]
+    np.not_equal(key[1:], key[:-1], out=starts[1:])
+    first = np.flatnonzero(starts)
+    edge = np.empty_like(order)
+    edge[order] = np.cumsum(starts) - 1
+    return edge, order, first, np.diff(first, append=len(key))
+
+
+def _trace_loops(tail: IntArray, head: IntArray) -> tuple[tuple[IntArray, ...], bool]:
+    """Chain boundary half-edges into loops, the longest first.
+
+    The second value is False where two of them leave one vertex, so that the way is unclear.
+    """
+    start, index = np.unique(tail, return_index=True)
+    if len(start) < len(tail):
+        return (), False
+    following = np.searchsorted(start, head)[index].tolist()
+    loops, seen = [], bytearray(len(start))
+    for i in range(len(start)):
+        loop = []
+        while not seen[i]:
+            seen[i] = 1
+            loop.append(i)
+            i = following[i]
+        if loop:
+            loops.append(start[loop])
+    return tuple(sorted(loops, key=len, reverse=True)), True
+
+
+def _reached_faces(order: IntArray, first: IntArray, count: IntArray, m: int) -> int:
+    """Number of faces that can be reached from face 0 across edges with two faces."""
+    pairs = first[count == 2]
+    a, b = order[pairs], order[pairs + 1]
+    neighbour = np.arange(3 * m) % m  # a half-edge on the boundary leads back to its own face
+    neighbour[a], neighbour[b] = b % m, a % m
+    indices = np.ascontiguousarray(neighbour.reshape(3, m).T, dtype=np.int32).ravel()
+    graph = sparse.csr_array(
+        (np.ones(3 * m, dtype=np.int8), indices, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m)
+    )
+    return len(csgraph.breadth_first_order(graph, 0, directed=True, return_predecessors=False))
+
+
+def _check_edges(
+    F: IntArray,
+    edges: IntArray,
+    edge: IntArray,
+    forward: BoolArray,
+    count: IntArray,
+    vertices: IntArray,
+) -> None:
+    """Raise where an edge has more than two faces, or two that run along it the same way."""
+    if count.max() > 2:
+        bad = np.flatnonzero(count > 2)
+        faces = np.flatnonzero(edge == bad[0]) % len(F)
+        raise MeshError(
+            f"edges {some(vertices[edges[bad]])} have more than two faces "
+            f"(the first: faces {some(faces)}): separate the sheets there, as "
+            "igl.split_nonmanifold does, or remove the extra faces"
+        )
+    same_way = np.bincount(edge, weights=forward.ravel(), minlength=len(edges)) != 1
+    bad = np.flatnonzero(same_way & (count == 2))
+    if not len(bad):
+        return
+    a, b = np.flatnonzero(edge == bad[0]) % len(F)
+    if set(F[a]) == set(F[b]):
+        raise MeshError(f"faces {a} and {b} are the same triangle {F[a].tolist()}: remove one of them")
+    raise MeshError(
+        f"faces {a} and {b} have opposite orientation: both run from vertex "
+        f"{vertices[edges[bad[0], 0]]} to {vertices[edges[bad[0], 1]]} ({len(bad)} such edges in all): "
+        "orient the faces consistently, as igl.bfs_orient does"
+    )
+
+
+def _explain(
+    F: IntArray,
+    edges: IntArray,
+    edge: IntArray,
+    loops: tuple[IntArray, ...],
+    chi: int,
+    vertices: IntArray,
+) -> None:
+    """Raise the `MeshError` that says why an oriented edge-manifold mesh is not a disk."""
+    n = len(vertices)
+    ones = np.ones(len(edges), dtype=np.int8)
+    pieces, label = csgraph.connected_components(
+        sparse.csr_array((ones, (edges[:, 0], edges[:, 1])), shape=(n, n)), directed=False
+    )
+    if pieces > 1:
+        size = np.bincount(label[F[:, 0]], minlength=pieces)
+        first = vertices[np.unique(label, return_index=True)[1]]
+        raise MeshError(
+            f"the mesh has {pieces} components, of {some(size)} faces, with vertices {some(first)}: "
+            "flatten them one by one (igl.facet_components tells them apart)"
+        )
+    fans = _fans(F, edge, n)
+    if fans.max() > 1:
+        bad = np.flatnonzero(fans > 1)
+        raise MeshError(
+            f"at vertices {some(vertices[bad])} several fans of faces meet in one point "
+            f"(a bowtie; {fans[bad[0]]} fans at the first): give each fan a vertex of its own, "
+            "as igl.split_nonmanifold does"
+        )
+    if not loops:
+        raise MeshError(
+            f"the mesh is closed (no boundary, Euler characteristic {chi}, genus {(2 - chi) // 2}): "
+            "cut it open along edges first (igl.cut_mesh; igl.cut_to_disk finds a cut where the genus "
+            "is above 0)"
+        )
+    genus = (2 - len(loops) - chi) // 2
+    if genus:
+        raise MeshError(
+            f"the mesh has {genus} handle{'s' * (genus > 1)} (Euler characteristic {chi} with "
+            f"{len(loops)} boundary loop{'s' * (len(loops) > 1)}, the longest through vertex "
+            f"{vertices[loops[0][0]]}): cut the handles open first (igl.cut_to_disk, igl.cut_mesh)"
+        )
+    firsts, lengths = [vertices[loop[0]] for loop in loops], [len(loop) for loop in loops]
+    raise MeshError(
+        f"the mesh has {len(loops) - 1} hole{'s' * (len(loops) > 2)}: {len(loops)} boundary loops, of "
+        f"{some(lengths)} edges, through vertices {some(firsts)}: fill the holes, or cut from each to "
+        "the outer loop (igl.cut_mesh)"
+    )
+
+
+def _fans(F: IntArray, edge: IntArray, n: int) -> IntArray:
+    """Number of edge-connected fans of faces around each vertex."""
+    m = len(F)
+    order = np.argsort(edge, kind="stable")
+    twins = np.flatnonzero(edge[order][1:] == edge[order][:-1])
+    a, b = order[twins], order[twins + 1]
+    # half-edge (k, t) has its ends at corners k + 1 and k + 2; across an edge, end meets start
+    ka, ta, kb, tb = a // m, a % m, b // m, b % m
+    i = np.concatenate((ta * 3 + (ka + 1) % 3, ta * 3 + (ka + 2) % 3))
+    j = np.concatenate((tb * 3 + (kb + 2) % 3, tb * 3 + (kb + 1) % 3))
+    graph = sparse.csr_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(3 * m, 3 * m))
+    count, label = csgraph.connected_components(graph, directed=False)
+    fan_vertex = np.empty(count, dtype=np.int64)
+    fan_vertex[label] = F.ravel()
+    return np.bincount(fan_vertex, minlength=n)
