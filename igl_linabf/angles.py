@@ -67,7 +67,8 @@ class Residual:
 
 def residual(topology: Topology, alpha: FloatArray) -> Residual:
     """Residuals of the angle constraints at `alpha`, (3, #F) radians."""
-    log_sin = np.log(np.abs(np.sin(alpha)))
+    # an angle of 0 or pi, as in a collapsed triangle, counts as the smallest there is
+    log_sin = np.log(np.maximum(np.abs(np.sin(alpha)), np.finfo(np.float64).tiny))
     total = topology.sum_at_vertices(alpha)
     log_ratio = topology.sum_at_vertices(log_sin[PREV] - log_sin[NEXT])
     return Residual(

@@ -167,6 +167,9 @@ class AngleSolver:
             self.pattern = Pattern(topology.row[topology.edges.T], len(topology.target))
         self.laplacian: Factor | None = None
         self._whole: Factor | None = None
+        self._corrector: Factor | None = None
+        self._slivers: IntArray | None = None
+        self._warned = False
 
     def step(self, rtol: float) -> None:
         """One linear step, the system taken at the present angles."""
@@ -236,38 +239,42 @@ class AngleSolver:
         try:
             with self._timed("factor"):
                 self.laplacian.factor(lower)
-                self._precondition = self._preconditioner(self.laplacian, self._system.sliver_rows())
+                self._precondition = self._preconditioner(self.laplacian)
         except NotPositiveDefiniteError:
             self._fall_back("the preconditioner is singular in double precision")
         else:
             self.solver = f"conjugate gradients, {self.laplacian.name}"
 
-    def _preconditioner(self, laplacian: Factor, rows: IntArray) -> Callable[[FloatArray], FloatArray]:
+    def _preconditioner(self, laplacian: Factor) -> Callable[[FloatArray], FloatArray]:
         """diag(L_s, L_s)^-1, and S^-1 on the rows of slivers before and after it (Schwarz)."""
 
         def scalar(r: FloatArray) -> FloatArray:
             return laplacian.precondition(r.reshape(-1, 2)).ravel()
 
-        if not len(rows):
+        if self._slivers is None:
+            self._slivers = (2 * self._system.sliver_rows()[:, None] + [0, 1]).ravel()
+        slivers = self._slivers
+        if not len(slivers):
             return scalar
-        unknowns = (2 * rows[:, None] + [0, 1]).ravel()
-        rows_of_S = self._matrix[unknowns]
-        columns = rows_of_S.T  # S is symmetric
-        local = sparse.tril(rows_of_S[:, unknowns]).tocsc()
-        corrector = self._solvers.whole(local)
+        beside = self._matrix[slivers]  # S is symmetric: its columns as well as its rows
+        local = sparse.tril(beside[:, slivers]).tocsc()
+        if self._corrector is None:
+            self._corrector = self._solvers.whole(local)
+        corrector = self._corrector
         corrector.factor(local)
 
         def corrected(r: FloatArray) -> FloatArray:
-            first = corrector.solve(r[unknowns])
-            z = scalar(r - columns @ first)
-            z[unknowns] += first
-            z[unknowns] += corrector.solve(r[unknowns] - rows_of_S @ z)
+            first = corrector.solve(r[slivers])
+            z = scalar(r - beside.T @ first)
+            z[slivers] += first
+            z[slivers] += corrector.solve(r[slivers] - beside @ z)
             return z
 
         return corrected
 
     def _fall_back(self, reason: str) -> None:
-        if "after" not in self.solver:
+        if not self._warned:
+            self._warned = True
             warnings.warn(
                 f"{reason}: the whole system is factored", FallbackWarning, stacklevel=stack_level()
             )

@@ -149,9 +149,26 @@ def plot_compare(
     -------
     pyvista.Plotter
     """
+    with pv.vtk_verbosity("error"):  # VTK warns where it finds no display, and goes on without
+        plotter = _rows(V, F, maps, frequency, texture, off_screen, window_size, kwargs)
+        if show:
+            plotter.show(screenshot=screenshot)
+    return plotter
+
+
+def _rows(
+    V: ArrayLike,
+    F: ArrayLike,
+    maps: Mapping[str, ArrayLike],
+    frequency: float,
+    texture: pv.Texture | None,
+    off_screen: bool | None,
+    window_size: tuple[int, int] | None,
+    options: dict[str, Any],
+) -> pv.Plotter:
     size = window_size or (1400, 700 * len(maps))
     plotter = pv.Plotter(
-        shape=(len(maps), 2), off_screen=off_screen, window_size=list(size), border=False, **kwargs
+        shape=(len(maps), 2), off_screen=off_screen, window_size=list(size), border=False, **options
     )
     first = vertex_array(next(iter(maps.values())), 2, "uv")
     board: dict[str, Any] = {"frequency": frequency, "texture": texture, "plotter": plotter}
@@ -166,9 +183,6 @@ def plot_compare(
         plotter.subplot(row, 1)
         plot_uv(fitted, F, **board)
     plotter.background_color = "white"
-    if show:
-        with pv.vtk_verbosity("error"):  # VTK warns where it finds no display, and goes on without
-            plotter.show(screenshot=screenshot)
     return plotter
 
 

@@ -79,8 +79,8 @@ class Topology:
         return sum_by(self.row[inside], values[inside], len(self.target))
 
 
-def disk_topology(F: IntArray, vertices: IntArray) -> Topology:
-    """Connectivity of a mesh that is one disk.
+def topology_of(F: IntArray, vertices: IntArray) -> Topology:
+    """Connectivity of an oriented manifold mesh with any number of pieces, loops and handles.
 
     Parameters
     ----------
@@ -92,27 +92,44 @@ def disk_topology(F: IntArray, vertices: IntArray) -> Topology:
     Raises
     ------
     MeshError
-        An edge with more than two faces, or with two of opposite orientation; several
-        components; a vertex where two fans meet; no boundary, several loops, handles.
+        An edge has more than two faces, or two of opposite orientation; two fans of faces with
+        boundaries meet in a vertex.
     """
     n = len(vertices)
     corner = np.ascontiguousarray(F.T)
     tail, head = corner[NEXT], corner[PREV]
-    edge, order, first, count = _pair_half_edges(tail, head, n)
+    edge, first, count = _undirected(tail, head, n)
     t, h = tail.ravel(), head.ravel()
-    edges = np.column_stack((t[order[first]], h[order[first]]))
-    forward = (t == edges[edge, 0]).reshape(tail.shape)
+    edges = np.column_stack((t[first], h[first]))
+    forward = t == edges[edge, 0]
     _check_edges(F, edges, edge, forward, count, vertices)
-    boundary = order[first[count == 1]]
-    loops, simple = _trace_loops(t[boundary], h[boundary])
-    one_piece = _reached_faces(order, first, count, len(F)) == len(F)
-    chi = n - len(edges) + len(F)
-    # connected through edges, one loop that passes no vertex twice and chi = 1: an extra fan at
-    # a vertex would raise chi of the surface taken apart there above the 1 - 2 g it can have
-    if not (one_piece and simple and len(loops) == 1 and chi == 1):
-        _explain(F, edges, edge, loops, chi, vertices)
-    row, target = virtual_vertices(n, loops)
-    return Topology(n, corner, tail, head, edge.reshape(tail.shape), edges, forward, loops, row, target)
+    boundary = first[count == 1]
+    loops = _trace_loops(t[boundary], h[boundary])
+    if loops is None:
+        _check_fans(F, edge, vertices)
+    row, target = virtual_vertices(n, loops or ())
+    shape = tail.shape
+    return Topology(
+        n, corner, tail, head, edge.reshape(shape), edges, forward.reshape(shape), loops or (), row, target
+    )
+
+
+def disk_topology(F: IntArray, vertices: IntArray) -> Topology:
+    """Connectivity of a mesh that is one disk; parameters as in `topology_of`.
+
+    Raises
+    ------
+    MeshError
+        As `topology_of`, and: several components; a vertex where fans meet; no boundary, several
+        loops, handles.
+    """
+    topology = topology_of(F, vertices)
+    chi = len(vertices) - len(topology.edges) + len(F)
+    # In one piece across edges, with one loop and chi = 1, it is a disk: taken apart at vertices
+    # where fans meet, it would have a larger chi than the 1 - 2 genus that such a piece can have.
+    if not (len(topology.loops) == 1 and chi == 1 and _in_one_piece(topology)):
+        _explain(F, topology, chi, vertices)
+    return topology
 
 
 def virtual_vertices(n: int, loops: tuple[IntArray, ...]) -> tuple[IntArray, FloatArray]:
@@ -135,32 +152,24 @@ def virtual_vertices(n: int, loops: tuple[IntArray, ...]) -> tuple[IntArray, Flo
     return row, target
 
 
-def _pair_half_edges(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-    """Group half-edges by their end points.
-
-    Returns the edge of each half-edge, the half-edges in order of their edges, where each
-    edge begins in that order, and how many half-edges it has.
-    """
+def _undirected(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
+    """The edge of each half-edge, and the first half-edge of each edge and how many it has."""
     key = (np.minimum(tail, head) * n + np.maximum(tail, head)).ravel()
     order = np.argsort(key, kind="stable")
-    starts = np.empty(len(key), dtype=bool)
-    starts[0] = True
     key = key[order]
+    starts = np.ones(len(key), dtype=bool)
     np.not_equal(key[1:], key[:-1], out=starts[1:])
-    first = np.flatnonzero(starts)
+    begin = np.flatnonzero(starts)
     edge = np.empty_like(order)
     edge[order] = np.cumsum(starts) - 1
-    return edge, order, first, np.diff(first, append=len(key))
+    return edge, order[begin], np.diff(begin, append=len(key))
 
 
-def _trace_loops(tail: IntArray, head: IntArray) -> tuple[tuple[IntArray, ...], bool]:
-    """Chain boundary half-edges into loops, the longest first.
-
-    The second value is False where two of them leave one vertex, so that the way is unclear.
-    """
+def _trace_loops(tail: IntArray, head: IntArray) -> tuple[IntArray, ...] | None:
+    """Chain boundary half-edges into loops, the longest first; None where two leave one vertex."""
     start, index = np.unique(tail, return_index=True)
     if len(start) < len(tail):
-        return (), False
+        return None
     following = np.searchsorted(start, head)[index].tolist()
     loops, seen = [], bytearray(len(start))
     for i in range(len(start)):
@@ -171,20 +180,29 @@ def _trace_loops(tail: IntArray, head: IntArray) -> tuple[tuple[IntArray, ...], 
             i = following[i]
         if loop:
             loops.append(start[loop])
-    return tuple(sorted(loops, key=len, reverse=True)), True
+    return tuple(sorted(loops, key=len, reverse=True))
 
 
-def _reached_faces(order: IntArray, first: IntArray, count: IntArray, m: int) -> int:
-    """Number of faces that can be reached from face 0 across edges with two faces."""
-    pairs = first[count == 2]
-    a, b = order[pairs], order[pairs + 1]
-    neighbour = np.arange(3 * m) % m  # a half-edge on the boundary leads back to its own face
-    neighbour[a], neighbour[b] = b % m, a % m
-    indices = np.ascontiguousarray(neighbour.reshape(3, m).T, dtype=np.int32).ravel()
+def _in_one_piece(topology: Topology) -> bool:
+    """Whether every face can be reached from face 0 across edges."""
+    m = topology.corner.shape[1]
+    edge, forward = topology.edge.ravel(), topology.forward.ravel()
+    face = np.arange(3 * m) % m
+    here = np.full(len(topology.edges), -1)
+    there = here.copy()
+    here[edge[forward]], there[edge[~forward]] = face[forward], face[~forward]
+    there = np.where(there < 0, here, there)  # a boundary edge leads back to its own face
+    neighbour = np.where(forward, there[edge], here[edge]).reshape(3, m).T
     graph = sparse.csr_array(
-        (np.ones(3 * m, dtype=np.int8), indices, np.arange(0, 3 * m + 1, 3, dtype=np.int32)), shape=(m, m)
+        (
+            np.ones(3 * m, dtype=np.int8),
+            np.ascontiguousarray(neighbour, dtype=np.int32).ravel(),
+            np.arange(0, 3 * m + 1, 3, dtype=np.int32),
+        ),
+        shape=(m, m),
     )
-    return len(csgraph.breadth_first_order(graph, 0, directed=True, return_predecessors=False))
+    reached = csgraph.breadth_first_order(graph, 0, directed=True, return_predecessors=False)
+    return len(reached) == m
 
 
 def _check_edges(
@@ -196,38 +214,36 @@ def _check_edges(
     vertices: IntArray,
 ) -> None:
     """Raise where an edge has more than two faces, or two that run along it the same way."""
-    if count.max() > 2:
-        bad = np.flatnonzero(count > 2)
-        faces = np.flatnonzero(edge == bad[0]) % len(F)
+    same_way = np.bincount(edge, weights=forward, minlength=len(edges)) != 1
+    crowded, turned = np.flatnonzero(count > 2), np.flatnonzero(same_way & (count == 2))
+    if not (len(crowded) or len(turned)):
+        return
+    _, first, copies = np.unique(np.sort(F, axis=1), axis=0, return_index=True, return_counts=True)
+    if copies.max() > 1:
+        original = first[np.argmax(copies > 1)]
+        same = np.flatnonzero((np.sort(F, axis=1) == np.sort(F[original])).all(axis=1))
         raise MeshError(
-            f"edges {some(vertices[edges[bad]])} have more than two faces "
-            f"(the first: faces {some(faces)}): separate the sheets there, as "
+            f"faces {some(same)} are the same triangle of vertices {vertices[F[original]].tolist()} "
+            f"({np.count_nonzero(copies > 1)} such triangles in all): keep one of each"
+        )
+    if len(crowded):
+        faces = np.flatnonzero(edge == crowded[0]) % len(F)
+        raise MeshError(
+            f"edges {some(vertices[edges[crowded]])} have more than two faces "
+            f"(the first: faces {some(np.sort(faces))}): separate the sheets there, as "
             "igl.split_nonmanifold does, or remove the extra faces"
         )
-    same_way = np.bincount(edge, weights=forward.ravel(), minlength=len(edges)) != 1
-    bad = np.flatnonzero(same_way & (count == 2))
-    if not len(bad):
-        return
-    a, b = np.flatnonzero(edge == bad[0]) % len(F)
-    if set(F[a]) == set(F[b]):
-        raise MeshError(f"faces {a} and {b} are the same triangle {F[a].tolist()}: remove one of them")
+    a, b = np.sort(np.flatnonzero(edge == turned[0]) % len(F))
     raise MeshError(
         f"faces {a} and {b} have opposite orientation: both run from vertex "
-        f"{vertices[edges[bad[0], 0]]} to {vertices[edges[bad[0], 1]]} ({len(bad)} such edges in all): "
-        "orient the faces consistently, as igl.bfs_orient does"
+        f"{vertices[edges[turned[0], 0]]} to {vertices[edges[turned[0], 1]]} ({len(turned)} such edges in "
+        "all): orient the faces consistently, as igl.bfs_orient does"
     )
 
 
-def _explain(
-    F: IntArray,
-    edges: IntArray,
-    edge: IntArray,
-    loops: tuple[IntArray, ...],
-    chi: int,
-    vertices: IntArray,
-) -> None:
-    """Raise the `MeshError` that says why an oriented edge-manifold mesh is not a disk."""
-    n = len(vertices)
+def _explain(F: IntArray, topology: Topology, chi: int, vertices: IntArray) -> None:
+    """Raise the `MeshError` that says why a mesh is not a disk."""
+    n, edges, loops = topology.n, topology.edges, topology.loops
     ones = np.ones(len(edges), dtype=np.int8)
     pieces, label = csgraph.connected_components(
         sparse.csr_array((ones, (edges[:, 0], edges[:, 1])), shape=(n, n)), directed=False
@@ -239,14 +255,7 @@ def _explain(
             f"the mesh has {pieces} components, of {some(size)} faces, with vertices {some(first)}: "
             "flatten them one by one (igl.facet_components tells them apart)"
         )
-    fans = _fans(F, edge, n)
-    if fans.max() > 1:
-        bad = np.flatnonzero(fans > 1)
-        raise MeshError(
-            f"at vertices {some(vertices[bad])} several fans of faces meet in one point "
-            f"(a bowtie; {fans[bad[0]]} fans at the first): give each fan a vertex of its own, "
-            "as igl.split_nonmanifold does"
-        )
+    _check_fans(F, topology.edge.ravel(), vertices)
     if not loops:
         raise MeshError(
             f"the mesh is closed (no boundary, Euler characteristic {chi}, genus {(2 - chi) // 2}): "
@@ -268,8 +277,8 @@ def _explain(
     )
 
 
-def _fans(F: IntArray, edge: IntArray, n: int) -> IntArray:
-    """Number of edge-connected fans of faces around each vertex."""
+def _check_fans(F: IntArray, edge: IntArray, vertices: IntArray) -> None:
+    """Raise where the faces around a vertex are more than one edge-connected fan."""
     m = len(F)
     order = np.argsort(edge, kind="stable")
     twins = np.flatnonzero(edge[order][1:] == edge[order][:-1])
@@ -279,7 +288,14 @@ def _fans(F: IntArray, edge: IntArray, n: int) -> IntArray:
     i = np.concatenate((ta * 3 + (ka + 1) % 3, ta * 3 + (ka + 2) % 3))
     j = np.concatenate((tb * 3 + (kb + 2) % 3, tb * 3 + (kb + 1) % 3))
     graph = sparse.csr_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(3 * m, 3 * m))
-    count, label = csgraph.connected_components(graph, directed=False)
-    fan_vertex = np.empty(count, dtype=np.int64)
+    number, label = csgraph.connected_components(graph, directed=False)
+    fan_vertex = np.empty(number, dtype=np.int64)
     fan_vertex[label] = F.ravel()
-    return np.bincount(fan_vertex, minlength=n)
+    fans = np.bincount(fan_vertex, minlength=len(vertices))
+    bad = np.flatnonzero(fans > 1)
+    if len(bad):
+        raise MeshError(
+            f"at vertices {some(vertices[bad])} several fans of faces meet in one point "
+            f"(a bowtie; {fans[bad[0]]} fans at the first): give each fan a vertex of its own, "
+            "as igl.split_nonmanifold does"
+        )

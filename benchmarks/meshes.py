@@ -1,0 +1,50 @@
+"""Meshes that the benchmarks run on."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import igl
+import numpy as np
+
+from igl_linabf.io import read_mesh
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "demos"))
+from cortex import cortex
+
+Mesh = tuple[str, np.ndarray, np.ndarray]
+
+
+def shared(*kinds: str) -> Iterator[Mesh]:
+    """Meshes of these kinds under IGL_LINABF_MESHES, by name."""
+    folder = os.environ.get("IGL_LINABF_MESHES")
+    if folder is None:
+        print(
+            "IGL_LINABF_MESHES is not set: only the meshes that come with packages are used", file=sys.stderr
+        )
+        return
+    for kind in kinds:
+        for path in sorted(Path(folder).glob(f"{kind}__*")):
+            yield path.stem.split("__")[1], *read_mesh(path)
+
+
+def brain() -> Mesh:
+    """The cortex of the demo."""
+    V, F, _ = cortex()
+    return "cortex", V, F
+
+
+def subdivided(mesh: Mesh, times: int) -> Mesh:
+    """Every triangle split into four, `times` times."""
+    name, V, F = mesh
+    return f"{name}, {4**times} x", *igl.upsample(V, F, times)
+
+
+def pins(V: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Two far boundary vertices, for igl.lscm."""
+    loop = igl.boundary_loop(F)
+    far = loop[np.argmax(np.linalg.norm(V[loop] - V[loop[0]], axis=1))]
+    return np.array([loop[0], far]), np.array([[0.0, 0.0], [1.0, 0.0]])

@@ -1,0 +1,51 @@
+"""How much another pair of pins changes the least-squares map, after the best similarity.
+
+    python benchmarks/pins.py
+
+For each disk: root mean square and largest distance between the default map and those of ten other
+pairs of boundary vertices, the worst pair, relative to the map's size; and the spread of F/3nt.
+After one step the target angles contradict each other a little, so that the pins matter; after
+convergence they do not.
+"""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+from meshes import brain, shared
+
+from igl_linabf import flatten, layout, quality
+from igl_linabf.plot import fit
+
+
+def spread(V: np.ndarray, F: np.ndarray, iterations: int) -> tuple[float, float, float, float]:
+    """Worst root mean square and largest distance, and the extremes of F/3nt, over pairs of pins."""
+    angles = flatten(V, F, iterations=iterations).angles
+    default = layout(F, angles, method="least-squares")
+    size = np.ptp(default, axis=0).max()
+    loop = np.array(igl.boundary_loop(F))
+    rng = np.random.default_rng(0)
+    rms, far, distortion = [], [], [quality(V, F, default).angle_distortion]
+    for _ in range(10):
+        b = rng.choice(loop, 2, replace=False)
+        other = fit(layout(F, angles, b, [[0, 0], [1, 0]], method="least-squares"), default)
+        distance = np.linalg.norm(other - default, axis=1) / size
+        rms.append(np.sqrt((distance**2).mean()))
+        far.append(distance.max())
+        distortion.append(quality(V, F, other).angle_distortion)
+    return max(rms), max(far), min(distortion), max(distortion)
+
+
+def main() -> None:
+    print("| mesh | one step: rms | largest | F/3nt | converged: rms | largest | F/3nt |")
+    print("|---|---|---|---|---|---|---|")
+    for name, V, F in [brain(), *shared("disk")]:
+        cells = []
+        for iterations in (1, 12):
+            rms, far, low, high = spread(V, F, iterations)
+            cells.append(f"{rms:.1e} | {far:.1e} | {low:.3e} to {high:.3e}")
+        print(f"| {name} | {' | '.join(cells)} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,85 @@
+"""Time of linabf over that of igl.lscm: one process, medians, after a warm-up, checks included.
+
+    python benchmarks/timing.py [--repeat 5] [--solver auto|multigrid|direct] [--large] [MESH ...]
+
+Without MESH: lion, face and camelhead from IGL_LINABF_MESHES, the cortex, and face subdivided
+once (and twice with --large, 827 k triangles). Prints Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import statistics
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from time import perf_counter
+
+import igl
+from meshes import Mesh, brain, pins, shared, subdivided
+
+from igl_linabf import flatten, linabf
+from igl_linabf.io import read_mesh
+from igl_linabf.solver import blas_of_cholmod, has_cholmod
+
+STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
+
+
+def interleaved(repeat: int, *calls: Callable[[], object]) -> list[float]:
+    """Median seconds of each call, the calls taking turns after a warm-up."""
+    for call in calls:
+        call()
+    seconds: list[list[float]] = [[] for _ in calls]
+    for _ in range(repeat):
+        for call, taken in zip(calls, seconds, strict=True):
+            start = perf_counter()
+            call()
+            taken.append(perf_counter() - start)
+    return [statistics.median(taken) for taken in seconds]
+
+
+def chosen(options: argparse.Namespace) -> Iterator[Mesh]:
+    """The meshes asked for, or the default ones."""
+    if options.mesh:
+        for path in options.mesh:
+            yield path.stem, *read_mesh(path)
+        return
+    yield brain()
+    for mesh in shared("disk"):
+        if mesh[0] in ("igl_lion", "igl_camelhead", "igl_face"):
+            yield mesh
+        if mesh[0] == "igl_face":
+            yield subdivided(mesh, 1)
+            if options.large:
+                yield subdivided(mesh, 2)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("mesh", nargs="*", type=Path)
+    parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--solver", default="auto")
+    parser.add_argument("--large", action="store_true")
+    options = parser.parse_args()
+    if options.solver == "multigrid" or not has_cholmod():
+        print("Without CHOLMOD.\n")
+    else:
+        print(f"CHOLMOD's BLAS: {blas_of_cholmod() or 'unknown'}\n")
+    print("| mesh | triangles | linabf / igl.lscm | " + " | ".join(STAGES) + " | other |")
+    print("|---|---|---|" + "---|" * (len(STAGES) + 1))
+    for name, V, F in chosen(options):
+        b, bc = pins(V, F)
+        results = []
+        ours, theirs = interleaved(
+            options.repeat,
+            lambda V=V, F=F: linabf(V, F, solver=options.solver),
+            lambda V=V, F=F, b=b, bc=bc: igl.lscm(V, F, b, bc),
+        )
+        results = [flatten(V, F, solver=options.solver).seconds for _ in range(3)]
+        share = {s: statistics.median(r[s] / r["total"] for r in results) for s in STAGES}
+        share["other"] = 1 - sum(share.values())
+        cells = " | ".join(f"{value:.0%}" for value in share.values())
+        print(f"| {name} | {len(F):,} | **{ours / theirs:.2f}** | {cells} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

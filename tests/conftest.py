@@ -1,0 +1,83 @@
+"""Meshes: the shared ones by name, the cortex of nilearn's wheel, and surfaces made here."""
+
+from __future__ import annotations
+
+import os
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial import Delaunay
+
+from igl_linabf.io import read_mesh
+from igl_linabf.mesh import complex_positions, signed_double_areas
+
+ROOT = Path(__file__).parent.parent
+sys.path[:0] = [str(ROOT / "demos"), str(ROOT / "benchmarks")]
+
+FOLDER = os.environ.get("IGL_LINABF_MESHES")
+DISKS = (
+    "disk__bff_hemisphere.obj",
+    "disk__flipfree_camelhead_small.obj",
+    "disk__igl_camel_b.obj",
+    "disk__igl_camelhead.off",
+    "disk__igl_face.obj",
+    "disk__igl_lilium.obj",
+    "disk__igl_lion.off",
+    "disk__igl_snail.obj",
+    "disk__oded_cube_no_bottom.obj",
+    "disk__optcuts_armadillo_i_f10000.obj",
+    "disk__optcuts_camel_vova_f10000.obj",
+    "disk__optcuts_david_o_f10000.obj",
+    "disk__optcuts_foot_i_f10000.obj",
+    "disk__optcuts_lion_o_f10000.obj",
+)
+STRESS = (
+    "stress__flipfree_deer.obj",
+    "stress__optcuts_cone2.0_f1500.obj",
+    "stress__optcuts_dragon_i_f10000.obj",
+    "stress__optcuts_duck1.obj",
+    "stress__optcuts_golf.obj",
+    "stress__optcuts_male_body_i_f10000.obj",
+)
+HOLES = ("holes__igl_beetle.off", "holes__igl_halftunnel.off")
+
+Surface = tuple[np.ndarray, np.ndarray]
+
+
+def bumps(n: int = 900, seed: int = 0, height: float = 0.35) -> Surface:
+    """A disk of `n` random vertices, lifted by random waves."""
+    rng = np.random.default_rng(seed)
+    around = np.linspace(0, 2 * np.pi, int(4 * np.sqrt(n)), endpoint=False)
+    rim = np.column_stack((np.cos(around), np.sin(around)))
+    inside = rng.uniform(-1, 1, (2 * n, 2))
+    inside = inside[np.linalg.norm(inside, axis=1) < 0.97][: n - len(rim)]
+    xy = np.concatenate((rim, inside))
+    F = Delaunay(xy).simplices.astype(np.int64)
+    backwards = signed_double_areas(complex_positions(xy), F.T) < 0
+    F[backwards] = F[backwards][:, [0, 2, 1]]
+    waves = rng.normal(size=(5, 2)) * 4
+    z = height * np.sin(xy @ waves.T + rng.uniform(0, 6, 5)).sum(axis=1) / 3
+    return np.column_stack((xy, z)), F
+
+
+def load(name: str) -> Surface:
+    """A mesh by name: "bumps", "cortex", or a shared file; skips where that is not there."""
+    if name == "bumps":
+        return bumps()
+    if name == "cortex":
+        from cortex import cortex
+
+        return cortex()[:2]
+    if FOLDER is None:
+        pytest.skip(f"IGL_LINABF_MESHES is not set: no {name}")
+    return read_mesh(Path(FOLDER) / name)
+
+
+def best_fit_distance(uv: np.ndarray, onto: np.ndarray) -> float:
+    """Largest distance of two maps after the best similarity, relative to the size of the second."""
+    z, w = uv @ [1, 1j], onto @ [1, 1j]
+    z, w = z - z.mean(), w - w.mean()
+    ratio = np.vdot(z, w) / np.vdot(z, z)
+    return float(np.abs(ratio * z - w).max() / np.abs(w).max())

@@ -1,0 +1,90 @@
+"""Bad input is refused with its place, and reaches neither igl nor CHOLMOD."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from concurrent.futures import ThreadPoolExecutor
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from bad_input import REFUSED, WARNED, F, V
+from conftest import load
+
+from igl_linabf import MeshError, MeshWarning, linabf, quality
+
+SCRIPT = Path(__file__).with_name("bad_input.py")
+
+
+@cache
+def apart() -> dict[str, subprocess.CompletedProcess]:
+    """Every case in a process of its own."""
+
+    def run(name: str) -> subprocess.CompletedProcess:
+        return subprocess.run([sys.executable, SCRIPT, name], capture_output=True, text=True, timeout=60)
+
+    names = [*REFUSED, *WARNED]
+    with ThreadPoolExecutor(2) as pool:
+        return dict(zip(names, pool.map(run, names), strict=True))
+
+
+@pytest.mark.parametrize("name", REFUSED)
+def test_refused_by_name_and_place(name: str) -> None:
+    says = REFUSED[name][-1]
+    process = apart()[name]
+    assert process.returncode == 0, process.stderr
+    lines = process.stdout.splitlines()
+    assert [line.split(":")[1] for line in lines] == [" MeshError", " MeshError"]
+    for line in lines:
+        assert re.search(says, line), line
+        assert ": " in line.split("MeshError: ")[1]  # what to do about it
+
+
+@pytest.mark.parametrize("name", WARNED)
+def test_unreferenced_vertices_are_left_out_with_one_warning(name: str) -> None:
+    positions, faces, _, says = WARNED[name]
+    process = apart()[name]
+    assert process.returncode == 0, process.stderr
+    alone = 0 if "start" in name else 12
+    assert process.stdout.splitlines() == [
+        f"{method}: a map of 13, not a number at [{alone}]" for method in ("linabf", "lscm")
+    ]
+    with pytest.warns(MeshWarning, match=says) as caught:
+        uv = linabf(positions, faces)
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+    kept = np.delete(np.arange(13), alone)
+    assert (uv[kept] == linabf(V, F)).all()
+    assert quality(positions, faces, uv).flips == 0
+
+
+def test_the_good_mesh_that_the_bad_ones_are_made_of_is_good() -> None:
+    assert quality(V, F, linabf(V, F)).flips == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "says"),
+    [
+        ("holes__igl_beetle.off", "10 holes.*11 boundary loops"),
+        ("holes__igl_halftunnel.off", "2 holes.*3 boundary loops"),
+        ("handles__optcuts_torus_with_hole.obj", "1 handle "),
+        ("handles__bff_punctured-torus.obj", "1 handle "),
+        ("multi__bff_teapot.obj", "5 components"),
+        ("multi__optcuts_double_triangles.obj", "2 components"),
+        ("closed__igl_cow.off", "closed.*genus 0"),
+        ("closed__igl_3holes.off", "closed.*genus 3"),
+        ("invalid__bff_triple_vierbein.obj", "20 in all.*more than two faces"),
+        ("invalid__optcuts_zero_area_48.obj", "faces 3922, 3925 have zero area"),
+    ],
+)
+def test_real_meshes_that_are_no_disks(name: str, says: str) -> None:
+    with pytest.raises(MeshError, match=says):
+        linabf(*load(name))
+
+
+def test_a_clockwise_triangle_is_a_disk_like_any_other() -> None:
+    uv = linabf(*load("invalid__optcuts_triangle_clockwise.obj"))
+    assert np.isfinite(uv).all()

@@ -1,0 +1,134 @@
+"""The linear system is the paper's; the angles it leads to are those of a flat mesh."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+from conftest import DISKS, HOLES, load
+from paper import full_step, right_hand_sides, rows
+from scipy import sparse
+
+from igl_linabf import flatten, linabf_angles
+from igl_linabf.angles import corner_angles, initial_estimate, residual
+from igl_linabf.linabf import AngleSolver, System
+from igl_linabf.mesh import disk, measure
+from igl_linabf.pattern import Pattern
+from igl_linabf.solver import Solvers, has_cholmod
+from igl_linabf.topology import Topology, topology_of
+
+SURFACES = ("bumps", "cortex", *DISKS)
+
+
+def pattern_of(topology: Topology) -> Pattern:
+    return Pattern(topology.row[topology.edges.T], len(topology.target))
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_reduced_step_equals_the_papers_full_system(name: str) -> None:
+    if name.endswith("face.obj") and not has_cholmod():
+        pytest.skip("SuperLU takes minutes for the full system of face")
+    mesh = disk(*load(name))
+    alpha = initial_estimate(mesh.topology, corner_angles(mesh))
+    expected = full_step(mesh.topology, alpha)
+    for solver in ("direct", "auto"):
+        angles = AngleSolver(mesh.topology, alpha, Solvers(solver), limit=False)
+        angles.step(1e-12)
+        assert np.abs(angles.alpha - alpha - expected).max() <= 1e-9
+
+
+def test_reduced_step_equals_the_full_system_where_triangles_do_not_sum_to_pi() -> None:
+    mesh = disk(*load("bumps"))
+    rng = np.random.default_rng(1)
+    alpha = corner_angles(mesh)
+    alpha *= rng.uniform(0.9, 1.1, alpha.shape)
+    angles = AngleSolver(mesh.topology, alpha, Solvers("direct"), limit=False)
+    angles.step(1e-12)
+    assert np.abs(angles.alpha - alpha - full_step(mesh.topology, alpha)).max() <= 1e-9
+
+
+@pytest.mark.parametrize("name", HOLES)
+def test_a_hole_is_one_more_row_of_the_same_system(name: str) -> None:
+    V, F = load(name)
+    vertices = np.arange(len(V))
+    topology = topology_of(F, vertices)
+    assert len(topology.loops) > 1
+    double_area, dot = measure(V, topology.corner, vertices)
+    alpha = np.arctan2(double_area, dot)
+    system = System(topology, pattern_of(topology), alpha)
+    M = rows(topology, alpha)
+    w = (alpha**2).T.ravel()
+    triangles = sparse.kron(sparse.eye_array(alpha.shape[1]), np.ones((1, 3))).tocsr()
+    W = sparse.diags_array(w)
+    MWT = M @ W @ triangles.T
+    S = M @ W @ M.T - MWT @ sparse.diags_array(1 / (triangles @ w)) @ MWT.T
+    assert abs(system.matrix() - S).max() <= 1e-12 * abs(S).max()
+    wanted, _ = right_hand_sides(topology, alpha)
+    missing = residual(topology, alpha)
+    assert np.allclose(np.column_stack((missing.vertex, missing.wheel)).ravel(), wanted, atol=1e-10)
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_in_the_conformal_metric_the_system_is_two_laplacians(name: str) -> None:
+    V, F = load(name)
+    mesh = disk(V, F)
+    alpha = corner_angles(mesh)
+    c = 1 / np.tan(alpha)
+    element = np.zeros((alpha.shape[1], 3, 3))
+    for k in range(3):
+        i, j = (k + 1) % 3, (k + 2) % 3
+        element[:, i, j] = element[:, j, i] = -c[k] / 2
+        element[:, k, k] = (c[i] + c[j]) / 2
+    m = len(element)
+    K = sparse.bsr_array((element, np.arange(m), np.arange(m + 1)), shape=(3 * m, 3 * m))
+    M = rows(mesh.topology, alpha)
+    S = (M @ K @ M.T).tocsr()
+    inside = mesh.topology.row >= 0
+    L = -igl.cotmatrix(V, F)[inside][:, inside]
+    scale = abs(L).max()
+    assert abs(S[0::2][:, 0::2] - L).max() <= 1e-9 * scale
+    assert abs(S[1::2][:, 1::2] - L).max() <= 1e-9 * scale
+    assert abs(S[0::2][:, 1::2]).max() <= 1e-9 * scale
+    weight = mesh.topology.sum_at_edges(c) / 2
+    lower = pattern_of(mesh.topology).laplacian(weight)
+    assert abs(lower - sparse.tril(L)).max() <= 1e-9 * scale
+
+
+@pytest.mark.parametrize("name", SURFACES)
+def test_converged_angles_are_those_of_a_flat_mesh(name: str) -> None:
+    V, F = load(name)
+    result = flatten(V, F, iterations=12)
+    angles = result.angles
+    sums = np.zeros(len(V))
+    np.add.at(sums, F, angles)
+    interior = np.ones(len(V), dtype=bool)
+    interior[igl.boundary_loop(F)] = False
+    assert np.abs(angles.sum(axis=1) - np.pi).max() <= 1e-12
+    assert np.abs(sums[interior] - 2 * np.pi).max() <= 1e-8
+    boundary = ~interior
+    assert abs((np.pi - sums[boundary]).sum() - 2 * np.pi) <= 1e-8 * len(V)
+    # of triangles a millionth as wide as the map, coordinates in double precision still show angles
+    wide = np.ptp(result.uv[F], axis=1).max(axis=1) > 1e-6 * np.ptp(result.uv)
+    assert np.abs(igl.internal_angles(result.uv, F) - angles)[wide].max() <= 1e-4
+    assert (linabf_angles(V, F, iterations=12) == angles).all()
+
+
+def test_the_exponential_map_switch_scales_only_spikes() -> None:
+    V, F = load("bumps")
+    mesh = disk(V, F)
+    flat = np.array(V)
+    flat[:, 2] = 0
+    spike = int(np.flatnonzero(mesh.topology.row >= 0)[0])
+    flat[spike, 2] = 0.06
+    mesh = disk(flat, F)
+    alpha = corner_angles(mesh)
+    total = mesh.topology.sum_at_vertices(alpha)
+    far = (mesh.topology.row >= 0) & (np.abs(total - 2 * np.pi) > 1.0)
+    assert far[spike]
+    assert far.sum() < 5
+    bare = initial_estimate(mesh.topology, alpha, threshold=1.0, to_triangles=False)
+    scaled = mesh.topology.sum_at_vertices(bare)
+    assert np.allclose(scaled[far], 2 * np.pi)
+    assert (scaled[~far] == total[~far]).all()
+    assert np.allclose(initial_estimate(mesh.topology, alpha, threshold=1.0).sum(axis=0), np.pi)
+    assert (initial_estimate(mesh.topology, alpha, threshold=7.0) == alpha).all()

@@ -1,0 +1,83 @@
+"""What the map must not depend on: position, scale, numbering, how the arrays are stored."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import load
+
+from igl_linabf import flatten, linabf
+
+NAMES = ("bumps", "cortex", "disk__igl_camel_b.obj", "disk__igl_lion.off", "stress__optcuts_golf.obj")
+
+
+def size(uv: np.ndarray) -> float:
+    return float(np.ptp(uv, axis=0).max())
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("scale", [1e-12, 1.0, 1e12])
+def test_rigid_motion_and_scale_of_the_surface(name: str, scale: float) -> None:
+    V, F = load(name)
+    uv = linabf(V, F)
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    turn *= np.linalg.det(turn)
+    moved = scale * (V @ turn.T + np.ptp(V) * np.array([1.0, -2.0, 0.5]))
+    assert np.abs(linabf(moved, F) / scale - uv).max() <= 1e-8 * size(uv)
+
+
+@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("layout", ["auto", "least-squares", "greedy"])
+def test_numbering_of_vertices_faces_and_corners(name: str, layout: str) -> None:
+    V, F = load(name)
+    rng = np.random.default_rng(0)
+    new = rng.permutation(len(V))
+    turned = F[np.arange(len(F))[:, None], (np.arange(3) + rng.integers(0, 3, (len(F), 1))) % 3]
+    renumbered = np.empty_like(V)
+    renumbered[new] = V
+    # one exact step, so that the angles contradict each other and the layouts have to agree on how
+    options = {"layout": layout, "iterations": 1, "rtol": 1e-10}
+    a = flatten(V, F, **options)
+    b = flatten(renumbered, new[turned][rng.permutation(len(F))], **options)
+    assert a.layout == b.layout
+    assert np.abs(b.uv[new] - a.uv).max() <= 1e-7 * size(a.uv)
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex"])
+def test_pins_do_not_depend_on_numbering(name: str) -> None:
+    V, F = load(name)
+    new = np.random.default_rng(1).permutation(len(V))
+    renumbered = np.empty_like(V)
+    renumbered[new] = V
+    b, bc = np.array([3, 40]), np.array([[0.0, 1.0], [2.0, 1.0]])
+    for layout in ("boundary", "least-squares"):
+        uv = linabf(V, F, b, bc, layout=layout)
+        assert np.abs(uv[b] - bc).max() <= 1e-12
+        assert np.abs(linabf(renumbered, new[F], new[b], bc, layout=layout)[new] - uv).max() <= 1e-8 * size(
+            uv
+        )
+
+
+def test_arrays_of_any_dtype_and_order() -> None:
+    V, F = load("bumps")
+    V = np.round(V * 4096) / 4096  # exact in float32, and in integers when scaled
+    uv = linabf(V, F)
+    same = [
+        (V.astype(np.float32), F.astype(np.int32)),
+        (np.asfortranarray(V), np.asfortranarray(F.astype(np.uint16))),
+        (V.tolist(), F.tolist()),
+        (V[::-1][::-1], F.astype(float)),
+    ]
+    for positions, faces in same:
+        assert (linabf(positions, faces) == uv).all()
+    whole = linabf((4096 * V).astype(np.int32), F)
+    assert np.abs(whole / 4096 - uv).max() <= 1e-10 * size(uv)
+
+
+def test_input_is_left_as_it_is_and_runs_repeat_exactly() -> None:
+    V, F = load("bumps")
+    before = V.copy(), F.copy()
+    V.flags.writeable = F.flags.writeable = False
+    assert (linabf(V, F) == linabf(V, F)).all()
+    assert (before[0] == V).all()
+    assert (before[1] == F).all()

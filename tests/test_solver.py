@@ -1,0 +1,156 @@
+"""The solvers agree, analyse once, and say when something else ran."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import load
+from scipy import sparse
+
+from igl_linabf import FallbackWarning, MeshError, flatten, linabf, solver
+from igl_linabf.solver import Multigrid, NotPositiveDefiniteError, Solvers, SuperLU
+
+needs_cholmod = pytest.mark.skipif(not solver.has_cholmod(), reason="scikit-sparse is not installed")
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_camelhead.off"])
+def test_every_solver_gives_the_same_map(name: str) -> None:
+    V, F = load(name)
+    maps = {s: flatten(V, F, iterations=1, rtol=1e-11, solver=s) for s in ("auto", "multigrid", "direct")}
+    first = maps["auto"].uv
+    for result in maps.values():
+        assert np.abs(result.uv - first).max() <= 1e-7 * np.ptp(first)
+    assert "PyAMG" in maps["multigrid"].solver
+    assert maps["direct"].solver.startswith("direct")
+    assert maps["direct"].inner_steps == 0
+
+
+def test_without_scikit_sparse_all_works_with_one_warning(monkeypatch) -> None:
+    V, F = load("cortex")
+    expected = {layout: linabf(V, F, layout=layout, rtol=1e-11) for layout in ("auto", "least-squares")}
+    monkeypatch.setattr(solver, "cholmod", None)
+    solver.warn_of_missing_cholmod.cache_clear()
+    with pytest.warns(FallbackWarning, match="libsuitesparse-dev") as caught:
+        for layout, uv in expected.items():
+            without = linabf(V, F, layout=layout, rtol=1e-11)
+            assert np.abs(without - uv).max() <= 1e-7 * np.ptp(uv)
+    assert len(caught) == 1
+    assert caught[0].filename == __file__
+    direct = flatten(V, F, iterations=1, solver="direct")
+    assert direct.solver == "direct, SuperLU"
+    with pytest.raises(ImportError, match="libsuitesparse-dev"):
+        linabf(V, F, solver="cholmod")
+
+
+@needs_cholmod
+def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> None:
+    V, F = load("cortex")
+    analysed, factored = [], []
+    analyse, factor = solver.Cholmod.__init__, solver.Cholmod.factor
+
+    def counted(self, lower) -> None:
+        analysed.append(lower.shape[0])
+        analyse(self, lower)
+
+    def counted_factor(self, lower) -> None:
+        factored.append(lower.shape[0])
+        factor(self, lower)
+
+    monkeypatch.setattr(solver.Cholmod, "__init__", counted)
+    monkeypatch.setattr(solver.Cholmod, "factor", counted_factor)
+    flatten(V, F)
+    # the Laplacian, and the small system of the slivers; step and chord share one factor of each
+    n, slivers = analysed
+    assert n > 50 * slivers
+    assert factored == [n, slivers, n]  # the last is the layout's
+    analysed.clear()
+    factored.clear()
+    result = flatten(V, F, iterations=12)
+    assert analysed == [n, slivers]
+    assert factored == [n, slivers] * result.iterations + [n]
+
+
+@needs_cholmod
+@pytest.mark.parametrize("metis_from", [0, 10**9])
+def test_supernodal_and_simplicial_factors_agree(monkeypatch, metis_from: int) -> None:
+    V, F = load("cortex")
+    uv = flatten(V, F, rtol=1e-11).uv
+    monkeypatch.setattr(solver, "SIMPLICIAL_UP_TO", 0)
+    monkeypatch.setattr(solver, "METIS_FROM", metis_from)
+    assert np.abs(flatten(V, F, rtol=1e-11).uv - uv).max() <= 1e-9 * np.ptp(uv)
+
+
+def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkeypatch) -> None:
+    V, F = load("cortex")
+    expected = flatten(V, F, iterations=2, solver="direct")
+    monkeypatch.setattr(solver.conjugate_gradients, "__defaults__", (2,))
+    with pytest.warns(FallbackWarning, match="did not converge") as caught:
+        result = flatten(V, F, iterations=2, rtol=1e-10)
+    assert len(caught) == 1
+    assert result.solver.startswith("direct")
+    assert "after conjugate gradients" in result.solver
+    assert np.abs(result.angles - expected.angles).max() <= 1e-10
+
+
+@pytest.mark.parametrize("kind", [SuperLU, *([solver.Cholmod] if solver.has_cholmod() else [])])
+@pytest.mark.parametrize("supernodal", [False, True])
+def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: bool, monkeypatch) -> None:
+    if supernodal:
+        monkeypatch.setattr(solver, "SIMPLICIAL_UP_TO", 0)
+    good = sparse.diags_array([np.full(49, -1.0), np.full(50, 2.5)], offsets=[-1, 0]).tocsc()
+    for bad_value in (-3.0, 0.0):
+        bad = good.copy()
+        bad[20, 20] = bad_value
+        bad[20, 19] = bad[21, 20] = 0.0
+        factor = kind(good)
+        with pytest.raises(NotPositiveDefiniteError) as caught:
+            factor.factor(bad)
+        assert caught.value.row == 20 or (bad_value == 0 and kind is SuperLU)
+        factor.factor(good)
+        b = np.arange(100.0).reshape(50, 2)
+        full = good + sparse.tril(good, -1).T
+        assert np.allclose(full @ factor.solve(b), b)
+        assert np.allclose(full @ factor.precondition(b), b)
+        factor.factor(2 * good)
+        assert np.allclose(2 * full @ factor.solve(b[:, 0]), b[:, 0])
+
+
+@pytest.mark.parametrize("name", ["multigrid", "auto"])
+def test_complex_hermitian_systems_are_factored(name: str) -> None:
+    rng = np.random.default_rng(0)
+    A = rng.normal(size=(30, 30)) + 1j * rng.normal(size=(30, 30))
+    A = A @ A.conj().T + np.eye(30)
+    A[np.diag_indices(30)] = A.diagonal().real  # CHOLMOD wants it exactly real
+    lower = sparse.tril(sparse.csc_array(A)).tocsc()
+    factor = Solvers(name).whole(lower)
+    factor.factor(lower)
+    b = rng.normal(size=30) + 1j * rng.normal(size=30)
+    assert np.allclose(A @ factor.solve(b), b)
+
+
+def test_multigrid_that_does_not_converge_hands_over_to_superlu(monkeypatch) -> None:
+    lower = sparse.diags_array([np.full(499, -1.0), np.full(500, 2.001)], offsets=[-1, 0]).tocsc()
+    grid = Multigrid(lower)
+    grid.factor(lower)
+    b = np.ones((500, 2))
+    expected = grid.solve(b)
+    assert grid.name == "PyAMG"
+    monkeypatch.setattr(solver.conjugate_gradients, "__defaults__", (1,))
+    with pytest.warns(FallbackWarning, match="SuperLU"):
+        x = grid.solve(b)
+    assert grid.name == "SuperLU"
+    assert np.allclose(x, expected)
+
+
+def test_a_singular_layout_is_an_error_with_a_place(monkeypatch) -> None:
+    V, F = load("bumps")
+
+    def singular(self, lower) -> None:
+        raise NotPositiveDefiniteError(7)
+
+    for kind in (SuperLU, solver.Cholmod):
+        monkeypatch.setattr(kind, "factor", singular)
+    with pytest.raises(MeshError, match=r"singular in double precision.*faces \d+.*remove"):
+        flatten(V * [1, 1, 0], F, layout="least-squares")
+    with pytest.warns(FallbackWarning), pytest.raises(MeshError, match=r"singular.*vertices \d+.*rad"):
+        flatten(V, F)

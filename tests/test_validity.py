@@ -1,0 +1,112 @@
+"""What linear ABF must show on real meshes."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import DISKS, STRESS, load
+
+from igl_linabf import FallbackWarning, Outcome, OutcomeWarning, flatten, linabf, quality
+
+# F/3nt of one iteration (design, section 6; within 2 %)
+ONE_ITERATION = {
+    "disk__igl_camel_b.obj": 7.38e-3,
+    "disk__igl_camelhead.off": 2.03e-3,
+    "disk__igl_lion.off": 2.46e-3,
+    "disk__igl_face.obj": 3.65e-4,
+    "disk__igl_lilium.obj": 5.56e-5,
+    "cortex": 2.54e-3,
+}
+HOLDS_FLIPS = "stress__flipfree_deer.obj"  # its map spans more than double precision
+
+
+@pytest.mark.parametrize("name", ONE_ITERATION)
+def test_one_iteration_reaches_the_angle_distortion_of_the_design(name: str) -> None:
+    V, F = load(name)
+    result = flatten(V, F, iterations=1)
+    measured = quality(V, F, result.uv)
+    assert result.iterations == 1
+    assert measured.flips == 0
+    assert measured.angle_distortion <= 1.02 * ONE_ITERATION[name]
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", *DISKS, *STRESS])
+def test_no_flips_by_default_and_residual_gone_when_converged(name: str) -> None:
+    if name == HOLDS_FLIPS:
+        pytest.skip("tested below")
+    V, F = load(name)
+    auto, converged = flatten(V, F), flatten(V, F, iterations=12)
+    for result in (auto, converged):
+        assert quality(V, F, result.uv).flips == 0
+        assert result.outcome.good
+        assert result.after.largest < result.before.largest
+    assert converged.outcome is Outcome.CONVERGED
+    assert converged.after.largest < 1e-8
+    assert converged.iterations <= 7
+    assert auto.gap < 2.5e-3
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "disk__igl_camel_b.obj",
+        "disk__optcuts_lion_o_f10000.obj",
+        "disk__optcuts_armadillo_i_f10000.obj",
+        "stress__optcuts_golf.obj",
+        "stress__optcuts_dragon_i_f10000.obj",
+        "stress__optcuts_cone2.0_f1500.obj",
+    ],
+)
+def test_no_flips_where_igl_lscm_flips(name: str) -> None:
+    V, F = load(name)
+    lscm = flatten(V, F, "lscm")
+    assert lscm.outcome is Outcome.FLIPPED
+    assert len(lscm.flipped) == quality(V, F, lscm.uv).flips > 0
+    ours = flatten(V, F)
+    assert len(ours.flipped) == 0
+    assert quality(V, F, ours.uv).angle_distortion < quality(V, F, lscm.uv).angle_distortion
+
+
+def test_what_double_precision_cannot_hold_is_said() -> None:
+    V, F = load(HOLDS_FLIPS)
+    result = flatten(V, F)
+    assert result.outcome is Outcome.FLIPPED
+    assert result.after.largest < 1e-8
+    assert "double precision" in result.message
+    assert "cut" in result.message
+    assert np.isfinite(result.uv).all()
+    with pytest.warns(OutcomeWarning, match=f"face.*{result.flipped[0]}"):
+        linabf(V, F)
+
+
+def test_auto_goes_on_only_where_it_must() -> None:
+    V, F = load("cortex")
+    easy = flatten(V, F)
+    assert [step.kind for step in easy.steps] == ["step", "chord"]
+    V, F = load("stress__optcuts_golf.obj")
+    hard = flatten(V, F)
+    assert [step.kind for step in hard.steps][:3] == ["step", "chord", "step"]
+    assert hard.steps[0].limited > 0
+    assert hard.outcome is Outcome.CONVERGED
+
+
+def test_the_bare_scheme_leaves_the_triangles_where_the_safeguard_does_not() -> None:
+    V, F = load("stress__optcuts_male_body_i_f10000.obj")
+    with pytest.warns(FallbackWarning, match="not within|factored"):
+        bare = flatten(V, F, iterations=1, safeguard=False)
+    assert bare.outcome is Outcome.ANGLES_INVALID
+    assert (bare.angles <= 0).any()
+    safe = flatten(V, F, iterations=1)
+    assert safe.outcome is Outcome.VALID
+    assert (safe.angles > 0).all()
+    V, F = load("cortex")
+    assert flatten(V, F, iterations=1, safeguard=False).outcome is Outcome.VALID
+
+
+@pytest.mark.parametrize("options", [{"iterations": 0}, {"iterations": 1.5}, {"rtol": 0}, {"layout": "x"}])
+def test_options_that_mean_nothing_are_refused(options: dict) -> None:
+    V, F = load("bumps")
+    with pytest.raises(ValueError, match="use"):
+        flatten(V, F, **options)
+    with pytest.raises(ValueError, match="use one of"):
+        flatten(V, F, "nonesuch")
