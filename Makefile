@@ -1,4 +1,4 @@
-.PHONY: demo test benchmark clean
+.PHONY: demo test benchmark results clean
 
 PY = .venv/bin/python
 
@@ -16,6 +16,9 @@ benchmark: .venv/ready
 
 .venv/ready: pyproject.toml scripts/bootstrap
 	scripts/bootstrap
+
+results: .venv/ready
+	$(PY) benchmarks/results.py
 
 clean:
 	rm -rf .venv out build *.egg-info

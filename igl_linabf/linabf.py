@@ -252,7 +252,8 @@ class AngleSolver:
             return laplacian.precondition(r.reshape(-1, 2)).ravel()
 
         if self._slivers is None:
-            self._slivers = (2 * self._system.sliver_rows()[:, None] + [0, 1]).ravel()
+            rows = self._system.sliver_rows()
+            self._slivers = np.sort(np.concatenate((2 * rows, 2 * rows + 1)))
         slivers = self._slivers
         if not len(slivers):
             return scalar

@@ -144,11 +144,11 @@ def _judge(
         more = f"after {MOST} iterations the angles still miss" if went_on else "the angles miss"
         return Outcome.FLIPPED, f"{where}: {more} {missing:.1e}; take more iterations, or cut the mesh"
     scale = np.abs(signed_double_areas(z, mesh.topology.corner)) / mesh.double_area
-    span = float(scale.max() / max(scale.min(), np.finfo(np.float64).tiny))
+    span = float(scale.max() / max(scale.min(), 1e-32 * scale.max()))
     if span > SPAN:
         return Outcome.FLIPPED, (
             f"{where}: the angles fit to {missing:.1e}, but the map's area scale varies by a factor of "
-            f"{min(span, 1e32):.0e} or more, which double precision does not hold; cut the mesh open towards "
+            f"{span:.0e} or more, which double precision does not hold; cut the mesh open towards "
             "these faces (igl.cut_mesh)"
         )
     return Outcome.FLIPPED, f"{where}, though the angles fit to {missing:.1e}: cut the mesh open towards them"

@@ -202,7 +202,7 @@ def _in_one_piece(topology: Topology) -> bool:
         shape=(m, m),
     )
     reached = csgraph.breadth_first_order(graph, 0, directed=True, return_predecessors=False)
-    return len(reached) == m
+    return bool(len(reached) == m)
 
 
 def _check_edges(

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
 from scipy.spatial import Delaunay
 
 from igl_linabf.io import read_mesh
@@ -73,6 +74,12 @@ def load(name: str) -> Surface:
     if FOLDER is None:
         pytest.skip(f"IGL_LINABF_MESHES is not set: no {name}")
     return read_mesh(Path(FOLDER) / name)
+
+
+def pixels(path: Path) -> np.ndarray:
+    """A picture as (height, width, channels)."""
+    with Image.open(path) as image:
+        return np.asarray(image)
 
 
 def best_fit_distance(uv: np.ndarray, onto: np.ndarray) -> float:

@@ -1,0 +1,37 @@
+"""F/3nt, L2 stretch and flips of igl.lscm and of linear ABF: one iteration, the default, converged.
+
+    python benchmarks/distortion.py
+
+On the cortex and the disks, flat and stress meshes under IGL_LINABF_MESHES; prints Markdown.
+"""
+
+from __future__ import annotations
+
+import warnings
+
+from meshes import brain, shared
+
+from igl_linabf import Flattening, OutcomeWarning, flatten, quality
+
+
+def main() -> None:
+    warnings.simplefilter("ignore", OutcomeWarning)
+    print("Each cell: F/3nt, L2 stretch, flipped triangles; then solves (inner steps), layout.\n")
+    print("| mesh | triangles | igl.lscm | one iteration | default | converged |")
+    print("|---|---|---|---|---|---|")
+    for name, V, F in [brain(), *shared("disk", "flat2d", "stress")]:
+
+        def cell(result: Flattening, V=V, F=F) -> str:
+            q = quality(V, F, result.uv)
+            text = f"{q.angle_distortion:.3g}, {q.stretch_l2:.4g}, {q.flips}"
+            if result.steps:
+                text += f"; {result.iterations} ({result.inner_steps}), {result.layout}"
+            return text
+
+        results = [flatten(V, F, "lscm")]
+        results += [flatten(V, F, iterations=iterations) for iterations in (1, "auto", 12)]
+        print(f"| {name} | {len(F):,} | {' | '.join(map(cell, results))} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,146 @@
+"""The command: a file in, a file and a table out; errors in one sentence."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import igl
+import numpy as np
+import pytest
+from conftest import load, pixels
+
+from igl_linabf import linabf, quality
+from igl_linabf.cli import main
+
+
+@pytest.fixture
+def mesh(tmp_path):
+    path = tmp_path / "bumps.obj"
+    igl.write_triangle_mesh(str(path), *load("bumps"))
+    return path
+
+
+def run(*arguments: object) -> subprocess.CompletedProcess:
+    command = [sys.executable, "-m", "igl_linabf.cli", *map(str, arguments)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120)
+
+
+def test_flatten_writes_the_map_and_prints_its_quality(mesh, tmp_path) -> None:
+    out, picture = tmp_path / "flat.obj", tmp_path / "flat.png"
+    process = run("flatten", mesh, "-o", out, "--picture", picture)
+    assert process.returncode == 0, process.stderr
+    assert process.stderr == ""
+    V, F = igl.read_triangle_mesh(str(mesh))
+    _, coordinates, _, faces, corners, _ = igl.readOBJ(str(out))
+    uv = np.empty((len(V), 2))
+    uv[faces] = coordinates[corners][..., :2]
+    assert uv.min() == 0
+    assert uv.max() == 1
+    expected = linabf(V, F)
+    scale = 1 / np.ptp(expected, axis=0).max()
+    assert np.allclose(uv, (expected - expected.min(axis=0)) * scale)
+    measured = quality(V, F, uv)
+    assert measured.flips == 0
+    assert f"{measured.angle_distortion:.4g}" in process.stdout
+    assert pixels(picture).shape[:2] == (700, 1400)
+
+
+def test_units_of_the_mesh_methods_and_options(mesh, tmp_path, capsys) -> None:
+    out = tmp_path / "flat.obj"
+    V, F = igl.read_triangle_mesh(str(mesh))
+    for options in (
+        ["--iterations", "2"],
+        ["--method", "lscm"],
+        ["--layout", "greedy", "--solver", "direct"],
+    ):
+        assert main(["flatten", str(mesh), "-o", str(out), "--units", "mesh", *options]) == 0
+        _, coordinates, _, _, corners, _ = igl.readOBJ(str(out))
+        areas = igl.doublearea(np.ascontiguousarray(coordinates[:, :2]), corners)
+        assert np.isclose(areas.sum(), igl.doublearea(V, F).sum())
+    assert "greedy" in capsys.readouterr().out
+
+
+ERRORS = {
+    "missing file": (["flatten", "nothing.obj", "-o", "{tmp}/x.obj"], "nothing.obj: No such file"),
+    "not a mesh": (["flatten", "{tmp}/text.obj", "-o", "{tmp}/x.obj"], "text.obj holds 0 vertices"),
+    "closed": (["flatten", "{tmp}/closed.off", "-o", "{tmp}/x.obj"], "the mesh is closed"),
+    "folder": (["flatten", "{mesh}", "-o", "{tmp}/none/x.obj"], "folder is missing"),
+    "output format": (["flatten", "{mesh}", "-o", "{tmp}/x.fbx"], "not an OBJ file"),
+    "picture format": (["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--picture", "a.bmp"], "not a PNG file"),
+    "no output": (["flatten", "{mesh}"], "required: -o"),
+    "iterations": (["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--iterations", "0"], "iterations is 0"),
+    "iterations text": (
+        ["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--iterations", "x"],
+        "--iterations is 'x'",
+    ),
+    "method": (["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--method", "magic"], "invalid choice"),
+    "no command": ([], "required: COMMAND"),
+}
+
+
+@pytest.mark.parametrize("name", ERRORS)
+def test_errors_are_one_sentence_with_exit_code_2(name: str, mesh, tmp_path) -> None:
+    (tmp_path / "text.obj").write_text("hello world\n")
+    igl.write_triangle_mesh(str(tmp_path / "closed.off"), *igl.icosahedron())
+    arguments, says = ERRORS[name]
+    before = sorted(tmp_path.iterdir())
+    process = run(*(a.format(tmp=tmp_path, mesh=mesh) for a in arguments))
+    assert process.returncode == 2
+    assert process.stdout == ""
+    assert len(process.stderr.splitlines()) == 1
+    assert process.stderr.startswith("igl-linabf: ")
+    assert says in process.stderr
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="root may write everywhere")
+def test_an_unwritable_folder_is_one_sentence(mesh, tmp_path) -> None:
+    folder = tmp_path / "locked"
+    folder.mkdir(mode=0o500)
+    process = run("flatten", mesh, "-o", folder / "x.obj")
+    assert process.returncode == 2
+    assert len(process.stderr.splitlines()) == 1
+
+
+def test_a_picture_that_fails_leaves_nothing(mesh, tmp_path, monkeypatch, capsys) -> None:
+    from igl_linabf import plot
+
+    def broken(*_: object, **__: object) -> None:
+        raise OSError("no space left on device")
+
+    monkeypatch.setattr(plot, "plot_compare", broken)
+    out, picture = tmp_path / "x.obj", tmp_path / "x.png"
+    assert main(["flatten", str(mesh), "-o", str(out), "--picture", str(picture)]) == 2
+    assert capsys.readouterr().err == "igl-linabf: no space left on device\n"
+    assert not picture.exists()
+
+
+def test_a_map_with_flips_is_written_and_told(tmp_path) -> None:
+    V, F = load("stress__flipfree_deer.obj")
+    mesh, out = tmp_path / "deer.obj", tmp_path / "flat.obj"
+    igl.write_triangle_mesh(str(mesh), V, F)
+    process = run("flatten", mesh, "-o", out)
+    assert process.returncode == 1
+    assert "flipped or collapsed" in process.stderr
+    assert len(process.stderr.splitlines()) == 1
+    assert out.exists()
+
+
+def test_warnings_are_a_line(tmp_path) -> None:
+    V, F = load("bumps")
+    mesh = tmp_path / "loose.off"
+    igl.write_triangle_mesh(str(mesh), np.vstack((V, [9, 9, 9])), F)
+    process = run("flatten", mesh, "-o", tmp_path / "flat.obj")
+    assert process.returncode == 0
+    assert process.stderr == (
+        f"igl-linabf: warning: vertices {len(V)} belong to no face: they are left out and their uv is NaN\n"
+    )
+
+
+def test_doctor_tells_what_is_installed() -> None:
+    process = run("doctor")
+    assert process.returncode == 0
+    assert f"numpy {np.__version__}" in process.stdout
+    assert "CHOLMOD: " in process.stdout

@@ -1,0 +1,97 @@
+"""The figures are what they are called, by computations that share nothing with the library's."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+from conftest import load
+
+from igl_linabf import MeshError, flatten, quality
+from igl_linabf.quality import table
+
+
+def jacobians(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """d(3-D)/d(uv) of each triangle by finite differences of the piecewise linear inverse map."""
+    h = 1e-3 * np.ptp(uv)
+
+    def surface(p: np.ndarray) -> np.ndarray:
+        """The affine extension of each triangle's map at its point `p`."""
+        corners = np.concatenate((uv[F].transpose(0, 2, 1), np.ones((len(F), 1, 3))), axis=1)
+        weights = np.linalg.solve(corners, np.insert(p, 2, 1, axis=1)[..., None])[..., 0]
+        return np.einsum("tk,tkx->tx", weights, V[F])
+
+    p = uv[F].mean(axis=1)
+    return np.stack([(surface(p + h * e) - surface(p - h * e)) / (2 * h) for e in np.eye(2)], axis=2)
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_snail.obj"])
+def test_stretch_and_conformal_distortion_by_finite_differences(name: str) -> None:
+    V, F = load(name)
+    rng = np.random.default_rng(0)
+    uv = flatten(V, F).uv @ rng.normal(size=(2, 2)) * 3  # sheared, so that nothing is 1
+    if np.median(igl.doublearea(uv, F)) < 0:
+        uv = uv[:, ::-1]
+    sigma = np.linalg.svd(jacobians(V, F, uv), compute_uv=False)
+    area, flat = igl.doublearea(V, F), np.abs(igl.doublearea(uv, F))
+    normalised = np.sqrt(flat.sum() / area.sum())
+    q = quality(V, F, uv)
+    assert np.isclose(q.stretch_l2, normalised * np.sqrt(area @ (sigma**2).mean(axis=1) / area.sum()))
+    assert np.isclose(q.stretch_linf, normalised * sigma.max())
+    assert np.isclose(q.conformal_distortion, area @ (sigma[:, 0] / sigma[:, 1]) / area.sum())
+    assert np.isclose(q.conformal_distortion_max, (sigma[:, 0] / sigma[:, 1]).max())
+    ratio = np.log(flat / area * area.sum() / flat.sum())
+    assert np.isclose(q.area_distortion, area @ np.abs(ratio) / area.sum())
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_camel_b.obj"])
+def test_angles_and_flips_as_igl_counts_them(name: str) -> None:
+    V, F = load(name)
+    uv = flatten(V, F, "lscm").uv
+    uv[F[7, 0]] = uv[F[7, 1:]].mean(axis=0) + 0.2 * (uv[F[7, 1:]].mean(axis=0) - uv[F[7, 0]])  # flip it
+    before, after = igl.internal_angles(V, F), igl.internal_angles(uv, F)
+    q = quality(V, F, uv)
+    assert np.isclose(q.angle_distortion, (((after - before) / before) ** 2).mean())
+    assert np.isclose(q.angle_error, ((after - before) ** 2).mean())
+    assert q.flips == len(igl.flipped_triangles(uv, F)) >= 1
+    assert q.faces == len(F)
+
+
+def test_a_similarity_is_perfect_and_a_mirror_flips_all() -> None:
+    V, F = load("bumps")
+    V = V * [1, 1, 0]
+    turn = np.array([[0.6, 0.8], [-0.8, 0.6]])
+    q = quality(V, F, 7 * V[:, :2] @ turn + [3, 4])
+    perfect = (q.conformal_distortion, q.conformal_distortion_max, q.stretch_l2, q.stretch_linf)
+    assert np.allclose(perfect, 1)
+    assert max(q.angle_distortion, q.angle_error, q.area_distortion) < 1e-12
+    assert q.flips == 0
+    assert quality(V, F, V[:, :2] * [1, -1]).flips == len(F)
+
+
+def test_collapsed_triangles_count_as_flips_and_infinite_stretch() -> None:
+    V, F = load("bumps")
+    uv = V[:, :2].copy()
+    uv[F[0]] = uv[F[0, 0]]
+    q = quality(V, F, uv)
+    assert q.flips >= 1
+    assert q.stretch_l2 == q.stretch_linf == q.conformal_distortion_max == q.area_distortion == np.inf
+    assert np.isfinite(q.angle_distortion)
+
+
+@pytest.mark.parametrize("spoil", [lambda uv: uv[:-1], lambda uv: uv * np.nan, lambda uv: uv[:, :1]])
+def test_maps_that_do_not_fit_are_refused(spoil) -> None:
+    V, F = load("bumps")
+    with pytest.raises(MeshError, match="uv"):
+        quality(V, F, spoil(V[:, :2]))
+
+
+def test_prints_as_a_table() -> None:
+    V, F = load("bumps")
+    q = quality(V, F, V[:, :2])
+    assert f"{q.angle_distortion:.4g}" in str(q)
+    text = table({"one": q, "two": q}, {"seconds": {"one": "1.5"}})
+    lines = text.splitlines()
+    assert lines[0].split() == ["one", "two"]
+    assert lines[1].split() == ["triangles", f"{len(F):,}", f"{len(F):,}"]
+    assert lines[-1].split() == ["seconds", "1.5"]
