@@ -1,6 +1,6 @@
 """Write docs/results.md anew: the output of the other benchmarks, under the command of each.
 
-    python benchmarks/results.py
+python benchmarks/results.py
 """
 
 from __future__ import annotations
