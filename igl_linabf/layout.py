@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -11,7 +12,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .angles import Residual, residual
-from .errors import MeshError, some
+from .errors import FallbackWarning, MeshError, some, stack_level
 from .mesh import (
     compact,
     complex_positions,
@@ -23,7 +24,7 @@ from .mesh import (
     vertex_array,
 )
 from .pattern import Pattern
-from .solver import Factor, NotPositiveDefiniteError, SolverName, Solvers
+from .solver import Factor, NotConvergedError, NotPositiveDefiniteError, SolverName, Solvers
 from .topology import ComplexArray, FloatArray, IntArray, Topology, disk_topology
 
 LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
@@ -91,12 +92,29 @@ def harmonic(
     # the boundary's part of L z, the inside being zero yet
     a, b = topology.edges.T
     i, j = pattern.ends
-    rhs = [
-        pattern.row_sums(i, weight * part[b]) + pattern.row_sums(j, weight * part[a])
-        for part in (z.real, z.imag)
-    ]
-    inside = laplacian.solve(np.column_stack(rhs))
-    z[topology.row >= 0] = inside[:, 0] + 1j * inside[:, 1]
+    rhs = np.column_stack(
+        [
+            pattern.row_sums(i, weight * part[b]) + pattern.row_sums(j, weight * part[a])
+            for part in (z.real, z.imag)
+        ]
+    )
+    inside = topology.row >= 0
+    try:
+        z[inside] = complex_positions(laplacian.solve(rhs))
+    except NotConvergedError:
+        good = False
+    else:
+        good = laplacian.exact or bool((signed_double_areas(z, topology.corner) > 0).all())
+    if not good:
+        # a map whose scale varies a lot needs more digits than multigrid gives
+        warnings.warn(
+            f"{laplacian.name} did not solve the layout to a map without flipped triangles: it is factored",
+            FallbackWarning,
+            stacklevel=stack_level(),
+        )
+        laplacian = solvers.whole(lower)
+        laplacian.factor(lower)
+        z[inside] = complex_positions(laplacian.solve(rhs))
     return z, laplacian.name
 
 

@@ -48,10 +48,18 @@ class NotPositiveDefiniteError(ArithmeticError):
         self.row = row
 
 
+class NotConvergedError(ArithmeticError):
+    """Conjugate gradients did not reach their tolerance within the cap."""
+
+
 class Factor(Protocol):
-    """A way to solve with any matrix of one pattern, once its values are there."""
+    """A way to solve with any matrix of one pattern, once its values are there.
+
+    `exact` says whether `solve` is a factorisation's, or one to `MULTIGRID_RTOL`.
+    """
 
     name: str
+    exact: bool
 
     def factor(self, lower: sparse.csc_array) -> None:
         """Take the values of a Hermitian positive definite matrix from its lower triangle."""
@@ -67,6 +75,7 @@ class Cholmod:
     """CHOLMOD's P A P^T = L D L^H, the symbolic analysis done once."""
 
     name = "CHOLMOD"
+    exact = True
 
     def __init__(self, lower: sparse.csc_array) -> None:
         n = lower.shape[0]
@@ -107,6 +116,7 @@ class SuperLU:
     """SciPy's SuperLU in its symmetric mode, the ordering found once."""
 
     name = "SuperLU"
+    exact = True
 
     def __init__(self, lower: sparse.csc_array) -> None:
         self._found: IntArray | None = None
@@ -142,6 +152,7 @@ class Multigrid:
     """PyAMG's smoothed aggregation: one V-cycle as the preconditioner, O(n) memory."""
 
     name = "PyAMG"
+    exact = False
 
     def __init__(self, lower: sparse.csc_array) -> None:
         pass
@@ -149,7 +160,6 @@ class Multigrid:
     def factor(self, lower: sparse.csc_array) -> None:
         import pyamg
 
-        self._lower = lower
         self._full = sparse.csr_matrix(mirrored(lower))
         # omega by local rows, as the default estimates a spectral radius from random vectors
         self._hierarchy = pyamg.smoothed_aggregation_solver(
@@ -168,15 +178,7 @@ class Multigrid:
         for k, column in enumerate(columns):
             x[k], _, converged = conjugate_gradients(self._full, column, self._cycle.matvec, MULTIGRID_RTOL)
             if not converged:
-                direct = SuperLU(self._lower)
-                direct.factor(self._lower)
-                warnings.warn(
-                    f"multigrid did not converge within {CAP} steps: SuperLU was used instead",
-                    FallbackWarning,
-                    stacklevel=stack_level(),
-                )
-                self.name = direct.name
-                return direct.solve(b)
+                raise NotConvergedError
         return np.ascontiguousarray(x.T).reshape(b.shape)
 
     def precondition(self, b: Array) -> Array:

@@ -54,8 +54,8 @@ def test_unreferenced_vertices_are_left_out_with_one_warning(name: str) -> None:
     ]
     with pytest.warns(MeshWarning, match=says) as caught:
         uv = linabf(positions, faces)
-    assert len(caught) == 1
-    assert caught[0].filename == __file__
+    (warning,) = (w for w in caught if w.category is MeshWarning)
+    assert warning.filename == __file__
     kept = np.delete(np.arange(13), alone)
     assert (uv[kept] == linabf(V, F)).all()
     assert quality(positions, faces, uv).flips == 0

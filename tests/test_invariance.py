@@ -49,7 +49,7 @@ def test_pins_do_not_depend_on_numbering(name: str) -> None:
     new = np.random.default_rng(1).permutation(len(V))
     renumbered = np.empty_like(V)
     renumbered[new] = V
-    b, bc = np.array([3, 40]), np.array([[0.0, 1.0], [2.0, 1.0]])
+    b, bc = np.array([3, len(V) // 2]), np.array([[0.0, 1.0], [2.0, 1.0]])
     for layout in ("boundary", "least-squares"):
         uv = linabf(V, F, b, bc, layout=layout)
         assert np.abs(uv[b] - bc).max() <= 1e-12
