@@ -6,7 +6,7 @@
 """
 
 from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
-from .flatten import flatten, linabf, linabf_angles
+from .flatten import abf, flatten, linabf, linabf_angles, lscm
 from .layout import layout
 from .quality import Quality, quality
 from .result import Flattening, Outcome, Residuals
@@ -20,9 +20,11 @@ __all__ = [
     "OutcomeWarning",
     "Quality",
     "Residuals",
+    "abf",
     "flatten",
     "layout",
     "linabf",
     "linabf_angles",
+    "lscm",
     "quality",
 ]

@@ -10,16 +10,23 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
+from . import reference
 from .errors import OutcomeWarning, stack_level
 from .layout import LayoutName
 from .mesh import disk, pins, scatter
-from .pipeline import TOL, Iterations, linear_abf
-from .reference import lscm
-from .result import Flattening
+from .pipeline import ABF_TOL, TOL, Iterations, converged_abf, linear_abf
+from .result import Flattening, Outcome
 from .solver import SolverName
 from .topology import FloatArray
 
-METHODS: dict[str, Callable[..., Flattening]] = {"linabf": linear_abf, "lscm": lscm}
+METHODS: dict[str, Callable[..., Flattening]] = {
+    "linabf": linear_abf,
+    "abf": converged_abf,
+    "abf++ step": reference.one_step_abfpp,
+    "lscm": reference.lscm,
+    "scp": reference.scp,
+    "dncp": reference.dncp,
+}
 
 
 def linabf(
@@ -94,23 +101,110 @@ def linabf(
     >>> linabf(V, F[1:]).shape
     (12, 2)
     """
-    result = flatten(
-        V,
-        F,
-        "linabf",
-        b,
-        bc,
-        iterations=iterations,
-        layout=layout,
-        rtol=rtol,
-        tol=tol,
-        threshold=threshold,
-        safeguard=safeguard,
-        solver=solver,
-    )
-    if not result.outcome.good:
+    return _told(
+        flatten(
+            V,
+            F,
+            "linabf",
+            b,
+            bc,
+            iterations=iterations,
+            layout=layout,
+            rtol=rtol,
+            tol=tol,
+            threshold=threshold,
+            safeguard=safeguard,
+            solver=solver,
+        )
+    ).uv
+
+
+def abf(
+    V: ArrayLike,
+    F: ArrayLike,
+    b: ArrayLike | None = None,
+    bc: ArrayLike | None = None,
+    *,
+    layout: LayoutName = "auto",
+    tol: float = ABF_TOL,
+    threshold: float = 1.0,
+    solver: SolverName = "auto",
+) -> FloatArray:
+    """Converged angle based flattening: the angles of a flat mesh nearest to the surface's own.
+
+    Minimises sum ((alpha - alpha_0) / alpha_0)^2 (Sheffer, de Sturler 2001) with all constraints
+    satisfied, by the steps of linear ABF measured from the initial estimate alpha_0. Where they do
+    not converge, a slower form that stays among flat meshes takes over, in which no angle falls
+    below a hundredth of alpha_0.
+
+    Parameters
+    ----------
+    V, F, b, bc, layout, threshold, solver
+        As in `linabf`.
+    tol : float
+        Largest relative change of an angle and largest residual of the constraints at which to
+        end, down to 1e-10. At 1e-4 F/3nt has its first five digits.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        NaN at vertices that no face refers to.
+
+    Raises
+    ------
+    MeshError
+        As `linabf`.
+
+    Warns
+    -----
+    OutcomeWarning
+        It did not converge, or the map has flipped triangles.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> abf(V, F[1:], tol=1e-10).shape
+    (12, 2)
+    """
+    result = flatten(V, F, "abf", b, bc, layout=layout, tol=tol, threshold=threshold, solver=solver)
+    if result.outcome is Outcome.NOT_CONVERGED:
         warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
-    return result.uv
+    return _told(result).uv
+
+
+def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike | None = None) -> FloatArray:
+    """`igl.lscm` with its input checked, and with sound pins where none are given.
+
+    Parameters
+    ----------
+    V, F, b, bc
+        As in `linabf`. The default pins are the two boundary vertices half the loop apart that are
+        farthest from each other; the map is then scaled, centred and turned as `linabf`'s is.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        NaN at vertices that no face refers to.
+
+    Raises
+    ------
+    MeshError
+        As `linabf`.
+
+    Warns
+    -----
+    OutcomeWarning
+        The map has flipped triangles.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> lscm(V, F[1:], [0, 1], [[0, 0], [1, 0]]).shape
+    (12, 2)
+    """
+    return _told(flatten(V, F, "lscm", b, bc)).uv
 
 
 def linabf_angles(V: ArrayLike, F: ArrayLike, **options: Any) -> FloatArray:
@@ -141,10 +235,14 @@ def linabf_angles(V: ArrayLike, F: ArrayLike, **options: Any) -> FloatArray:
     >>> bool(abs(angles.sum(axis=1) - 3.141592653589793).max() < 1e-12)
     True
     """
-    result = flatten(V, F, "linabf", **options)
+    return _told(flatten(V, F, "linabf", **options)).angles
+
+
+def _told(result: Flattening) -> Flattening:
+    """Warn where the result's outcome is bad, since only a part of it is handed out."""
     if not result.outcome.good:
         warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
-    return result.angles
+    return result
 
 
 def flatten(
@@ -163,12 +261,15 @@ def flatten(
         Vertex positions.
     F : (#F, 3) int
         Oriented triangles of one disk.
-    method : {"linabf", "lscm"}
-        Linear angle based parameterization, or `igl.lscm` for comparison.
+    method : str
+        "linabf", linear angle based parameterization; "abf", its converged form; and for comparison
+        "abf++ step", a single Newton step of ABF++; "lscm", `igl.lscm`; "scp", the spectral
+        `igl.spectra.lscm`, which needs no pins; "dncp", LSCM's energy from the cotangent side.
     b, bc : (2,) int and (2, 2) float, optional
         Two pinned vertices and their positions, as in `igl.lscm`.
     **options
-        Those of `linabf`; "lscm" has none.
+        Those of `linabf`; for "abf" those of `abf`; for "abf++ step" `layout`, `threshold` and
+        `solver`; for "dncp" `solver`; "lscm" and "scp" have none.
 
     Returns
     -------

@@ -131,12 +131,11 @@ def least_squares(
     row[pinned] = -1
     free = row == 0
     row[free] = np.arange(np.count_nonzero(free))
-    pattern = Pattern(row[topology.edges.T], len(row) - len(pinned))
+    pattern = Pattern(topology, row, len(row) - len(pinned))
     a, b = topology.edges.T
     i, j = pattern.ends
     weight = topology.sum_at_edges(cot) / 2
-    on_boundary = topology.sum_at_edges(np.ones_like(cot)) == 1
-    entry = -weight + 0.5j * on_boundary  # from a to b, the mesh on the left
+    entry = -weight + 0.5j * (topology.sides[1] < 0)  # from a to b, the mesh on the left
     z = np.zeros(topology.n, dtype=np.complex128)
     z[pinned] = position
     rhs = [
@@ -157,11 +156,9 @@ def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
     tree takes the one across the smaller opposite angles, so that the numbering plays no part.
     """
     m = alpha.shape[1]
-    flat_edge, angle = topology.edge.ravel(), alpha.ravel()
-    order = np.argsort(flat_edge, kind="stable")
-    pair = np.flatnonzero(flat_edge[order][1:] == flat_edge[order][:-1])
-    here = np.concatenate((order[pair], order[pair + 1]))  # half-edges, k m + t
-    there = np.concatenate((order[pair + 1], order[pair]))
+    angle = alpha.ravel()
+    inside = topology.sides[:, topology.sides[1] >= 0]
+    here, there = np.concatenate((inside, inside[::-1]), axis=1)  # half-edges, k m + t, and their twins
     weight = 1 + 1e-3 / m * (angle[here] + angle[there])
     graph = sparse.csr_array((weight, (here % m, there % m)), shape=(m, m))
     seed = int(np.argmax(alpha.min(axis=0)))
@@ -254,7 +251,7 @@ def lay_out(
         made = "boundary" if boundary.gap <= GAP else "least-squares"
     try:
         if made == "boundary":
-            pattern = pattern or Pattern(topology.row[topology.edges.T], len(topology.target))
+            pattern = pattern or Pattern(topology, topology.row, len(topology.target))
             z, solver = harmonic(topology, boundary, cot, pattern, laplacian, solvers)
         elif made == "least-squares":
             ends = far_apart(coordinates(boundary.z))

@@ -1,4 +1,4 @@
-"""The linear angle system in reduced form, its Laplacian, and the steps taken with them."""
+"""Steps of linear ABF: solve the angle system, add the errors, keep every triangle a triangle."""
 
 from __future__ import annotations
 
@@ -7,102 +7,21 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 
 from .angles import Residual, residual
 from .errors import FallbackWarning, MeshError, some, stack_level
-from .pattern import Pattern
+from .pattern import Pattern, Rows
 from .solver import CAP, Factor, NotPositiveDefiniteError, Solvers, conjugate_gradients
-from .topology import NEXT, PREV, FloatArray, IntArray, Topology
+from .system import System
+from .topology import BoolArray, FloatArray, IntArray, Topology
 
 REACH = 0.7  # share of the way to a vanishing angle that a triangle's step may go
-SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is corrected for
 
-
-class System:
-    """The reduced linear system of the angle errors at `alpha` (design, section 2).
-
-    The paper minimises sum (e / alpha)^2 subject to A e = b, that is (A W A^T) x = b and
-    e = W A^T x with W = diag(alpha^2) (eq. 11-16). Its triangle rows are mutually W-orthogonal.
-    Eliminating them leaves, with w = alpha^2, d = sum w, P = diag(w) - w w^T / d per triangle,
-
-        S x = r - M e0,    S = sum_t M_t P_t M_t^T,    e = e0 + P M^T x,
-
-    e0 = w (pi - sum alpha) / d and M the vertex and the wheel rows (eq. 5, 10), whose two
-    unknowns at a vertex are next to each other.
-    """
-
-    def __init__(self, topology: Topology, pattern: Pattern, alpha: FloatArray) -> None:
-        self.topology, self.pattern = topology, pattern
-        self.w = alpha**2
-        self.d = self.w.sum(axis=0)
-        self.cot = 1 / np.tan(alpha)
-        self._rows = topology.row[topology.corner]
-
-    def error(self, x: FloatArray) -> FloatArray:
-        """P M^T x: (3, #F) angles from (#rows, 2) multipliers."""
-        # a missing row, -1, reads the zero at the end
-        vertex = np.append(x[:, 0], 0.0)[self._rows]
-        wheel = np.append(x[:, 1], 0.0)[self._rows]
-        y = self.w * (vertex + self.cot * (wheel[PREV] - wheel[NEXT]))
-        return np.asarray(y - self.w * (y.sum(axis=0) / self.d))
-
-    def rows(self, e: FloatArray) -> FloatArray:
-        """M e: (#rows, 2) sums of (3, #F) angles."""
-        t, q = self.topology, self.cot * e
-        vertex = t.sum_at_rows(t.sum_at_vertices(e))
-        wheel = t.sum_at_rows(t.sum_at_vertices(q[NEXT] - q[PREV]))
-        return np.column_stack((vertex, wheel))
-
-    def matrix(self) -> sparse.csr_array:
-        """S, (2 #rows, 2 #rows)."""
-        t, w, c, d = self.topology, self.w, self.cot, self.d
-        q = w * c
-        g = q[NEXT] - q[PREV]
-        qc = q * c
-        gd, wd = g / d, w / d
-        # within a corner's own row: (vertex, vertex), (vertex, wheel), (wheel, vertex), (wheel, wheel)
-        own = (w - w * wd, -w * gd, qc[NEXT] + qc[PREV] - g * gd)
-        vertex, mixed, wheel = (t.sum_at_rows(t.sum_at_vertices(values)) for values in own)
-        diagonal = np.stack((vertex, mixed, mixed, wheel))
-        # between the corners a, b at tail and head of the half-edge opposite to corner k
-        wa, wb, ga, gb = w[NEXT], w[PREV], gd[NEXT], gd[PREV]
-        across = (-wa * wd[PREV], -q[NEXT] - wa * gb, q[PREV] - wb * ga, -qc - g[NEXT] * gb)
-        back = (across[0], across[2], across[1], across[3])
-        block = np.stack(
-            [t.sum_at_edges(np.where(t.forward, *values)) for values in zip(across, back, strict=True)]
-        )
-        transposed = block[[0, 2, 1, 3]]
-        i, j = self.pattern.ends
-        loops = np.flatnonzero((i == j) & (i >= 0))  # edges within a hole's row
-        for k, values in enumerate(block[:, loops] + transposed[:, loops]):
-            diagonal[k] += self.pattern.row_sums(i[loops], values)
-        return self.pattern.symmetric(block[:, self.pattern.pairs], diagonal)
-
-    def laplacian(self) -> sparse.csc_array:
-        """Lower triangle of L_s = sum_t s_t K_t, K_t the cotangent element matrix.
-
-        With K_t for P_t, S would be diag(L, L) exactly: the two rows of a vertex are the parts
-        of one complex number, the logarithm of an edge ratio, which is holomorphic in the
-        triangle's shape. s_t = 2 sqrt(w0 w1 w2 / d) is the geometric mean of the two
-        eigenvalue ratios of P_t and K_t.
-        """
-        scale = 2 * np.sqrt(self.w.prod(axis=0) / self.d)
-        return self.pattern.laplacian(self.topology.sum_at_edges(self.cot * scale) / 2)
-
-    def sliver_rows(self) -> IntArray:
-        """Rows of the triangles in which P_t and s_t K_t differ by more than `SLIVER`."""
-        w, c, d = self.w, self.cot, self.d
-        # tr(K+ P) = (tr K tr P - tr K P) / (3/4), det = 4 w0 w1 w2 / d on the plane sum e = 0
-        p = w - w**2 / d
-        kp = 0.5 * ((c[NEXT] + c[PREV]) * p).sum(axis=0) + (c * w[NEXT] * w[PREV]).sum(axis=0) / d
-        trace = (c.sum(axis=0) * p.sum(axis=0) - kp) / 0.75
-        ratio = trace**2 * d / (4 * w.prod(axis=0)) - 2  # rho + 1 / rho
-        rows = self._rows[:, ratio > SLIVER + 1 / SLIVER]
-        return np.unique(rows[rows >= 0])
+Kind = Literal["step", "chord", "anchored", "feasible", "restoration"]
 
 
 @dataclass(frozen=True)
@@ -111,8 +30,9 @@ class Step:
 
     Attributes
     ----------
-    kind : {"step", "chord"}
-        Whether the system was taken at the angles before the step, or kept from the last one.
+    kind : str
+        "step": the system was taken at the angles before it, which also weigh the errors; "chord":
+        kept from the last step; "anchored", "feasible" and "restoration": converged ABF's.
     inner_steps : int
         Conjugate gradient steps; 0 where the system was factored.
     limited : int
@@ -121,7 +41,7 @@ class Step:
         Largest residual of the three constraint families after it.
     """
 
-    kind: str
+    kind: Kind
     inner_steps: int
     limited: int
     residual: float
@@ -145,7 +65,7 @@ class AngleSolver:
     Attributes
     ----------
     alpha : (3, #F) float64
-        The angles after the last step.
+        The present angles.
     residual : Residual
         What the constraints miss there.
     steps : list of Step
@@ -164,30 +84,22 @@ class AngleSolver:
         self.seconds = {"assembly": 0.0, "analysis": 0.0, "factor": 0.0, "solve": 0.0}
         with self._timed("assembly"):
             self.residual: Residual = residual(topology, alpha)
-            self.pattern = Pattern(topology.row[topology.edges.T], len(topology.target))
+            self.pattern = Pattern(topology, topology.row, len(topology.target))
         self.laplacian: Factor | None = None
         self._whole: Factor | None = None
         self._corrector: Factor | None = None
         self._slivers: IntArray | None = None
+        self._rows: Rows | None = None
         self._warned = False
 
     def step(self, rtol: float) -> None:
         """One linear step, the system taken at the present angles."""
-        if len(self.topology.target):
-            with self._timed("assembly"):
-                self._system = System(self.topology, self.pattern, self.alpha)
-                self._matrix = self._system.matrix()
-                lower = self._system.laplacian()
-            self._direct = False
-            if self._solvers.direct:
-                self._factor_whole()
-            else:
-                self._factor_laplacian(lower)
-        self._advance("step", rtol)
+        self.take_system()
+        self.move("step", *self.direction(rtol)[:2])
 
     def chord(self, rtol: float) -> None:
         """Another step with the last system: nothing is assembled or factored."""
-        self._advance("chord", rtol)
+        self.move("chord", *self.direction(rtol)[:2])
 
     @property
     def limited(self) -> bool:
@@ -195,32 +107,82 @@ class AngleSolver:
         return any(step.limited for step in self.steps)
 
     @property
-    def invalid(self) -> NDArray[np.bool_]:
+    def invalid(self) -> BoolArray:
         """Triangles with an angle outside (0, pi), which only the bare scheme makes."""
         if self._limit:
             return np.zeros(self.alpha.shape[1], dtype=bool)
         return np.asarray(~((self.alpha > 0) & (self.alpha < np.pi)).all(axis=0))
 
-    def _advance(self, kind: str, rtol: float) -> None:
-        """Solve for the angle errors at the present residual, and add them."""
-        inner = limited = 0
-        if len(self.topology.target):  # else the estimate is flat: every vertex is on the boundary
-            with self._timed("assembly"):
-                missing, system = self.residual, self._system
-                e0 = system.w * (missing.triangle / system.d)
-                rhs = np.column_stack((missing.vertex, missing.wheel)) - system.rows(e0)
-            with self._timed("solve"):
-                x, inner = self._solve(rhs.ravel(), rtol)
-            with self._timed("assembly"):
-                e = e0 + system.error(x.reshape(-1, 2))
-                if self._limit:
-                    with np.errstate(divide="ignore"):
-                        reach = np.where(e < 0, self.alpha / -e, np.inf).min(axis=0)
-                    limited = int(np.count_nonzero(reach <= 1))
-                    e *= np.minimum(REACH * reach, 1.0)
-                self.alpha = self.alpha + e
-                self.residual = residual(self.topology, self.alpha)
+    def take_system(
+        self, w: FloatArray | None = None, keep_factor: bool = False, keep_slivers: bool = True
+    ) -> None:
+        """Take the system at the present angles, with weights `w`, and prepare to solve it.
+
+        `keep_factor` goes on with the last Laplacian's factor; `keep_slivers` with the rows that
+        are corrected for, and the analysis of their small system.
+        """
+        if not len(self.topology.target):
+            return  # every vertex is on the boundary: the estimate is flat
+        with self._timed("assembly"):
+            self.system = System(self.topology, self.pattern, self.alpha, w)
+            self._matrix = self.system.matrix()
+        if not keep_slivers:
+            self._slivers = self._rows = self._corrector = None
+        self._direct = False
+        if self._solvers.direct:
+            self._factor_whole()
+        else:
+            self._prepare(keep_factor)
+
+    def direction(
+        self, rtol: float, gradient: FloatArray | None = None, start: FloatArray | None = None
+    ) -> tuple[FloatArray, int, FloatArray]:
+        """Solve for the errors p that the linearised constraints ask for at the present residual.
+
+        They minimise sum p^2 / (2 w) + gradient p. Returns p, (3, #F), the inner steps, and the
+        multipliers; conjugate gradients begin at those of `start`, and reduce what is missing there.
+        """
+        if not len(self.topology.target):
+            return np.zeros_like(self.alpha), 0, np.empty((0, 2))
+        missing, system = self.residual, self.system
+        with self._timed("assembly"):
+            free = system.w * (missing.triangle / system.d)
+            if gradient is not None:
+                free = free - system.projected(gradient)
+            rhs = (np.column_stack((missing.vertex, missing.wheel)) - system.rows(free)).ravel()
+            if start is not None:
+                rhs -= self._matrix.matvec(start.ravel())
+        with self._timed("solve"):
+            x, inner = self._solve(rhs, rtol)
+        with self._timed("assembly"):
+            multipliers = x.reshape(-1, 2)
+            if start is not None:
+                multipliers = start + multipliers
+            return free + system.projected(system.at_corners(multipliers)), inner, multipliers
+
+    def move(self, kind: Kind, p: FloatArray, inner: int) -> None:
+        """Add the errors, in each triangle as much of them as keeps its angles positive."""
+        limited = 0
+        with self._timed("assembly"):
+            if self._limit:
+                reach = self.reach(p)
+                limited = int(np.count_nonzero(reach <= 1))
+                p = p * np.minimum(REACH * reach, 1.0)
+            self.alpha = self.alpha + p
+            self.residual = residual(self.topology, self.alpha)
         self.steps.append(Step(kind, inner, limited, self.residual.largest))
+
+    def place(self, alpha: FloatArray, kind: Kind | None = None, inner: int = 0) -> None:
+        """Go to given angles; with a `kind`, as a step."""
+        self.alpha = alpha
+        self.residual = residual(self.topology, alpha)
+        if kind is not None:
+            self.steps.append(Step(kind, inner, 0, self.residual.largest))
+
+    def reach(self, p: FloatArray) -> FloatArray:
+        """How many times each triangle could take its errors before an angle vanishes, (#F,)."""
+        with np.errstate(divide="ignore"):
+            return np.asarray(np.where(p < 0, self.alpha / -p, np.inf).min(axis=0))
 
     def _solve(self, rhs: FloatArray, rtol: float) -> tuple[FloatArray, int]:
         if not self._direct:
@@ -231,14 +193,18 @@ class AngleSolver:
         assert self._whole is not None
         return self._whole.solve(rhs), 0
 
-    def _factor_laplacian(self, lower: sparse.csc_array) -> None:
+    def _prepare(self, keep_factor: bool) -> None:
         """Factor L_s, and make the preconditioner of it."""
-        with self._timed("analysis"):
-            if self.laplacian is None:
-                self.laplacian = self._solvers.laplacian(lower)
         try:
+            if self.laplacian is None or not keep_factor:
+                with self._timed("assembly"):
+                    lower = self.system.laplacian()
+                with self._timed("analysis"):
+                    if self.laplacian is None:
+                        self.laplacian = self._solvers.laplacian(lower)
+                with self._timed("factor"):
+                    self.laplacian.factor(lower)
             with self._timed("factor"):
-                self.laplacian.factor(lower)
                 self._precondition = self._preconditioner(self.laplacian)
         except NotPositiveDefiniteError:
             self._fall_back("the preconditioner is singular in double precision")
@@ -252,12 +218,14 @@ class AngleSolver:
             return laplacian.precondition(r.reshape(-1, 2)).ravel()
 
         if self._slivers is None:
-            rows = self._system.sliver_rows()
+            rows = self.system.sliver_rows()
             self._slivers = np.sort(np.concatenate((2 * rows, 2 * rows + 1)))
         slivers = self._slivers
         if not len(slivers):
             return scalar
-        beside = self._matrix[slivers]  # S is symmetric: its columns as well as its rows
+        if self._rows is None:
+            self._rows = Rows(self._matrix, slivers)
+        beside = self._rows.of(self._matrix)  # S is symmetric: its columns as well
         local = sparse.tril(beside[:, slivers]).tocsc()
         if self._corrector is None:
             self._corrector = self._solvers.whole(local)
@@ -284,7 +252,7 @@ class AngleSolver:
 
     def _factor_whole(self) -> None:
         with self._timed("analysis"):
-            lower = sparse.tril(self._matrix).tocsc()
+            lower = self._matrix.lower()
             if self._whole is None:
                 self._whole = self._solvers.whole(lower)
         try:

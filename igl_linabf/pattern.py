@@ -2,35 +2,79 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from scipy import sparse
 
 from .solver import Array
-from .topology import FloatArray, IntArray, sum_by
+from .topology import FloatArray, IntArray, Topology, sum_by
+
+
+class Symmetric:
+    """The matrix U + U^T, of which only the upper triangle U, with half the diagonal, is kept."""
+
+    def __init__(self, upper: sparse.csr_array) -> None:
+        self.shape, self.dtype = upper.shape, upper.dtype
+        self.upper, self._lower = upper, upper.T
+
+    def matvec(self, x: FloatArray) -> FloatArray:
+        return np.asarray(self.upper @ x + self._lower @ x)
+
+    def lower(self) -> sparse.csc_array:
+        """Its lower triangle."""
+        return sparse.tril(self.whole()).tocsc()
+
+    def whole(self) -> sparse.csr_array:
+        """All of it."""
+        return (self.upper + self._lower).tocsr()
+
+
+class Rows:
+    """Some rows of symmetric matrices of one pattern: found once, filled many times."""
+
+    def __init__(self, matrix: Symmetric, index: IntArray) -> None:
+        upper = matrix.upper
+        number = sparse.csr_array((np.arange(upper.nnz), upper.indices, upper.indptr), shape=upper.shape)
+        across, down = number[index].tocoo(), number[:, index].tocoo()
+        row = np.concatenate((across.row, down.col))
+        order = np.argsort(row, kind="stable")
+        self._source = np.concatenate((across.data, down.data))[order]
+        self._indices = np.concatenate((across.col, down.row))[order]
+        self._indptr = np.searchsorted(row[order], np.arange(len(index) + 1))
+        self._shape = (len(index), upper.shape[1])
+
+    def of(self, matrix: Symmetric) -> sparse.csr_array:
+        """These rows of `matrix`; entries of its diagonal blocks come in two parts."""
+        data = matrix.upper.data[self._source]
+        return sparse.csr_array((data, self._indices, self._indptr), shape=self._shape)
 
 
 class Pattern:
-    """The graph of a symmetric matrix.
+    """The graph of the symmetric matrices over some rows of a mesh's vertices.
 
     Parameters
     ----------
-    ends : (2, #E) int64
-        Rows that each edge of the graph joins, -1 where an end has none. An edge within one row
-        belongs to its diagonal.
+    topology : Topology
+    row : (#V,) int64
+        The row of each vertex, -1 where it has none. An edge between vertices of one row belongs
+        to its diagonal.
     n : int
         Number of rows.
 
     Attributes
     ----------
+    ends : (2, #E) int64
+        Rows of the ends of each edge.
     pairs : (#P,) int64
         The edges that join two different rows: those with an entry off the diagonal.
     downward : (#P,) bool
         Whether the first end of such an edge is the higher row of the two.
     """
 
-    def __init__(self, ends: IntArray, n: int) -> None:
-        i, j = ends
-        self.n, self.ends = n, ends
+    def __init__(self, topology: Topology, row: IntArray, n: int) -> None:
+        self.n, self.ends, self._sides = n, row[topology.edges.T], topology.sides
+        i, j = self.ends
         self.pairs = np.flatnonzero((i >= 0) & (j >= 0) & (i != j))
         i, j = i[self.pairs], j[self.pairs]
         self.downward = i > j
@@ -58,17 +102,29 @@ class Pattern:
         data = self._fill(entry, diagonal)
         return sparse.csc_array((data, self._high, self._indptr), shape=(self.n, self.n))
 
-    def symmetric(self, block: FloatArray, diagonal: FloatArray) -> sparse.csr_array:
-        """The whole symmetric matrix of 2 by 2 blocks.
+    @cached_property
+    def upward(self) -> IntArray:
+        """The half-edges of `pairs`, (2, #P), that from the lower to the higher row first."""
+        sides = self._sides[:, self.pairs]
+        return np.where(self.downward, sides[::-1], sides)
 
-        Entries (0, 0), (0, 1), (1, 0), (1, 1) of the blocks are the rows of `block`, (4, #P) from
-        first to second end of `pairs`, and of `diagonal`, (4, n).
+    @cached_property
+    def loops(self) -> list[tuple[IntArray, IntArray]]:
+        """Half-edges, and their rows, that join vertices of one row."""
+        i, j = self.ends
+        edges = np.flatnonzero((i == j) & (i >= 0))
+        present = [(side[side >= 0], i[edges][side >= 0]) for side in self._sides[:, edges]]
+        return [(side, rows) for side, rows in present if len(side)]
+
+    def symmetric(self, block: FloatArray, diagonal: FloatArray) -> Symmetric:
+        """The symmetric matrix of 2 by 2 blocks.
+
+        Entries (0, 0), (0, 1), (1, 0), (1, 1) of the blocks are the rows of `block`, (4, #P), from
+        lower to higher row of `pairs`, and of `diagonal`, (4, n).
         """
-        first, second = block[1:3]
-        block[1], block[2] = np.where(self.downward, (second, first), (first, second))
         data = self._fill(block.T, diagonal.T / 2).reshape(-1, 2, 2)
-        upper = sparse.bsr_array((data, self._high, self._indptr), shape=(2 * self.n, 2 * self.n))
-        return (upper + upper.T).tocsr()
+        half = sparse.bsr_array((data, self._high, self._indptr), shape=(2 * self.n, 2 * self.n))
+        return Symmetric(half.tocsr())
 
     def laplacian(self, weight: FloatArray) -> sparse.csc_array:
         """Lower triangle of L in x^T L x = sum over edges of weight (x_i - x_j)^2, x = 0 at missing ends."""
@@ -82,9 +138,9 @@ class Pattern:
 
     def _fill(self, entry: Array, diagonal: Array) -> Array:
         data = np.zeros((len(self._high), *diagonal.shape[1:]), dtype=np.result_type(entry, diagonal))
-        if len(data) == self.n + len(self._slot):
-            data[self._slot] = entry
-        else:  # several edges between the same two rows
+        if len(data) < self.n + len(self._slot):  # several edges between the same two rows
             np.add.at(data, self._slot, entry)
+        else:
+            data[self._slot] = entry
         data[self._diagonal] += diagonal
         return data

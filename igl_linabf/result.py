@@ -107,20 +107,25 @@ class Flattening:
 
     @property
     def iterations(self) -> int:
-        """Number of linear solves, chord steps included."""
-        return len(self.steps)
+        """Number of linear solves, chord steps included, and restoring ones not."""
+        return sum(step.kind != "restoration" for step in self.steps)
 
     @property
     def inner_steps(self) -> int:
         """Conjugate gradient steps in all of them."""
         return sum(step.inner_steps for step in self.steps)
 
+    @property
+    def _kinds(self) -> list[str]:
+        return list(dict.fromkeys(step.kind for step in self.steps))
+
     def __str__(self) -> str:
-        kinds = ", ".join(f"{s.kind} ({s.inner_steps})" for s in self.steps) or "none needed"
+        runs = {kind: [s.inner_steps for s in self.steps if s.kind == kind] for kind in self._kinds}
+        kinds = ", ".join(f"{len(inner)} {kind} ({sum(inner)})" for kind, inner in runs.items())
         rows = {
             "method": self.method,
             "outcome": f"{self.outcome.value}: {self.message}",
-            "iterations (inner steps)": kinds,
+            "solves (inner steps)": kinds or "none needed",
             "angle residual": f"{self.before.largest:.2e} -> {self.after.largest:.2e}",
             "boundary gap": f"{self.gap:.2e}",
             "solver": self.solver,

@@ -38,12 +38,10 @@ class Topology:
         Number of vertices.
     corner, tail, head : (3, #F) int64
         Vertices of the corners (`F` transposed) and of the half-edges' ends.
-    edge : (3, #F) int64
-        Undirected edge of each half-edge.
     edges : (#E, 2) int64
         End vertices of each edge, in the direction of its first half-edge.
-    forward : (3, #F) bool
-        Whether a half-edge is that first one.
+    sides : (2, #E) int64
+        Its two half-edges, numbered k #F + t; -1 for the missing one on the boundary.
     loops : tuple of int64 arrays
         Boundary loops, the mesh on their left; the first is the outer one.
     row : (#V,) int64
@@ -58,9 +56,8 @@ class Topology:
     corner: IntArray
     tail: IntArray
     head: IntArray
-    edge: IntArray
     edges: IntArray
-    forward: BoolArray
+    sides: IntArray
     loops: tuple[IntArray, ...]
     row: IntArray
     target: FloatArray
@@ -71,7 +68,8 @@ class Topology:
 
     def sum_at_edges(self, values: FloatArray) -> FloatArray:
         """Sum (3, #F) values, each of the half-edge opposite to a corner, over the edges' sides."""
-        return sum_by(self.edge, values, len(self.edges))
+        first, second = np.append(values, 0.0)[self.sides]  # a missing side reads the zero at the end
+        return np.asarray(first + second)
 
     def sum_at_rows(self, values: FloatArray) -> FloatArray:
         """Sum (#V,) vertex values over the vertices of each row."""
@@ -98,20 +96,16 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     n = len(vertices)
     corner = np.ascontiguousarray(F.T)
     tail, head = corner[NEXT], corner[PREV]
-    edge, first, count = _undirected(tail, head, n)
+    edge, first, second, count = _undirected(tail, head, n)
     t, h = tail.ravel(), head.ravel()
     edges = np.column_stack((t[first], h[first]))
-    forward = t == edges[edge, 0]
-    _check_edges(F, edges, edge, forward, count, vertices)
+    _check_edges(F, edges, edge, t, second, count, vertices)
     boundary = first[count == 1]
     loops = _trace_loops(t[boundary], h[boundary])
     if loops is None:
-        _check_fans(F, edge, vertices)
+        _check_fans(F, np.stack((first, second)), vertices)
     row, target = virtual_vertices(n, loops or ())
-    shape = tail.shape
-    return Topology(
-        n, corner, tail, head, edge.reshape(shape), edges, forward.reshape(shape), loops or (), row, target
-    )
+    return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops or (), row, target)
 
 
 def disk_topology(F: IntArray, vertices: IntArray) -> Topology:
@@ -152,17 +146,19 @@ def virtual_vertices(n: int, loops: tuple[IntArray, ...]) -> tuple[IntArray, Flo
     return row, target
 
 
-def _undirected(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
-    """The edge of each half-edge, and the first half-edge of each edge and how many it has."""
+def _undirected(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """The edge of each half-edge; the first two half-edges of each edge (or -1), and how many it has."""
     key = (np.minimum(tail, head) * n + np.maximum(tail, head)).ravel()
     order = np.argsort(key, kind="stable")
     key = key[order]
     starts = np.ones(len(key), dtype=bool)
     np.not_equal(key[1:], key[:-1], out=starts[1:])
     begin = np.flatnonzero(starts)
+    count = np.diff(begin, append=len(key))
+    second = np.where(count > 1, order[np.minimum(begin + 1, len(key) - 1)], -1)
     edge = np.empty_like(order)
     edge[order] = np.cumsum(starts) - 1
-    return edge, order[begin], np.diff(begin, append=len(key))
+    return edge, order[begin], second, count
 
 
 def _trace_loops(tail: IntArray, head: IntArray) -> tuple[IntArray, ...] | None:
@@ -186,13 +182,12 @@ def _trace_loops(tail: IntArray, head: IntArray) -> tuple[IntArray, ...] | None:
 def _in_one_piece(topology: Topology) -> bool:
     """Whether every face can be reached from face 0 across edges."""
     m = topology.corner.shape[1]
-    edge, forward = topology.edge.ravel(), topology.forward.ravel()
-    face = np.arange(3 * m) % m
-    here = np.full(len(topology.edges), -1)
-    there = here.copy()
-    here[edge[forward]], there[edge[~forward]] = face[forward], face[~forward]
-    there = np.where(there < 0, here, there)  # a boundary edge leads back to its own face
-    neighbour = np.where(forward, there[edge], here[edge]).reshape(3, m).T
+    first, second = topology.sides
+    neighbour = np.arange(3 * m) % m  # a half-edge on the boundary leads back to its own face
+    inside = second >= 0
+    a, b = first[inside], second[inside]
+    neighbour[a], neighbour[b] = b % m, a % m
+    neighbour = neighbour.reshape(3, m).T
     graph = sparse.csr_array(
         (
             np.ones(3 * m, dtype=np.int8),
@@ -209,12 +204,13 @@ def _check_edges(
     F: IntArray,
     edges: IntArray,
     edge: IntArray,
-    forward: BoolArray,
+    tail: IntArray,
+    second: IntArray,
     count: IntArray,
     vertices: IntArray,
 ) -> None:
     """Raise where an edge has more than two faces, or two that run along it the same way."""
-    same_way = np.bincount(edge, weights=forward, minlength=len(edges)) != 1
+    same_way = (second >= 0) & (tail[second] == edges[:, 0])
     crowded, turned = np.flatnonzero(count > 2), np.flatnonzero(same_way & (count == 2))
     if not (len(crowded) or len(turned)):
         return
@@ -255,7 +251,7 @@ def _explain(F: IntArray, topology: Topology, chi: int, vertices: IntArray) -> N
             f"the mesh has {pieces} components, of {some(size)} faces, with vertices {some(first)}: "
             "flatten them one by one (igl.facet_components tells them apart)"
         )
-    _check_fans(F, topology.edge.ravel(), vertices)
+    _check_fans(F, topology.sides, vertices)
     if not loops:
         raise MeshError(
             f"the mesh is closed (no boundary, Euler characteristic {chi}, genus {(2 - chi) // 2}): "
@@ -277,12 +273,10 @@ def _explain(F: IntArray, topology: Topology, chi: int, vertices: IntArray) -> N
     )
 
 
-def _check_fans(F: IntArray, edge: IntArray, vertices: IntArray) -> None:
+def _check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
     """Raise where the faces around a vertex are more than one edge-connected fan."""
     m = len(F)
-    order = np.argsort(edge, kind="stable")
-    twins = np.flatnonzero(edge[order][1:] == edge[order][:-1])
-    a, b = order[twins], order[twins + 1]
+    a, b = sides[:, sides[1] >= 0]
     # half-edge (k, t) has its ends at corners k + 1 and k + 2; across an edge, end meets start
     ka, ta, kb, tb = a // m, a % m, b // m, b % m
     i = np.concatenate((ta * 3 + (ka + 1) % 3, ta * 3 + (ka + 2) % 3))

@@ -1,0 +1,99 @@
+"""The linear angle system in reduced form, and the Laplacian that preconditions it."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+
+from .pattern import Pattern, Symmetric
+from .topology import NEXT, PREV, FloatArray, IntArray, Topology
+
+SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is corrected for
+
+
+class System:
+    """The reduced linear system of the angle errors at `alpha` (design, section 2).
+
+    The paper minimises sum (e / alpha)^2 subject to A e = b, that is (A W A^T) x = b and
+    e = W A^T x with W = diag(alpha^2) (eq. 11-16). Its triangle rows are mutually W-orthogonal.
+    Eliminating them leaves, with w = alpha^2, d = sum w, P = diag(w) - w w^T / d per triangle,
+
+        S x = r - M e0,    S = sum_t M_t P_t M_t^T,    e = e0 + P M^T x,
+
+    e0 = w (pi - sum alpha) / d and M the vertex and the wheel rows (eq. 5, 10), whose two
+    unknowns at a vertex are next to each other. Other weights w than alpha^2 measure the errors
+    otherwise: converged ABF takes alpha_0^2.
+    """
+
+    def __init__(
+        self, topology: Topology, pattern: Pattern, alpha: FloatArray, w: FloatArray | None = None
+    ) -> None:
+        self.topology, self.pattern = topology, pattern
+        self.w = alpha**2 if w is None else w
+        self.d = self.w.sum(axis=0)
+        self.cot = 1 / np.tan(alpha)
+        self._rows = topology.row[topology.corner]
+
+    def at_corners(self, x: FloatArray) -> FloatArray:
+        """M^T x: (3, #F) values from (#rows, 2) multipliers."""
+        # a missing row, -1, reads the zero at the end
+        vertex = np.append(x[:, 0], 0.0)[self._rows]
+        wheel = np.append(x[:, 1], 0.0)[self._rows]
+        return np.asarray(vertex + self.cot * (wheel[PREV] - wheel[NEXT]))
+
+    def projected(self, y: FloatArray) -> FloatArray:
+        """P y: (3, #F) angles that sum to zero in each triangle."""
+        y = self.w * y
+        return np.asarray(y - self.w * (y.sum(axis=0) / self.d))
+
+    def rows(self, e: FloatArray) -> FloatArray:
+        """M e: (#rows, 2) sums of (3, #F) angles."""
+        t, q = self.topology, self.cot * e
+        vertex = t.sum_at_rows(t.sum_at_vertices(e))
+        wheel = t.sum_at_rows(t.sum_at_vertices(q[NEXT] - q[PREV]))
+        return np.column_stack((vertex, wheel))
+
+    def matrix(self) -> Symmetric:
+        """S, (2 #rows, 2 #rows)."""
+        t, w, c, d = self.topology, self.w, self.cot, self.d
+        q = w * c
+        g = q[NEXT] - q[PREV]
+        qc = q * c
+        gd, wd = g / d, w / d
+        # within a corner's own row: (vertex, vertex), (vertex, wheel), (wheel, wheel)
+        own = (w - w * wd, -w * gd, qc[NEXT] + qc[PREV] - g * gd)
+        vertex, mixed, wheel = (t.sum_at_rows(t.sum_at_vertices(values)) for values in own)
+        diagonal = np.stack((vertex, mixed, mixed, wheel))
+        # between the corners a, b at tail and head of the half-edge opposite to corner k, as
+        # (vertex, vertex), (vertex, wheel), (wheel, vertex), (wheel, wheel)
+        wa, wb, ga, gb = w[NEXT], w[PREV], gd[NEXT], gd[PREV]
+        across = (-wa * wd[PREV], -q[NEXT] - wa * gb, q[PREV] - wb * ga, -qc - g[NEXT] * gb)
+        vv, vw, wv, ww = (values.ravel() for values in across)
+        h, r = self.pattern.upward  # r runs the other way, where the block is transposed
+        block = np.stack((vv[h] + vv[r], vw[h] + wv[r], wv[h] + vw[r], ww[h] + ww[r]))
+        for side, rows in self.pattern.loops:  # edges within a hole's row
+            for k, values in enumerate((2 * vv, vw + wv, vw + wv, 2 * ww)):
+                diagonal[k] += self.pattern.row_sums(rows, values[side])
+        return self.pattern.symmetric(block, diagonal)
+
+    def laplacian(self) -> sparse.csc_array:
+        """Lower triangle of L_s = sum_t s_t K_t, K_t the cotangent element matrix.
+
+        With K_t for P_t, S would be diag(L, L) exactly: the two rows of a vertex are the parts
+        of one complex number, the logarithm of an edge ratio, which is holomorphic in the
+        triangle's shape. s_t = 2 sqrt(w0 w1 w2 / d) is the geometric mean of the two
+        eigenvalue ratios of P_t and K_t.
+        """
+        scale = 2 * np.sqrt(self.w.prod(axis=0) / self.d)
+        return self.pattern.laplacian(self.topology.sum_at_edges(self.cot * scale) / 2)
+
+    def sliver_rows(self) -> IntArray:
+        """Rows of the triangles in which P_t and s_t K_t differ by more than `SLIVER`."""
+        w, c, d = self.w, self.cot, self.d
+        # tr(K+ P) = (tr K tr P - tr K P) / (3/4), det = 4 w0 w1 w2 / d on the plane sum e = 0
+        p = w - w**2 / d
+        kp = 0.5 * ((c[NEXT] + c[PREV]) * p).sum(axis=0) + (c * w[NEXT] * w[PREV]).sum(axis=0) / d
+        trace = (c.sum(axis=0) * p.sum(axis=0) - kp) / 0.75
+        ratio = trace**2 * d / (4 * w.prod(axis=0)) - 2  # rho + 1 / rho
+        rows = self._rows[:, ratio > SLIVER + 1 / SLIVER]
+        return np.unique(rows[rows >= 0])
