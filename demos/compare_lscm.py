@@ -1,9 +1,9 @@
-"""Flatten a mesh by linear ABF and by igl.lscm: one table, one picture, one OBJ.
+"""Flatten a mesh by igl.lscm, linear ABF and ABF: two tables, one picture, one OBJ.
 
     python demos/compare_lscm.py MESH [FOLDER]
 
 writes MESH's name with .obj (linear ABF's map as texture coordinates) and .png into FOLDER, `out`
-by default.
+by default. `igl-linabf compare MESH` prints the first table only.
 """
 
 from __future__ import annotations
@@ -14,22 +14,20 @@ from pathlib import Path
 
 import numpy as np
 
-from igl_linabf import MeshError, Quality, flatten, quality
+from igl_linabf import MeshError, Quality, compare, quality
 from igl_linabf.io import read_mesh, replacing, unit_square, write_obj
 from igl_linabf.plot import plot_compare
 from igl_linabf.quality import table
 
 
-def compare(
+def show(
     V: np.ndarray, F: np.ndarray, stem: Path, others: Mapping[str, np.ndarray] | None = None
 ) -> dict[str, Quality]:
-    """Print and draw linear ABF, igl.lscm and `others`; returns the qualities by name."""
-    results = {"linABF": flatten(V, F), "igl.lscm": flatten(V, F, "lscm")}
-    maps = {name: result.uv for name, result in results.items()} | dict(others or {})
+    """Print and draw igl.lscm, linear ABF, ABF and `others`; returns the qualities by name."""
+    comparison = compare(V, F)
+    maps = comparison.maps | dict(others or {})
     measured = {name: quality(V, F, uv) for name, uv in maps.items()}
-    seconds = {name: f"{result.seconds['total']:.3f}" for name, result in results.items()}
-    outcome = {name: result.outcome.value for name, result in results.items()}
-    print(table(measured, {"seconds, checks included": seconds, "outcome": outcome}))
+    print(f"{comparison}\n\n{table(measured)}")
     stem.parent.mkdir(parents=True, exist_ok=True)
     write_obj(stem.with_suffix(".obj"), V, F, unit_square(maps["linABF"]))
     with replacing(stem.with_suffix(".png")) as temporary:
@@ -43,6 +41,6 @@ if __name__ == "__main__":
         sys.exit(__doc__)
     try:
         mesh = Path(sys.argv[1])
-        compare(*read_mesh(mesh), Path(*sys.argv[2:] or ["out"]) / mesh.stem)
+        show(*read_mesh(mesh), Path(*sys.argv[2:] or ["out"]) / mesh.stem)
     except (MeshError, OSError) as error:
         sys.exit(str(error))

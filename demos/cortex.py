@@ -10,7 +10,7 @@ from pathlib import Path
 
 import igl
 import numpy as np
-from compare_lscm import compare
+from compare_lscm import show
 from nilearn.datasets import fetch_surf_fsaverage
 from nilearn.surface import load_surf_mesh
 
@@ -27,6 +27,6 @@ def cortex() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 if __name__ == "__main__":
     V, F, shipped = cortex()
-    measured = compare(V, F, Path("out/cortex"), {"shipped": shipped})
+    measured = show(V, F, Path("out/cortex"), {"shipped": shipped})
     assert measured["linABF"].flips == 0
     assert measured["linABF"].angle_distortion < measured["igl.lscm"].angle_distortion

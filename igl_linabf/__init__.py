@@ -5,6 +5,7 @@
 >>> uv = igl_linabf.linabf(V, F[1:])
 """
 
+from .compare import Comparison, compare
 from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
 from .flatten import abf, flatten, linabf, linabf_angles, lscm
 from .layout import layout
@@ -12,6 +13,7 @@ from .quality import Quality, quality
 from .result import Flattening, Outcome, Residuals
 
 __all__ = [
+    "Comparison",
     "FallbackWarning",
     "Flattening",
     "MeshError",
@@ -21,6 +23,7 @@ __all__ = [
     "Quality",
     "Residuals",
     "abf",
+    "compare",
     "flatten",
     "layout",
     "linabf",

@@ -8,17 +8,19 @@ import os
 import platform
 import sys
 import warnings
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
+from .compare import compare
 from .errors import MeshError
 from .flatten import METHODS, flatten
 from .io import read_mesh, replacing, unit_square, write_obj
 from .quality import quality
 from .solver import HOW_TO_GET, blas_of_cholmod, has_cholmod
+from .topology import FloatArray, IntArray
 
 GOOD, NOT_VALID, ERROR, INTERRUPTED = 0, 1, 2, 130
 
@@ -72,34 +74,78 @@ def _parser() -> Parser:
         default="square",
         help="scale of the texture coordinates: into the unit square, or in the mesh's own units of length",
     )
+    command = commands.add_parser(
+        "compare",
+        help="flatten a disk by several methods, and print their quality and time side by side",
+        description="Compare methods on a mesh that is one disk: distortion, flips, time over igl.lscm's.",
+    )
+    command.set_defaults(run=_compare)
+    command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
+    command.add_argument(
+        "--methods",
+        default="lscm,linabf,abf",
+        help=f"some of {', '.join(METHODS)}, with commas between (default: %(default)s)",
+    )
+    command.add_argument("--picture", metavar="OUT.png", type=Path, help="checkerboards to write")
+    command.add_argument("--repeat", metavar="N", type=int, default=3, help="timed runs of each (default: 3)")
     doctor = commands.add_parser("doctor", help="print what is installed and what the solvers use")
     doctor.set_defaults(run=_doctor)
     return parser
 
 
-def _flatten(options: argparse.Namespace) -> int:
-    if options.output.suffix.lower() != ".obj":
-        raise ValueError(f"{options.output} is not an OBJ file: give a name that ends in .obj")
-    if options.picture is not None:
-        if options.picture.suffix.lower() != ".png":
-            raise ValueError(f"{options.picture} is not a PNG file: give a name that ends in .png")
-        from . import plot
-    for path in filter(None, (options.output, options.picture)):
+def _check_outputs(obj: Path | None, png: Path | None) -> None:
+    """Find out before the work whether its results can be written."""
+    for path, suffix in ((obj, ".obj"), (png, ".png")):
+        if path is None:
+            continue
+        if path.suffix.lower() != suffix:
+            raise ValueError(f"{path} does not end in {suffix}: give the name of such a file")
         if not os.access(path.parent, os.W_OK):
             raise OSError(None, "the folder is missing or cannot be written to", str(path.parent))
+    if png is not None:
+        from . import plot  # noqa: F401  # says how to get pyvista where it is missing
+
+
+def _write_picture(path: Path, V: FloatArray, F: IntArray, maps: Mapping[str, FloatArray]) -> None:
+    from .plot import plot_compare
+
+    with replacing(path) as temporary:
+        plot_compare(V, F, maps, off_screen=True, screenshot=temporary).close()
+
+
+def _compare(options: argparse.Namespace) -> int:
+    methods = [method.strip() for method in options.methods.split(",")]
+    _check_outputs(None, options.picture)
+    with _silenced():
+        V, F = read_mesh(options.mesh)
+    comparison = compare(V, F, methods, repeat=options.repeat)
+    print(comparison)
+    if options.picture is not None:
+        _write_picture(options.picture, V, F, comparison.maps)
+    return GOOD
+
+
+def _flatten(options: argparse.Namespace) -> int:
+    _check_outputs(options.output, options.picture)
     settings: dict[str, Any] = {}
-    if options.method == "linabf":
-        settings = {"layout": options.layout, "solver": options.solver}
-        settings["iterations"] = _iterations(options.iterations)
+    asked = {
+        "iterations": _iterations(options.iterations),
+        "layout": options.layout,
+        "solver": options.solver,
+    }
+    taken = {"linabf": set(asked), "abf": {"layout", "solver"}, "abf++1": {"layout", "solver"}}
+    for name, value in asked.items():
+        if name in taken.get(options.method, set()):
+            settings[name] = value
+        elif value != "auto":
+            raise ValueError(f"--{name} means nothing to the method {options.method}: leave it out")
     with _silenced():
         V, F = read_mesh(options.mesh)
     result = flatten(V, F, options.method, **settings)
     uv = unit_square(result.uv) if options.units == "square" else result.uv
     write_obj(options.output, V, F, uv)
     if options.picture is not None:
-        with replacing(options.picture) as temporary:
-            maps = {options.method: result.uv}
-            plot.plot_compare(V, F, maps, off_screen=True, screenshot=temporary).close()
+        _write_picture(options.picture, V, F, {options.method: result.uv})
     print(quality(V, F, result.uv))
     print()
     print(result)

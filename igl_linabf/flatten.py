@@ -22,7 +22,7 @@ from .topology import FloatArray
 METHODS: dict[str, Callable[..., Flattening]] = {
     "linabf": linear_abf,
     "abf": converged_abf,
-    "abf++ step": reference.one_step_abfpp,
+    "abf++1": reference.one_step_abfpp,
     "lscm": reference.lscm,
     "scp": reference.scp,
     "dncp": reference.dncp,
@@ -263,12 +263,12 @@ def flatten(
         Oriented triangles of one disk.
     method : str
         "linabf", linear angle based parameterization; "abf", its converged form; and for comparison
-        "abf++ step", a single Newton step of ABF++; "lscm", `igl.lscm`; "scp", the spectral
+        "abf++1", a single Newton step of ABF++; "lscm", `igl.lscm`; "scp", the spectral
         `igl.spectra.lscm`, which needs no pins; "dncp", LSCM's energy from the cotangent side.
     b, bc : (2,) int and (2, 2) float, optional
         Two pinned vertices and their positions, as in `igl.lscm`.
     **options
-        Those of `linabf`; for "abf" those of `abf`; for "abf++ step" `layout`, `threshold` and
+        Those of `linabf`; for "abf" those of `abf`; for "abf++1" `layout`, `threshold` and
         `solver`; for "dncp" `solver`; "lscm" and "scp" have none.
 
     Returns

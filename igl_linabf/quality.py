@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .errors import MeshError
 from .mesh import check_finite, compact, complex_positions, face_array, measure, vertex_array
+from .tables import aligned
 from .topology import NEXT, PREV, ComplexArray, FloatArray, IntArray
 
 
@@ -82,12 +83,7 @@ def table(columns: Mapping[str, Quality], extra: Mapping[str, Mapping[str, str]]
         cells.append([label, *(f"{v:,d}" if isinstance(v, int) else f"{v:.4g}" for v in values)])
     for label, texts in (extra or {}).items():
         cells.append([label, *(texts.get(name, "") for name in columns)])
-    widths = [max(map(len, column)) for column in zip(*cells, strict=True)]
-    lines = []
-    for first, *rest in cells:
-        aligned = [value.rjust(width) for value, width in zip(rest, widths[1:], strict=True)]
-        lines.append("  ".join([first.ljust(widths[0]), *aligned]).rstrip())
-    return "\n".join(lines)
+    return aligned(cells)
 
 
 def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:

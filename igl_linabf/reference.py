@@ -22,7 +22,7 @@ from .topology import NEXT, PREV, ComplexArray, FloatArray, Topology
 def lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
     """`igl.lscm` with two far boundary vertices as the default pins."""
     start = perf_counter()
-    b, bc = pinned or _far_pins(mesh)
+    b, bc = pinned or far_pins(mesh)
     uv, _ = igl.lscm(mesh.V, _faces(mesh), b, bc)
     return _report("lscm", mesh, complex_positions(uv), "igl.lscm", start, pinned)
 
@@ -46,7 +46,7 @@ def dncp(mesh: Mesh, pinned: Pins | None, *, solver: SolverName = "auto") -> Fla
     squares layout of the angles that the surface has. It is LSCM's energy, and so its minimiser.
     """
     start = perf_counter()
-    b, bc = pinned or _far_pins(mesh)
+    b, bc = pinned or far_pins(mesh)
     cot = mesh.dot / mesh.double_area
     try:
         z, name = least_squares(mesh.topology, cot, b, complex_positions(bc), Solvers(solver))
@@ -88,7 +88,7 @@ def one_step_abfpp(
         factor.factor(lower)
         x = factor.solve(np.concatenate((wanted, missing.triangle)))
         angles.place(alpha + (w * (A.T @ x)).reshape(m, 3).T, "step")
-    return attempt.report("abf++ step", attempt.lay_out(), reached=False)
+    return attempt.report("abf++1", attempt.lay_out(), reached=False)
 
 
 def _product_rows(topology: Topology, alpha: FloatArray) -> tuple[sparse.csr_array, FloatArray]:
@@ -118,7 +118,8 @@ def _faces(mesh: Mesh) -> np.ndarray:
     return np.ascontiguousarray(mesh.topology.corner.T)
 
 
-def _far_pins(mesh: Mesh) -> Pins:
+def far_pins(mesh: Mesh) -> Pins:
+    """The two boundary vertices half the loop apart that are farthest from each other."""
     loop = mesh.topology.loops[0]
     return loop[far_apart(mesh.V[loop])], np.array([[0.0, 0.0], [1.0, 0.0]])
 

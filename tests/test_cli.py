@@ -71,8 +71,11 @@ ERRORS = {
     "not a mesh": (["flatten", "{tmp}/text.obj", "-o", "{tmp}/x.obj"], "text.obj holds 0 vertices"),
     "closed": (["flatten", "{tmp}/closed.off", "-o", "{tmp}/x.obj"], "the mesh is closed"),
     "folder": (["flatten", "{mesh}", "-o", "{tmp}/none/x.obj"], "folder is missing"),
-    "output format": (["flatten", "{mesh}", "-o", "{tmp}/x.fbx"], "not an OBJ file"),
-    "picture format": (["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--picture", "a.bmp"], "not a PNG file"),
+    "output format": (["flatten", "{mesh}", "-o", "{tmp}/x.fbx"], "does not end in .obj"),
+    "picture format": (
+        ["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--picture", "a.bmp"],
+        "does not end in .png",
+    ),
     "no output": (["flatten", "{mesh}"], "required: -o"),
     "iterations": (["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--iterations", "0"], "iterations is 0"),
     "iterations text": (
