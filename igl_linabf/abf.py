@@ -139,7 +139,7 @@ class ABF:
         # so exactly that what is missing does not hide the change of the objective
         exact = max(1e-11, 1e-3 * min(float(np.abs(p / start).max()), 1e-3) ** 2)
         while scale >= LEAST_SCALE:
-            trial = np.maximum(start + scale * p, SMALLEST * self._anchor)
+            trial = np.maximum(start + scale * p, np.minimum(start, SMALLEST * self._anchor))
             angles.place(trial * (np.pi / trial.sum(axis=0)), "feasible", inner)
             self._restore(exact, RESTORE)
             after = self.objective
