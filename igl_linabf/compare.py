@@ -133,6 +133,8 @@ def compare(
     for method in methods:
         if method not in METHODS:
             raise ValueError(f"method is {method!r}: use some of {', '.join(map(repr, METHODS))}")
+    if repeat < 1:
+        raise ValueError(f"repeat is {repeat!r}: use an integer from 1 on")
     given = {method: options if method == "linabf" else {} for method in methods}
     first = {method: flatten(V, F, method, **given[method]) for method in methods}
     with warnings.catch_warnings():

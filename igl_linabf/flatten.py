@@ -134,8 +134,8 @@ def abf(
 
     Minimises sum ((alpha - alpha_0) / alpha_0)^2 (Sheffer, de Sturler 2001) with all constraints
     satisfied, by the steps of linear ABF measured from the initial estimate alpha_0. Where they do
-    not converge, a slower form that stays among flat meshes takes over, in which no angle falls
-    below a hundredth of alpha_0.
+    not converge, a slower form that stays among flat meshes takes over; it holds angles that come
+    down to a hundredth of alpha_0.
 
     Parameters
     ----------

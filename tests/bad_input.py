@@ -1,6 +1,6 @@
 """Input that must be refused, or accepted with a warning, by name; run as a script for one of them.
 
-`python tests/bad_input.py NAME` prints how `linabf` ends: run apart, so that a crash of the process
+`python tests/bad_input.py NAME` prints how each method ends: run apart, so that a crash of the process
 is seen and takes nothing along.
 """
 
@@ -129,9 +129,10 @@ WARNED = {
 
 def main() -> None:
     from igl_linabf import MeshError, flatten
+    from igl_linabf.flatten import METHODS
 
     positions, faces, pins, _ = {**REFUSED, **WARNED}[sys.argv[1]]
-    for method in ("linabf", "lscm"):
+    for method in METHODS:
         try:
             uv = flatten(positions, faces, method, *pins).uv
             print(f"{method}: a map of {len(uv)}, not a number at {np.flatnonzero(np.isnan(uv[:, 0]))}")

@@ -83,6 +83,14 @@ ERRORS = {
         "--iterations is 'x'",
     ),
     "method": (["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--method", "magic"], "invalid choice"),
+    "meaningless option": (
+        ["flatten", "{mesh}", "-o", "{tmp}/x.obj", "--method", "lscm", "--iterations", "2"],
+        "--iterations means nothing to the method lscm",
+    ),
+    "compare methods": (["compare", "{mesh}", "--methods", "lscm,magic"], "method is 'magic'"),
+    "compare picture": (["compare", "{mesh}", "--picture", "x.gif"], "does not end in .png"),
+    "compare repeat": (["compare", "{mesh}", "--repeat", "0"], "repeat is 0"),
+    "compare closed": (["compare", "{tmp}/closed.off"], "the mesh is closed"),
     "no command": ([], "required: COMMAND"),
 }
 

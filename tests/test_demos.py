@@ -5,10 +5,14 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from pathlib import Path
 
 import igl
 import numpy as np
-from conftest import ROOT, load, pixels
+import pyvista as pv
+from conftest import FOLDER, ROOT, load, pixels
+
+from igl_linabf.plot import WARNING
 
 
 def run(folder, *arguments: object) -> str:
@@ -47,6 +51,62 @@ def test_compare_lscm_on_any_mesh(tmp_path) -> None:
     lscm, ours, abf = row(text, "angle distortion")
     assert abf <= ours <= lscm
     assert sorted(p.name for p in (tmp_path / "pictures").iterdir()) == ["bumps.obj", "bumps.png"]
+
+
+def flipped_in(picture: Path) -> list[bool]:
+    """Whether each row of a comparison shows flipped triangles, in the colour that marks them."""
+    image = pixels(picture)[:, 700:, :3].astype(int)
+    red = np.abs(image - pv.Color(WARNING).int_rgb).sum(axis=2) < 12
+    return [part.sum() > 200 for part in np.split(red, len(image) // 700)]
+
+
+def test_obtuse_lscm_turns_triangles_over_and_linear_abf_agrees_with_abf(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "obtuse.py")
+    for method in ("lscm", "dncp", "scp"):
+        assert f"{method:8} flipped triangles with each pair of pins: [1, 1, 1]" in text
+    assert re.search(r"linABF +flipped triangles: 0; from ABF at most 0\.07 degrees", text)
+    assert flipped_in(tmp_path / "out" / "obtuse.png") == [True, True, True, False, False]
+
+
+def test_the_second_iteration_fixes_what_the_first_one_leaves(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "second_iteration.py")
+    flips = [line.split()[2] for line in text.splitlines() if re.match(r" +[123] ", line)]
+    assert flips == ["1", "0", "0"]
+    assert "by default: 0 flipped" in text
+    assert flipped_in(tmp_path / "out" / "second_iteration.png") == [True, False, False]
+
+
+def test_high_curvature(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "high_curvature.py")
+    spiky, crown = text.split("crown: ")
+    assert row(spiky, "flipped") == [0, 0, 0]
+    assert row(crown, "flipped")[0] > 0
+    assert row(crown, "flipped")[1:] == [0, 0]
+    assert flipped_in(tmp_path / "out" / "spiky.png") == [False] * 3
+
+
+def test_greedy_layout_breaks_far_from_its_seed_and_least_squares_does_not(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "greedy.py")
+    one, converged = text.split("converged\n")
+    assert "298,464 triangles" in one
+    flips = [int(line.split()[1]) for line in one.splitlines() if re.match(r" +\d+  ", line)]
+    assert flips[0] < 0.01 * flips[-1]
+    assert "greedy: F/3nt 0.000215, 0 flipped; least squares: F/3nt 0.000215, 0 flipped" in converged
+    assert pixels(tmp_path / "out" / "greedy.png").shape[:2] == (1400, 1400)
+
+
+def test_stretch_of_linear_abf_is_that_of_abf(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "stretch.py")
+    models = [name for name in ("horse", "bunny") if f"\n{name}, " in text]
+    assert "dino: no such file" in text
+    assert ("horse" in models) == (FOLDER is not None)
+    for name in models:
+        part = text.split(f"\n{name}, ")[1]
+        lscm, one, ours, abf = (row(part, label) for label in ("igl.lscm", "linABF, one", "linABF ", "ABF"))
+        assert one[2] == ours[2] == abf[2] == 0
+        assert abs(one[0] / abf[0] - 1) < 0.01
+        assert abf[0] < ours[0] * 1.001 < lscm[0]
+        assert abf[1] <= ours[1] <= lscm[1]
 
 
 def test_timing_prints_a_ratio_for_each_mesh(tmp_path) -> None:

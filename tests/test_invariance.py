@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conftest import load
 
-from igl_linabf import flatten, linabf
+from igl_linabf import abf, flatten, linabf
 
 NAMES = ("bumps", "cortex", "disk__igl_camel_b.obj", "disk__igl_lion.off", "stress__optcuts_golf.obj")
 
@@ -41,6 +41,16 @@ def test_numbering_of_vertices_faces_and_corners(name: str, layout: str) -> None
     b = flatten(renumbered, new[turned][rng.permutation(len(F))], **options)
     assert a.layout == b.layout
     assert np.abs(b.uv[new] - a.uv).max() <= 1e-7 * size(a.uv)
+
+
+@pytest.mark.parametrize("name", NAMES[:-1])
+def test_converged_abf_under_rigid_motion_scale_and_numbering(name: str) -> None:
+    V, F = load(name)
+    uv = abf(V, F, tol=1e-9)
+    new = np.random.default_rng(0).permutation(len(V))
+    moved = np.empty_like(V)
+    moved[new] = 1e3 * (V[:, [1, 2, 0]] + np.ptp(V))
+    assert np.abs(abf(moved, new[F], tol=1e-9)[new] / 1e3 - uv).max() <= 1e-7 * size(uv)
 
 
 @pytest.mark.parametrize("name", ["bumps", "cortex"])

@@ -1,0 +1,120 @@
+"""Converged ABF: flat, stationary, as good as its peers, and honest where it does not converge."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import DISKS, STRESS, load
+from paper import right_hand_sides, rows
+from scipy import sparse
+
+from igl_linabf import Outcome, OutcomeWarning, abf, flatten, linabf, quality
+from igl_linabf.abf import SMALLEST
+from igl_linabf.angles import corner_angles, initial_estimate
+from igl_linabf.mesh import disk
+from igl_linabf.solver import Solvers, has_cholmod
+
+BENIGN = {  # per cent by which F/3nt of one linear step may be away from converged ABF's
+    name: 5.0
+    for name in ("bumps", "cortex", *DISKS)
+    if name not in ("disk__flipfree_camelhead_small.obj", "disk__oded_cube_no_bottom.obj")
+}
+
+
+def cone(height: float) -> tuple[np.ndarray, np.ndarray]:
+    """A cone of radius 1/4 and `height` on a round plate: its tip has an angle deficit of some 5."""
+    from high_curvature import rings, spike
+
+    return rings(20, lambda z: spike(np.abs(z), height, 0.25))
+
+
+def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
+    """Share of the objective's gradient that no multipliers explain, in the metric alpha_0^2.
+
+    At angles held at their lower bound only a wish to fall is explained by it.
+    """
+    mesh = disk(V, F)
+    start = initial_estimate(mesh.topology, corner_angles(mesh)).T.ravel()
+    alpha = angles.ravel()
+    gradient = (alpha - start) / start  # times alpha_0
+    m = len(angles)
+    triangles = sparse.kron(sparse.eye_array(m), np.ones((1, 3)))
+    A = sparse.vstack((rows(mesh.topology, angles.T), triangles)).tocsr() @ sparse.diags_array(start)
+    free = alpha > (1 + 1e-5) * SMALLEST * start
+    C = A[:, free]
+    lower = sparse.tril(C @ C.T).tocsc()
+    factor = Solvers("direct").whole(lower)
+    factor.factor(lower)
+    x = factor.solve(C @ gradient[free])
+    x += factor.solve(C @ (gradient[free] - C.T @ x))
+    unexplained = gradient - A.T @ x
+    assert (unexplained[~free] >= 0).all()
+    return float(np.linalg.norm(unexplained[free]) / np.linalg.norm(gradient))
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", "cone", *DISKS, *STRESS[1:]])
+def test_it_converges_to_a_flat_mesh_where_the_objective_is_stationary(name: str) -> None:
+    if name.endswith("face.obj") and not has_cholmod():
+        pytest.skip("SuperLU takes minutes for the full system of face")
+    V, F = cone(1.0) if name == "cone" else load(name)
+    result = flatten(V, F, "abf", tol=1e-9)
+    assert result.outcome is Outcome.CONVERGED
+    assert result.iterations <= (16 if name.startswith("disk") else 60)
+    vertex_and_wheel, triangle = right_hand_sides(disk(V, F).topology, result.angles.T)
+    assert np.abs(vertex_and_wheel).max() <= 1e-9
+    assert np.abs(triangle).max() <= 1e-9
+    assert stationarity(V, F, result.angles) <= 1e-6
+    assert quality(V, F, result.uv).flips == 0
+
+
+@pytest.mark.parametrize(("name", "limit"), [("camel_b.obj", 7.54e-3), ("camelhead.off", 2.09e-3)])
+def test_angle_distortion_is_at_or_below_that_of_openabf_and_geogram(name: str, limit: float) -> None:
+    V, F = load(f"disk__igl_{name}")
+    assert quality(V, F, abf(V, F)).angle_distortion <= limit
+
+
+@pytest.mark.parametrize("name", BENIGN)
+def test_one_linear_step_is_within_five_per_cent_of_it(name: str) -> None:
+    V, F = load(name)
+    one, all_of_it = (quality(V, F, uv).angle_distortion for uv in (linabf(V, F, iterations=1), abf(V, F)))
+    assert abs(one / all_of_it - 1) <= BENIGN[name] / 100
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", *DISKS])
+def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) -> None:
+    V, F = load(name)
+    default, exact = (quality(V, F, abf(V, F, **tol)).angle_distortion for tol in ({}, {"tol": 1e-10}))
+    assert abs(default / exact - 1) <= 5e-5
+
+
+def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
+    V, F = cone(2.0)
+    result = flatten(V, F, "abf")
+    assert [step.kind for step in result.steps if step.kind != "restoration"][-1] == "feasible"
+    assert "held at a hundredth" in result.message
+    estimate = initial_estimate(disk(V, F).topology, corner_angles(disk(V, F))).T
+    assert 0.9 * SMALLEST <= (result.angles / estimate).min() <= 1.01 * SMALLEST
+
+
+def test_it_says_where_it_did_not_converge() -> None:
+    V, F = load("bumps")
+    with pytest.warns(OutcomeWarning, match="did not converge in its feasible form"):
+        uv = abf(V, F, tol=1e-17)
+    assert flatten(V, F, "abf", tol=1e-17).outcome is Outcome.NOT_CONVERGED
+    assert np.allclose(uv, abf(V, F, tol=1e-9), atol=1e-6)
+
+
+@pytest.mark.parametrize("tol", [0, -1, float("nan")])
+def test_a_tolerance_that_means_nothing_is_refused(tol: float) -> None:
+    with pytest.raises(ValueError, match="use a positive number"):
+        abf(*load("bumps"), tol=tol)
+
+
+def test_pins_and_vertices_of_no_face() -> None:
+    V, F = load("bumps")
+    expected = abf(V, F, [3, 7], [[0, 0], [1, 2]], tol=1e-9)
+    assert np.allclose(expected[[3, 7]], [[0, 0], [1, 2]])
+    with pytest.warns(UserWarning, match="unreferenced|no face"):
+        uv = abf(np.vstack(([[9, 9, 9]], V)), F + 1, [4, 8], [[0, 0], [1, 2]], tol=1e-9)
+    assert np.isnan(uv[0]).all()
+    assert np.allclose(uv[1:], expected, atol=1e-7)
