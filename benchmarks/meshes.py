@@ -41,10 +41,3 @@ def subdivided(mesh: Mesh, times: int) -> Mesh:
     """Every triangle split into four, `times` times."""
     name, V, F = mesh
     return f"{name}, {4**times} x", *igl.upsample(V, F, times)
-
-
-def pins(V: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Two far boundary vertices, for igl.lscm."""
-    loop = igl.boundary_loop(F)
-    far = loop[np.argmax(np.linalg.norm(V[loop] - V[loop[0]], axis=1))]
-    return np.array([loop[0], far]), np.array([[0.0, 0.0], [1.0, 0.0]])

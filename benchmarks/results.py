@@ -17,6 +17,7 @@ meshes of the folder that `IGL_LINABF_MESHES` names (files `kind__name.obj`) and
 nilearn's wheel. Times are ratios to `igl.lscm` within one process, medians, checks included.
 """
 SECTIONS = [
+    ("The paper's Table 1", "table1.py"),
     ("Distortion", "distortion.py"),
     ("Time, with CHOLMOD", "timing.py --large"),
     ("Time, without CHOLMOD", "timing.py --large --solver multigrid"),

@@ -10,31 +10,20 @@ from __future__ import annotations
 
 import argparse
 import statistics
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
-from time import perf_counter
 
-import igl
-from meshes import Mesh, brain, pins, shared, subdivided
+from meshes import Mesh, brain, shared, subdivided
 
 from igl_linabf import flatten, linabf
+from igl_linabf.compare import medians
 from igl_linabf.io import read_mesh
+from igl_linabf.mesh import disk
+from igl_linabf.reference import bare_lscm
 from igl_linabf.solver import blas_of_cholmod, has_cholmod
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
-
-
-def interleaved(repeat: int, *calls: Callable[[], object]) -> list[float]:
-    """Median seconds of each call, the calls taking turns after a warm-up."""
-    for call in calls:
-        call()
-    seconds: list[list[float]] = [[] for _ in calls]
-    for _ in range(repeat):
-        for call, taken in zip(calls, seconds, strict=True):
-            start = perf_counter()
-            call()
-            taken.append(perf_counter() - start)
-    return [statistics.median(taken) for taken in seconds]
 
 
 def chosen(options: argparse.Namespace) -> Iterator[Mesh]:
@@ -67,13 +56,10 @@ def main() -> None:
     print("| mesh | triangles | linabf / igl.lscm | " + " | ".join(STAGES) + " | other |")
     print("|---|---|---|" + "---|" * (len(STAGES) + 1))
     for name, V, F in chosen(options):
-        b, bc = pins(V, F)
-        results = []
-        ours, theirs = interleaved(
-            options.repeat,
-            lambda V=V, F=F: linabf(V, F, solver=options.solver),
-            lambda V=V, F=F, b=b, bc=bc: igl.lscm(V, F, b, bc),
-        )
+        bare = bare_lscm(disk(V, F))
+        calls = [partial(linabf, V, F, solver=options.solver), bare]
+        medians(calls, 1)  # a warm-up
+        ours, theirs = medians(calls, options.repeat)
         results = [flatten(V, F, solver=options.solver).seconds for _ in range(3)]
         share = {s: statistics.median(r[s] / r["total"] for r in results) for s in STAGES}
         share["other"] = 1 - sum(share.values())

@@ -10,8 +10,6 @@ from functools import partial
 from time import perf_counter
 from typing import Any
 
-import igl
-import numpy as np
 from numpy.typing import ArrayLike
 
 from . import peers
@@ -19,7 +17,7 @@ from .errors import FallbackWarning, stack_level
 from .flatten import METHODS, flatten
 from .mesh import disk, scatter
 from .quality import Quality, quality
-from .reference import far_pins
+from .reference import bare_lscm
 from .result import Flattening
 from .tables import aligned
 from .topology import FloatArray
@@ -140,12 +138,10 @@ def compare(
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # they were given for the runs above
         mesh = disk(V, F)
-        faces = np.ascontiguousarray(mesh.topology.corner.T)
-        b, bc = far_pins(mesh)
-        calls: list[Callable[[], object]] = [lambda: igl.lscm(mesh.V, faces, b, bc)]
+        calls: list[Callable[[], object]] = [bare_lscm(mesh)]
         calls += [partial(flatten, V, F, method, **given[method]) for method in methods]
         calls[0]()
-        base, *seconds = _medians(calls, repeat)
+        base, *seconds = medians(calls, repeat)
     entries = {}
     for (method, result), taken in zip(first.items(), seconds, strict=True):
         taken = base if method == "lscm" else taken
@@ -154,7 +150,7 @@ def compare(
         entries[LABELS[method]] = Entry(result.uv, measured, taken, taken / base, iterations, result)
     for name in peers.installed() if others else ():
         try:
-            uv, taken = peers.run(name, mesh.V, faces)
+            uv, taken = peers.run(name, mesh.V, mesh.faces)
         except RuntimeError as error:
             warnings.warn(f"{error}: it is left out", FallbackWarning, stacklevel=stack_level())
             continue
@@ -163,7 +159,7 @@ def compare(
     return Comparison(entries)
 
 
-def _medians(calls: Sequence[Callable[[], object]], repeat: int) -> list[float]:
+def medians(calls: Sequence[Callable[[], object]], repeat: int) -> list[float]:
     """Median seconds of each call, the calls taking turns."""
     seconds: list[list[float]] = [[] for _ in calls]
     for _ in range(repeat):

@@ -37,6 +37,11 @@ class Mesh:
     n_given: int
 
     @property
+    def faces(self) -> IntArray:
+        """The triangles as igl takes them, (#F, 3)."""
+        return np.ascontiguousarray(self.topology.corner.T)
+
+    @property
     def area(self) -> float:
         return float(self.double_area.sum()) / 2
 

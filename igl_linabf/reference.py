@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from time import perf_counter
 
 import igl
@@ -23,14 +24,14 @@ def lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
     """`igl.lscm` with two far boundary vertices as the default pins."""
     start = perf_counter()
     b, bc = pinned or far_pins(mesh)
-    uv, _ = igl.lscm(mesh.V, _faces(mesh), b, bc)
+    uv, _ = igl.lscm(mesh.V, mesh.faces, b, bc)
     return _report("lscm", mesh, complex_positions(uv), "igl.lscm", start, pinned)
 
 
 def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
     """`igl.spectra.lscm`: the spectral, pin-free conformal map of Mullen et al. 2008."""
     start = perf_counter()
-    z = complex_positions(igl.spectra.lscm(mesh.V, _faces(mesh)))
+    z = complex_positions(igl.spectra.lscm(mesh.V, mesh.faces))
     # the eigenvector's sign and igl's order of the coordinates leave the orientation open
     backwards = len(flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
     z = z.conj() if backwards else z
@@ -114,14 +115,17 @@ def _product_rows(topology: Topology, alpha: FloatArray) -> tuple[sparse.csr_arr
     return sparse.csr_array((entry, (i, j)), shape=(2 * n, alpha.size)), wanted
 
 
-def _faces(mesh: Mesh) -> np.ndarray:
-    return np.ascontiguousarray(mesh.topology.corner.T)
-
-
 def far_pins(mesh: Mesh) -> Pins:
     """The two boundary vertices half the loop apart that are farthest from each other."""
     loop = mesh.topology.loops[0]
     return loop[far_apart(mesh.V[loop])], np.array([[0.0, 0.0], [1.0, 0.0]])
+
+
+def bare_lscm(mesh: Mesh) -> Callable[[], object]:
+    """`igl.lscm` by itself, the pins given: what times are measured against."""
+    faces = mesh.faces
+    b, bc = far_pins(mesh)
+    return lambda: igl.lscm(mesh.V, faces, b, bc)
 
 
 def _report(
