@@ -14,6 +14,7 @@ from igl_linabf.io import read_mesh
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "demos"))
 from cortex import cortex
+from holes import crown_without_tips
 
 Mesh = tuple[str, np.ndarray, np.ndarray]
 
@@ -41,3 +42,8 @@ def subdivided(mesh: Mesh, times: int) -> Mesh:
     """Every triangle split into four, `times` times."""
     name, V, F = mesh
     return f"{name}, {4**times} x", *igl.upsample(V, F, times)
+
+
+def crown() -> Mesh:
+    """The demo's disk with seven holes."""
+    return "crown", *crown_without_tips()

@@ -16,7 +16,7 @@ from meshes import brain, shared
 
 from igl_linabf import OutcomeWarning, abf, linabf, peers, quality
 from igl_linabf.compare import medians
-from igl_linabf.mesh import disk
+from igl_linabf.mesh import planar
 from igl_linabf.reference import bare_lscm
 
 COLUMNS = (
@@ -41,7 +41,7 @@ def main() -> None:
     heads = [*COLUMNS, *(f"{name}: time, F/3nt" for name in others)]
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     for name, V, F in [brain(), *shared("disk")]:
-        mesh = disk(V, F)
+        mesh = planar(V, F)
         calls = [
             bare_lscm(mesh),
             partial(abf, V, F),

@@ -19,7 +19,7 @@ from meshes import Mesh, brain, shared, subdivided
 from igl_linabf import flatten, linabf
 from igl_linabf.compare import medians
 from igl_linabf.io import read_mesh
-from igl_linabf.mesh import disk
+from igl_linabf.mesh import planar
 from igl_linabf.reference import bare_lscm
 from igl_linabf.solver import blas_of_cholmod, has_cholmod
 
@@ -56,7 +56,7 @@ def main() -> None:
     print("| mesh | triangles | linabf / igl.lscm | " + " | ".join(STAGES) + " | other |")
     print("|---|---|---|" + "---|" * (len(STAGES) + 1))
     for name, V, F in chosen(options):
-        bare = bare_lscm(disk(V, F))
+        bare = bare_lscm(planar(V, F))
         calls = [partial(linabf, V, F, solver=options.solver), bare]
         medians(calls, 1)  # a warm-up
         ours, theirs = medians(calls, options.repeat)

@@ -10,12 +10,13 @@ from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
 from .flatten import abf, flatten, linabf, linabf_angles, lscm
 from .layout import layout
 from .quality import Quality, quality
-from .result import Flattening, Outcome, Residuals
+from .result import Flattening, Hole, Outcome, Residuals
 
 __all__ = [
     "Comparison",
     "FallbackWarning",
     "Flattening",
+    "Hole",
     "MeshError",
     "MeshWarning",
     "Outcome",

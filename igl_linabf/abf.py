@@ -88,7 +88,7 @@ class ABF:
         angles, multipliers = self._angles, None
         best, stalled = np.inf, 0
         for k in range(PLAIN):
-            angles.take_system(self._weights, keep_factor=k > 0)
+            angles.take_system(self._weights, keep_factor=k > 0, close=k > 0)
             p, inner, multipliers = angles.direction(INNER, self._gradient(), multipliers)
             angles.move("anchored", p, inner)
             if self._ends(p):
@@ -102,7 +102,7 @@ class ABF:
         angles = self._angles
         angles.place(self._anchor)
         self._restore(RESIDUAL, ACTIVE_SET)
-        multipliers = np.zeros((len(angles.topology.target), 2))
+        multipliers = np.zeros(0)
         scale = 1.0
         for _ in range(FEASIBLE):
             p, inner, multipliers = self._feasible_direction(multipliers)
@@ -115,8 +115,10 @@ class ABF:
     def _feasible_direction(self, multipliers: FloatArray) -> tuple[FloatArray, int, FloatArray]:
         """Direction at feasible angles, those at their bound that want to fall being held."""
         angles, gradient, inner = self._angles, self._gradient(), 0
-        wheel = np.append(multipliers[:, 1], 0.0)[angles.topology.row[angles.topology.corner]]
-        curvature = 1 / self._weights + (wheel[PREV] - wheel[NEXT]) / np.sin(angles.alpha) ** 2
+        curvature = 1 / self._weights
+        if len(multipliers):
+            wheel = angles.at_vertices(multipliers)[angles.topology.corner, 1]
+            curvature += (wheel[PREV] - wheel[NEXT]) / np.sin(angles.alpha) ** 2
         weights = 1 / np.maximum(np.abs(curvature), CURVATURE / self._weights)
         low = angles.alpha <= (1 + 1e-6) * SMALLEST * self._anchor
         self.bound = self.bound & low

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .mesh import Mesh
-from .topology import NEXT, PREV, FloatArray, Topology
+from .topology import NEXT, PREV, ComplexArray, FloatArray, IntArray, Topology
 
 
 def corner_angles(mesh: Mesh) -> FloatArray:
@@ -39,6 +39,51 @@ def initial_estimate(
 
 
 @dataclass(frozen=True, eq=False)
+class Closure:
+    """The loops of the holes, as the angles draw them (design, section 3).
+
+    What is missing of the turning and of the logarithms of the lengths is spread evenly over a
+    loop first, and the gap over the derivative, so that nothing depends on the vertex where the
+    drawing begins.
+
+    Attributes
+    ----------
+    gap : (#holes,) complex128
+        tau, by which each loop fails to close, in units of its length.
+    vertex, hole : (#L,) int64
+        The vertices of all these loops, and which hole each belongs to.
+    q : (#L,) complex128
+        From each of them to its loop's end, less the mean of that over the loop: the gap's
+        derivative by log_ratio + i turning there.
+    """
+
+    gap: ComplexArray
+    vertex: IntArray
+    hole: IntArray
+    q: ComplexArray
+
+
+def closure_of(topology: Topology, turning: FloatArray, log_ratio: FloatArray) -> Closure:
+    """Draw each hole's loop; `turning` and `log_ratio` as in `Residual`."""
+    holes = topology.loops[1:]
+    gap, q = np.zeros(len(holes), dtype=np.complex128), []
+    for i, loop in enumerate(holes):
+        angle, ratio = turning[loop], log_ratio[loop]
+        angle = angle - (angle.sum() + 2 * np.pi) / len(loop)  # the mesh on the left: clockwise
+        length = np.cumsum(ratio - ratio.mean())
+        edge = np.exp(length - length.max() + 1j * np.cumsum(angle))  # it leaves the loop vertex
+        edge /= np.abs(edge).sum()
+        to_end = np.cumsum(edge[::-1])[::-1]
+        gap[i] = to_end[0]
+        to_end += gap[i] * np.arange(len(loop)) / len(loop)  # the mean over all beginnings
+        q.append(to_end - to_end.mean())
+    if not holes:
+        return Closure(gap, np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), gap)
+    hole = np.repeat(np.arange(len(holes)), [len(loop) for loop in holes])
+    return Closure(gap, np.concatenate(holes), hole, np.concatenate(q))
+
+
+@dataclass(frozen=True, eq=False)
 class Residual:
     """What is missing of the three constraint families (right-hand sides of eq. 5, 6 and 10).
 
@@ -51,6 +96,8 @@ class Residual:
     turning, log_ratio : (#V,) float64
         At a vertex of a boundary loop, the mesh on the left: the exterior angle, and the
         logarithm of the next edge's length over the last one's.
+    closure : Closure
+        The holes' loops, drawn by them.
     """
 
     vertex: FloatArray
@@ -58,11 +105,13 @@ class Residual:
     triangle: FloatArray
     turning: FloatArray
     log_ratio: FloatArray
+    closure: Closure
 
     @property
     def largest(self) -> float:
-        """Largest absolute value over the three families, in radians (wheel: a logarithm)."""
-        return float(max(np.abs(r).max(initial=0.0) for r in (self.vertex, self.wheel, self.triangle)))
+        """Largest absolute value over the families: radians, logarithms, holes' relative gaps."""
+        families = (self.vertex, self.wheel, self.triangle, self.closure.gap)
+        return float(max(np.abs(r).max(initial=0.0) for r in families))
 
 
 def residual(topology: Topology, alpha: FloatArray) -> Residual:
@@ -71,10 +120,12 @@ def residual(topology: Topology, alpha: FloatArray) -> Residual:
     log_sin = np.log(np.maximum(np.abs(np.sin(alpha)), np.finfo(np.float64).tiny))
     total = topology.sum_at_vertices(alpha)
     log_ratio = topology.sum_at_vertices(log_sin[PREV] - log_sin[NEXT])
+    turning = np.pi - total
     return Residual(
         vertex=topology.target - topology.sum_at_rows(total),
         wheel=topology.sum_at_rows(log_ratio),
         triangle=np.pi - alpha.sum(axis=0),
-        turning=np.pi - total,
+        turning=turning,
         log_ratio=log_ratio,
+        closure=closure_of(topology, turning, log_ratio),
     )

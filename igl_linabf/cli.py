@@ -55,8 +55,8 @@ def _parser() -> Parser:
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     command = commands.add_parser(
         "flatten",
-        help="flatten a disk, write it with texture coordinates, and print the map's quality",
-        description="Flatten a mesh that is one disk. Exit code 1: written, but with flipped triangles.",
+        help="flatten a disk or one with holes, write it with texture coordinates, print the map's quality",
+        description="Flatten a disk, or one with holes. Exit code 1: written, but with flipped triangles.",
     )
     command.set_defaults(run=_flatten)
     command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
@@ -67,6 +67,7 @@ def _parser() -> Parser:
     command.add_argument("--method", choices=sorted(METHODS), default="linabf")
     command.add_argument("--iterations", metavar="N", default="auto", help="number of iterations, or auto")
     command.add_argument("--layout", choices=("auto", "boundary", "least-squares", "greedy"), default="auto")
+    command.add_argument("--outer", metavar="VERTEX", type=int, help="a vertex of the outer boundary loop")
     command.add_argument("--solver", choices=("auto", "cholmod", "multigrid", "direct"), default="auto")
     command.add_argument(
         "--units",
@@ -76,8 +77,8 @@ def _parser() -> Parser:
     )
     command = commands.add_parser(
         "compare",
-        help="flatten a disk by several methods, and print their quality and time side by side",
-        description="Compare methods on a mesh that is one disk: distortion, flips, time over igl.lscm's.",
+        help="flatten it by several methods, and print their quality and time side by side",
+        description="Compare methods on a disk, or one with holes: distortion, flips, time over igl.lscm's.",
     )
     command.set_defaults(run=_compare)
     command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
@@ -141,7 +142,7 @@ def _flatten(options: argparse.Namespace) -> int:
             raise ValueError(f"--{name} means nothing to the method {options.method}: leave it out")
     with _silenced():
         V, F = read_mesh(options.mesh)
-    result = flatten(V, F, options.method, **settings)
+    result = flatten(V, F, options.method, outer=options.outer, **settings)
     uv = unit_square(result.uv) if options.units == "square" else result.uv
     write_obj(options.output, V, F, uv)
     if options.picture is not None:

@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from . import peers
 from .errors import FallbackWarning, stack_level
 from .flatten import METHODS, flatten
-from .mesh import disk, scatter
+from .mesh import planar, scatter
 from .quality import Quality, quality
 from .reference import bare_lscm
 from .result import Flattening
@@ -94,9 +94,10 @@ def compare(
     *,
     repeat: int = 3,
     others: bool = True,
+    outer: int | None = None,
     **options: Any,
 ) -> Comparison:
-    """Flatten a disk by several methods and lay their distortion and time side by side.
+    """Flatten a disk, or one with holes, by several methods and lay their distortion and time side by side.
 
     Parameters
     ----------
@@ -108,6 +109,8 @@ def compare(
         Timed runs of each, in turn, after one that is not timed.
     others : bool
         Add Blender's ABF and MeshLab's LSCM where `bpy` and `pymeshlab` are installed.
+    outer : int, optional
+        As in `flatten`.
     **options
         Those of `linabf`, for it.
 
@@ -134,12 +137,12 @@ def compare(
     if repeat < 1:
         raise ValueError(f"repeat is {repeat!r}: use an integer from 1 on")
     given = {method: options if method == "linabf" else {} for method in methods}
-    first = {method: flatten(V, F, method, **given[method]) for method in methods}
+    first = {method: flatten(V, F, method, outer=outer, **given[method]) for method in methods}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # they were given for the runs above
-        mesh = disk(V, F)
+        mesh = planar(V, F, outer)
         calls: list[Callable[[], object]] = [bare_lscm(mesh)]
-        calls += [partial(flatten, V, F, method, **given[method]) for method in methods]
+        calls += [partial(flatten, V, F, method, outer=outer, **given[method]) for method in methods]
         calls[0]()
         base, *seconds = medians(calls, repeat)
     entries = {}

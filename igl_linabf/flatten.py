@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from . import reference
 from .errors import OutcomeWarning, stack_level
 from .layout import LayoutName
-from .mesh import disk, pins, scatter
+from .mesh import pins, planar, scatter
 from .pipeline import ABF_TOL, TOL, Iterations, converged_abf, linear_abf
 from .result import Flattening, Outcome
 from .solver import SolverName
@@ -37,6 +37,7 @@ def linabf(
     *,
     iterations: Iterations = "auto",
     layout: LayoutName = "auto",
+    outer: int | None = None,
     rtol: float | None = None,
     tol: float = TOL,
     threshold: float = 1.0,
@@ -50,7 +51,7 @@ def linabf(
     V : (#V, 3) float
         Vertex positions.
     F : (#F, 3) int
-        Oriented triangles of one disk.
+        Oriented triangles of one disk, or of one with holes, which are not cut.
     b, bc : (2,) int and (2, 2) float, optional
         Two pinned vertices and their positions, as in `igl.lscm`. Without them the map is scaled
         to the area of the surface, centred, and turned to its principal axes.
@@ -59,9 +60,14 @@ def linabf(
         measures from the last angles, and they end early once the residual is below `tol`.
         "auto" is one step and a second solve with the same system, and goes on like the active
         set (at most 12 times) only where a triangle could not take its whole step, a triangle is
-        flipped, or the boundary does not close.
+        flipped, or the boundary does not close. With holes, whose loops turn once and end at the
+        scale of their beginning from the first step on, the second solve is a step that closes
+        them, too (docs/holes.md).
     layout : {"auto", "boundary", "least-squares", "greedy"}
         How angles become coordinates; see `igl_linabf.layout`.
+    outer : int, optional
+        A vertex of the boundary loop that is the outer one, all others being holes; by default
+        that is the longest.
     rtol : float, optional
         Relative residual of the inner conjugate gradients; by default 0.1 for the two solves of
         "auto" and 0.01 for all others.
@@ -86,8 +92,8 @@ def linabf(
     Raises
     ------
     MeshError
-        The surface is not one oriented manifold disk, a face is degenerate, or the pins are not
-        two different vertices.
+        The surface is not one oriented manifold piece with a boundary and without handles, a face
+        is degenerate, `outer` is on no boundary loop, or the pins are not two different vertices.
 
     Warns
     -----
@@ -108,6 +114,7 @@ def linabf(
             "linabf",
             b,
             bc,
+            outer=outer,
             iterations=iterations,
             layout=layout,
             rtol=rtol,
@@ -126,6 +133,7 @@ def abf(
     bc: ArrayLike | None = None,
     *,
     layout: LayoutName = "auto",
+    outer: int | None = None,
     tol: float = ABF_TOL,
     threshold: float = 1.0,
     solver: SolverName = "auto",
@@ -139,7 +147,7 @@ def abf(
 
     Parameters
     ----------
-    V, F, b, bc, layout, threshold, solver
+    V, F, b, bc, layout, outer, threshold, solver
         As in `linabf`.
     tol : float
         Largest relative change of an angle and largest residual of the constraints at which to
@@ -167,7 +175,9 @@ def abf(
     >>> abf(V, F[1:], tol=1e-10).shape
     (12, 2)
     """
-    result = flatten(V, F, "abf", b, bc, layout=layout, tol=tol, threshold=threshold, solver=solver)
+    result = flatten(
+        V, F, "abf", b, bc, outer=outer, layout=layout, tol=tol, threshold=threshold, solver=solver
+    )
     if result.outcome is Outcome.NOT_CONVERGED:
         warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
     return _told(result).uv
@@ -251,22 +261,27 @@ def flatten(
     method: str = "linabf",
     b: ArrayLike | None = None,
     bc: ArrayLike | None = None,
+    *,
+    outer: int | None = None,
     **options: Any,
 ) -> Flattening:
-    """Flatten a disk, and tell how.
+    """Flatten a disk, or one with holes, and tell how.
 
     Parameters
     ----------
     V : (#V, 3) float
         Vertex positions.
     F : (#F, 3) int
-        Oriented triangles of one disk.
+        Oriented triangles of one disk, or of one with holes, which are not cut.
     method : str
         "linabf", linear angle based parameterization; "abf", its converged form; and for comparison
         "abf++1", a single Newton step of ABF++; "lscm", `igl.lscm`; "scp", the spectral
         `igl.spectra.lscm`, which needs no pins; "dncp", LSCM's energy from the cotangent side.
     b, bc : (2,) int and (2, 2) float, optional
         Two pinned vertices and their positions, as in `igl.lscm`.
+    outer : int, optional
+        A vertex of the boundary loop that is the outer one, all others being holes; by default
+        that is the longest.
     **options
         Those of `linabf`; for "abf" those of `abf`; for "abf++1" `layout`, `threshold` and
         `solver`; for "dncp" `solver`; "lscm" and "scp" have none.
@@ -280,8 +295,8 @@ def flatten(
     Raises
     ------
     MeshError
-        The surface is not one oriented manifold disk, a face is degenerate, or the pins are not
-        two different vertices.
+        The surface is not one oriented manifold piece with a boundary and without handles, a face
+        is degenerate, `outer` is on no boundary loop, or the pins are not two different vertices.
 
     Examples
     --------
@@ -294,7 +309,7 @@ def flatten(
     start = perf_counter()
     if method not in METHODS:
         raise ValueError(f"method is {method!r}: use one of {', '.join(map(repr, METHODS))}")
-    mesh = disk(V, F)
+    mesh = planar(V, F, outer)
     pinned = pins(b, bc, mesh.vertices, mesh.n_given)
     checked = perf_counter() - start
     made = METHODS[method](mesh, pinned, **options)

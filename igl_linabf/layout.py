@@ -18,6 +18,7 @@ from .mesh import (
     complex_positions,
     coordinates,
     face_array,
+    loop_through,
     pins,
     scatter,
     signed_double_areas,
@@ -25,7 +26,7 @@ from .mesh import (
 )
 from .pattern import Pattern
 from .solver import Factor, NotConvergedError, NotPositiveDefiniteError, SolverName, Solvers
-from .topology import ComplexArray, FloatArray, IntArray, Topology, disk_topology
+from .topology import ComplexArray, FloatArray, IntArray, Topology, planar_topology, with_outer
 
 LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
 Pins = tuple[IntArray, FloatArray]
@@ -247,8 +248,14 @@ def lay_out(
     boundary = develop_boundary(topology, missing)
     cot = 1 / np.tan(alpha)
     solver, made = "none", method
+    holes = len(topology.loops) > 1
     if method == "auto":
-        made = "boundary" if boundary.gap <= GAP else "least-squares"
+        made = "boundary" if boundary.gap <= GAP and not holes else "least-squares"
+    elif method == "boundary" and holes:
+        raise MeshError(
+            f"layout='boundary' draws one boundary loop, and the mesh has {len(topology.loops)}: use "
+            "layout='least-squares' or 'auto'"
+        )
     try:
         if made == "boundary":
             pattern = pattern or Pattern(topology, topology.row, len(topology.target))
@@ -282,6 +289,7 @@ def layout(
     bc: ArrayLike | None = None,
     *,
     method: LayoutName = "auto",
+    outer: int | None = None,
     solver: SolverName = "auto",
 ) -> FloatArray:
     """Flat map of triangles with given angles.
@@ -289,7 +297,7 @@ def layout(
     Parameters
     ----------
     F : (#F, 3) int
-        Triangles of one disk.
+        Triangles of one disk, or of one with holes.
     angles : (#F, 3) float
         Target angles in radians, `angles[t, k]` at vertex `F[t, k]` as `igl.internal_angles`
         returns them; in (0, pi), each row summing to pi.
@@ -299,7 +307,11 @@ def layout(
         "boundary" draws the boundary loop as the angles at it say, and both coordinates harmonic
         inside; "least-squares" minimises the conformal energy from the triangles with these angles
         (section 5 of the paper); "greedy" sets triangle to triangle (there, too). "auto" is the
-        first where the drawn loop closes to 2.5e-3 of its length, and else the second.
+        first where there are no holes and the drawn loop closes to 2.5e-3 of its length, and
+        else the second.
+    outer : int, optional
+        A vertex of the outer boundary loop; by default that is the loop of the most edges. The
+        default pins of "least-squares" are on it.
     solver : {"auto", "cholmod", "multigrid", "direct"}
         See `linabf`.
 
@@ -313,8 +325,8 @@ def layout(
     Raises
     ------
     MeshError
-        `F` is not one oriented manifold disk, the angles are not those of triangles, or the pins
-        are not two different vertices.
+        `F` is not one oriented manifold disk or one with holes, the angles are not those of
+        triangles, or the pins are not two different vertices.
 
     Examples
     --------
@@ -329,7 +341,9 @@ def layout(
     faces = face_array(F)
     n = int(faces.max()) + 1
     vertices, compacted = compact(faces, n)
-    topology = disk_topology(compacted, vertices)
+    topology = planar_topology(compacted, vertices)
+    if outer is not None:
+        topology = with_outer(topology, loop_through(topology, outer, vertices))
     alpha = checked_angles(angles, len(faces))
     pinned = pins(b, bc, vertices, n)
     made = lay_out(topology, alpha, residual(topology, alpha), method, pinned, 1.0, Solvers(solver))

@@ -11,8 +11,10 @@ from typing import Literal
 
 import numpy as np
 from scipy import sparse
+from scipy.sparse import linalg
 
 from .angles import Residual, residual
+from .border import Border
 from .errors import FallbackWarning, MeshError, some, stack_level
 from .pattern import Pattern, Rows
 from .solver import CAP, Factor, NotPositiveDefiniteError, Solvers, conjugate_gradients
@@ -93,8 +95,12 @@ class AngleSolver:
         self._warned = False
 
     def step(self, rtol: float) -> None:
-        """One linear step, the system taken at the present angles."""
-        self.take_system()
+        """One linear step, the system taken at the present angles.
+
+        From the second one on it closes the holes' loops, too; the first one makes them turn once
+        and end at the scale at which they begin.
+        """
+        self.take_system(close=bool(self.steps))
         self.move("step", *self.direction(rtol)[:2])
 
     def chord(self, rtol: float) -> None:
@@ -114,18 +120,25 @@ class AngleSolver:
         return np.asarray(~((self.alpha > 0) & (self.alpha < np.pi)).all(axis=0))
 
     def take_system(
-        self, w: FloatArray | None = None, keep_factor: bool = False, keep_slivers: bool = True
+        self,
+        w: FloatArray | None = None,
+        keep_factor: bool = False,
+        keep_slivers: bool = True,
+        close: bool = True,
     ) -> None:
         """Take the system at the present angles, with weights `w`, and prepare to solve it.
 
         `keep_factor` goes on with the last Laplacian's factor; `keep_slivers` with the rows that
-        are corrected for, and the analysis of their small system.
+        are corrected for, and the analysis of their small system; `close` has the rows in it that
+        close the holes' loops.
         """
         if not len(self.topology.target):
             return  # every vertex is on the boundary: the estimate is flat
         with self._timed("assembly"):
             self.system = System(self.topology, self.pattern, self.alpha, w)
             self._matrix = self.system.matrix()
+            closure = self.residual.closure
+            self._border = Border(self.system, closure) if close and len(closure.gap) else None
         if not keep_slivers:
             self._slivers = self._rows = self._corrector = None
         self._direct = False
@@ -143,22 +156,34 @@ class AngleSolver:
         multipliers; conjugate gradients begin at those of `start`, and reduce what is missing there.
         """
         if not len(self.topology.target):
-            return np.zeros_like(self.alpha), 0, np.empty((0, 2))
+            return np.zeros_like(self.alpha), 0, np.empty(0)
         missing, system = self.residual, self.system
         with self._timed("assembly"):
             free = system.w * (missing.triangle / system.d)
             if gradient is not None:
                 free = free - system.projected(gradient)
             rhs = (np.column_stack((missing.vertex, missing.wheel)) - system.rows(free)).ravel()
+            if self._border is not None:
+                gap = missing.closure.gap
+                rhs = np.concatenate(
+                    (rhs, -np.column_stack((gap.real, gap.imag)).ravel() - self._border.rows(free))
+                )
             if start is not None:
-                rhs -= self._matrix.matvec(start.ravel())
+                start = np.append(start, np.zeros(len(rhs) - len(start)))  # where the border is new
+                rhs -= self._product(start)
         with self._timed("solve"):
-            x, inner = self._solve(rhs, rtol)
+            multipliers, inner = self._solve(rhs, rtol)
         with self._timed("assembly"):
-            multipliers = x.reshape(-1, 2)
             if start is not None:
                 multipliers = start + multipliers
-            return free + system.projected(system.at_corners(multipliers)), inner, multipliers
+            p = free + system.projected(system.at_corners(self.at_vertices(multipliers)))
+            return p, inner, multipliers
+
+    def at_vertices(self, multipliers: FloatArray) -> FloatArray:
+        """Multipliers of the vertex and the wheel row of each single vertex, (#V, 2)."""
+        n = 2 * len(self.topology.target)
+        x = self.system.at_vertices(multipliers[:n].reshape(-1, 2))
+        return x if self._border is None else x + self._border.at_vertices(multipliers[n:])
 
     def move(self, kind: Kind, p: FloatArray, inner: int) -> None:
         """Add the errors, in each triangle as much of them as keeps its angles positive."""
@@ -184,19 +209,27 @@ class AngleSolver:
         with np.errstate(divide="ignore"):
             return np.asarray(np.where(p < 0, self.alpha / -p, np.inf).min(axis=0))
 
+    def _product(self, x: FloatArray) -> FloatArray:
+        """The system's matrix times x."""
+        S = self._matrix.matvec
+        return S(x) if self._border is None else self._border.matvec(S, x)
+
     def _solve(self, rhs: FloatArray, rtol: float) -> tuple[FloatArray, int]:
         if not self._direct:
-            x, inner, converged = conjugate_gradients(self._matrix, rhs, self._precondition, rtol)
+            matrix = linalg.LinearOperator((len(rhs),) * 2, matvec=self._product, dtype=np.float64)
+            x, inner, converged = conjugate_gradients(matrix, rhs, self._precondition, rtol)
             if converged:
                 return x, inner
             self._fall_back(f"conjugate gradients did not converge within {CAP} steps")
         assert self._whole is not None
-        return self._whole.solve(rhs), 0
+        solve = self._whole.solve
+        return (solve if self._border is None else self._border.solver(solve))(rhs), 0
 
     def _prepare(self, keep_factor: bool) -> None:
         """Factor L_s, and make the preconditioner of it."""
         try:
-            if self.laplacian is None or not keep_factor:
+            # the border's Schur complement needs the Laplacian of these very angles
+            if self.laplacian is None or not keep_factor or self._border is not None:
                 with self._timed("assembly"):
                     lower = self.system.laplacian()
                 with self._timed("analysis"):
@@ -212,21 +245,28 @@ class AngleSolver:
             self.solver = f"conjugate gradients, {self.laplacian.name}"
 
     def _preconditioner(self, laplacian: Factor) -> Callable[[FloatArray], FloatArray]:
-        """diag(L_s, L_s)^-1, and S^-1 on the rows of slivers before and after it (Schwarz)."""
+        """diag(L_s, L_s)^-1, bordered, and S^-1 on the rows of slivers before and after it (Schwarz)."""
 
         def scalar(r: FloatArray) -> FloatArray:
-            return laplacian.precondition(r.reshape(-1, 2)).ravel()
+            pairs = r.reshape(len(r) // 2, -1)  # the two rows of a vertex, for each right-hand side
+            return laplacian.precondition(pairs).reshape(r.shape)
 
+        border = self._border
+        conformal: Callable[[FloatArray], FloatArray] = scalar
+        if border is not None:
+            conformal = border.preconditioner(self.system, scalar)
         if self._slivers is None:
             rows = self.system.sliver_rows()
             self._slivers = np.sort(np.concatenate((2 * rows, 2 * rows + 1)))
         slivers = self._slivers
         if not len(slivers):
-            return scalar
+            return conformal
         if self._rows is None:
             self._rows = Rows(self._matrix, slivers)
         beside = self._rows.of(self._matrix)  # S is symmetric: its columns as well
         local = sparse.tril(beside[:, slivers]).tocsc()
+        if border is not None:
+            beside = sparse.hstack((beside, border.beside[slivers])).tocsr()
         if self._corrector is None:
             self._corrector = self._solvers.whole(local)
         corrector = self._corrector
@@ -234,7 +274,7 @@ class AngleSolver:
 
         def corrected(r: FloatArray) -> FloatArray:
             first = corrector.solve(r[slivers])
-            z = scalar(r - beside.T @ first)
+            z = conformal(r - beside.T @ first)
             z[slivers] += first
             z[slivers] += corrector.solve(r[slivers] - beside @ z)
             return z

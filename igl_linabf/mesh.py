@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import operator
 import warnings
 from dataclasses import dataclass
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .errors import MeshError, MeshWarning, some, stack_level
-from .topology import NEXT, PREV, ComplexArray, FloatArray, IntArray, Topology, disk_topology
+from .topology import NEXT, PREV, ComplexArray, FloatArray, IntArray, Topology, planar_topology, with_outer
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,8 +47,8 @@ class Mesh:
         return float(self.double_area.sum()) / 2
 
 
-def disk(V: ArrayLike, F: ArrayLike) -> Mesh:
-    """Check that `(V, F)` is one disk, and gather what the other rooms need of it.
+def planar(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
+    """Check that `(V, F)` is one disk, or one with holes, and gather what the other rooms need of it.
 
     Parameters
     ----------
@@ -55,12 +56,14 @@ def disk(V: ArrayLike, F: ArrayLike) -> Mesh:
         Vertex positions.
     F : (#F, 3) array of any integer dtype, or of integral floats
         Oriented triangles.
+    outer : int, optional
+        A vertex of the boundary loop that is the outer one; by default that is the longest.
 
     Raises
     ------
     MeshError
-        The arrays are malformed, a face is degenerate, or the surface is not one oriented
-        manifold disk (one component, one boundary loop, Euler characteristic 1).
+        The arrays are malformed, a face is degenerate, the surface is not one oriented manifold
+        piece with a boundary and without handles, or `outer` is not on a boundary loop.
 
     Warns
     -----
@@ -73,7 +76,16 @@ def disk(V: ArrayLike, F: ArrayLike) -> Mesh:
     if len(vertices) < n_given:
         positions = positions[vertices]
     check_finite(positions, vertices)
-    topology = disk_topology(faces, vertices)
+    topology = planar_topology(faces, vertices)
+    if outer is not None:
+        topology = with_outer(topology, loop_through(topology, outer, vertices))
+    elif len(topology.loops) > 1:
+        ahead = [np.roll(loop, -1) for loop in topology.loops]
+        length = [
+            np.linalg.norm(positions[b] - positions[a], axis=1).sum()
+            for a, b in zip(topology.loops, ahead, strict=True)
+        ]
+        topology = with_outer(topology, int(np.argmax(length)))
     double_area, dot = measure(positions, topology.corner, vertices)
     if len(vertices) < n_given:
         unused = np.setdiff1d(np.arange(n_given), vertices)
@@ -83,6 +95,22 @@ def disk(V: ArrayLike, F: ArrayLike) -> Mesh:
             stacklevel=stack_level(),
         )
     return Mesh(positions, topology, double_area, dot, vertices, n_given)
+
+
+def loop_through(topology: Topology, vertex: object, vertices: IntArray) -> int:
+    """The boundary loop that goes through a vertex of the caller's."""
+    try:
+        index = operator.index(vertex)  # type: ignore[arg-type]
+    except TypeError:
+        raise MeshError(f"outer is {vertex!r}: give one vertex index of the outer boundary loop") from None
+    for i, loop in enumerate(topology.loops):
+        if (vertices[loop] == index).any():
+            return i
+    firsts = [int(vertices[loop[0]]) for loop in topology.loops]
+    raise MeshError(
+        f"outer is vertex {index}, which is on no boundary loop: give a vertex of one of the "
+        f"{len(firsts)} loops, which go through vertices {some(firsts)}"
+    )
 
 
 def vertex_array(V: ArrayLike, columns: int = 3, name: str = "V") -> FloatArray:

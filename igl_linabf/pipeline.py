@@ -16,7 +16,7 @@ from .errors import FallbackWarning, some, stack_level
 from .layout import GAP, Layout, LayoutName, Pins, check_method, develop_boundary, lay_out
 from .linabf import AngleSolver
 from .mesh import Mesh, coordinates, signed_double_areas
-from .result import Flattening, Outcome, Residuals
+from .result import Flattening, Hole, Outcome, Residuals
 from .solver import SolverName, Solvers
 from .topology import BoolArray, ComplexArray, FloatArray, IntArray
 
@@ -25,6 +25,7 @@ Iterations = int | Literal["auto"]
 LOOSE = 0.1  # relative residual to which "auto" solves a step and its chord
 TIGHT = 0.01  # and to which a step that stands alone is solved
 MOST = 12  # re-anchored iterations after which "auto" gives up
+HOLE_GAP = 0.1  # relative gap of a hole's loop up to which "auto" leaves it to the least squares
 TOL = 1e-8  # residual of the constraints below which nothing is left to do
 ABF_TOL = 1e-4  # tolerance of converged ABF below which F/3nt keeps its first five digits
 SPAN = 1e12  # ratio of area scales above which double precision runs out
@@ -98,6 +99,7 @@ class Attempt:
             steps=tuple(angles.steps),
             before=self._before,
             after=Residuals.of(angles.residual),
+            holes=Hole.all_of(self.mesh, angles.residual),
             gap=made.gap,
             layout=made.method,
             solver=angles.solver,
@@ -136,8 +138,13 @@ def linear_abf(
         iterate(count)
     elif angles.residual.largest > tol:
         angles.step(rtol or LOOSE)
-        angles.chord(rtol or LOOSE)
-        went_on = angles.limited or develop_boundary(topology, angles.residual).gap > GAP
+        if len(topology.loops) == 1:
+            angles.chord(rtol or LOOSE)
+            gap, allowed = develop_boundary(topology, angles.residual).gap, GAP
+        else:  # least squares lays out, which draws no loop
+            angles.step(rtol or LOOSE)
+            gap, allowed = float(np.abs(angles.residual.closure.gap).max()), HOLE_GAP
+        went_on = angles.limited or gap > allowed
         if not went_on:
             made = attempt.lay_out()
             went_on = len(flipped_faces(made.z, topology.corner)) > 0

@@ -15,7 +15,7 @@ from .errors import MeshError, some
 from .layout import LayoutName, Pins, centred, far_apart, least_squares, placed_at
 from .mesh import Mesh, complex_positions, coordinates
 from .pipeline import Attempt, flipped_faces
-from .result import Flattening, Outcome, Residuals
+from .result import Flattening, Hole, Outcome, Residuals
 from .solver import NotPositiveDefiniteError, SolverName, Solvers
 from .topology import NEXT, PREV, ComplexArray, FloatArray, Topology
 
@@ -139,6 +139,7 @@ def _report(
     corners = z[topology.corner]
     alpha = np.abs(np.angle((corners[PREV] - corners) * (corners[NEXT] - corners).conj()))
     flipped = flipped_faces(z, topology.corner)
+    missing = residual(topology, alpha)
     return Flattening(
         uv=coordinates(z),
         angles=np.ascontiguousarray(alpha.T),
@@ -150,7 +151,8 @@ def _report(
         flipped=flipped,
         steps=(),
         before=Residuals.of(residual(topology, corner_angles(mesh))),
-        after=Residuals.of(residual(topology, alpha)),
+        after=Residuals.of(missing),
+        holes=Hole.all_of(mesh, missing),
         gap=0.0,
         layout="least-squares",
         solver="none",

@@ -9,6 +9,7 @@ import numpy as np
 
 from .angles import Residual
 from .linabf import Step
+from .mesh import Mesh
 from .topology import FloatArray, IntArray
 
 
@@ -44,20 +45,64 @@ class Residuals:
         |pi - sum of the angles| in triangles, radians (eq. 6).
     wheel : float
         |sum log sin(gamma) - log sin(beta)| around interior vertices (eq. 10).
+    closure : float
+        Distance by which a hole's loop fails to close, over its length; 0 without holes. The
+        angles and the wheel around a hole as a whole count as those of one more interior vertex.
     """
 
     vertex: float
     triangle: float
     wheel: float
+    closure: float
 
     @classmethod
     def of(cls, missing: Residual) -> Residuals:
-        families = (missing.vertex, missing.triangle, missing.wheel)
+        families = (missing.vertex, missing.triangle, missing.wheel, missing.closure.gap)
         return cls(*(float(np.abs(r).max(initial=0.0)) for r in families))
 
     @property
     def largest(self) -> float:
-        return max(self.vertex, self.triangle, self.wheel)
+        return max(self.vertex, self.triangle, self.wheel, self.closure)
+
+
+@dataclass(frozen=True)
+class Hole:
+    """What the target angles miss around one hole.
+
+    Attributes
+    ----------
+    vertex : int
+        A vertex of its boundary loop.
+    size : int
+        The loop's number of vertices.
+    rotation : float
+        |(m + 2) pi - sum of the angles at its m vertices|, radians: the loop turns once.
+    scale : float
+        |sum log sin(gamma) - log sin(beta)| over them: it ends at the length at which it began.
+    translation : float
+        Distance from its end to its beginning, over its length.
+    """
+
+    vertex: int
+    size: int
+    rotation: float
+    scale: float
+    translation: float
+
+    @property
+    def largest(self) -> float:
+        return max(self.rotation, self.scale, self.translation)
+
+    @classmethod
+    def all_of(cls, mesh: Mesh, missing: Residual) -> tuple[Hole, ...]:
+        """Every hole of the mesh, the angles missing `missing`."""
+        loops = mesh.topology.loops[1:]
+        row = [mesh.topology.row[loop[0]] for loop in loops]
+        parts = (missing.vertex[row], missing.wheel[row], missing.closure.gap)
+        return tuple(
+            cls(int(mesh.vertices[loop[0]]), len(loop), *(float(abs(part[i])) for part in parts))
+            for i, loop in enumerate(loops)
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,6 +125,8 @@ class Flattening:
         The linear solves, in order.
     before, after : Residuals
         Constraint residuals of the initial estimate and of `angles`.
+    holes : tuple of Hole
+        The closure residuals of `angles` around each hole; the outer loop is none of them.
     gap : float
         By how much the boundary that `angles` draw fails to close, relative to its length.
     layout : {"boundary", "least-squares", "greedy"}
@@ -99,6 +146,7 @@ class Flattening:
     steps: tuple[Step, ...]
     before: Residuals
     after: Residuals
+    holes: tuple[Hole, ...]
     gap: float
     layout: str
     solver: str
@@ -128,6 +176,7 @@ class Flattening:
             "solves (inner steps)": kinds or "none needed",
             "angle residual": f"{self.before.largest:.2e} -> {self.after.largest:.2e}",
             "boundary gap": f"{self.gap:.2e}",
+            "holes' closure": ", ".join(f"{hole.largest:.1e}" for hole in self.holes) or "no holes",
             "solver": self.solver,
             "layout": f"{self.layout} ({self.layout_solver})",
             "seconds": f"{self.seconds['total']:.3f}",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from scipy import sparse
 
@@ -34,17 +36,38 @@ class System:
         self.cot = 1 / np.tan(alpha)
         self._rows = topology.row[topology.corner]
 
+    def at_vertices(self, x: FloatArray) -> FloatArray:
+        """(#V, 2) multipliers of the vertices' own rows from those of their rows, (#rows, 2)."""
+        return np.vstack((x, np.zeros((1, 2))))[self.topology.row]  # a missing row, -1, reads the zeros
+
     def at_corners(self, x: FloatArray) -> FloatArray:
-        """M^T x: (3, #F) values from (#rows, 2) multipliers."""
-        # a missing row, -1, reads the zero at the end
-        vertex = np.append(x[:, 0], 0.0)[self._rows]
-        wheel = np.append(x[:, 1], 0.0)[self._rows]
+        """M^T x: (3, #F) values from (#V, 2) multipliers of the vertices' own rows."""
+        vertex, wheel = np.ascontiguousarray(x.T)[:, self.topology.corner]
         return np.asarray(vertex + self.cot * (wheel[PREV] - wheel[NEXT]))
 
     def projected(self, y: FloatArray) -> FloatArray:
         """P y: (3, #F) angles that sum to zero in each triangle."""
         y = self.w * y
         return np.asarray(y - self.w * (y.sum(axis=0) / self.d))
+
+    def projection(self, faces: IntArray) -> FloatArray:
+        """P_t of some faces, (#faces, 3, 3)."""
+        w, d = self.w[:, faces].T, self.d[faces]
+        return np.asarray(w[:, :, None] * np.eye(3) - w[:, :, None] * w[:, None] / d[:, None, None])
+
+    def conformal(self, faces: IntArray) -> FloatArray:
+        """s_t K_t of some faces, (#faces, 3, 3)."""
+        c = self.cot[:, faces].T * self._conformal_scale[faces, None] / 2
+        K = np.zeros((len(c), 3, 3))
+        for k in range(3):
+            i, j = NEXT[k], PREV[k]
+            K[:, i, j] = K[:, j, i] = -c[:, k]
+            K[:, k, k] = c[:, i] + c[:, j]
+        return K
+
+    @cached_property
+    def _conformal_scale(self) -> FloatArray:
+        return np.asarray(2 * np.sqrt(self.w.prod(axis=0) / self.d))
 
     def rows(self, e: FloatArray) -> FloatArray:
         """M e: (#rows, 2) sums of (3, #F) angles."""
@@ -84,8 +107,7 @@ class System:
         triangle's shape. s_t = 2 sqrt(w0 w1 w2 / d) is the geometric mean of the two
         eigenvalue ratios of P_t and K_t.
         """
-        scale = 2 * np.sqrt(self.w.prod(axis=0) / self.d)
-        return self.pattern.laplacian(self.topology.sum_at_edges(self.cot * scale) / 2)
+        return self.pattern.laplacian(self.topology.sum_at_edges(self.cot * self._conformal_scale) / 2)
 
     def sliver_rows(self) -> IntArray:
         """Rows of the triangles in which P_t and s_t K_t differ by more than `SLIVER`."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,7 +43,8 @@ class Topology:
     sides : (2, #E) int64
         Its two half-edges, numbered k #F + t; -1 for the missing one on the boundary.
     loops : tuple of int64 arrays
-        Boundary loops, the mesh on their left; the first is the outer one.
+        Boundary loops, the mesh on their left; the first is the outer one, by default the one of
+        the most edges.
     row : (#V,) int64
         The virtual-vertex map: the constraint row of each vertex. Interior vertices have
         a row each, all vertices of a hole share one, those of the outer loop have -1.
@@ -108,22 +109,29 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops or (), row, target)
 
 
-def disk_topology(F: IntArray, vertices: IntArray) -> Topology:
-    """Connectivity of a mesh that is one disk; parameters as in `topology_of`.
+def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
+    """Connectivity of a mesh that is one disk, or a disk with holes; parameters as in `topology_of`.
 
     Raises
     ------
     MeshError
-        As `topology_of`, and: several components; a vertex where fans meet; no boundary, several
-        loops, handles.
+        As `topology_of`, and: several components; a vertex where fans meet; no boundary; handles.
     """
     topology = topology_of(F, vertices)
     chi = len(vertices) - len(topology.edges) + len(F)
-    # In one piece across edges, with one loop and chi = 1, it is a disk: taken apart at vertices
-    # where fans meet, it would have a larger chi than the 1 - 2 genus that such a piece can have.
-    if not (len(topology.loops) == 1 and chi == 1 and _in_one_piece(topology)):
+    loops = len(topology.loops)
+    # In one piece across edges, with chi = 2 - loops, it has no handle: taken apart at vertices
+    # where fans meet, it would have a larger chi than the 2 - loops - 2 genus of such a piece.
+    if not (loops and chi == 2 - loops and _in_one_piece(topology)):
         _explain(F, topology, chi, vertices)
     return topology
+
+
+def with_outer(topology: Topology, outer: int) -> Topology:
+    """The same with another outer loop, `topology.loops[outer]`."""
+    loops = (topology.loops[outer], *topology.loops[:outer], *topology.loops[outer + 1 :])
+    row, target = virtual_vertices(topology.n, loops)
+    return replace(topology, loops=loops, row=row, target=target)
 
 
 def virtual_vertices(n: int, loops: tuple[IntArray, ...]) -> tuple[IntArray, FloatArray]:
@@ -238,7 +246,7 @@ def _check_edges(
 
 
 def _explain(F: IntArray, topology: Topology, chi: int, vertices: IntArray) -> None:
-    """Raise the `MeshError` that says why a mesh is not a disk."""
+    """Raise the `MeshError` that says why a mesh is not a disk, nor one with holes."""
     n, edges, loops = topology.n, topology.edges, topology.loops
     ones = np.ones(len(edges), dtype=np.int8)
     pieces, label = csgraph.connected_components(
@@ -259,17 +267,10 @@ def _explain(F: IntArray, topology: Topology, chi: int, vertices: IntArray) -> N
             "is above 0)"
         )
     genus = (2 - len(loops) - chi) // 2
-    if genus:
-        raise MeshError(
-            f"the mesh has {genus} handle{'s' * (genus > 1)} (Euler characteristic {chi} with "
-            f"{len(loops)} boundary loop{'s' * (len(loops) > 1)}, the longest through vertex "
-            f"{vertices[loops[0][0]]}): cut the handles open first (igl.cut_to_disk, igl.cut_mesh)"
-        )
-    firsts, lengths = [vertices[loop[0]] for loop in loops], [len(loop) for loop in loops]
     raise MeshError(
-        f"the mesh has {len(loops) - 1} hole{'s' * (len(loops) > 2)}: {len(loops)} boundary loops, of "
-        f"{some(lengths)} edges, through vertices {some(firsts)}: fill the holes, or cut from each to "
-        "the outer loop (igl.cut_mesh)"
+        f"the mesh has {genus} handle{'s' * (genus > 1)} (Euler characteristic {chi} with "
+        f"{len(loops)} boundary loop{'s' * (len(loops) > 1)}, the longest through vertex "
+        f"{vertices[loops[0][0]]}): cut the handles open first (igl.cut_to_disk, igl.cut_mesh)"
     )
 
 

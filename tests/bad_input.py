@@ -45,18 +45,6 @@ def torus(remove: int) -> tuple[np.ndarray, np.ndarray]:
     return positions, faces[remove:]
 
 
-def annulus() -> tuple[np.ndarray, np.ndarray]:
-    n = 6
-    i = np.arange(n)
-    turn = np.exp(2j * np.pi * i / n)
-    z = np.concatenate((turn, 2 * turn))
-    following = (i + 1) % n
-    inner = np.column_stack((i, i + n, following))
-    return np.column_stack((z.real, z.imag, 0 * z.real)), np.concatenate(
-        (inner, np.column_stack((following, i + n, following + n)))
-    )
-
-
 PINS = [[0.0, 0.0], [1.0, 0.0]]
 
 # name: (V, F, pins, what the message says: what is wrong, and where)
@@ -107,7 +95,6 @@ REFUSED = {
     "closed": (V[[0, 1, 4, 9]], tetrahedron(), (), "closed .*genus 0"),
     "closed torus": (*torus(0), (), "closed .*genus 1"),
     "torus with one hole": (*torus(1), (), "1 handle .*characteristic -1"),
-    "annulus": (*annulus(), (), "1 hole: 2 boundary loops"),
     "one pin": (V, F, ([0], PINS[:1]), "pin exactly two vertices"),
     "three pins": (V, F, ([0, 1, 2], [*PINS, [2, 2]]), "pin exactly two vertices"),
     "no positions": (V, F, ([0, 3], None), "bc is missing"),

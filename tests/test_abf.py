@@ -11,7 +11,7 @@ from scipy import sparse
 from igl_linabf import Outcome, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.abf import SMALLEST
 from igl_linabf.angles import corner_angles, initial_estimate
-from igl_linabf.mesh import disk
+from igl_linabf.mesh import planar
 from igl_linabf.solver import Solvers, has_cholmod
 
 BENIGN = {  # per cent by which F/3nt of one linear step may be away from converged ABF's
@@ -33,7 +33,7 @@ def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
 
     At angles held at their lower bound only a wish to fall is explained by it.
     """
-    mesh = disk(V, F)
+    mesh = planar(V, F)
     start = initial_estimate(mesh.topology, corner_angles(mesh)).T.ravel()
     alpha = angles.ravel()
     gradient = (alpha - start) / start  # times alpha_0
@@ -60,7 +60,7 @@ def test_it_converges_to_a_flat_mesh_where_the_objective_is_stationary(name: str
     result = flatten(V, F, "abf", tol=1e-9)
     assert result.outcome is Outcome.CONVERGED
     assert result.iterations <= (16 if name.startswith("disk") else 60)
-    vertex_and_wheel, triangle = right_hand_sides(disk(V, F).topology, result.angles.T)
+    vertex_and_wheel, triangle = right_hand_sides(planar(V, F).topology, result.angles.T)
     assert np.abs(vertex_and_wheel).max() <= 1e-9
     assert np.abs(triangle).max() <= 1e-9
     assert stationarity(V, F, result.angles) <= 1e-6
@@ -92,7 +92,7 @@ def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
     result = flatten(V, F, "abf")
     assert [step.kind for step in result.steps if step.kind != "restoration"][-1] == "feasible"
     assert "held at a hundredth" in result.message
-    estimate = initial_estimate(disk(V, F).topology, corner_angles(disk(V, F))).T
+    estimate = initial_estimate(planar(V, F).topology, corner_angles(planar(V, F))).T
     assert 0.9 * SMALLEST <= (result.angles / estimate).min() <= 1.01 * SMALLEST
 
 

@@ -12,7 +12,7 @@ from scipy import sparse
 from igl_linabf import flatten, linabf_angles
 from igl_linabf.angles import corner_angles, initial_estimate, residual
 from igl_linabf.linabf import AngleSolver
-from igl_linabf.mesh import disk, measure
+from igl_linabf.mesh import measure, planar
 from igl_linabf.pattern import Pattern
 from igl_linabf.solver import Solvers, has_cholmod
 from igl_linabf.system import System
@@ -29,7 +29,7 @@ def pattern_of(topology: Topology) -> Pattern:
 def test_reduced_step_equals_the_papers_full_system(name: str) -> None:
     if name.endswith("face.obj") and not has_cholmod():
         pytest.skip("SuperLU takes minutes for the full system of face")
-    mesh = disk(*load(name))
+    mesh = planar(*load(name))
     alpha = initial_estimate(mesh.topology, corner_angles(mesh))
     expected = full_step(mesh.topology, alpha)
     for solver in ("direct", "auto"):
@@ -39,7 +39,7 @@ def test_reduced_step_equals_the_papers_full_system(name: str) -> None:
 
 
 def test_reduced_step_equals_the_full_system_where_triangles_do_not_sum_to_pi() -> None:
-    mesh = disk(*load("bumps"))
+    mesh = planar(*load("bumps"))
     rng = np.random.default_rng(1)
     alpha = corner_angles(mesh)
     alpha *= rng.uniform(0.9, 1.1, alpha.shape)
@@ -72,7 +72,7 @@ def test_a_hole_is_one_more_row_of_the_same_system(name: str) -> None:
 @pytest.mark.parametrize("name", SURFACES)
 def test_in_the_conformal_metric_the_system_is_two_laplacians(name: str) -> None:
     V, F = load(name)
-    mesh = disk(V, F)
+    mesh = planar(V, F)
     alpha = corner_angles(mesh)
     c = 1 / np.tan(alpha)
     element = np.zeros((alpha.shape[1], 3, 3))
@@ -116,12 +116,12 @@ def test_converged_angles_are_those_of_a_flat_mesh(name: str) -> None:
 
 def test_the_exponential_map_switch_scales_only_spikes() -> None:
     V, F = load("bumps")
-    mesh = disk(V, F)
+    mesh = planar(V, F)
     flat = np.array(V)
     flat[:, 2] = 0
     spike = int(np.flatnonzero(mesh.topology.row >= 0)[0])
     flat[spike, 2] = 0.06
-    mesh = disk(flat, F)
+    mesh = planar(flat, F)
     alpha = corner_angles(mesh)
     total = mesh.topology.sum_at_vertices(alpha)
     far = (mesh.topology.row >= 0) & (np.abs(total - 2 * np.pi) > 1.0)

@@ -85,6 +85,17 @@ def test_high_curvature(tmp_path) -> None:
     assert flipped_in(tmp_path / "out" / "spiky.png") == [False] * 3
 
 
+def test_holes_close_uncut(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "holes.py")
+    assert row(text, "flipped")[0] > 0
+    assert row(text, "flipped")[1:] == [0, 0]
+    holes = [line.split() for line in text.splitlines() if re.match(r" +\d+ +(20|24)  ", line)]
+    assert len(holes) == 7
+    assert all(float(value) < 1e-8 for line in holes for value in line[5:])
+    assert any(float(line[4]) > 1e-2 for line in holes)  # one step leaves the loops open
+    assert flipped_in(tmp_path / "out" / "holes.png")[1:] == [False, False]
+
+
 def test_greedy_layout_breaks_far_from_its_seed_and_least_squares_does_not(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "greedy.py")
     one, converged = text.split("converged\n")

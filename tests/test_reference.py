@@ -11,7 +11,7 @@ from conftest import best_fit_distance, load
 from igl_linabf import MeshError, Outcome, OutcomeWarning, flatten, lscm
 from igl_linabf.angles import corner_angles, initial_estimate
 from igl_linabf.flatten import METHODS
-from igl_linabf.mesh import disk
+from igl_linabf.mesh import planar
 from igl_linabf.reference import far_pins
 
 NAMES = ("bumps", "cortex", "disk__igl_camelhead.off", "disk__igl_lion.off", "disk__igl_camel_b.obj")
@@ -49,7 +49,7 @@ def test_dncp_is_lscm_by_the_same_pins(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_default_pins_of_lscm_are_two_far_boundary_vertices(name: str) -> None:
     V, F = load(name)
-    (i, j), bc = far_pins(disk(V, F))
+    (i, j), bc = far_pins(planar(V, F))
     loop = igl.boundary_loop(F).tolist()
     assert abs(abs(loop.index(i) - loop.index(j)) / len(loop) - 0.5) < 0.25
     assert np.linalg.norm(V[i] - V[j]) > 0.5 * np.linalg.norm(np.ptp(V[loop], axis=0))
@@ -87,7 +87,7 @@ def constraints(F: np.ndarray, alpha: np.ndarray, interior: np.ndarray) -> np.nd
 def test_one_step_of_abfpp_is_newtons_step_of_the_problem_in_products() -> None:
     V, F = igl.icosahedron()
     V, F = igl.upsample(V * [1, 1.5, 0.7], F[2:], 1)
-    mesh = disk(V, F)
+    mesh = planar(V, F)
     interior = np.flatnonzero(mesh.topology.row >= 0)
     start = initial_estimate(mesh.topology, corner_angles(mesh), to_triangles=False).T
     h = 1e-6

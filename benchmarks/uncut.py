@@ -1,0 +1,54 @@
+"""Meshes with holes, uncut: F/3nt, flips, closure residual and time over igl.lscm.
+
+    python benchmarks/uncut.py [--repeat 5]
+
+On the demo's crown and the meshes of kind `holes` under IGL_LINABF_MESHES; prints Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import warnings
+from functools import partial
+
+from meshes import crown, shared
+
+from igl_linabf import OutcomeWarning, abf, flatten, linabf, quality
+from igl_linabf.compare import medians
+from igl_linabf.mesh import planar
+from igl_linabf.reference import bare_lscm
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--repeat", type=int, default=5)
+    options = parser.parse_args()
+    warnings.simplefilter("ignore", OutcomeWarning)
+    print("F/3nt and flips; then, for ours, iterations, largest closure residual, time over igl.lscm.\n")
+    print("| mesh | triangles | holes | igl.lscm | one step | default | converged | ABF |")
+    print("|---|---|---|---|---|---|---|---|")
+    for name, V, F in [crown(), *shared("holes")]:
+        runs = [
+            partial(linabf, V, F, iterations=1),
+            partial(linabf, V, F),
+            partial(linabf, V, F, iterations=12),
+            partial(abf, V, F),
+        ]
+        calls = [bare_lscm(planar(V, F)), *runs]
+        medians(calls, 1)  # a warm-up
+        lscm, *times = medians(calls, options.repeat)
+        results = [flatten(V, F, "lscm")]
+        results += [flatten(V, F, iterations=iterations) for iterations in (1, "auto", 12)]
+        results += [flatten(V, F, "abf")]
+        cells = []
+        for result, seconds in zip(results, (lscm, *times), strict=True):
+            q = quality(V, F, result.uv)
+            cell = f"{q.angle_distortion:.3g}, {q.flips}"
+            if result.steps:
+                cell += f"; {result.iterations}, {result.after.closure:.0e}, **{seconds / lscm:.1f}**"
+            cells.append(cell)
+        print(f"| {name} | {len(F):,} | {len(results[0].holes)} | {' | '.join(cells)} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

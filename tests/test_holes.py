@@ -1,0 +1,208 @@
+"""Holes are flattened uncut: their loops turn once, keep their scale and close."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+from conftest import HOLES, best_fit_distance, load
+from high_curvature import rings
+
+from igl_linabf import MeshError, Outcome, abf, flatten, layout, linabf, quality
+from igl_linabf.angles import closure_of, corner_angles, initial_estimate, residual
+from igl_linabf.border import Border
+from igl_linabf.linabf import AngleSolver
+from igl_linabf.mesh import planar
+from igl_linabf.pattern import Pattern
+from igl_linabf.solver import Solvers
+from igl_linabf.system import System
+
+Surface = tuple[np.ndarray, np.ndarray]
+
+
+def without(V: np.ndarray, F: np.ndarray, centres: np.ndarray, radius: float) -> Surface:
+    """The surface without the faces that have a vertex near some centres."""
+    near = (np.linalg.norm(V[:, None] - centres, axis=2) < radius).any(axis=1)
+    V, F, *_ = igl.remove_unreferenced(V, F[~near[F].any(axis=1)])
+    return V, F
+
+
+def plate(holes: int, wave: float) -> Surface:
+    """A round plate with holes in a spiral, lifted by a wave."""
+    V, F = rings(40, lambda z: 0 * z.real)
+    i = np.arange(holes) + 0.5
+    z = 0.9 * np.sqrt(i / holes) * np.exp(2.399963j * i) if holes > 1 else np.zeros(1)
+    V, F = without(V, F, np.column_stack((z.real, z.imag, 0 * z.real)), 0.05 if holes > 1 else 0.4)
+    V[:, 2] = wave * np.sin(4 * V[:, 0]) * np.cos(3 * V[:, 1])
+    return V, F
+
+
+def surface(name: str) -> Surface:
+    if name == "annulus":
+        return plate(1, 0.0)
+    if name == "plate":
+        return plate(30, 0.0)
+    if name == "wavy plate":
+        return plate(30, 0.15)
+    if name == "hemisphere":
+        V, F = rings(30, lambda z: np.sqrt(np.maximum(0, 1.01 - np.abs(z) ** 2)))
+        return without(V, F, np.array([[0.4, 0.0, np.sqrt(1.01 - 0.16)]]), 0.3)
+    if name == "crown":
+        from holes import crown_without_tips
+
+        return crown_without_tips()
+    return load(name)
+
+
+CURVED = ("wavy plate", "hemisphere", "crown", *HOLES)
+
+
+@pytest.mark.parametrize("name", ["annulus", "plate"])
+@pytest.mark.parametrize("method", ["linabf", "abf", "lscm", "dncp", "abf++1"])
+def test_a_flat_plate_with_holes_comes_back_as_itself(name: str, method: str) -> None:
+    V, F = surface(name)
+    result = flatten(V, F, method)
+    assert len(result.holes) == (1 if name == "annulus" else 30)
+    assert best_fit_distance(result.uv, V[:, :2]) < 1e-6
+
+
+@pytest.mark.parametrize("name", CURVED)
+def test_every_closure_residual_vanishes_within_twelve_iterations(name: str) -> None:
+    V, F = surface(name)
+    result = flatten(V, F, iterations=12)
+    assert result.outcome is Outcome.CONVERGED
+    assert result.iterations <= 12
+    assert result.holes
+    for hole in result.holes:
+        assert max(hole.rotation, hole.scale, hole.translation) < 1e-8
+    assert quality(V, F, result.uv).flips == 0
+
+
+@pytest.mark.parametrize("name", CURVED)
+def test_converged_angles_make_a_single_valued_map_around_every_hole(name: str) -> None:
+    V, F = surface(name)
+    for angles in (flatten(V, F, iterations=12).angles, flatten(V, F, "abf", tol=1e-9).angles):
+        least, greedy = (layout(F, angles, method=method) for method in ("least-squares", "greedy"))
+        assert best_fit_distance(greedy, least) < 1e-5
+        assert np.abs(igl.internal_angles(least, F) - angles).max() < 1e-5
+
+
+@pytest.mark.parametrize("name", CURVED)
+def test_no_flips_and_less_distortion_than_igl_lscm(name: str) -> None:
+    V, F = surface(name)
+    theirs = quality(V, F, flatten(V, F, "lscm").uv)
+    one, default, converged = (
+        quality(V, F, uv) for uv in (linabf(V, F, iterations=1), linabf(V, F), abf(V, F))
+    )
+    assert one.flips == default.flips == converged.flips == 0
+    assert max(one.angle_distortion, default.angle_distortion) < theirs.angle_distortion
+    assert converged.angle_distortion < 1.001 * min(one.angle_distortion, default.angle_distortion)
+    if name == "holes__igl_halftunnel.off":
+        assert theirs.flips > 0
+        assert default.angle_distortion < 2 / 3 * theirs.angle_distortion
+
+
+def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
+    mesh = planar(*surface("wavy plate"))
+    topology = mesh.topology
+    alpha = initial_estimate(topology, corner_angles(mesh))
+    system = System(topology, Pattern(topology, topology.row, len(topology.target)), alpha)
+    closure = residual(topology, alpha).closure
+    border = Border(system, closure)
+    e = np.random.default_rng(0).normal(size=alpha.shape)
+    h = 1e-6
+    gaps = [residual(topology, alpha + d * e).closure.gap for d in (h, -h)]
+    numeric = (gaps[0] - gaps[1]) / (2 * h)
+    exact = border.rows(e).reshape(-1, 2) @ [1, 1j]
+    # they differ where the loop does not close: by its length's change, and by where drawing begins
+    slack = 3 * np.abs(closure.gap) * np.abs(e).max() * max(map(len, topology.loops[1:]))
+    assert (np.abs(numeric - exact) <= 1e-6 + slack).all()
+    assert (slack < 0.3 * np.abs(exact)).any()
+
+
+def test_the_drawn_loops_do_not_depend_on_where_drawing_begins() -> None:
+    mesh = planar(*surface("wavy plate"))
+    missing = residual(mesh.topology, corner_angles(mesh))
+    turned = planar(mesh.V, mesh.faces)
+    loops = (turned.topology.loops[0], *(np.roll(loop, 3) for loop in turned.topology.loops[1:]))
+    object.__setattr__(turned.topology, "loops", loops)
+    again = closure_of(turned.topology, missing.turning, missing.log_ratio)
+    assert np.allclose(np.abs(again.gap), np.abs(missing.closure.gap), atol=1e-12)
+
+
+def bordered() -> AngleSolver:
+    """The system of a wavy plate, past the first step."""
+    mesh = planar(*surface("wavy plate"))
+    angles = AngleSolver(mesh.topology, initial_estimate(mesh.topology, corner_angles(mesh)), Solvers("auto"))
+    angles.step(1e-3)
+    angles.take_system()
+    return angles
+
+
+def test_the_bordered_system_is_its_definition() -> None:
+    angles = bordered()
+    system, border = angles.system, angles._border
+    z = np.random.default_rng(1).normal(size=2 * len(angles.topology.target) + border.size)
+    e = system.projected(system.at_corners(angles.at_vertices(z)))
+    expected = np.concatenate((system.rows(e).ravel(), border.rows(e)))
+    assert np.abs(angles._product(z) - expected).max() <= 1e-10 * np.abs(expected).max()
+
+
+def test_in_the_conformal_metric_the_bordered_system_is_solved_exactly() -> None:
+    angles = bordered()
+    system, border = angles.system, angles._border
+    system.__dict__["_conformal_scale"] = np.ones(angles.alpha.shape[1])  # K_t itself
+    z = np.random.default_rng(1).normal(size=2 * len(angles.topology.target) + border.size)
+    y = system.at_corners(angles.at_vertices(z))
+    e = np.einsum("tij,jt->it", system.conformal(np.arange(y.shape[1])), y)
+    r = np.concatenate((system.rows(e).ravel(), border.rows(e)))
+    L = Solvers("direct").whole(system.laplacian())
+    L.factor(system.laplacian())
+
+    def inner(x: np.ndarray) -> np.ndarray:
+        return L.solve(x.reshape(len(x) // 2, -1)).reshape(x.shape)
+
+    assert np.abs(border.preconditioner(system, inner)(r) - z).max() <= 1e-7 * np.abs(z).max()
+
+
+@pytest.mark.parametrize("solver", ["direct", "multigrid"])
+def test_every_solver_ends_at_the_same_map(solver: str) -> None:
+    V, F = surface("holes__igl_halftunnel.off")
+    options = {"iterations": 12, "rtol": 1e-9}
+    assert best_fit_distance(linabf(V, F, solver=solver, **options), linabf(V, F, **options)) < 1e-6
+
+
+def test_rigid_motion_scale_and_numbering() -> None:
+    V, F = surface("wavy plate")
+    rng = np.random.default_rng(0)
+    new = rng.permutation(len(V))
+    moved = np.empty_like(V)
+    moved[new] = 1e4 * (V[:, [2, 0, 1]] + 3)
+    for make in (lambda V, F: linabf(V, F, iterations=2, rtol=1e-10), lambda V, F: abf(V, F, tol=1e-9)):
+        uv = make(V, F)
+        again = make(moved, new[F][rng.permutation(len(F))])[new]
+        assert best_fit_distance(again, uv) < 1e-6
+
+
+def test_the_outer_loop_is_the_longest_or_the_one_that_is_asked_for() -> None:
+    V, F = surface("crown")
+    found = igl.boundary_loop_all(F)
+    length = [np.linalg.norm(V[loop] - V[np.roll(loop, 1)], axis=1).sum() for loop in found]
+    loops = [found[i] for i in np.argsort(length)]
+    default = flatten(V, F, iterations=12)
+    assert {hole.vertex in loops[-1] for hole in default.holes} == {False}
+    small = int(loops[0][1])
+    other = flatten(V, F, iterations=12, outer=small)
+    assert sum(hole.vertex in loops[-1] for hole in other.holes) == 1
+    assert not any(hole.vertex in loops[0] for hole in other.holes)
+    assert max(hole.largest for hole in other.holes) < 1e-8
+    assert len(other.flipped) == 0
+    with pytest.raises(MeshError, match="on no boundary loop: give a vertex of one of the 8 loops"):
+        flatten(V, F, outer=int(np.setdiff1d(np.arange(len(V)), np.concatenate(loops))[0]))
+    with pytest.raises(MeshError, match="outer is 'rim'"):
+        flatten(V, F, outer="rim")
+
+
+def test_a_boundary_layout_is_refused_with_its_way_out() -> None:
+    with pytest.raises(MeshError, match="draws one boundary loop, and the mesh has 8: use"):
+        linabf(*surface("crown"), layout="boundary")
