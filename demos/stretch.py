@@ -2,7 +2,7 @@
 
 The models are looked up by name under IGL_LINABF_MESHES; one that is not there is said to be
 missing. The Stanford bunny, a scan that pymeshfix brings along and repairs, is always there. All
-are closed: a tree of shortest paths between far points cuts them open.
+are closed: `find_seams` finds where to cut them open.
 """
 
 from __future__ import annotations
@@ -11,45 +11,20 @@ import os
 from collections.abc import Iterator
 from pathlib import Path
 
-import igl
 import numpy as np
 from pymeshfix import MeshFix
 from pymeshfix.examples import bunny_scan
-from scipy import sparse
-from scipy.sparse import csgraph
 
-from igl_linabf import flatten, quality
+from igl_linabf import cut, find_seams, flatten, quality
 from igl_linabf.io import read_mesh, replacing
 from igl_linabf.plot import plot_compare
 
-LEAVES = 6
 
-
-def tree_cut(V: np.ndarray, F: np.ndarray, leaves: int) -> tuple[np.ndarray, np.ndarray]:
-    """A closed surface without handles, cut to a disk along paths from far points to each other."""
-    edges = igl.edges(F)
-    length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
-    graph = sparse.csr_array((length, edges.T), shape=(len(V), len(V)))
-
-    def from_all(sources: list[int]) -> tuple[np.ndarray, np.ndarray]:
-        distance, before, _ = csgraph.dijkstra(
-            graph, directed=False, indices=sources, min_only=True, return_predecessors=True
-        )
-        return distance, before
-
-    tree = [int(np.argmax(from_all([0])[0]))]
-    seam = np.zeros((0, 2), dtype=np.int64)
-    for _ in range(leaves - 1):
-        distance, before = from_all(tree)
-        path = [int(np.argmax(distance))]
-        while before[path[-1]] >= 0:
-            path.append(int(before[path[-1]]))
-        seam = np.concatenate((seam, np.column_stack((path[:-1], path[1:]))))
-        tree += path[:-1]
-    on_seam = {tuple(sorted(edge)) for edge in seam.tolist()}
-    mask = [[tuple(sorted((f[k], f[(k + 1) % 3]))) in on_seam for k in range(3)] for f in F.tolist()]
-    cut_V, cut_F, *_ = igl.cut_mesh(V, F, np.array(mask, dtype=np.int32))
-    return cut_V, cut_F
+def bunny() -> tuple[np.ndarray, np.ndarray]:
+    """The Stanford bunny, the scan's holes filled."""
+    repaired = MeshFix(*read_mesh(bunny_scan))
+    repaired.repair()
+    return np.asarray(repaired.points, dtype=float), np.asarray(repaired.faces, dtype=np.int64)
 
 
 def models() -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
@@ -61,15 +36,13 @@ def models() -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
             yield name, *read_mesh(found[0])
         else:
             print(f"{name}: no such file under IGL_LINABF_MESHES")
-    repaired = MeshFix(*read_mesh(bunny_scan))
-    repaired.repair()
-    yield "bunny", np.asarray(repaired.points, dtype=float), np.asarray(repaired.faces, dtype=np.int64)
+    yield "bunny", *bunny()
 
 
 if __name__ == "__main__":
     print("L2 stretch, F/3nt, flips")
     for name, V, F in models():
-        V, F = tree_cut(V, F, LEAVES)
+        V, F, _ = cut(V, F, find_seams(V, F))
         maps = {
             "igl.lscm": flatten(V, F, "lscm").uv,
             "linABF, one step": flatten(V, F, iterations=1).uv,

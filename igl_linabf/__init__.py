@@ -5,14 +5,19 @@
 >>> uv = igl_linabf.linabf(V, F[1:])
 """
 
+from .atlas import Atlas, Chart, unwrap
 from .compare import Comparison, compare
 from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
 from .flatten import abf, flatten, linabf, linabf_angles, lscm
 from .layout import layout
+from .overlaps import overlaps
 from .quality import Quality, quality
 from .result import Flattening, Hole, Outcome, Residuals
+from .seams import cut, find_seams, texture_seams
 
 __all__ = [
+    "Atlas",
+    "Chart",
     "Comparison",
     "FallbackWarning",
     "Flattening",
@@ -25,10 +30,15 @@ __all__ = [
     "Residuals",
     "abf",
     "compare",
+    "cut",
+    "find_seams",
     "flatten",
     "layout",
     "linabf",
     "linabf_angles",
     "lscm",
+    "overlaps",
     "quality",
+    "texture_seams",
+    "unwrap",
 ]

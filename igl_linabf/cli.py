@@ -14,11 +14,16 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, NoReturn
 
+import numpy as np
+
+from .atlas import unwrap
 from .compare import compare
-from .errors import MeshError
+from .errors import MeshError, OutcomeWarning
+from .files import SUFFIXES, read_texture, write_mesh
 from .flatten import METHODS, flatten
 from .io import read_mesh, replacing, unit_square, write_obj
 from .quality import quality
+from .seams import TRADE, texture_seams
 from .solver import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .topology import FloatArray, IntArray
 
@@ -89,18 +94,38 @@ def _parser() -> Parser:
     )
     command.add_argument("--picture", metavar="OUT.png", type=Path, help="checkerboards to write")
     command.add_argument("--repeat", metavar="N", type=int, default=3, help="timed runs of each (default: 3)")
+    command = commands.add_parser(
+        "unwrap",
+        help="cut any surface into charts, flatten them without overlaps, pack them, and write the atlas",
+        description="Unwrap any oriented manifold surface. Exit code 1: written, but with flips or overlaps.",
+    )
+    command.set_defaults(run=_unwrap)
+    command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
+    command.add_argument(
+        "-o", "--output", metavar="OUT", type=Path, required=True, help="OBJ, PLY or GLB file to write"
+    )
+    command.add_argument("--picture", metavar="OUT.png", type=Path, help="checkerboard picture to write")
+    command.add_argument(
+        "--seams",
+        default="auto",
+        help="auto, uv (those of the OBJ's texture coordinates), or a text file of vertex pairs from 0 on",
+    )
+    command.add_argument("--trade", type=float, default=TRADE, help="seam length against distortion: 0 short")
+    command.add_argument("--holes", action="store_true", help="leave holes uncut")
+    command.add_argument("--bijective", action="store_true", help="move overlaps apart instead of splitting")
+    command.add_argument("--method", choices=sorted(METHODS), default="linabf")
     doctor = commands.add_parser("doctor", help="print what is installed and what the solvers use")
     doctor.set_defaults(run=_doctor)
     return parser
 
 
-def _check_outputs(obj: Path | None, png: Path | None) -> None:
+def _check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] = (".obj",)) -> None:
     """Find out before the work whether its results can be written."""
-    for path, suffix in ((obj, ".obj"), (png, ".png")):
+    for path, known in ((mesh, suffixes), (png, (".png",))):
         if path is None:
             continue
-        if path.suffix.lower() != suffix:
-            raise ValueError(f"{path} does not end in {suffix}: give the name of such a file")
+        if path.suffix.lower() not in known:
+            raise ValueError(f"{path} does not end in {' or '.join(known)}: give the name of such a file")
         if not os.access(path.parent, os.W_OK):
             raise OSError(None, "the folder is missing or cannot be written to", str(path.parent))
     if png is not None:
@@ -124,6 +149,46 @@ def _compare(options: argparse.Namespace) -> int:
     if options.picture is not None:
         _write_picture(options.picture, V, F, comparison.maps)
     return GOOD
+
+
+def _unwrap(options: argparse.Namespace) -> int:
+    _check_outputs(options.output, options.picture, SUFFIXES)
+    with _silenced():
+        V, F = read_mesh(options.mesh)
+        seams = None
+        if options.seams == "uv":
+            seams = texture_seams(F, read_texture(options.mesh)[1])
+        elif options.seams != "auto":
+            seams = _pairs(options.seams)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
+        atlas = unwrap(
+            V,
+            F,
+            seams,
+            options.method,
+            trade=options.trade,
+            holes=options.holes,
+            bijective=options.bijective,
+        )
+    write_mesh(options.output, V, F, atlas.TC, atlas.FTC)
+    if options.picture is not None:
+        _write_picture(options.picture, V[atlas.origin], atlas.FTC, {options.method: atlas.TC})
+    print(atlas)
+    for message in atlas.troubles:
+        print(f"igl-linabf: {message}", file=sys.stderr)
+    return GOOD if atlas.good else NOT_VALID
+
+
+def _pairs(path: str) -> IntArray:
+    """The vertex pairs in a text file."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # numpy's, of an empty file: no seams
+        try:
+            pairs = np.loadtxt(path, dtype=np.int64, ndmin=2)
+        except ValueError:
+            raise MeshError(f"{path} is no table of integers: write two vertices in each line") from None
+    return pairs.reshape(-1, 2) if pairs.size == 0 else pairs
 
 
 def _flatten(options: argparse.Namespace) -> int:

@@ -1,21 +1,17 @@
 """Other programs' maps, where they are installed: Blender's (`bpy`) and MeshLab's (`pymeshlab`).
 
-Each runs in a process of its own (`python -m igl_linabf.peers NAME IN.npz OUT.npz`): they bring
-libraries that do not go together.
+Each runs in a process of its own: they bring libraries that do not go together.
 """
 
 from __future__ import annotations
 
-import subprocess
-import sys
-import tempfile
 from collections.abc import Callable
 from importlib.util import find_spec
-from pathlib import Path
 from time import perf_counter
 
 import numpy as np
 
+from .apart import Arrays, run_apart, serve
 from .topology import FloatArray, IntArray
 
 
@@ -74,20 +70,19 @@ def run(name: str, V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
     RuntimeError
         The peer failed; with what it said last.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        given, made = Path(folder) / "in.npz", Path(folder) / "out.npz"
-        np.savez(given, V=V, F=F)
-        command = [sys.executable, "-m", "igl_linabf.peers", name, str(given), str(made)]
-        process = subprocess.run(command, capture_output=True, text=True)
-        if process.returncode != 0 or not made.exists():
-            said = (process.stderr.strip() or f"exit code {process.returncode}").splitlines()[-1]
-            raise RuntimeError(f"{name} failed: {said}")
-        with np.load(made) as result:
-            return result["uv"], float(result["seconds"])
+    result = run_apart("igl_linabf.peers", name, {"V": V, "F": F})
+    return result["uv"], float(result["seconds"])
+
+
+def _served(
+    flatten: Callable[[FloatArray, IntArray], tuple[FloatArray, float]],
+) -> Callable[[Arrays], Arrays]:
+    def run(mesh: Arrays) -> Arrays:
+        uv, seconds = flatten(mesh["V"], mesh["F"])
+        return {"uv": uv, "seconds": np.array(seconds)}
+
+    return run
 
 
 if __name__ == "__main__":
-    name, given, made = sys.argv[1:]
-    with np.load(given) as mesh:
-        uv, seconds = PEERS[name][1](mesh["V"], mesh["F"])
-    np.savez(made, uv=uv, seconds=seconds)
+    serve({name: _served(flatten) for name, (_, flatten) in PEERS.items()})

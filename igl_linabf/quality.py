@@ -1,4 +1,4 @@
-"""How good a flat map is: angles, stretch, areas, flips."""
+"""How good a flat map is: angles, stretch, areas, flips, overlaps."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 
 from .errors import MeshError
 from .mesh import check_finite, compact, complex_positions, face_array, measure, vertex_array
+from .overlaps import overlaps
 from .tables import aligned
 from .topology import NEXT, PREV, ComplexArray, FloatArray, IntArray
 
@@ -37,6 +38,8 @@ class Quality:
         Infinite where a triangle has collapsed.
     flips : int
         Triangles whose area in uv is not positive (`igl.flipped_triangles`, and the collapsed).
+    overlaps : int
+        Pairs of triangles of one chart that lie over each other (`igl_linabf.overlaps`).
     faces : int
         Number of triangles.
     """
@@ -49,6 +52,7 @@ class Quality:
     stretch_l2: float
     stretch_linf: float
     flips: int
+    overlaps: int
     faces: int
 
     def __str__(self) -> str:
@@ -58,6 +62,7 @@ class Quality:
 ROWS = {
     "faces": "triangles",
     "flips": "flipped triangles",
+    "overlaps": "overlapping pairs",
     "angle_distortion": "angle distortion F/3nt",
     "angle_error": "mean squared angle error, rad^2",
     "conformal_distortion": "conformal distortion, mean",
@@ -148,6 +153,7 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
         stretch_l2=float(np.sqrt(weight @ stretch)),
         stretch_linf=float(largest.max()),
         flips=int(np.count_nonzero(~(signed > 0))),
+        overlaps=len(overlaps(map_, faces)),
         faces=len(faces),
     )
 

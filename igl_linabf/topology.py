@@ -104,7 +104,7 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     boundary = first[count == 1]
     loops = _trace_loops(t[boundary], h[boundary])
     if loops is None:
-        _check_fans(F, np.stack((first, second)), vertices)
+        check_fans(F, np.stack((first, second)), vertices)
     row, target = virtual_vertices(n, loops or ())
     return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops or (), row, target)
 
@@ -257,24 +257,25 @@ def _explain(F: IntArray, topology: Topology, chi: int, vertices: IntArray) -> N
         first = vertices[np.unique(label, return_index=True)[1]]
         raise MeshError(
             f"the mesh has {pieces} components, of {some(size)} faces, with vertices {some(first)}: "
-            "flatten them one by one (igl.facet_components tells them apart)"
+            "use igl_linabf.unwrap, which makes a chart of each, or flatten them one by one"
         )
-    _check_fans(F, topology.sides, vertices)
+    check_fans(F, topology.sides, vertices)
     if not loops:
         raise MeshError(
             f"the mesh is closed (no boundary, Euler characteristic {chi}, genus {(2 - chi) // 2}): "
-            "cut it open along edges first (igl.cut_mesh; igl.cut_to_disk finds a cut where the genus "
-            "is above 0)"
+            "use igl_linabf.unwrap, which cuts it open and makes an atlas, or flatten what "
+            "igl_linabf.cut makes of it along the seams of igl_linabf.find_seams"
         )
     genus = (2 - len(loops) - chi) // 2
     raise MeshError(
         f"the mesh has {genus} handle{'s' * (genus > 1)} (Euler characteristic {chi} with "
         f"{len(loops)} boundary loop{'s' * (len(loops) > 1)}, the longest through vertex "
-        f"{vertices[loops[0][0]]}): cut the handles open first (igl.cut_to_disk, igl.cut_mesh)"
+        f"{vertices[loops[0][0]]}): use igl_linabf.unwrap, which cuts handles open and makes an atlas, or "
+        "flatten what igl_linabf.cut makes of it along the seams of igl_linabf.find_seams"
     )
 
 
-def _check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
+def check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
     """Raise where the faces around a vertex are more than one edge-connected fan."""
     m = len(F)
     a, b = sides[:, sides[1] >= 0]

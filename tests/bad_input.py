@@ -92,7 +92,7 @@ REFUSED = {
         "vertices 5 several fans",
     ),
     "two components": (np.vstack((V, V + 9)), np.vstack((F, F + 12)), (), "2 components, of 12, 12 faces"),
-    "closed": (V[[0, 1, 4, 9]], tetrahedron(), (), "closed .*genus 0"),
+    "closed": (V[[0, 1, 4, 9]], tetrahedron(), (), "closed .*genus 0.*unwrap"),
     "closed torus": (*torus(0), (), "closed .*genus 1"),
     "torus with one hole": (*torus(1), (), "1 handle .*characteristic -1"),
     "one pin": (V, F, ([0], PINS[:1]), "pin exactly two vertices"),

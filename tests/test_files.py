@@ -1,0 +1,158 @@
+"""OBJ, PLY and GLB as other programs read them; texture coordinates from OBJ."""
+
+from __future__ import annotations
+
+import json
+import struct
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+
+from igl_linabf import MeshError
+from igl_linabf.files import read_texture, write_mesh
+
+V, F = igl.icosahedron()
+V = V + np.pi
+# each corner its own coordinates, but for the first two faces, which are joined along an edge
+TC = np.vstack((np.random.default_rng(0).random((60, 2)), [np.nan, np.nan]))
+FTC = np.arange(60).reshape(20, 3)
+SHARED = [(k, j) for k in range(3) for j in range(3) if F[0, k] == F[1, j]]
+for k_, j_ in SHARED:
+    FTC[1, j_] = FTC[0, k_]
+VERTICES = 60 - len(SHARED)
+
+
+def corners(positions: np.ndarray, uv: np.ndarray) -> np.ndarray:
+    """(#F, 3, 5): position and coordinates of each corner, in the order of the faces."""
+    return np.concatenate((positions, uv), axis=-1)
+
+
+WANTED = corners(V[F], TC[FTC])
+
+
+@pytest.fixture(params=["obj", "ply", "glb"])
+def path(request, tmp_path: Path) -> Path:
+    path = tmp_path / f"atlas.{request.param}"
+    write_mesh(path, V, F, TC, FTC)
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+    return path
+
+
+def test_trimesh_reads_it(path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    mesh = trimesh.load(path, process=False, force="mesh")
+    assert len(mesh.vertices) == VERTICES  # split along seams, and only there
+    assert np.allclose(corners(mesh.vertices, mesh.visual.uv)[mesh.faces], WANTED, atol=1e-6)
+
+
+def test_meshlab_reads_it(path: Path) -> None:
+    pymeshlab = pytest.importorskip("pymeshlab")
+    meshes = pymeshlab.MeshSet()
+    meshes.load_new_mesh(str(path))
+    mesh = meshes.current_mesh()
+    faces = mesh.face_matrix()
+    if mesh.has_wedge_tex_coord():
+        uv = mesh.wedge_tex_coord_matrix().reshape(-1, 3, 2)
+    else:
+        uv = mesh.vertex_tex_coord_matrix()[faces]
+    assert np.allclose(corners(mesh.vertex_matrix()[faces], uv), WANTED, atol=1e-6)
+
+
+def test_vtk_reads_it(path: Path) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    mesh = pyvista.read(path)
+    if isinstance(mesh, pyvista.MultiBlock):
+        mesh = mesh.combine().extract_surface(algorithm="dataset_surface")
+    faces = mesh.faces.reshape(-1, 4)[:, 1:]
+    uv = np.asarray(mesh.active_texture_coordinates)
+    if path.suffix == ".glb":
+        uv = uv * [1, -1] + [0, 1]  # VTK gives what the file holds
+    assert np.allclose(corners(mesh.points, uv)[faces], WANTED, atol=1e-6)
+
+
+def test_igl_reads_the_obj_to_the_last_bit(tmp_path: Path) -> None:
+    path = tmp_path / "atlas.obj"
+    write_mesh(path, V, F, TC, FTC)
+    positions, map_, _, faces, texture, _ = igl.readOBJ(str(path))
+    assert (positions == V).all()
+    assert (faces == F).all()
+    assert (corners(positions[faces], map_[texture][..., :2]) == WANTED).all()
+    map_, texture = read_texture(path)
+    assert (map_ == TC[:60]).all()
+    assert (texture == FTC).all()
+    write_mesh(path, V, F, V[:, :2])  # at vertices: FTC is F
+    assert (read_texture(path)[1] == F).all()
+
+
+def test_glb_is_as_its_standard_says(tmp_path: Path) -> None:
+    path = tmp_path / "atlas.glb"
+    write_mesh(path, V, F, TC, FTC)
+    data = path.read_bytes()
+    assert struct.unpack("<4sII", data[:12]) == (b"glTF", 2, len(data))
+    length, kind = struct.unpack("<I4s", data[12:20])
+    text = json.loads(data[20 : 20 + length])
+    size, binary = struct.unpack("<I4s", data[20 + length : 28 + length])
+    assert (kind, binary, length % 4, size % 4) == (b"JSON", b"BIN\0", 0, 0)
+    body = data[28 + length :]
+    assert len(body) == size == text["buffers"][0]["byteLength"]
+    rows = []
+    for accessor, (dtype, n) in zip(text["accessors"], (("<f4", 3), ("<f4", 2), ("<u4", 3)), strict=True):
+        view = text["bufferViews"][accessor["bufferView"]]
+        start = view["byteOffset"]
+        assert start % 4 == 0
+        rows.append(np.frombuffer(body[start : start + view["byteLength"]], dtype).reshape(-1, n))
+    positions, uv, faces = rows
+    assert text["accessors"][0]["min"] == positions.min(axis=0).tolist()
+    assert np.allclose(corners(positions[faces], (uv * [1, -1] + [0, 1])[faces]), WANTED, atol=1e-6)
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply", "glb"])
+def test_whole_or_not_at_all(tmp_path: Path, suffix: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / f"atlas.{suffix}"
+    path.write_text("old")
+    with pytest.raises(MeshError, match=r"faces 7 have corners .* in TC are NaN"):
+        write_mesh(path, V, F, TC, np.where(np.arange(20)[:, None] == 7, 60, FTC))
+    monkeypatch.setattr("os.replace", lambda *_: (_ for _ in ()).throw(OSError("disk full")))
+    with pytest.raises(OSError, match="disk full"):
+        write_mesh(path, V, F, TC, FTC)
+    assert path.read_text() == "old"
+    assert [p.name for p in tmp_path.iterdir()] == [path.name]
+
+
+def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(MeshError, match=r"use \.obj, \.ply, \.glb"):
+        write_mesh(tmp_path / "atlas.fbx", V, F, TC, FTC)
+    with pytest.raises(MeshError, match=r"faces 19 refer in FTC to rows outside 0\.\.9 of TC"):
+        write_mesh(tmp_path / "atlas.obj", V, F, TC[:10], np.vstack((FTC[:1].repeat(19, 0), [[0, 1, 10]])))
+    with pytest.raises(MeshError, match="FTC has 3 rows for 20 faces"):
+        write_mesh(tmp_path / "atlas.obj", V, F, TC, FTC[:3])
+    with pytest.raises(MeshError, match=r"beyond 3\.4e38"):
+        write_mesh(tmp_path / "atlas.glb", V * 1e39, F, TC, FTC)
+    with pytest.raises(OSError):
+        write_mesh(tmp_path / "nowhere" / "atlas.glb", V, F, TC, FTC)
+    assert not list(tmp_path.iterdir())
+
+
+QUAD = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n", "no texture coordinates"),
+        (QUAD + "f 1 2 3\n", "no texture coordinates"),
+        (QUAD + "f 1/1 2/2 3/3\nf 1 3 4\n", "not texture coordinates at all of its faces"),
+        (QUAD + "f 1/1 2/2 3/4\n", "rows outside 0..2 of vt"),
+        (QUAD + "f 1/1 2/2 3/3 4/1\n", "no triangles"),
+        ("", "no faces"),
+    ],
+)
+def test_what_has_no_texture_coordinates_is_refused(tmp_path: Path, text: str, said: str) -> None:
+    path = tmp_path / "mesh.obj"
+    path.write_text(text)
+    with pytest.raises(MeshError, match=said):
+        read_texture(path)
+    with pytest.raises(FileNotFoundError):
+        read_texture(tmp_path / "nothing.obj")

@@ -1,0 +1,148 @@
+"""Overlaps are those that clipping every pair finds, and the seams take them apart."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+import shapely
+from conftest import DISKS, load
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from igl_linabf import MeshError, cut, flatten
+from igl_linabf.bijective import make_bijective
+from igl_linabf.overlaps import charts, overlaps, separating_seams
+
+
+def strip(turns: float = 2.4, n: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A straight strip, four rows wide, and its map: wound around a centre, onto itself."""
+    t, h = np.meshgrid(np.linspace(0, 2 * np.pi * turns, n), np.linspace(0, 0.4, 5), indexing="ij")
+    t, h = t.ravel(), h.ravel()
+    i = (5 * np.arange(n - 1)[:, None] + np.arange(4)).ravel()
+    F = np.concatenate((np.column_stack((i, i + 1, i + 5)), np.column_stack((i + 1, i + 6, i + 5))))
+    uv = (1 - h + 0.03 * t)[:, None] * np.column_stack((np.cos(t), np.sin(t)))
+    backwards = igl.doublearea(uv, F) < 0
+    F[backwards] = F[backwards][:, [0, 2, 1]]
+    return np.column_stack((t, h, 0 * t)), F, uv
+
+
+def by_clipping(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
+    """All pairs of triangles with a common area."""
+    polygons = shapely.polygons(uv[F])
+    i, j = np.triu_indices(len(F), 1)
+    area = shapely.area(shapely.intersection(polygons[i], polygons[j]))
+    return np.column_stack((i, j))[area > 1e-11]
+
+
+def tree_cut(V: np.ndarray, F: np.ndarray, leaves: int) -> tuple[np.ndarray, np.ndarray]:
+    """A closed surface cut along a tree of shortest paths between far points: such maps overlap."""
+    edges = igl.edges(F)
+    length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
+    graph = sparse.csr_array((length, edges.T), shape=(len(V), len(V)))
+    options = {"directed": False, "min_only": True, "return_predecessors": True}
+    tree = [int(np.argmax(csgraph.dijkstra(graph, indices=[0], **options)[0]))]
+    seam = []
+    for _ in range(leaves - 1):
+        distance, before, _ = csgraph.dijkstra(graph, indices=tree, **options)
+        node = int(np.argmax(distance))
+        while before[node] >= 0:
+            seam.append((node, int(before[node])))
+            tree.append(node)
+            node = int(before[node])
+    return cut(V, F, np.array(seam))[:2]
+
+
+def parts(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """The charts that a cut leaves."""
+    V, F, _ = cut(V, F, seams)
+    chart = charts(F, len(V))
+    return [igl.remove_unreferenced(V, F[chart == i])[:2] for i in range(chart.max() + 1)]
+
+
+def test_pairs_of_a_spiral_are_those_that_clipping_finds() -> None:
+    _, F, uv = strip()
+    pairs = overlaps(uv, F)
+    assert len(pairs) > 500
+    assert np.array_equal(pairs, by_clipping(uv, F))
+
+
+def test_pairs_among_flipped_faces_are_those_that_clipping_finds() -> None:
+    _, F, uv = strip(0.9, 20)
+    uv = uv + np.random.default_rng(0).normal(scale=0.1, size=uv.shape)
+    pairs = overlaps(uv, F)
+    assert (igl.doublearea(uv, F) < 0).any()
+    assert np.array_equal(pairs, by_clipping(uv, F))
+
+
+def test_pairs_do_not_depend_on_numbering_nor_on_a_similarity() -> None:
+    _, F, uv = strip()
+    pairs = overlaps(uv, F)
+    assert np.array_equal(overlaps(uv @ [[3e3, -4e3], [4e3, 3e3]] + [1e3, 5e4], F), pairs)
+    rng = np.random.default_rng(1)
+    vertex, face = rng.permutation(len(uv)), rng.permutation(len(F))
+    moved = np.empty_like(uv)
+    moved[vertex] = uv
+    renumbered = np.sort(face[overlaps(moved, vertex[F][face])], axis=1)
+    assert np.array_equal(np.unique(renumbered, axis=0), pairs)
+
+
+def test_touching_is_no_overlap_and_charts_are_compared_on_request() -> None:
+    _, F, uv = strip(0.3, 10)
+    right = uv + np.array([1.1, 0])
+    two, both = np.concatenate((uv, right)), np.concatenate((F, F + len(uv)))
+    assert not len(overlaps(two, both))
+    assert np.array_equal(overlaps(two, both, between=True), by_clipping(two, both))
+    square = np.array([[0.0, 0], [1, 0], [1, 1], [0, 1]]) / 3
+    tiles = np.concatenate([square + np.array([x, y]) / 3 for x in range(5) for y in range(5)])
+    pair = np.array([[0, 1, 2], [0, 2, 3]])
+    assert not len(overlaps(tiles, np.concatenate([pair + 4 * i for i in range(25)]), between=True))
+
+
+def test_vertices_of_no_face_may_be_nan() -> None:
+    _, F, uv = strip()
+    padded = np.concatenate((np.full((2, 2), np.nan), uv))
+    assert np.array_equal(overlaps(padded, F + 2), overlaps(uv, F))
+
+
+@pytest.mark.parametrize("name", [d for d in DISKS if "camel_b" not in d] + ["bumps", "cortex"])
+def test_natural_disks_do_not_overlap(name: str) -> None:
+    V, F = load(name)
+    uv = flatten(V, F).uv
+    assert not len(overlaps(uv, F)) and not len(overlaps(uv, F, between=True))
+
+
+def test_a_wound_strip_is_cut_across_once_a_turn() -> None:
+    V, F, uv = strip()
+    seams = separating_seams(V, F, overlaps(uv, F))
+    assert len(parts(V, F, seams)) == 3
+    assert np.allclose(np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1).sum(), 2 * 0.4)
+
+
+@pytest.mark.parametrize(
+    "name, leaves", [("closed__igl_cow.off", 8), ("closed__optcuts_horse_f10000.obj", 8)]
+)
+def test_a_cut_model_is_taken_apart_into_at_most_three_charts(name: str, leaves: int) -> None:
+    waiting, done = [tree_cut(*load(name), leaves)], 0
+    assert len(overlaps(flatten(*waiting[0]).uv, waiting[0][1]))
+    while waiting:
+        V, F = waiting.pop()
+        pairs = overlaps(flatten(V, F).uv, F)
+        if len(pairs):
+            waiting += parts(V, F, separating_seams(V, F, pairs))
+        else:
+            done += 1
+    assert 2 <= done <= 3
+
+
+def test_a_wound_strip_is_unwound_in_one_piece() -> None:
+    _, F, uv = strip(1.2, 30)
+    made = make_bijective(uv, F, iterations=20)
+    assert not len(overlaps(made, F)) and (igl.doublearea(made, F) > 0).all()
+
+
+@pytest.mark.parametrize("pairs", [[[0, 0]], [[0, 9999]], [[0, 1, 2]], [[0.5, 1.0]]])
+def test_pairs_that_are_none_are_refused(pairs: list) -> None:
+    V, F, _ = strip()
+    with pytest.raises(MeshError, match="pairs"):
+        separating_seams(V, F, pairs)

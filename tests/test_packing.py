@@ -1,0 +1,139 @@
+"""Charts in the unit square: apart by the margin, at one scale, not mirrored."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import shapely
+from conftest import bumps
+from scipy.spatial import cKDTree
+
+from igl_linabf import MeshError
+from igl_linabf.mesh import complex_positions, signed_double_areas
+from igl_linabf.packing import pack
+
+Chart = tuple[np.ndarray, np.ndarray]
+MARGIN = 0.005
+
+
+def star(rng: np.random.Generator, size: float, thin: float = 1) -> Chart:
+    """A fan with arms and bays, turned and moved at random."""
+    around = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    radius = 1 + 0.5 * np.cos(rng.integers(2, 6) * around) + 0.2 * np.cos(7 * around + rng.uniform(0, 6))
+    rim = radius * (thin * np.cos(around) + 1j / thin * np.sin(around))
+    z = size * np.exp(1j * rng.uniform(0, 6)) * np.append(rim, 0) + complex(*rng.normal(size=2) * 5)
+    c = np.arange(60)
+    return np.column_stack((z.real, z.imag)), np.column_stack((np.full(60, 60), c, (c + 1) % 60))
+
+
+def stars(sizes: np.ndarray | list[float], thin: float = 1) -> list[Chart]:
+    rng = np.random.default_rng(0)
+    return [star(rng, size, thin) for size in sizes]
+
+
+RANDOM = np.random.default_rng(1)
+SETS = {
+    "one": stars([3]),
+    "six": stars(RANDOM.uniform(0.5, 2, 6)),
+    "lognormal": stars(RANDOM.lognormal(0, 1, 40)),
+    "tiny": stars([1, 1, 1e-4, 0.5]),
+    "thin": stars(np.ones(12), thin=5),
+    "equal": stars(np.ones(16) * 1e-6),
+}
+
+
+def boundary_samples(chart: Chart, step: float) -> np.ndarray:
+    """Points along the boundary, at most `step` apart."""
+    uv, F = chart
+    halves = np.sort(F[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    edges, count = np.unique(halves, axis=0, return_counts=True)
+    a, b = uv[edges[count == 1].T]
+    pieces = np.ceil(np.linalg.norm(b - a, axis=1) / step).astype(int) + 1
+    return np.concatenate(
+        [p + np.linspace(0, 1, n)[:, None] * (q - p) for p, q, n in zip(a, b, pieces, strict=True)]
+    )
+
+
+def inside(chart: Chart, point: np.ndarray) -> bool:
+    """Whether a triangle of the chart holds the point."""
+    a, b, c = (chart[0][chart[1][:, k]] @ [1, 1j] for k in range(3))
+    p = complex(*point)
+    turns = np.stack([((q - r).conj() * (p - r)).imag for q, r in ((b, a), (c, b), (a, c))])
+    return bool(((turns > 0).all(axis=0) | (turns < 0).all(axis=0)).any())
+
+
+@pytest.mark.parametrize("name", SETS)
+@pytest.mark.parametrize("margin", [0, MARGIN, 0.02])
+def test_apart_at_one_scale_and_not_mirrored(name: str, margin: float) -> None:
+    charts = SETS[name]
+    placed = pack(charts, margin=margin)
+    scale = abs(placed[0].ratio)
+    for (uv, F), new in zip(charts, placed, strict=True):
+        assert abs(new.ratio) == pytest.approx(scale, rel=1e-13)
+        z = new.ratio * complex_positions(uv) + new.shift
+        rounding = 1e-15 * (1 + scale * np.abs(uv).max())
+        assert np.abs(complex_positions(new.uv) - z).max() < 20 * rounding
+        before, after = (signed_double_areas(complex_positions(w), F.T) for w in (uv, new.uv))
+        assert np.allclose(after, before * scale**2, rtol=1e-9, atol=10 * rounding * scale * np.ptp(uv))
+        assert new.area == pytest.approx(after.sum() / 2, rel=1e-6, abs=rounding)
+    everything = np.concatenate([new.uv for new in placed])
+    assert everything.min() == pytest.approx(margin, abs=1e-12)
+    assert everything.max() == pytest.approx(1 - margin, abs=1e-5)  # it fills the square's side
+
+    step = 2e-3 if len(charts) > 30 else 5e-4
+    new_charts = [(new.uv, F) for new, (_, F) in zip(placed, charts, strict=True)]
+    samples = [boundary_samples(chart, step) for chart in new_charts]
+    for i, mine in enumerate(samples[1:], 1):
+        # two points at the least distance have samples within half a step of them
+        near, _ = cKDTree(mine).query(np.concatenate(samples[:i]), distance_upper_bound=max(margin - step, 0))
+        assert np.isinf(near).all()
+    for i, chart in enumerate(new_charts):
+        assert not any(inside(chart, samples[j][0]) for j in range(len(samples)) if j != i)
+    if margin == MARGIN:
+        least = {"one": 0.35, "six": 0.4, "lognormal": 0.5, "tiny": 0.3, "thin": 0.14, "equal": 0.37}[name]
+        assert sum(new.area for new in placed) > least
+
+
+def test_no_point_belongs_to_two_charts() -> None:
+    charts = SETS["lognormal"]
+    placed = pack(charts, margin=MARGIN)
+    shapes = [
+        shapely.union_all(shapely.polygons(new.uv[F])) for new, (_, F) in zip(placed, charts, strict=True)
+    ]
+    assert shapely.union_all(shapes).area == pytest.approx(sum(new.area for new in placed), rel=1e-9)
+    near = min(a.distance(b) for i, a in enumerate(shapes) for b in shapes[:i])
+    assert MARGIN * (1 - 1e-9) < near < 2 * MARGIN
+
+
+def test_the_same_again() -> None:
+    first, second = pack(SETS["six"]), pack(SETS["six"])
+    assert all((a.uv == b.uv).all() for a, b in zip(first, second, strict=True))
+
+
+def test_many_charts_and_a_fine_one() -> None:
+    V, F = bumps(30_000)
+    placed = pack([(V[:, :2], F), *stars(RANDOM.uniform(0.02, 0.1, 60))])
+    assert sum(new.area for new in placed) > 0.4
+    assert pack([]) == []
+
+
+def test_vertices_without_a_face_keep_no_place() -> None:
+    uv, F = SETS["one"][0]
+    (new,) = pack([(np.vstack(([np.nan, np.nan], uv)), F + 1)])
+    assert np.isnan(new.uv[0]).all()
+    assert np.isfinite(new.uv[1:]).all()
+
+
+def test_what_cannot_be_packed_is_refused() -> None:
+    good = SETS["one"][0]
+    triangle = np.array([[0, 1, 2]])
+    with pytest.raises(MeshError, match="chart 1 has no area"):
+        pack([good, (np.array([[0, 0], [1, 1], [3, 3]]), triangle)])
+    with pytest.raises(MeshError, match=r"chart 1: .* of vertices 1 are NaN"):
+        pack([good, (np.array([[0, 0], [np.nan, 1], [3, 0]]), triangle)])
+    with pytest.raises(MeshError, match=r"chart 0: .* outside 0\.\.1"):
+        pack([(np.eye(2), triangle)])
+    with pytest.raises(ValueError, match="margin"):
+        pack([good], margin=0.2)
+    with pytest.raises(MeshError, match="100 charts do not fit"):
+        pack(stars(np.ones(100)), margin=0.1)
