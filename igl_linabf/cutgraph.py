@@ -13,6 +13,7 @@ from scipy.sparse import csgraph
 from .mesh import measure
 from .topology import FloatArray, IntArray, sum_by, topology_of
 
+CREASE = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 SMALLEST = 1e-3  # of an edge's cotangent weight: the maximum principle then holds
 APART = 4  # base points for the loops around handles, far from each other
 BASES = 3  # rounds of such points
@@ -36,6 +37,7 @@ class ClosedSurface:
     edges, ends, faces : (#E, 2) int64
         Vertices, nodes and faces at each edge that has two faces.
     length : (#E,) float64
+        Less than an edge's own where the surface is bent along it: a seam is best hidden there.
     graph : (n, n) sparse
         The shortest edge between each two nodes; `key` and `shortest` find it.
     curvature, area : (n,) float64
@@ -109,6 +111,8 @@ def closed_surface(V: FloatArray, F: IntArray) -> ClosedSurface:
     edges = topology.edges[inside]
     ends = node[edges]
     length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
+    faces = topology.sides[:, inside].T % len(F)
+    length *= 1 - CREASE * np.minimum(_bend(V, F, faces) / (np.pi / 2), 1)
     proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
     shortest, key = _first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
     double_area, dot = measure(V, topology.corner, every)
@@ -122,7 +126,7 @@ def closed_surface(V: FloatArray, F: IntArray) -> ClosedSurface:
         n_faces=len(F),
         edges=edges,
         ends=ends,
-        faces=topology.sides[:, inside].T % len(F),
+        faces=faces,
         length=length,
         graph=_symmetric(length[shortest], ends[shortest], n),
         key=key,
@@ -132,6 +136,15 @@ def closed_surface(V: FloatArray, F: IntArray) -> ClosedSurface:
         laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
         size=float(np.sqrt(double_area.sum() / 2)),
     )
+
+
+def _bend(V: FloatArray, F: IntArray, faces: IntArray) -> FloatArray:
+    """Angle between the normals of the two faces at each edge."""
+    a, b, c = V[F.T]
+    normal = np.cross(b - a, c - a)
+    first, second = normal[faces.T]
+    cross = np.linalg.norm(np.cross(first, second), axis=1)
+    return np.asarray(np.arctan2(cross, (first * second).sum(axis=1)))
 
 
 def open_handles(piece: ClosedSurface) -> IntArray:
