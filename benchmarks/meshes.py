@@ -15,6 +15,7 @@ from igl_linabf.io import read_mesh
 sys.path.insert(0, str(Path(__file__).parent.parent / "demos"))
 from cortex import cortex
 from holes import crown_without_tips
+from stretch import bunny
 
 Mesh = tuple[str, np.ndarray, np.ndarray]
 
@@ -47,3 +48,8 @@ def subdivided(mesh: Mesh, times: int) -> Mesh:
 def crown() -> Mesh:
     """The demo's disk with seven holes."""
     return "crown", *crown_without_tips()
+
+
+def stanford() -> Mesh:
+    """The Stanford bunny of the demos."""
+    return "bunny", *bunny()

@@ -19,6 +19,7 @@ nilearn's wheel. Times are ratios to `igl.lscm` within one process, medians, che
 SECTIONS = [
     ("The paper's Table 1", "table1.py"),
     ("Holes, uncut", "uncut.py"),
+    ("Any surface", "unwrap.py"),
     ("Distortion", "distortion.py"),
     ("Time, with CHOLMOD", "timing.py --large"),
     ("Time, without CHOLMOD", "timing.py --large --solver multigrid"),

@@ -96,6 +96,24 @@ def test_holes_close_uncut(tmp_path) -> None:
     assert flipped_in(tmp_path / "out" / "holes.png")[1:] == [False, False]
 
 
+def test_the_bunny_unwraps_at_three_trades(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "seams_bunny.py")
+    parts = text.split("trade ")[1:]
+    figures = [
+        re.search(r"seams ([\d.]+) of.*\nall +[\d,]+ +(\S+) +(\S+) +(\d+) +(\d+)", p, re.S) for p in parts
+    ]
+    seams, distortion, stretch, flips, pairs = np.array([m.groups() for m in figures], dtype=float).T
+    assert (np.diff(seams) > 0).all()
+    assert (np.diff(stretch) < 0).all()
+    assert (distortion <= 1.5e-4).all()
+    assert (stretch <= 1.5).all()
+    assert (flips == 0).all()
+    assert (pairs == 0).all()
+    assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
+        f"seams_bunny.{suffix}" for suffix in ("glb", "obj", "png")
+    ]
+
+
 def test_greedy_layout_breaks_far_from_its_seed_and_least_squares_does_not(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "greedy.py")
     one, converged = text.split("converged\n")

@@ -1,0 +1,49 @@
+"""Unwrap the Stanford bunny, or any surface: seams found, flattened, packed, written as OBJ and GLB.
+
+    python demos/seams_bunny.py [MESH]
+
+`igl-linabf unwrap MESH -o OUT.obj` does the same for one file.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+from stretch import bunny
+
+from igl_linabf import find_seams, quality, unwrap
+from igl_linabf.files import write_mesh
+from igl_linabf.io import read_mesh, replacing
+from igl_linabf.plot import plot_compare
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        V, F = read_mesh(sys.argv[1])
+        name = Path(sys.argv[1]).stem
+    else:
+        V, F = bunny()
+        name = "seams_bunny"
+    diagonal = np.linalg.norm(np.ptp(V, axis=0))
+    maps = {}
+    for trade in (2.0, 6.0, 30.0):
+        seams = find_seams(V, F, trade=trade)
+        atlas = unwrap(V, F, seams)
+        print(f"\ntrade {trade:g}: seams {atlas.seam_length / diagonal:.2f} of the bounding box's diagonal")
+        print(atlas)
+        if len(sys.argv) == 1:
+            assert atlas.good
+            assert atlas.quality.angle_distortion < 1.5e-4
+            assert atlas.quality.stretch_l2 < 1.5
+            assert quality(V[atlas.origin], atlas.FTC, atlas.TC).overlaps == 0
+        maps[trade] = atlas
+    Path("out").mkdir(exist_ok=True)
+    chosen = maps[6.0]
+    for suffix in (".obj", ".glb"):
+        write_mesh(f"out/{name}{suffix}", V, F, chosen.TC, chosen.FTC)
+    with replacing(f"out/{name}.png") as temporary:
+        plot_compare(
+            V[chosen.origin], chosen.FTC, {"linABF": chosen.TC}, off_screen=True, screenshot=temporary
+        ).close()
+    print(f"\nwrote out/{name}.obj, .glb and .png")
