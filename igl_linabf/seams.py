@@ -124,8 +124,9 @@ def find_seams(
         Oriented triangles of any number of components, loops and handles.
     trade : float
         Seam length, in square roots of the component's area, that lowering the L2 stretch by 1
-        is worth; along a crease of a right angle or more an edge counts half. 0: only what is needed to be a disk. Large: leaves as long as the stretch to
-        expect falls, at most 100 a component.
+        is worth; along a crease of a right angle or more an edge counts half. 0: only what is
+        needed to be a disk. Large: leaves as long as the stretch to expect falls, at most 100 a
+        component.
     holes : bool
         Leave boundary loops uncut where they are: each component becomes a disk with holes.
     disks : bool
