@@ -138,13 +138,15 @@ def linear_abf(
         iterate(count)
     elif angles.residual.largest > tol:
         angles.step(rtol or LOOSE)
-        if len(topology.loops) == 1:
-            angles.chord(rtol or LOOSE)
-            gap, allowed = develop_boundary(topology, angles.residual).gap, GAP
-        else:  # least squares lays out, which draws no loop
-            angles.step(rtol or LOOSE)
-            gap, allowed = float(np.abs(angles.residual.closure.gap).max()), HOLE_GAP
-        went_on = angles.limited or gap > allowed
+        went_on = angles.limited  # a chord from angles beside their bound ends with far smaller ones
+        if not went_on:
+            if len(topology.loops) == 1:
+                angles.chord(rtol or LOOSE)
+                gap, allowed = develop_boundary(topology, angles.residual).gap, GAP
+            else:  # least squares lays out, which draws no loop
+                angles.step(rtol or LOOSE)
+                gap, allowed = float(np.abs(angles.residual.closure.gap).max()), HOLE_GAP
+            went_on = angles.limited or gap > allowed
         if not went_on:
             made = attempt.lay_out()
             went_on = len(flipped_faces(made.z, topology.corner)) > 0
