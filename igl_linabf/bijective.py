@@ -8,21 +8,22 @@ import igl
 import igl.triangle
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import sparse
-from scipy.sparse.linalg import spsolve
 
 from .apart import Arrays, run_apart, serve
+from .embedding import on_circle
 from .errors import MeshError, OutcomeWarning, some, stack_level
 from .mesh import (
     check_finite,
     compact,
     complex_positions,
+    coordinates,
     face_array,
     scatter,
     signed_double_areas,
     vertex_array,
 )
 from .overlaps import overlaps
+from .solver import Solvers
 from .topology import FloatArray, Topology, planar_topology
 
 SCAF = "igl's SCAF"
@@ -35,7 +36,7 @@ def make_bijective(
     """Move the parts of a flat map apart that lie over each other, without a cut.
 
     The simplicial complex augmentation framework of Jiang, Schaefer and Panozzo 2017
-    (`igl.triangle.scaf_solve`). It starts from Tutte's embedding on a circle, which never overlaps,
+    (`igl.triangle.scaf_solve`). It starts from an embedding in a circle, which never overlaps,
     and goes back to the shapes and sizes that the triangles have in `uv`, as near as it can
     without overlap (symmetric Dirichlet energy). The seam that `separating_seams` finds
     costs no distortion instead, and far less time.
@@ -62,7 +63,7 @@ def make_bijective(
     ------
     MeshError
         The arrays do not fit together, the surface is not one disk, a face is collapsed or too small
-        beside the others, Tutte's embedding is finer than double precision, or igl's solver
+        beside the others, the embedding is finer than double precision, or igl's solver
         failed or took too long.
 
     Warns
@@ -119,17 +120,18 @@ def make_bijective(
 
 
 def _scaffolded(rest: FloatArray, topology: Topology, iterations: int, timeout: float) -> FloatArray:
-    """SCAF from Tutte's embedding to the triangles of `rest`, a map of area 1: igl's hangs at one half."""
-    start = _tutte(topology)
-    corner = topology.corner
-    area = signed_double_areas(complex_positions(start), corner)
-    if not (area > 0).all():
+    """SCAF from an embedding in a circle to the triangles of `rest`, of area 1: igl's hangs at one half."""
+    for z in on_circle(topology, Solvers()):
+        area = signed_double_areas(z, topology.corner)
+        if (area > 0).all():
+            break
+    else:
         raise MeshError(
-            f"Tutte's embedding of the surface collapses {np.count_nonzero(~(area > 0))} faces in double "
-            "precision, and there is nothing else to start from: cut the surface into more parts"
+            "every embedding of the surface in a circle collapses faces in double precision, and there is "
+            "nothing else to start from: cut the surface into more parts"
         )
-    start /= np.sqrt(area.sum() / 2)
-    arrays = {"rest": rest, "F": corner.T, "start": start, "iterations": np.array(iterations)}
+    start = coordinates(z) / np.sqrt(area.sum() / 2)
+    arrays = {"rest": rest, "F": topology.corner.T, "start": start, "iterations": np.array(iterations)}
     try:
         return np.asarray(run_apart("igl_linabf.bijective", SCAF, arrays, timeout)["uv"])
     except RuntimeError as error:
@@ -150,24 +152,6 @@ def _scaf(arrays: Arrays) -> Arrays:
     )
     # the vertices of the scaffold come after those of the mesh
     return {"uv": igl.triangle.scaf_solve(int(arrays["iterations"]), data)[: len(rest), :2]}
-
-
-def _tutte(topology: Topology) -> FloatArray:
-    """Tutte's embedding: the boundary on a circle, each inner vertex in the middle of its neighbours."""
-    n, edges = topology.n, topology.edges
-    rim = topology.loops[0]
-    turn = 2 * np.pi * np.arange(len(rim)) / len(rim)
-    place = np.zeros((n, 2))
-    place[rim] = np.column_stack((np.cos(turn), np.sin(turn)))
-    inner = np.setdiff1d(np.arange(n), rim)
-    if len(inner):
-        ones = np.ones(len(edges))
-        half = sparse.csr_array((ones, (edges[:, 0], edges[:, 1])), shape=(n, n))
-        adjacent = (half + half.T).tocsr()
-        degree = sparse.diags_array(adjacent.sum(axis=1))
-        system = (degree - adjacent).tocsr()[inner]
-        place[inner] = spsolve(system[:, inner].tocsc(), -(system[:, rim] @ place[rim]))
-    return place
 
 
 def _laid_on(uv: FloatArray, onto: FloatArray) -> FloatArray:

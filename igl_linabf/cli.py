@@ -75,6 +75,9 @@ def _parser() -> Parser:
     command.add_argument("--outer", metavar="VERTEX", type=int, help="a vertex of the outer boundary loop")
     command.add_argument("--solver", choices=("auto", "cholmod", "multigrid", "direct"), default="auto")
     command.add_argument(
+        "--guarantee", choices=("injective",), help="a last step where triangles are flipped, without flips"
+    )
+    command.add_argument(
         "--units",
         choices=("square", "mesh"),
         default="square",
@@ -198,12 +201,13 @@ def _flatten(options: argparse.Namespace) -> int:
         "iterations": _iterations(options.iterations),
         "layout": options.layout,
         "solver": options.solver,
+        "guarantee": options.guarantee,
     }
-    taken = {"linabf": set(asked), "abf": {"layout", "solver"}, "abf++1": {"layout", "solver"}}
+    taken = {"linabf": set(asked), "abf": set(asked) - {"iterations"}, "abf++1": {"layout", "solver"}}
     for name, value in asked.items():
         if name in taken.get(options.method, set()):
             settings[name] = value
-        elif value != "auto":
+        elif value not in ("auto", None):
             raise ValueError(f"--{name} means nothing to the method {options.method}: leave it out")
     with _silenced():
         V, F = read_mesh(options.mesh)
@@ -212,11 +216,19 @@ def _flatten(options: argparse.Namespace) -> int:
     write_obj(options.output, V, F, uv)
     if options.picture is not None:
         _write_picture(options.picture, V, F, {options.method: result.uv})
-    print(quality(V, F, result.uv))
+    measured = quality(V, F, uv)
+    print(measured)
     print()
     print(result)
     if not result.outcome.good:
         print(f"igl-linabf: {result.message}", file=sys.stderr)
+        return NOT_VALID
+    if measured.flips > len(result.flipped):
+        print(
+            f"igl-linabf: brought into the unit square, {measured.flips} triangles are flipped by rounding: "
+            "the map's scale varies too much; keep it with --units mesh, or unwrap the mesh",
+            file=sys.stderr,
+        )
         return NOT_VALID
     return GOOD
 

@@ -15,7 +15,7 @@ from .errors import OutcomeWarning, stack_level
 from .layout import LayoutName
 from .mesh import pins, planar, scatter
 from .pipeline import ABF_TOL, TOL, Iterations, converged_abf, linear_abf
-from .result import Flattening, Outcome
+from .result import Flattening, Guarantee, Outcome
 from .solver import SolverName
 from .topology import FloatArray
 
@@ -42,6 +42,7 @@ def linabf(
     tol: float = TOL,
     threshold: float = 1.0,
     safeguard: bool = True,
+    guarantee: Guarantee | None = None,
     solver: SolverName = "auto",
 ) -> FloatArray:
     """Linear angle based parameterization (Zayer, Levy, Seidel, SGP 2007).
@@ -60,7 +61,8 @@ def linabf(
         measures from the last angles, and they end early once the residual is below `tol`.
         "auto" is one step and a second solve with the same system, and goes on like the active
         set (at most 12 times) only where a triangle could not take its whole step, a triangle is
-        flipped, or the boundary does not close. With holes, whose loops turn once and end at the
+        flipped, or the boundary does not close; where triangles are flipped still, with converged
+        ABF. With holes, whose loops turn once and end at the
         scale of their beginning from the first step on, the second solve is a step that closes
         them, too (docs/holes.md).
     layout : {"auto", "boundary", "least-squares", "greedy"}
@@ -121,6 +123,7 @@ def linabf(
             tol=tol,
             threshold=threshold,
             safeguard=safeguard,
+            guarantee=guarantee,
             solver=solver,
         )
     ).uv
@@ -136,6 +139,7 @@ def abf(
     outer: int | None = None,
     tol: float = ABF_TOL,
     threshold: float = 1.0,
+    guarantee: Guarantee | None = None,
     solver: SolverName = "auto",
 ) -> FloatArray:
     """Converged angle based flattening: the angles of a flat mesh nearest to the surface's own.
@@ -147,7 +151,7 @@ def abf(
 
     Parameters
     ----------
-    V, F, b, bc, layout, outer, threshold, solver
+    V, F, b, bc, layout, outer, threshold, guarantee, solver
         As in `linabf`.
     tol : float
         Largest relative change of an angle and largest residual of the constraints at which to
@@ -176,7 +180,17 @@ def abf(
     (12, 2)
     """
     result = flatten(
-        V, F, "abf", b, bc, outer=outer, layout=layout, tol=tol, threshold=threshold, solver=solver
+        V,
+        F,
+        "abf",
+        b,
+        bc,
+        outer=outer,
+        layout=layout,
+        tol=tol,
+        threshold=threshold,
+        guarantee=guarantee,
+        solver=solver,
     )
     if result.outcome is Outcome.NOT_CONVERGED:
         warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())

@@ -90,15 +90,7 @@ def harmonic(
     lower = pattern.laplacian(weight)
     laplacian = laplacian or solvers.laplacian(lower)
     laplacian.factor(lower)
-    # the boundary's part of L z, the inside being zero yet
-    a, b = topology.edges.T
-    i, j = pattern.ends
-    rhs = np.column_stack(
-        [
-            pattern.row_sums(i, weight * part[b]) + pattern.row_sums(j, weight * part[a])
-            for part in (z.real, z.imag)
-        ]
-    )
+    rhs = pattern.pull(weight, z[topology.edges.T])  # the inside being zero yet
     inside = topology.row >= 0
     try:
         z[inside] = complex_positions(laplacian.solve(rhs))
@@ -194,6 +186,11 @@ def far_apart(points: FloatArray) -> IntArray:
     return np.array([i, opposite[i]])
 
 
+def placed(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
+    """The map where its pins want it, or else scaled to `area`, centred and turned."""
+    return centred(topology, z, area) if pinned is None else placed_at(z, pinned)
+
+
 def placed_at(z: ComplexArray, pinned: Pins) -> ComplexArray:
     """The map turned, scaled and moved so that two of its vertices are where their pins are."""
     (i, j), position = pinned[0], complex_positions(pinned[1])
@@ -275,10 +272,8 @@ def lay_out(
             f"{some(thin)} (smallest angle {alpha[:, thin[0]].min():.1e} rad): remove degenerate faces, "
             "cut the mesh, or use layout='greedy'"
         ) from None
-    if pinned is None:
-        z = centred(topology, z, area)
-    elif made != "least-squares":
-        z = placed_at(z, pinned)
+    if pinned is None or made != "least-squares":
+        z = placed(topology, z, area, pinned)
     return Layout(z, made, boundary.gap, solver)
 
 

@@ -211,6 +211,13 @@ def signed_double_areas(z: ComplexArray, corner: IntArray) -> FloatArray:
     return np.asarray(((b - a).conj() * (c - a)).imag)
 
 
+def flat_angles(z: ComplexArray, corner: IntArray) -> FloatArray:
+    """Angles of the triangles of a flat map (#V,), (3, #F) radians; positive, flipped or not."""
+    at = z[corner]
+    cross = (at[NEXT] - at).conj() * (at[PREV] - at)
+    return np.arctan2(np.abs(cross.imag), cross.real)
+
+
 def complex_positions(uv: FloatArray) -> ComplexArray:
     """(#V, 2) coordinates as complex numbers."""
     return np.asarray(uv[:, 0] + 1j * uv[:, 1])

@@ -132,6 +132,15 @@ class Pattern:
         across = np.where(i == j, 0.0, weight)
         return self.lower(-weight[self.pairs], self.row_sums(i, across) + self.row_sums(j, across))
 
+    def pull(self, weight: FloatArray, ends: Array) -> FloatArray:
+        """What fixed vertices add to L x: sum of weight z over the edges to them, (n, 2).
+
+        `ends` has the complex positions z of the edges' ends, (2, #E), zero at free vertices.
+        """
+        i, j = self.ends
+        parts = (weight * ends.real, weight * ends.imag)
+        return np.column_stack([self.row_sums(i, b) + self.row_sums(j, a) for a, b in parts])
+
     def row_sums(self, rows: IntArray, values: FloatArray) -> FloatArray:
         """Sum `values` over their `rows`, leaving out row -1."""
         return sum_by(rows + 1, values, self.n + 1)[1:]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import warnings
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Literal
 
@@ -13,10 +13,12 @@ import numpy as np
 from .abf import ABF
 from .angles import corner_angles, initial_estimate, residual
 from .errors import FallbackWarning, some, stack_level
-from .layout import GAP, Layout, LayoutName, Pins, check_method, develop_boundary, lay_out
+from .injective import injective
+from .judgement import judge, spans_too_much
+from .layout import GAP, Layout, LayoutName, Pins, check_method, develop_boundary, lay_out, placed
 from .linabf import AngleSolver
-from .mesh import Mesh, coordinates, signed_double_areas
-from .result import Flattening, Hole, Outcome, Residuals
+from .mesh import Mesh, coordinates, flat_angles, signed_double_areas
+from .result import Flattening, Guarantee, Hole, Residuals, Rung, RungName
 from .solver import SolverName, Solvers
 from .topology import BoolArray, ComplexArray, FloatArray, IntArray
 
@@ -28,16 +30,26 @@ MOST = 12  # re-anchored iterations after which "auto" gives up
 HOLE_GAP = 0.1  # relative gap of a hole's loop up to which "auto" leaves it to the least squares
 TOL = 1e-8  # residual of the constraints below which nothing is left to do
 ABF_TOL = 1e-4  # tolerance of converged ABF below which F/3nt keeps its first five digits
-SPAN = 1e12  # ratio of area scales above which double precision runs out
+
+
+@dataclass(frozen=True, eq=False)
+class _Drawn:
+    """A map, and the angles that it was laid out from."""
+
+    layout: Layout
+    alpha: FloatArray
+    flipped: IntArray
 
 
 class Attempt:
-    """What the angle based methods share: from the initial estimate to the report.
+    """What the angle based methods share: from the initial estimate up the ladder to the report.
 
     Attributes
     ----------
     angles : AngleSolver
         At the initial estimate, until a method moves it.
+    ladder : list of Rung
+        What was tried so far.
     """
 
     def __init__(
@@ -55,17 +67,88 @@ class Attempt:
         start = perf_counter()
         self.mesh, self._pinned, self._layout, self._solvers = mesh, pinned, layout, Solvers(solver)
         alpha = corner_angles(mesh)
-        self._estimate = initial_estimate(mesh.topology, alpha, threshold, to_triangles=safeguard)
+        self.estimate = initial_estimate(mesh.topology, alpha, threshold, to_triangles=safeguard)
         self._seconds = {"estimate": perf_counter() - start, "layout": 0.0}
-        self.angles = AngleSolver(mesh.topology, self._estimate, self._solvers, limit=safeguard)
+        self.angles = AngleSolver(mesh.topology, self.estimate, self._solvers, limit=safeguard)
         self._before = Residuals.of(self.angles.residual)
+        self.ladder: list[Rung] = []
+        self._best: _Drawn | None = None
 
-    def lay_out(self) -> Layout:
-        """The map of the present angles."""
+    def leave(self, rung: RungName, failed: str) -> None:
+        """Give up a rung before its layout."""
+        self.ladder.append(Rung(rung, None, self.angles.residual.largest, failed))
+
+    def draw(self, rung: RungName) -> bool:
+        """Lay out the present angles; whether no triangle is flipped. The best map is kept."""
+        drawn = self._drawn()
+        flips = len(drawn.flipped)
+        failed = f"{flips} flipped triangle{'s' * (flips > 1)}" if flips else ""
+        self.ladder.append(Rung(rung, flips, self.angles.residual.largest, failed))
+        if self._best is None or flips < len(self._best.flipped):
+            self._best = drawn
+        return not flips
+
+    def force(self) -> None:
+        """Make a map without flipped triangles of the best one, if that has some."""
+        best = self.settle()
+        if not len(best.flipped):
+            return
+        start, mesh = perf_counter(), self.mesh
+
+        def place(z: ComplexArray) -> ComplexArray:
+            return placed(mesh.topology, z, mesh.area, self._pinned)
+
+        made = injective(mesh, best.layout.z, place, self._solvers)
+        self._seconds["injective"] = perf_counter() - start
+        if made is None:
+            self.leave("injective", "every start has flipped triangles in double precision")
+            return
+        alpha = flat_angles(made.z, mesh.topology.corner)
+        how = f"{made.iterations} iterations from {made.start}"
+        slim = replace(best.layout, z=made.z, method="SLIM", solver=f"igl's SLIM, {how}")
+        self._best = _Drawn(slim, alpha, np.empty(0, dtype=np.int64))
+        self.angles.place(alpha)
+        self.ladder.append(Rung("injective", 0, self.angles.residual.largest, ""))
+
+    def settle(self) -> _Drawn:
+        """The map with the fewest flipped triangles, to whose angles `angles` goes back."""
+        assert self._best is not None
+        if self.angles.alpha is not self._best.alpha:
+            self.angles.place(self._best.alpha)
+        return self._best
+
+    def report(self, method: str, reached: bool, tried: str = "") -> Flattening:
+        """The result, from the best map and whether the method's tolerance was reached.
+
+        `tried` says what was done to reach it, where it was not and should have been.
+        """
+        angles, best = self.angles, self.settle()
+        made = best.layout
+        outcome, message = judge(angles, self.mesh, made, best.flipped, reached, tried)
+        return Flattening(
+            uv=coordinates(made.z),
+            angles=np.ascontiguousarray(best.alpha.T),
+            method=method,
+            outcome=outcome,
+            message=message,
+            flipped=best.flipped,
+            ladder=tuple(self.ladder),
+            steps=tuple(angles.steps),
+            before=self._before,
+            after=Residuals.of(angles.residual),
+            holes=Hole.all_of(self.mesh, angles.residual),
+            gap=made.gap,
+            layout=made.method,
+            solver=angles.solver,
+            layout_solver=made.solver,
+            seconds={**self._seconds, **angles.seconds},
+        )
+
+    def _drawn(self) -> _Drawn:
         start, angles = perf_counter(), self.angles
         alpha, missing, topology = angles.alpha, angles.residual, self.mesh.topology
         if angles.invalid.any():
-            alpha = _repaired(alpha, self._estimate, angles.invalid)
+            alpha = _repaired(alpha, self.estimate, angles.invalid)
             missing = residual(topology, alpha)
         made = lay_out(
             topology,
@@ -79,33 +162,7 @@ class Attempt:
             angles.laplacian,
         )
         self._seconds["layout"] += perf_counter() - start
-        return made
-
-    def report(self, method: str, made: Layout, reached: bool, tried: str = "") -> Flattening:
-        """The result, from the map and whether the method's tolerance was reached.
-
-        `tried` says what was done to reach it, where it was not and should have been.
-        """
-        angles = self.angles
-        flipped = flipped_faces(made.z, self.mesh.topology.corner)
-        outcome, message = _judge(angles, self.mesh, made.z, flipped, reached, tried)
-        return Flattening(
-            uv=coordinates(made.z),
-            angles=np.ascontiguousarray(angles.alpha.T),
-            method=method,
-            outcome=outcome,
-            message=message,
-            flipped=flipped,
-            steps=tuple(angles.steps),
-            before=self._before,
-            after=Residuals.of(angles.residual),
-            holes=Hole.all_of(self.mesh, angles.residual),
-            gap=made.gap,
-            layout=made.method,
-            solver=angles.solver,
-            layout_solver=made.solver,
-            seconds={**self._seconds, **angles.seconds},
-        )
+        return _Drawn(made, angles.alpha, flipped_faces(made.z, topology.corner))
 
 
 def linear_abf(
@@ -118,14 +175,16 @@ def linear_abf(
     tol: float = TOL,
     threshold: float = 1.0,
     safeguard: bool = True,
+    guarantee: Guarantee | None = None,
     solver: SolverName = "auto",
 ) -> Flattening:
     """Linear ABF of a checked mesh; the options are those of `linabf`."""
     count = _count(iterations)
+    _check_guarantee(guarantee)
     if rtol is not None and not rtol > 0:
         raise ValueError(f"rtol is {rtol!r}: use a positive number")
     attempt = Attempt(mesh, pinned, layout, threshold, solver, safeguard)
-    angles, topology = attempt.angles, mesh.topology
+    angles = attempt.angles
 
     def iterate(most: int) -> None:
         for _ in range(most):
@@ -133,29 +192,48 @@ def linear_abf(
                 return
             angles.step(rtol or TIGHT)
 
-    made, went_on = None, False
+    tried = ""
     if count is not None:
         iterate(count)
-    elif angles.residual.largest > tol:
-        angles.step(rtol or LOOSE)
-        went_on = angles.limited  # a chord from angles beside their bound ends with far smaller ones
-        if not went_on:
+        attempt.draw("linear step" if len(angles.steps) <= 1 else "active set")
+    elif not _first_rung(attempt, rtol or LOOSE, tol):
+        tried = f"after {MOST} iterations"
+        iterate(MOST)
+        good = attempt.draw("active set")
+        reached = angles.residual.largest <= tol
+        if not good and safeguard and not (reached and spans_too_much(mesh, attempt.settle().layout.z)):
+            angles.place(attempt.estimate)
+            abf = ABF(angles, ABF_TOL)
+            abf.run()
+            attempt.draw("feasible ABF" if abf.feasible else "converged ABF")
+    if guarantee:
+        attempt.force()
+    attempt.settle()
+    reached = angles.residual.largest <= tol
+    return attempt.report("linabf", reached, "" if reached else tried)
+
+
+def _first_rung(attempt: Attempt, rtol: float, tol: float) -> bool:
+    """The linear step, and the second solve with its system; whether that is enough."""
+    angles, topology = attempt.angles, attempt.mesh.topology
+    if angles.residual.largest > tol:
+        angles.step(rtol)
+        # a chord that starts from cut-short steps ends with far smaller angles than a step
+        if not angles.limited:
             if len(topology.loops) == 1:
-                angles.chord(rtol or LOOSE)
+                angles.chord(rtol)
                 gap, allowed = develop_boundary(topology, angles.residual).gap, GAP
             else:  # least squares lays out, which draws no loop
-                angles.step(rtol or LOOSE)
+                angles.step(rtol)
                 gap, allowed = float(np.abs(angles.residual.closure.gap).max()), HOLE_GAP
-            went_on = angles.limited or gap > allowed
-        if not went_on:
-            made = attempt.lay_out()
-            went_on = len(flipped_faces(made.z, topology.corner)) > 0
-        if went_on:
-            iterate(MOST)
-            made = None
-    reached = angles.residual.largest <= tol
-    tried = f"after {MOST} iterations" if went_on and not reached else ""
-    return attempt.report("linabf", made or attempt.lay_out(), reached, tried)
+            if gap > allowed:
+                attempt.leave("linear step", f"a loop misses its beginning by {gap:.1%} of its length")
+                return False
+        limited = angles.steps[-1].limited
+        if limited:
+            attempt.leave("linear step", f"the whole of it takes angles of {limited} triangles to zero")
+            return False
+    return attempt.draw("linear step")
 
 
 def converged_abf(
@@ -165,18 +243,24 @@ def converged_abf(
     layout: LayoutName = "auto",
     tol: float = ABF_TOL,
     threshold: float = 1.0,
+    guarantee: Guarantee | None = None,
     solver: SolverName = "auto",
 ) -> Flattening:
     """Converged ABF of a checked mesh; the options are those of `abf`."""
+    _check_guarantee(guarantee)
     if not tol > 0:
         raise ValueError(f"tol is {tol!r}: use a positive number, 1e-10 at the least")
     attempt = Attempt(mesh, pinned, layout, threshold, solver)
     abf = ABF(attempt.angles, tol)
     abf.run()
-    tried = "" if abf.converged else "in its feasible form"
-    result = attempt.report("abf", attempt.lay_out(), abf.converged, tried)
+    if abf.feasible:
+        attempt.leave("converged ABF", "it does not converge")
+    attempt.draw("feasible ABF" if abf.feasible else "converged ABF")
+    if guarantee:
+        attempt.force()
+    result = attempt.report("abf", abf.converged, "" if abf.converged else "in its feasible form")
     held = np.flatnonzero(abf.bound.any(axis=0))
-    if len(held):
+    if len(held) and result.layout != "SLIM":
         note = f"; angles of faces {some(held)} are held at a hundredth of their initial value"
         result = replace(result, message=result.message + note)
     return result
@@ -199,40 +283,6 @@ def _repaired(alpha: FloatArray, estimate: FloatArray, invalid: BoolArray) -> Fl
     return np.where(invalid, np.pi * estimate / estimate.sum(axis=0), alpha)
 
 
-def _judge(
-    angles: AngleSolver, mesh: Mesh, z: ComplexArray, flipped: IntArray, reached: bool, tried: str
-) -> tuple[Outcome, str]:
-    """The outcome, and the sentence that says it."""
-    fit = f"the angles fit to {angles.residual.largest:.1e}"
-    if angles.invalid.any():
-        bad = np.flatnonzero(angles.invalid)
-        return Outcome.ANGLES_INVALID, (
-            f"the target angles of faces {some(bad)} left (0, pi), {len(flipped)} triangles of the map are "
-            "flipped: use linear ABF with its safeguard, or converged ABF"
-        )
-    if not len(flipped):
-        if reached:
-            return Outcome.CONVERGED, f"no triangle is flipped, and {fit}"
-        if not tried:
-            return Outcome.VALID, f"no triangle is flipped; {fit}"
-        return Outcome.NOT_CONVERGED, (
-            f"no triangle is flipped, but it did not converge {tried}, {fit}: look for degenerate faces, or "
-            "cut the mesh"
-        )
-    where = f"faces {some(flipped)} are flipped or collapsed"
-    if not reached:
-        more = f"it did not converge {tried}" if tried else "take more iterations"
-        return Outcome.FLIPPED, f"{where}: {fit} only; {more}, or cut the mesh"
-    scale = np.abs(signed_double_areas(z, mesh.topology.corner)) / mesh.double_area
-    span = float(scale.max() / max(scale.min(), 1e-32 * scale.max()))
-    if span > SPAN:
-        return Outcome.FLIPPED, (
-            f"{where}: {fit}, but the map's area scale varies by a factor of {span:.0e} or more, which "
-            "double precision does not hold; cut the mesh open towards these faces (igl.cut_mesh)"
-        )
-    return Outcome.FLIPPED, f"{where}, though {fit}: cut the mesh open towards them"
-
-
 def _count(iterations: Iterations) -> int | None:
     if iterations == "auto":
         return None
@@ -243,3 +293,8 @@ def _count(iterations: Iterations) -> int | None:
     if count < 1:
         raise ValueError(f"iterations is {iterations!r}: use 'auto' or an integer from 1 on")
     return count
+
+
+def _check_guarantee(guarantee: str | None) -> None:
+    if guarantee not in (None, "injective"):
+        raise ValueError(f"guarantee is {guarantee!r}: use 'injective' or None")

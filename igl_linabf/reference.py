@@ -13,7 +13,7 @@ from scipy import sparse
 from .angles import corner_angles, residual
 from .errors import MeshError, some
 from .layout import LayoutName, Pins, centred, far_apart, least_squares, placed_at
-from .mesh import Mesh, complex_positions, coordinates
+from .mesh import Mesh, complex_positions, coordinates, flat_angles
 from .pipeline import Attempt, flipped_faces
 from .result import Flattening, Hole, Outcome, Residuals
 from .solver import NotPositiveDefiniteError, SolverName, Solvers
@@ -89,7 +89,8 @@ def one_step_abfpp(
         factor.factor(lower)
         x = factor.solve(np.concatenate((wanted, missing.triangle)))
         angles.place(alpha + (w * (A.T @ x)).reshape(m, 3).T, "step")
-    return attempt.report("abf++1", attempt.lay_out(), reached=False)
+    attempt.draw("linear step")
+    return attempt.report("abf++1", reached=False)
 
 
 def _product_rows(topology: Topology, alpha: FloatArray) -> tuple[sparse.csr_array, FloatArray]:
@@ -136,8 +137,7 @@ def _report(
     if pinned is None:
         z = centred(topology, z, mesh.area)
     seconds = {"layout": perf_counter() - start}
-    corners = z[topology.corner]
-    alpha = np.abs(np.angle((corners[PREV] - corners) * (corners[NEXT] - corners).conj()))
+    alpha = flat_angles(z, topology.corner)
     flipped = flipped_faces(z, topology.corner)
     missing = residual(topology, alpha)
     return Flattening(
@@ -149,6 +149,7 @@ def _report(
         if len(flipped)
         else "no triangle is flipped",
         flipped=flipped,
+        ladder=(),
         steps=(),
         before=Residuals.of(residual(topology, corner_angles(mesh))),
         after=Residuals.of(missing),

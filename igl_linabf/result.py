@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import Enum
+from typing import Literal
 
 import numpy as np
 
@@ -11,6 +12,9 @@ from .angles import Residual
 from .linabf import Step
 from .mesh import Mesh
 from .topology import FloatArray, IntArray
+
+Guarantee = Literal["injective"]
+RungName = Literal["linear step", "active set", "converged ABF", "feasible ABF", "injective"]
 
 
 class Outcome(str, Enum):
@@ -63,6 +67,30 @@ class Residuals:
     @property
     def largest(self) -> float:
         return max(self.vertex, self.triangle, self.wheel, self.closure)
+
+
+@dataclass(frozen=True)
+class Rung:
+    """One rung of the ladder: what was tried, and why it was not enough.
+
+    Attributes
+    ----------
+    name : {"linear step", "active set", "converged ABF", "feasible ABF", "injective"}
+    flips : int or None
+        Flipped triangles of its map; None where it was given up before its layout.
+    residual : float
+        Largest residual of its angles.
+    failed : str
+        Why the next rung was tried, or what is wrong at the end; "" where nothing is.
+    """
+
+    name: RungName
+    flips: int | None
+    residual: float
+    failed: str
+
+    def __str__(self) -> str:
+        return f"{self.name} ({self.failed or 'no flips'})"
 
 
 @dataclass(frozen=True)
@@ -121,6 +149,9 @@ class Flattening:
         The outcome in a sentence: what is wrong, where, and what helps.
     flipped : (#flips,) int64
         Faces that are flipped or collapsed in the map.
+    ladder : tuple of Rung
+        What was tried, the next one only when the one before had failed; the last one that made a
+        map without flipped triangles, or else the one with the fewest, made this one.
     steps : tuple of Step
         The linear solves, in order.
     before, after : Residuals
@@ -129,8 +160,8 @@ class Flattening:
         The closure residuals of `angles` around each hole; the outer loop is none of them.
     gap : float
         By how much the boundary that `angles` draw fails to close, relative to its length.
-    layout : {"boundary", "least-squares", "greedy"}
-        The layout that ran.
+    layout : {"boundary", "least-squares", "greedy", "SLIM"}
+        The layout that ran; after "SLIM" `angles` are the map's own.
     solver, layout_solver : str
         What solved the angle systems, and the layout's.
     seconds : dict of str to float
@@ -143,6 +174,7 @@ class Flattening:
     outcome: Outcome
     message: str
     flipped: IntArray
+    ladder: tuple[Rung, ...]
     steps: tuple[Step, ...]
     before: Residuals
     after: Residuals
@@ -173,6 +205,7 @@ class Flattening:
         rows = {
             "method": self.method,
             "outcome": f"{self.outcome.value}: {self.message}",
+            "tried": ", then ".join(map(str, self.ladder)) or self.method,
             "solves (inner steps)": kinds or "none needed",
             "angle residual": f"{self.before.largest:.2e} -> {self.after.largest:.2e}",
             "boundary gap": f"{self.gap:.2e}",

@@ -6,11 +6,15 @@ import os
 import sys
 from pathlib import Path
 
+import igl
 import numpy as np
 import pytest
 from PIL import Image
+from scipy import sparse
+from scipy.sparse import csgraph
 from scipy.spatial import Delaunay
 
+from igl_linabf import cut
 from igl_linabf.io import read_mesh
 from igl_linabf.mesh import complex_positions, signed_double_areas
 
@@ -61,6 +65,25 @@ def bumps(n: int = 900, seed: int = 0, height: float = 0.35) -> Surface:
     waves = rng.normal(size=(5, 2)) * 4
     z = height * np.sin(xy @ waves.T + rng.uniform(0, 6, 5)).sum(axis=1) / 3
     return np.column_stack((xy, z)), F
+
+
+def tree_cut(V: np.ndarray, F: np.ndarray, leaves: int, seed: int | None = None) -> Surface:
+    """A closed surface cut along a tree of shortest paths to far points, or to random ones."""
+    edges = igl.edges(F)
+    length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
+    graph = sparse.csr_array((length, edges.T), shape=(len(V), len(V)))
+    options = {"directed": False, "min_only": True, "return_predecessors": True}
+    first = int(np.argmax(csgraph.dijkstra(graph, indices=[0], **options)[0]))
+    goals = [first] if seed is None else np.random.default_rng(seed).choice(len(V), leaves, False).tolist()
+    tree, seam = [goals.pop(0)], []
+    for _ in range(leaves - 1):
+        distance, before, _ = csgraph.dijkstra(graph, indices=tree, **options)
+        node = goals.pop(0) if goals else int(np.argmax(distance))
+        while before[node] >= 0:
+            seam.append((node, int(before[node])))
+            tree.append(node)
+            node = int(before[node])
+    return cut(V, F, np.array(seam))[:2]
 
 
 def load(name: str) -> Surface:

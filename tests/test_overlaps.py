@@ -6,9 +6,7 @@ import igl
 import numpy as np
 import pytest
 import shapely
-from conftest import DISKS, load
-from scipy import sparse
-from scipy.sparse import csgraph
+from conftest import DISKS, load, tree_cut
 
 from igl_linabf import MeshError, cut, flatten
 from igl_linabf.bijective import make_bijective
@@ -33,24 +31,6 @@ def by_clipping(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
     i, j = np.triu_indices(len(F), 1)
     area = shapely.area(shapely.intersection(polygons[i], polygons[j]))
     return np.column_stack((i, j))[area > 1e-11]
-
-
-def tree_cut(V: np.ndarray, F: np.ndarray, leaves: int) -> tuple[np.ndarray, np.ndarray]:
-    """A closed surface cut along a tree of shortest paths between far points: such maps overlap."""
-    edges = igl.edges(F)
-    length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
-    graph = sparse.csr_array((length, edges.T), shape=(len(V), len(V)))
-    options = {"directed": False, "min_only": True, "return_predecessors": True}
-    tree = [int(np.argmax(csgraph.dijkstra(graph, indices=[0], **options)[0]))]
-    seam = []
-    for _ in range(leaves - 1):
-        distance, before, _ = csgraph.dijkstra(graph, indices=tree, **options)
-        node = int(np.argmax(distance))
-        while before[node] >= 0:
-            seam.append((node, int(before[node])))
-            tree.append(node)
-            node = int(before[node])
-    return cut(V, F, np.array(seam))[:2]
 
 
 def parts(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:

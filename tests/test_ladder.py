@@ -1,0 +1,111 @@
+"""The ladder: each rung when the one before failed, and at its end a map without flipped triangles."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from conftest import HOLES, STRESS, load, tree_cut
+
+from igl_linabf import Outcome, abf, flatten, quality
+from igl_linabf.embedding import on_circle
+from igl_linabf.injective import injective
+from igl_linabf.layout import centred
+from igl_linabf.mesh import planar, signed_double_areas
+from igl_linabf.solver import Solvers
+
+DEER = "stress__flipfree_deer.obj"  # its conformal map spans more than double precision
+CLOSED = ("closed__igl_cow.off", "closed__igl_fandisk.off", "closed__optcuts_horse_f10000.obj")
+
+
+def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> int:
+    """Triangles of no positive area in exact arithmetic."""
+    count = 0
+    for face in F.tolist():
+        (ax, ay), (bx, by), (cx, cy) = ([Fraction(x) for x in uv[v].tolist()] for v in face)
+        count += (bx - ax) * (cy - ay) <= (by - ay) * (cx - ax)
+    return count
+
+
+@pytest.mark.parametrize("name", CLOSED)
+@pytest.mark.parametrize("leaves", [2, 3, 5])
+def test_no_flips_on_closed_surfaces_cut_with_few_leaves(name: str, leaves: int) -> None:
+    surface = load(name)
+    for seed in (None, 0, 1):
+        V, F = tree_cut(*surface, leaves, seed)
+        result = flatten(V, F)
+        assert result.outcome.good
+        assert quality(V, F, result.uv).flips == 0
+
+
+def test_the_guarantee_leaves_no_flips_on_deer() -> None:
+    V, F = load(DEER)
+    default, sure = flatten(V, F), flatten(V, F, guarantee="injective")
+    assert default.outcome is Outcome.FLIPPED
+    assert sure.outcome is Outcome.VALID
+    assert sure.layout == "SLIM"
+    assert len(sure.flipped) == exactly_flipped(sure.uv, F) == 0
+    assert "near the end of double precision" in sure.message
+    assert quality(V, F, sure.uv).angle_distortion < 1.2 * quality(V, F, default.uv).angle_distortion
+
+
+def test_rungs_are_climbed_only_as_far_as_needed() -> None:
+    names = {
+        "bumps": ["linear step"],
+        "stress__optcuts_golf.obj": ["linear step", "active set"],
+        DEER: ["linear step", "active set", "injective"],
+    }
+    for name, expected in names.items():
+        V, F = load(name)
+        result = flatten(V, F, guarantee="injective")
+        assert [rung.name for rung in result.ladder] == expected
+        assert all(rung.failed for rung in result.ladder[:-1])
+        assert result.ladder[-1].flips == 0
+        assert result.ladder[-1].failed == ""
+
+
+def test_the_guarantee_changes_nothing_where_nothing_is_flipped() -> None:
+    for name in ("bumps", *STRESS):
+        if name != DEER:
+            V, F = load(name)
+            assert (flatten(V, F).uv == flatten(V, F, guarantee="injective").uv).all()
+
+
+def test_the_guarantee_helps_the_paper_s_step_and_abf() -> None:
+    V, F = tree_cut(*load("closed__igl_cow.off"), 2, seed=0)
+    b, bc = [0, 17], [[1.0, 2.0], [3.0, 2.0]]
+    for options in ({"iterations": 1}, {"method": "abf"}):
+        bare = flatten(V, F, **options)
+        sure = flatten(V, F, b=b, bc=bc, guarantee="injective", **options)
+        assert len(bare.flipped)
+        assert exactly_flipped(sure.uv, F) == 0
+        assert np.allclose(sure.uv[b], bc)
+        # the result's angles are its map's
+        assert sure.after.largest < 1e-6
+        assert sure.ladder[-1].name == "injective"
+    assert exactly_flipped(abf(V, F, guarantee="injective"), F) == 0
+
+
+@pytest.mark.parametrize("name", ["bumps", HOLES[1], "disk__flipfree_camelhead_small.obj"])
+def test_any_start_ends_without_flips_holes_or_not(name: str) -> None:
+    mesh = planar(*load(name))
+    rng = np.random.default_rng(0)
+    nonsense = rng.normal(size=mesh.topology.n) + 1j * rng.normal(size=mesh.topology.n)
+    made = injective(mesh, nonsense, lambda z: centred(mesh.topology, z, mesh.area), Solvers())
+    assert (signed_double_areas(made.z, mesh.topology.corner) > 0).all()
+    # far from nonsense, and not far from the best there is
+    assert made.distortion < 30 * quality(mesh.V, mesh.faces, flatten(mesh.V, mesh.faces).uv).angle_distortion
+
+
+@pytest.mark.parametrize("name", ["bumps", DEER, *HOLES])
+def test_embeddings_in_a_circle_are_valid(name: str) -> None:
+    topology = planar(*load(name)).topology
+    for z in on_circle(topology, Solvers()):
+        assert np.allclose(np.abs(z[topology.loops[0]]), 1)
+        assert (signed_double_areas(z, topology.corner) > 0).all()
+
+
+def test_what_guarantee_may_be_is_said() -> None:
+    with pytest.raises(ValueError, match="guarantee is 'bijective'"):
+        flatten(*load("bumps"), guarantee="bijective")
