@@ -9,10 +9,29 @@ import numpy as np
 from .mesh import Mesh
 from .topology import NEXT, PREV, ComplexArray, FloatArray, IntArray, Topology
 
+CAP = 1e-7  # radians below pi above which a triangle's largest angle is too large
+
 
 def corner_angles(mesh: Mesh) -> FloatArray:
     """Angles of the surface's triangles, (3, #F) radians."""
     return np.arctan2(mesh.double_area, mesh.dot)
+
+
+def opened(alpha: FloatArray, least: float = CAP) -> tuple[FloatArray, IntArray]:
+    """Angles (3, #F) with no angle within `least` of pi, and the faces where that took a repair.
+
+    The two small angles of such a cap are scaled to sum to `least`. Beyond that, double precision
+    does not hold its cotangents beside those of the faces around; needles, with one small angle,
+    are no trouble.
+    """
+    rest = alpha.sum(axis=0) - alpha.max(axis=0)
+    caps = np.flatnonzero(rest < least)
+    if not len(caps):
+        return alpha, caps
+    alpha = alpha.copy()
+    small = alpha[:, caps] < np.pi / 2
+    alpha[:, caps] = np.where(small, alpha[:, caps] * (least / rest[caps]), np.pi - least)
+    return alpha, caps
 
 
 def initial_estimate(

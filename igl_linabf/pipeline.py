@@ -11,8 +11,8 @@ from typing import Literal
 import numpy as np
 
 from .abf import ABF
-from .angles import corner_angles, initial_estimate, residual
-from .errors import FallbackWarning, some, stack_level
+from .angles import CAP, corner_angles, initial_estimate, opened, residual
+from .errors import FallbackWarning, MeshWarning, some, stack_level
 from .injective import injective
 from .judgement import judge, spans_too_much
 from .layout import GAP, Layout, LayoutName, Pins, check_method, develop_boundary, lay_out, placed
@@ -66,7 +66,14 @@ class Attempt:
             raise ValueError(f"threshold is {threshold!r}: use a number of radians from 0 on")
         start = perf_counter()
         self.mesh, self._pinned, self._layout, self._solvers = mesh, pinned, layout, Solvers(solver)
-        alpha = corner_angles(mesh)
+        alpha, self._caps = opened(corner_angles(mesh))
+        if len(self._caps):
+            warnings.warn(
+                f"faces {some(self._caps)} have an angle within {CAP:g} rad of pi: they are "
+                "flattened as if it were that far from pi; collapse them, or flip their longest edges",
+                MeshWarning,
+                stacklevel=stack_level(),
+            )
         self.estimate = initial_estimate(mesh.topology, alpha, threshold, to_triangles=safeguard)
         self._seconds = {"estimate": perf_counter() - start, "layout": 0.0}
         self.angles = AngleSolver(mesh.topology, self.estimate, self._solvers, limit=safeguard)
@@ -132,6 +139,7 @@ class Attempt:
             outcome=outcome,
             message=message,
             flipped=best.flipped,
+            repaired=self._caps,
             ladder=tuple(self.ladder),
             steps=tuple(angles.steps),
             before=self._before,

@@ -31,7 +31,10 @@ def lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
 def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
     """`igl.spectra.lscm`: the spectral, pin-free conformal map of Mullen et al. 2008."""
     start = perf_counter()
-    z = complex_positions(igl.spectra.lscm(mesh.V, mesh.faces))
+    try:
+        z = complex_positions(igl.spectra.lscm(mesh.V, mesh.faces))
+    except RuntimeError:
+        raise _failed(mesh, "igl.spectra.lscm") from None
     # the eigenvector's sign and igl's order of the coordinates leave the orientation open
     backwards = len(flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
     z = z.conj() if backwards else z
@@ -134,6 +137,8 @@ def _report(
 ) -> Flattening:
     """The result of a method that knows no target angles: those of its map stand for them."""
     topology = mesh.topology
+    if not np.isfinite(z).all():
+        raise _failed(mesh, solver)
     if pinned is None:
         z = centred(topology, z, mesh.area)
     seconds = {"layout": perf_counter() - start}
@@ -149,6 +154,7 @@ def _report(
         if len(flipped)
         else "no triangle is flipped",
         flipped=flipped,
+        repaired=np.empty(0, dtype=np.int64),
         ladder=(),
         steps=(),
         before=Residuals.of(residual(topology, corner_angles(mesh))),
@@ -159,4 +165,13 @@ def _report(
         solver="none",
         layout_solver=solver,
         seconds=seconds,
+    )
+
+
+def _failed(mesh: Mesh, solver: str) -> MeshError:
+    alpha = corner_angles(mesh)
+    thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
+    return MeshError(
+        f"{solver} finds no map in double precision; the thinnest triangles are faces {some(thin)} "
+        f"(smallest angle {alpha[:, thin[0]].min():.1e} rad): collapse them, or use linear ABF"
     )

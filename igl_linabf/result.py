@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 
 from .angles import Residual
+from .errors import some
 from .linabf import Step
 from .mesh import Mesh
 from .topology import FloatArray, IntArray
@@ -149,6 +150,8 @@ class Flattening:
         The outcome in a sentence: what is wrong, where, and what helps.
     flipped : (#flips,) int64
         Faces that are flipped or collapsed in the map.
+    repaired : (#caps,) int64
+        Faces with an angle so near pi that another one was flattened in their stead.
     ladder : tuple of Rung
         What was tried, the next one only when the one before had failed; the last one that made a
         map without flipped triangles, or else the one with the fewest, made this one.
@@ -174,6 +177,7 @@ class Flattening:
     outcome: Outcome
     message: str
     flipped: IntArray
+    repaired: IntArray
     ladder: tuple[Rung, ...]
     steps: tuple[Step, ...]
     before: Residuals
@@ -214,5 +218,7 @@ class Flattening:
             "layout": f"{self.layout} ({self.layout_solver})",
             "seconds": f"{self.seconds['total']:.3f}",
         }
+        if len(self.repaired):
+            rows["repaired faces"] = some(self.repaired)
         width = max(map(len, rows))
         return "\n".join(f"{name:<{width}}  {value}" for name, value in rows.items())

@@ -47,23 +47,34 @@ class System:
 
     def projected(self, y: FloatArray) -> FloatArray:
         """P y: (3, #F) angles that sum to zero in each triangle."""
-        y = self.w * y
-        return np.asarray(y - self.w * (y.sum(axis=0) / self.d))
+        w, after, before = self.w, y[NEXT], y[PREV]
+        return np.asarray(w * ((w[NEXT] * (y - after) + w[PREV] * (y - before)) / self.d))
 
     def projection(self, faces: IntArray) -> FloatArray:
         """P_t of some faces, (#faces, 3, 3)."""
-        w, d = self.w[:, faces].T, self.d[faces]
-        return np.asarray(w[:, :, None] * np.eye(3) - w[:, :, None] * w[:, None] / d[:, None, None])
+        return self._from_pairs(self._pairs[:, faces])
 
     def conformal(self, faces: IntArray) -> FloatArray:
         """s_t K_t of some faces, (#faces, 3, 3)."""
-        c = self.cot[:, faces].T * self._conformal_scale[faces, None] / 2
-        K = np.zeros((len(c), 3, 3))
+        return self._from_pairs(self.cot[:, faces] * self._conformal_scale[faces] / 2)
+
+    @staticmethod
+    def _from_pairs(weight: FloatArray) -> FloatArray:
+        """Element matrices (#faces, 3, 3) of sum weight_k (y_i - y_j)^2, k opposite to i and j."""
+        K = np.empty((weight.shape[1], 3, 3))
         for k in range(3):
             i, j = NEXT[k], PREV[k]
-            K[:, i, j] = K[:, j, i] = -c[:, k]
-            K[:, k, k] = c[:, i] + c[:, j]
+            K[:, i, j] = K[:, j, i] = -weight[k]
+            K[:, k, k] = weight[i] + weight[j]
         return K
+
+    @cached_property
+    def _pairs(self) -> FloatArray:
+        """w_i w_j / d, (3, #F), k opposite to i and j: y^T P y = sum over pairs of that (y_i - y_j)^2.
+
+        Beside an angle near pi, w - w^2 / d would be all rounding.
+        """
+        return np.asarray(self.w[NEXT] * self.w[PREV] / self.d)
 
     @cached_property
     def _conformal_scale(self) -> FloatArray:
@@ -78,19 +89,26 @@ class System:
 
     def matrix(self) -> Symmetric:
         """S, (2 #rows, 2 #rows)."""
-        t, w, c, d = self.topology, self.w, self.cot, self.d
-        q = w * c
-        g = q[NEXT] - q[PREV]
-        qc = q * c
-        gd, wd = g / d, w / d
+        t, c, pair = self.topology, self.cot, self._pairs
+        cn, cp, opposite = c[NEXT], c[PREV], pair
+        beside_p, beside_n = pair[NEXT], pair[PREV]  # of corners k and k - 1, of k and k + 1
         # within a corner's own row: (vertex, vertex), (vertex, wheel), (wheel, wheel)
-        own = (w - w * wd, -w * gd, qc[NEXT] + qc[PREV] - g * gd)
+        own = (
+            beside_n + beside_p,
+            beside_p * cp - beside_n * cn,
+            opposite * (cn + cp) ** 2 + beside_n * cn**2 + beside_p * cp**2,
+        )
         vertex, mixed, wheel = (t.sum_at_rows(t.sum_at_vertices(values)) for values in own)
         diagonal = np.stack((vertex, mixed, mixed, wheel))
         # between the corners a, b at tail and head of the half-edge opposite to corner k, as
         # (vertex, vertex), (vertex, wheel), (wheel, vertex), (wheel, wheel)
-        wa, wb, ga, gb = w[NEXT], w[PREV], gd[NEXT], gd[PREV]
-        across = (-wa * wd[PREV], -q[NEXT] - wa * gb, q[PREV] - wb * ga, -qc - g[NEXT] * gb)
+        to_a, to_b = beside_n * (c + cn), beside_p * (c + cp)
+        across = (
+            -opposite,
+            -opposite * cn - to_a,
+            opposite * cp + to_b,
+            opposite * cn * cp - c * (to_a + to_b),
+        )
         vv, vw, wv, ww = (values.ravel() for values in across)
         h, r = self.pattern.upward  # r runs the other way, where the block is transposed
         block = np.stack((vv[h] + vv[r], vw[h] + wv[r], wv[h] + vw[r], ww[h] + ww[r]))
@@ -113,8 +131,8 @@ class System:
         """Rows of the triangles in which P_t and s_t K_t differ by more than `SLIVER`."""
         w, c, d = self.w, self.cot, self.d
         # tr(K+ P) = (tr K tr P - tr K P) / (3/4), det = 4 w0 w1 w2 / d on the plane sum e = 0
-        p = w - w**2 / d
-        kp = 0.5 * ((c[NEXT] + c[PREV]) * p).sum(axis=0) + (c * w[NEXT] * w[PREV]).sum(axis=0) / d
+        p = self._pairs[NEXT] + self._pairs[PREV]
+        kp = 0.5 * ((c[NEXT] + c[PREV]) * p).sum(axis=0) + (c * self._pairs).sum(axis=0)
         trace = (c.sum(axis=0) * p.sum(axis=0) - kp) / 0.75
         ratio = trace**2 * d / (4 * w.prod(axis=0)) - 2  # rho + 1 / rho
         rows = self._rows[:, ratio > SLIVER + 1 / SLIVER]

@@ -1,0 +1,114 @@
+"""Triangles near degeneration: flattened as they are, repaired with a warning, or refused by name."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import igl
+import numpy as np
+import pytest
+from conftest import Surface, load
+
+from igl_linabf import MeshError, MeshWarning, flatten, quality
+from igl_linabf.angles import CAP
+from igl_linabf.pattern import Pattern
+from igl_linabf.system import System
+from igl_linabf.topology import planar_topology
+
+
+def with_points(kind: str, eps: float, count: int) -> Surface:
+    """Random faces of a disk split at a point that is `eps` from an edge ("caps") or a corner ("needles")."""
+    V, F = load("bumps")
+    chosen = np.random.default_rng(0).choice(len(F), count, replace=False)
+    a, b, c = F[chosen].T
+    near = (V[a] + V[b]) / 2 if kind == "caps" else V[a]
+    towards = V[c] if kind == "caps" else (V[b] + V[c]) / 2
+    new = len(V) + np.arange(count)
+    split = np.concatenate([np.column_stack(s) for s in ((a, b, new), (b, c, new), (c, a, new))])
+    return np.vstack((V, near + eps * (towards - near))), np.vstack((np.delete(F, chosen, axis=0), split))
+
+
+@pytest.mark.parametrize("method", ["linabf", "abf"])
+@pytest.mark.parametrize("kind", ["caps", "needles"])
+@pytest.mark.parametrize("count", [5, 300])
+@pytest.mark.parametrize("eps", [1e-3, 1e-5, 1e-6])
+def test_thin_triangles_are_flattened_as_well_as_others(
+    kind: str, eps: float, count: int, method: str
+) -> None:
+    plain = flatten(*load("bumps"), method)
+    V, F = with_points(kind, eps, count)
+    assert igl.internal_angles(V, F).min() < eps
+    result = flatten(V, F, method)
+    assert result.outcome.good
+    assert not len(result.repaired)
+    measured, before = (quality(*m).angle_distortion for m in ((V, F, result.uv), (*load("bumps"), plain.uv)))
+    assert measured < 1.05 * before
+
+
+@pytest.mark.parametrize("method", ["linabf", "abf"])
+@pytest.mark.parametrize("eps", [1e-8, 1e-10, 1e-12])
+def test_angles_too_near_pi_are_repaired_and_named(eps: float, method: str) -> None:
+    V, F = with_points("caps", eps, 40)
+    with pytest.warns(MeshWarning, match="rad of pi"):
+        result = flatten(V, F, method)
+    assert result.outcome.good
+    assert quality(V, F, result.uv).flips == 0
+    edge = np.linalg.norm(V[F] - V[np.roll(F, 1, axis=1)], axis=2)
+    rest = igl.doublearea(V, F) / edge.min(axis=1) / np.sort(edge, axis=1)[:, 1]  # sine of the largest angle
+    thin = np.flatnonzero((rest < CAP) & (igl.internal_angles(V, F).max(axis=1) > 2))
+    assert np.array_equal(result.repaired, thin)
+    assert "repaired faces" in str(result)
+    # the others are as good as ever
+    uv = np.insert(result.uv, 2, 0.0, axis=1)
+    error = igl.internal_angles(uv, F) / igl.internal_angles(V, F) - 1
+    around = np.isin(F, F[thin]).any(axis=1)
+    plain = quality(*load("bumps"), flatten(*load("bumps"), method).uv).angle_distortion
+    assert (error[~around] ** 2).mean() < 1.5 * plain
+
+
+@pytest.mark.parametrize("eps", [1e-12, 1e-9])
+def test_needles_of_any_length_are_flattened(eps: float) -> None:
+    V, F = with_points("needles", eps, 40)
+    for method in ("linabf", "abf"):
+        result = flatten(V, F, method)
+        assert result.outcome.good
+        assert quality(V, F, result.uv).flips == 0
+
+
+def test_the_system_keeps_its_digits_beside_angles_near_pi() -> None:
+    """The diagonal of S against P = diag(w) - w w^T / d in exact arithmetic."""
+    V, F = with_points("caps", 1e-7, 40)
+    topology = planar_topology(F, np.arange(len(V)))
+    alpha = igl.internal_angles(V, F).T
+    pattern = Pattern(topology, topology.row, len(topology.target))
+    ours = System(topology, pattern, alpha).matrix().whole().diagonal().reshape(-1, 2)
+    wanted = [[Fraction(0), Fraction(0)] for _ in topology.target]
+    cot = 1 / np.tan(alpha)
+    for t, corners in enumerate(F):
+        w = [Fraction(x) ** 2 for x in alpha[:, t].tolist()]
+        c = [Fraction(x) for x in cot[:, t].tolist()]
+        for k, row in enumerate(topology.row[corners]):
+            if row >= 0:
+                n, p = (k + 1) % 3, (k + 2) % 3
+                wanted[row][0] += w[k] - w[k] ** 2 / sum(w)
+                wanted[row][1] += w[n] * c[n] ** 2 + w[p] * c[p] ** 2
+                wanted[row][1] -= (w[n] * c[n] - w[p] * c[p]) ** 2 / sum(w)
+    assert np.abs(ours / np.array(wanted, dtype=float) - 1).max() < 1e-12
+
+
+def test_zero_area_is_refused_by_name() -> None:
+    V, F = load("invalid__optcuts_zero_area_48.obj")
+    flat = np.flatnonzero(igl.doublearea(V, F) == 0)
+    assert len(flat) == 2
+    with pytest.raises(MeshError, match=f"faces {flat[0]}, {flat[1]}.* have zero area.*collapse or remove"):
+        flatten(V, F)
+    kept = np.delete(F, flat, axis=0)
+    with pytest.raises(MeshError):  # holes are left where they were
+        flatten(V, np.vstack((kept, kept[:1])))
+
+
+@pytest.mark.parametrize("name", ["lscm", "scp"])
+def test_what_other_methods_cannot_flatten_is_said(name: str) -> None:
+    V, F = with_points("caps", 1e-10, 40)
+    with pytest.raises(MeshError, match="double precision"):
+        flatten(V, F, name)
