@@ -10,6 +10,7 @@ from typing import Literal
 
 import numpy as np
 
+from . import memory
 from .abf import ABF
 from .angles import CAP, corner_angles, initial_estimate, opened, residual
 from .errors import FallbackWarning, MeshWarning, some, stack_level
@@ -65,6 +66,9 @@ class Attempt:
         if not threshold >= 0:
             raise ValueError(f"threshold is {threshold!r}: use a number of radians from 0 on")
         start = perf_counter()
+        least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1
+        factor = memory.factor_bytes(mesh.topology.n, 16) if least_squares else 0
+        memory.check(len(mesh.double_area), factor)
         self.mesh, self._pinned, self._layout, self._solvers = mesh, pinned, layout, Solvers(solver)
         alpha, self._caps = opened(corner_angles(mesh))
         if len(self._caps):

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg
 
-from .errors import FallbackWarning, stack_level
+from . import memory
+from .errors import FallbackWarning, MeshError, stack_level
 
 try:
     from sksparse import cholmod
@@ -229,12 +230,44 @@ class Solvers:
     def laplacian(self, lower: sparse.csc_array) -> Factor:
         """For the scalar Laplacians: the preconditioner and the harmonic layout."""
         if self._cholmod:
-            return Cholmod(lower)
+            wanted = _bytes_of(lower)
+            if self.direct or memory.fits(wanted):
+                return Cholmod(lower)
+            warnings.warn(
+                f"CHOLMOD's factor of {lower.shape[0]:,} rows would take about {memory.gigabytes(wanted)} of "
+                "memory, which are not free: multigrid is used instead",
+                FallbackWarning,
+                stacklevel=stack_level(),
+            )
+            self._cholmod = False
+            multigrid = Multigrid(lower)
+            multigrid.name += ", for want of memory"
+            return multigrid
         return SuperLU(lower) if self.direct else Multigrid(lower)
 
     def whole(self, lower: sparse.csc_array) -> Factor:
-        """For systems that are factored as a whole."""
+        """For systems that are factored as a whole.
+
+        Raises
+        ------
+        MeshError
+            The factor would not fit into memory.
+        """
+        wanted = _bytes_of(lower)
+        if not memory.fits(wanted):
+            raise MeshError(
+                f"the factor of a system of {lower.shape[0]:,} rows would take about "
+                f"{memory.gigabytes(wanted)} of memory, which are not free: decimate the mesh (igl.qslim), "
+                "cut it into parts (igl_linabf.cut), or use a machine with more memory"
+            )
         return Cholmod(lower) if self._cholmod else SuperLU(lower)
+
+
+def _bytes_of(lower: sparse.csc_array) -> int:
+    """What the factor takes; a system with two rows a vertex has four times the entries of half its rows."""
+    rows, entries = lower.shape[0], lower.nnz
+    block = 2 if entries > 5 * rows else 1  # a planar Laplacian's lower triangle has up to 4 in each row
+    return block**2 * memory.factor_bytes(rows // block, lower.dtype.itemsize)
 
 
 HOW_TO_GET = (

@@ -1,0 +1,49 @@
+"""Memory at the peak, for each face: what `igl_linabf.memory` reckons with.
+
+    python benchmarks/memory.py [TIMES]
+
+The cortex of nilearn's wheel, subdivided TIMES times (2 by default), is flattened with each solver, in
+a process of its own.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import igl
+from meshes import cortex
+
+from igl_linabf import flatten, memory
+
+RUNS = {
+    "multigrid": {"solver": "multigrid"},
+    "CHOLMOD": {"solver": "cholmod"},
+    "CHOLMOD, least squares": {"solver": "cholmod", "layout": "least-squares"},
+}
+
+
+def run(name: str, times: int) -> None:
+    """Flatten, and print a row of the table."""
+    import resource
+
+    V, F, _ = cortex()
+    for _ in range(times):
+        V, F = igl.upsample(V, F)
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    flatten(V, F, **RUNS[name])
+    taken = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)  # Linux counts in KiB
+    itemsizes = {"multigrid": [], "CHOLMOD": [8], "CHOLMOD, least squares": [8, 16]}[name]
+    reckoned = memory.PER_FACE * len(F) + sum(memory.factor_bytes(len(V), size) for size in itemsizes)
+    print(f"| {name} | {len(F):,} | {taken / len(F):.0f} | {reckoned / len(F):.0f} |")
+
+
+if __name__ == "__main__":
+    if len(sys.argv) == 3:
+        run(sys.argv[1], int(sys.argv[2]))
+    else:
+        print(
+            "| solver | triangles | bytes a face, measured | reckoned with |\n|---|---|---|---|", flush=True
+        )
+        for name in RUNS:
+            subprocess.run([sys.executable, __file__, name, *(sys.argv[1:] or ["2"])], check=True)

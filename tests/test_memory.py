@@ -1,0 +1,81 @@
+"""Memory that is not there: multigrid instead of a factor, or a refusal before the work begins."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import bumps, load
+
+from igl_linabf import FallbackWarning, MeshError, flatten, memory
+from igl_linabf.solver import has_cholmod
+
+LIMITED = """
+import resource, sys
+import igl, numpy as np
+from igl_linabf import MeshError, flatten
+V, F = igl.icosahedron()
+V, F = igl.upsample(V, F, 7)
+F = F[1:]
+used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+limit = used + int(sys.argv[1])
+resource.setrlimit(resource.RLIMIT_AS, (limit, limit))
+try:
+    result = flatten(V, F)
+except MeshError as error:
+    print("refused:", error)
+else:
+    print(len(F), result.outcome.value)
+"""
+
+
+@pytest.fixture
+def bytes_free(monkeypatch):
+    def limit(count: int) -> None:
+        monkeypatch.setattr(memory, "available", lambda: count)
+
+    return limit
+
+
+@pytest.mark.skipif(not has_cholmod(), reason="scikit-sparse is not installed: there is no factor")
+def test_multigrid_takes_over_where_the_factor_does_not_fit(bytes_free, monkeypatch) -> None:
+    V, F = bumps(8000)
+    expected = flatten(V, F, rtol=1e-10)
+    assert "CHOLMOD" in expected.solver
+    monkeypatch.setattr(memory, "PER_FACE", 1)
+    bytes_free(memory.factor_bytes(len(V) // 2, 8))
+    with pytest.warns(FallbackWarning, match="memory.*multigrid is used instead"):
+        result = flatten(V, F, rtol=1e-10)
+    assert result.outcome.good
+    assert "PyAMG, for want of memory" in result.solver
+    assert "PyAMG, for want of memory" in result.layout_solver
+    assert np.abs(result.uv - expected.uv).max() < 1e-6 * np.ptp(expected.uv)
+
+
+def test_what_does_not_fit_at_all_is_refused_with_the_estimate(bytes_free) -> None:
+    V, F = load("bumps")
+    bytes_free(memory.PER_FACE * len(F) - 1)
+    with pytest.raises(MeshError, match=r"1,\d{3} faces take about .* GiB.*are free: decimate the mesh"):
+        flatten(V, F)
+    # least squares needs a factor in any case
+    bytes_free(memory.PER_FACE * len(F) + 1)
+    with pytest.raises(MeshError, match="decimate the mesh"):
+        flatten(V, F, layout="least-squares")
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space are Linux's")
+@pytest.mark.parametrize(("limit", "says"), [(2**28, "refused: 327,679 faces"), (2**32, "327679 converged")])
+def test_a_limit_of_the_process_is_kept(limit: int, says: str) -> None:
+    process = subprocess.run(
+        [sys.executable, "-c", LIMITED, str(limit)], capture_output=True, text=True, timeout=120
+    )
+    assert process.returncode == 0, process.stderr
+    assert process.stdout.startswith(says)
+
+
+def test_what_is_free_is_within_what_there_is() -> None:
+    free = memory.available()
+    assert free is not None
+    assert 2**26 < free < 2**46
