@@ -18,7 +18,7 @@ os.environ.setdefault("VTK_WASM_DIR_OVERRIDE", tempfile.mkdtemp(prefix="no-wasm-
 
 project = "igl_linabf"
 author = "the igl_linabf developers"
-copyright = author  # noqa: A001
+copyright = author
 release = version = metadata.version("igl-linabf")
 
 extensions = [
@@ -37,6 +37,9 @@ myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 
 autosummary_generate = True
+# file systems that do not tell quality.html from Quality.html
+autosummary_filename_map = {"igl_linabf.Quality": "igl_linabf.Quality-class"}
+templates_path = ["_templates"]
 autodoc_typehints = "none"  # the docstrings have them, with shapes
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
@@ -57,6 +60,8 @@ sphinx_gallery_conf = {
     "download_all_examples": False,
     "remove_config_comments": True,
     "show_memory": False,
+    "show_signature": False,
+    "default_thumb_file": str(HERE / "images" / "cortex.png"),
 }
 
 html_theme = "pydata_sphinx_theme"
@@ -64,10 +69,10 @@ html_title = "igl_linabf"
 html_static_path = ["_static"]
 html_css_files = ["pages.css"]
 html_show_sourcelink = False
+html_sidebars = {"results": []}  # it has no pages below
 html_theme_options = {
     "show_prev_next": True,
     "navbar_align": "left",
-    "header_links_before_dropdown": 7,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": [],
