@@ -57,6 +57,7 @@ sphinx_gallery_conf = {
     "within_subsection_order": "gallery_pages.order",
     "image_scrapers": ("pyvista", "gallery_pages.scenes"),
     "reset_modules": (),
+    "run_stale_examples": True,  # the library may have changed where a demo has not
     "download_all_examples": False,
     "remove_config_comments": True,
     "show_memory": False,
