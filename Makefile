@@ -1,4 +1,4 @@
-.PHONY: demo test benchmark results clean
+.PHONY: demo test docs benchmark results clean
 
 PY = .venv/bin/python
 
@@ -11,6 +11,10 @@ test: .venv/ready
 	$(PY) -m mypy
 	$(PY) -m pytest
 
+docs: .venv/ready
+	$(PY) -m sphinx -W --keep-going -n -b html docs docs/_build/html
+	@echo "wrote docs/_build/html/index.html"
+
 benchmark: .venv/ready
 	$(PY) benchmarks/timing.py
 
@@ -21,4 +25,4 @@ results: .venv/ready
 	$(PY) benchmarks/results.py
 
 clean:
-	rm -rf .venv out build *.egg-info
+	rm -rf .venv out demos/out docs/_build docs/gallery docs/api/generated docs/_static/scenes build *.egg-info

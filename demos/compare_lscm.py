@@ -1,4 +1,7 @@
-"""Flatten a mesh by igl.lscm, linear ABF and ABF: two tables, one picture, one OBJ.
+"""Methods side by side
+====================
+
+Flatten a mesh by igl.lscm, linear ABF and ABF: two tables, one picture, one OBJ::
 
     python demos/compare_lscm.py MESH [FOLDER]
 

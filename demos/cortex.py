@@ -1,4 +1,7 @@
-"""Flatten the left cortical hemisphere of fsaverage5, cut as FreeSurfer's experts cut it.
+"""The cortex
+==========
+
+Flatten the left cortical hemisphere of fsaverage5, cut as FreeSurfer's experts cut it.
 
 The disk and its coordinates come with nilearn's wheel: `flat_left` has the faces that are left
 after the cuts (and a flat map of them, for comparison), `pial_left` the surface in 3-D.

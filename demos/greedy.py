@@ -1,4 +1,7 @@
-"""Section 5 of the paper: greedy against least-squares layout of the same angles, on a large mesh.
+"""Greedy against least-squares layout
+===================================
+
+Section 5 of the paper: both layouts of the same angles, on a large mesh::
 
     python demos/greedy.py [MESH]
 

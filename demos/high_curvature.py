@@ -1,4 +1,7 @@
-"""Figure 3 of the paper: high Gauss curvature, on a spiky surface of revolution and on a crown.
+"""High curvature
+==============
+
+Figure 3 of the paper: high Gauss curvature, on a spiky surface of revolution and on a crown.
 
 The angle sum at a tip misses 2 pi by far more than a radian, so that the exponential-map switch of
 section 4.2 fires there. On the crown LSCM turns triangles over; linear ABF never does, and is

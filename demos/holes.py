@@ -1,4 +1,7 @@
-"""Holes, uncut: a crown whose tips are cut off, flattened by igl.lscm, linear ABF and ABF.
+"""Holes, uncut
+============
+
+A crown whose tips are cut off, flattened by igl.lscm, linear ABF and ABF::
 
     python demos/holes.py [MESH]
 

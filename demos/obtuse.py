@@ -1,4 +1,7 @@
-"""Figure 4 of the paper, "obtuse": three triangles around a vertex with an angular deficit of 4.56.
+"""Obtuse
+======
+
+Figure 4 of the paper: three triangles around a vertex with an angular deficit of 4.56.
 
 The exponential-map switch of section 4.2 fires. LSCM and DNCP turn a triangle over whichever two
 boundary vertices are pinned; linear ABF gives the valid map, the same as ABF.

@@ -1,4 +1,7 @@
-"""Unwrap the Stanford bunny, or any surface: seams found, flattened, packed, written as OBJ and GLB.
+"""The bunny, unwrapped
+====================
+
+Unwrap the Stanford bunny, or any surface: seams found, flattened, packed, written as OBJ and GLB::
 
     python demos/seams_bunny.py [MESH]
 

@@ -1,4 +1,7 @@
-"""Figure 5 of the paper: one iteration fails on a one-ring, and a second one fixes it.
+"""The second iteration
+====================
+
+Figure 5 of the paper: one iteration fails on a one-ring, and a second one fixes it.
 
 The one-ring has an obtuse solid angle (10.6 radians around its vertex) and sheared triangles. It
 was found by random search; most such one-rings need one iteration only. Greedy layout draws the

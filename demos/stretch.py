@@ -1,4 +1,7 @@
-"""The table of the paper's section 6: stretch of ABF against linear ABF, on horse and dino.
+"""Stretch
+=======
+
+The table of the paper's section 6: stretch of ABF against linear ABF, on horse and dino.
 
 The models are looked up by name under IGL_LINABF_MESHES; one that is not there is said to be
 missing. The Stanford bunny, a scan that pymeshfix brings along and repairs, is always there. All

@@ -5,6 +5,7 @@
 >>> uv = igl_linabf.linabf(V, F[1:])
 """
 
+from . import files, io
 from .atlas import Atlas, Chart, unwrap
 from .compare import Comparison, compare
 from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
@@ -31,8 +32,10 @@ __all__ = [
     "abf",
     "compare",
     "cut",
+    "files",
     "find_seams",
     "flatten",
+    "io",
     "layout",
     "linabf",
     "linabf_angles",

@@ -38,6 +38,15 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
         The file cannot be read as a mesh, or has no triangles.
     OSError
         There is no such file, or it may not be read.
+
+    Examples
+    --------
+    >>> import igl, os, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "icosahedron.off")
+    >>> igl.write_triangle_mesh(path, *igl.icosahedron())
+    >>> V, F = read_mesh(path)
+    >>> V.shape, F.shape
+    ((12, 3), (20, 3))
     """
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
@@ -56,7 +65,23 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
 
 
 def unit_square(uv: ArrayLike) -> FloatArray:
-    """The map moved and scaled, as a whole, into [0, 1] x [0, 1]."""
+    """The map moved and scaled, as a whole, into [0, 1] x [0, 1].
+
+    Parameters
+    ----------
+    uv : (#V, 2) float
+        NaN rows stay.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        Its longer side is 1 long, and both begin at 0.
+
+    Examples
+    --------
+    >>> unit_square([[-2, 0], [2, 0], [0, 2]]).tolist()
+    [[0.0, 0.0], [1.0, 0.0], [0.5, 0.5]]
+    """
     map_ = vertex_array(uv, 2, "uv")
     low, high = np.nanmin(map_, axis=0), np.nanmax(map_, axis=0)
     return np.asarray((map_ - low) / (high - low).max())
@@ -106,7 +131,31 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
 
 @contextmanager
 def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
-    """A temporary file beside `path` that takes its place when the block succeeds."""
+    """A temporary file beside `path` that takes its place when the block succeeds.
+
+    Parameters
+    ----------
+    path : path of the file to write
+
+    Yields
+    ------
+    str
+        Path of the temporary file, with the same suffix.
+
+    Raises
+    ------
+    OSError
+        The folder is not there, or may not be written to.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "notes.txt")
+    >>> with replacing(path) as temporary, open(temporary, "w") as file:
+    ...     print("whole or not at all", file=file)
+    >>> os.listdir(os.path.dirname(path))
+    ['notes.txt']
+    """
     path = Path(path)
     handle, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
     os.close(handle)

@@ -36,6 +36,15 @@ def checker_texture(light: str = LIGHT, dark: str = DARK, resolution: int = 64) 
         Colours.
     resolution : int
         Pixels of a square's side.
+
+    Returns
+    -------
+    pyvista.Texture
+
+    Examples
+    --------
+    >>> checker_texture("white", "#802020", resolution=32).dimensions
+    (64, 64)
     """
     colours = np.array([pv.Color(light).int_rgb, pv.Color(dark).int_rgb], dtype=np.uint8)
     squares = np.kron([[0, 1], [1, 0]], np.ones((resolution, resolution), dtype=int))
@@ -72,6 +81,16 @@ def plot_checkerboard(
     Returns
     -------
     pyvista.Plotter
+
+    Examples
+    --------
+    >>> import igl, pyvista, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> plotter = pyvista.Plotter(off_screen=True)
+    >>> plotter = plot_checkerboard(V, F[1:], igl_linabf.linabf(V, F[1:]), plotter=plotter, show_edges=True)
+    >>> plotter.screenshot(return_img=True, window_size=(300, 200)).shape
+    (200, 300, 3)
+    >>> plotter.close()
     """
     points, faces, map_ = _used(V, F, uv)
     return _add(points, faces, map_, frequency, texture, plotter, **kwargs)
@@ -98,6 +117,16 @@ def plot_uv(
     Returns
     -------
     pyvista.Plotter
+
+    Examples
+    --------
+    >>> import igl, pyvista, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> uv = igl_linabf.linabf(V, F[1:])
+    >>> plotter = plot_uv(uv, F[1:], frequency=10, plotter=pyvista.Plotter(off_screen=True))
+    >>> [mesh.n_cells for mesh in plotter.meshes]  # triangles, and edges of the boundary
+    [19, 3]
+    >>> plotter.close()
     """
     flat, faces, map_ = _used(np.insert(vertex_array(uv, 2, "uv"), 2, 0.0, axis=1), F, uv)
     plotter = _add(flat, faces, map_, frequency, texture, plotter, **{"lighting": False, **kwargs})
@@ -148,6 +177,17 @@ def plot_compare(
     Returns
     -------
     pyvista.Plotter
+
+    Examples
+    --------
+    >>> import igl, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> V[:, 2] *= 2
+    >>> maps = {"linABF": igl_linabf.linabf(V, F[1:]), "igl.lscm": igl_linabf.lscm(V, F[1:])}
+    >>> plotter = plot_compare(V, F[1:], maps, off_screen=True)  # a window, without off_screen
+    >>> plotter.shape
+    (2, 2)
+    >>> plotter.close()
     """
     with pv.vtk_verbosity("error"):  # VTK warns where it finds no display, and goes on without
         plotter = _rows(V, F, maps, frequency, texture, off_screen, window_size, kwargs)
@@ -193,6 +233,15 @@ def fit(uv: ArrayLike, onto: ArrayLike) -> FloatArray:
     ----------
     uv, onto : (#V, 2) float
         NaN rows are left out, and stay.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+
+    Examples
+    --------
+    >>> fit([[0, 0], [0, 2], [0, 4]], [[5, 5], [6, 5], [7, 5]]).round(12).tolist()
+    [[5.0, 5.0], [6.0, 5.0], [7.0, 5.0]]
     """
     z, w = (complex_positions(vertex_array(m, 2, "uv")) for m in (uv, onto))
     both = np.isfinite(z) & np.isfinite(w)

@@ -31,7 +31,7 @@ class Quality:
     conformal_distortion_max : float
         The largest one.
     area_distortion : float
-        Mean by area of |log(area in uv / area in 3-D)|, both of total 1; 0 is best. Infinite
+        Mean by area of `|log(area in uv / area in 3-D)|`, both of total 1; 0 is best. Infinite
         where a triangle has collapsed.
     stretch_l2, stretch_linf : float
         Root mean square and largest stretch of Sander et al. 2001, normalised by area; 1 is best.

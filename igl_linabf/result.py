@@ -45,11 +45,11 @@ class Residuals:
     Attributes
     ----------
     vertex : float
-        |2 pi - sum of the angles| around interior vertices, radians (eq. 5).
+        `|2 pi - sum of the angles|` around interior vertices, radians (eq. 5).
     triangle : float
-        |pi - sum of the angles| in triangles, radians (eq. 6).
+        `|pi - sum of the angles|` in triangles, radians (eq. 6).
     wheel : float
-        |sum log sin(gamma) - log sin(beta)| around interior vertices (eq. 10).
+        `|sum log sin(gamma) - log sin(beta)|` around interior vertices (eq. 10).
     closure : float
         Distance by which a hole's loop fails to close, over its length; 0 without holes. The
         angles and the wheel around a hole as a whole count as those of one more interior vertex.
@@ -105,9 +105,9 @@ class Hole:
     size : int
         The loop's number of vertices.
     rotation : float
-        |(m + 2) pi - sum of the angles at its m vertices|, radians: the loop turns once.
+        `|(m + 2) pi - sum of the angles at its m vertices|`, radians: the loop turns once.
     scale : float
-        |sum log sin(gamma) - log sin(beta)| over them: it ends at the length at which it began.
+        `|sum log sin(gamma) - log sin(beta)|` over them: it ends at the length at which it began.
     translation : float
         Distance from its end to its beginning, over its length.
     """

@@ -1,0 +1,80 @@
+"""How Sphinx builds these pages: `make docs`."""
+
+import os
+import sys
+import tempfile
+from importlib import metadata
+from pathlib import Path
+
+import pyvista as pv
+
+HERE = Path(__file__).parent
+sys.path[:0] = [str(HERE), str(HERE.parent / "demos")]  # gallery_pages; the demos import each other
+
+pv.BUILDING_GALLERY = True  # keeps the plotters for the scraper
+pv.OFF_SCREEN = True
+# trame's other viewer would be downloaded, were there no folder said to have it
+os.environ.setdefault("VTK_WASM_DIR_OVERRIDE", tempfile.mkdtemp(prefix="no-wasm-"))
+
+project = "igl_linabf"
+author = "the igl_linabf developers"
+copyright = author
+release = version = metadata.version("igl-linabf")
+
+extensions = [
+    "myst_parser",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.mathjax",
+    "sphinx-mathjax-offline",
+    "sphinx_copybutton",
+    "sphinx_design",
+    "sphinx_gallery.gen_gallery",
+]
+exclude_patterns = ["_build", "sg_execution_times.rst", "gallery/sg_execution_times.rst"]
+myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
+myst_heading_anchors = 3
+
+autosummary_generate = True
+# file systems that do not tell quality.html from Quality.html
+autosummary_filename_map = {"igl_linabf.Quality": "igl_linabf.Quality-class"}
+templates_path = ["_templates"]
+autodoc_typehints = "none"  # the docstrings have them, with shapes
+numpydoc_show_class_members = False
+numpydoc_xref_param_type = False
+default_role = "code"  # single backticks, as in the docstrings
+# array-like and other libraries' types in signatures; there is no network to look them up in
+nitpick_ignore_regex = [("py:.*", r"(numpy|np|pv|pyvista|pathlib|os|collections|typing)\..*")]
+
+copybutton_prompt_text = r">>> |\.\.\. |\$ "
+copybutton_prompt_is_regexp = True
+
+sphinx_gallery_conf = {
+    "examples_dirs": "../demos",
+    "gallery_dirs": "gallery",
+    "filename_pattern": r"/(?!compare_lscm)\w+\.py$",  # it is a command, and wants a mesh
+    "within_subsection_order": "gallery_pages.order",
+    "image_scrapers": ("pyvista", "gallery_pages.scenes"),
+    "reset_modules": (),
+    "run_stale_examples": True,  # the library may have changed where a demo has not
+    "download_all_examples": False,
+    "remove_config_comments": True,
+    "show_memory": False,
+    "show_signature": False,
+    "default_thumb_file": str(HERE / "images" / "cortex.png"),
+}
+
+html_theme = "pydata_sphinx_theme"
+html_title = "igl_linabf"
+html_static_path = ["_static"]
+html_css_files = ["pages.css"]
+html_show_sourcelink = False
+html_sidebars = {"results": []}  # it has no pages below
+html_theme_options = {
+    "show_prev_next": True,
+    "navbar_align": "left",
+    "secondary_sidebar_items": ["page-toc"],
+    "footer_start": ["copyright"],
+    "footer_end": [],
+}

@@ -1,0 +1,37 @@
+"""What the gallery takes from the demos beside pyvista's pictures, and their order."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+FIRST = (
+    "cortex",
+    "in_the_browser",
+    "obtuse",
+    "second_iteration",
+    "high_curvature",
+    "greedy",
+    "stretch",
+    "holes",
+    "seams_bunny",
+)
+
+
+def order(filename: str) -> tuple[int, str]:
+    """The paper's figures in its order, then what goes beyond it."""
+    name = Path(filename).stem
+    return (FIRST.index(name) if name in FIRST else len(FIRST), name)
+
+
+def scenes(block: object, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
+    """Show the HTML pages that a demo wrote under `out/`, each in a frame."""
+    folder = Path(gallery_conf["src_dir"]) / "_static" / "scenes"
+    shown = []
+    for page in sorted(Path("out").glob("*.html")):
+        folder.mkdir(exist_ok=True)
+        shutil.move(page, folder / page.name)
+        frame = f'<iframe class="scene" title="{page.stem}" src="../_static/scenes/{page.name}"></iframe>'
+        shown.append(f".. raw:: html\n\n    {frame}\n")
+    return "\n".join(shown)
