@@ -26,12 +26,14 @@ from .overlaps import charts as components
 from .overlaps import overlaps, separating_seams
 from .packing import pack
 from .pipeline import flipped_faces
+from .progress import Progress, part, reporting
 from .quality import Quality, quality
 from .result import Flattening, Outcome
 from .seams import TRADE, cut, find_seams, texture_seams
 from .tables import aligned
 from .topology import FloatArray, IntArray, topology_of
 
+SEAMS, PACKING = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 ROUNDS = 8  # of splitting what overlaps and flattening the parts anew
 
 
@@ -154,6 +156,7 @@ def unwrap(
     holes: bool = False,
     bijective: bool = False,
     margin: float = 0.005,
+    progress: Progress = None,
     **options: Any,
 ) -> Atlas:
     """Cut any surface into charts, flatten them without overlaps, and pack them.
@@ -178,6 +181,8 @@ def unwrap(
         other, at the price in F/3nt that the chart's `cost` says. Charts with holes are split.
     margin : float
         Between charts, and at the border, as a share of the unit square's side.
+    progress : callable or False, optional
+        As in `flatten`.
     **options
         Those of the method.
 
@@ -209,33 +214,16 @@ def unwrap(
     check_finite(positions[vertices], vertices)
     measure(positions[vertices], packed.T, vertices)
     grow = seams is None
-    if seams is None:
-        seams = find_seams(positions, faces, trade=trade, holes=holes)
-    waiting = list(_pieces(positions, faces, np.arange(len(faces)), np.arange(len(positions)), seams, 0))
-    done: list[Chart] = []
-    pieces: list[_Piece] = []
-    while waiting:
-        piece = waiting.pop(0)
-        result = _flatten(piece, method, options)
-        if len(result.flipped) and grow and piece.splits < ROUNDS:
-            opened = find_seams(piece.V, piece.F, trade=max(trade, 1.0), holes=holes, disks=True)
-            if len(opened):  # double precision does not hold the map in so few pieces
-                cut_open = _pieces(piece.V, piece.F, piece.faces, piece.origin, opened, piece.splits + 1)
-                waiting = [*cut_open, *waiting]
-                continue
-        pairs, cost = overlaps(result.uv, piece.F), 0.0
-        if len(pairs) and bijective and not result.holes:
-            result, cost = _apart(piece, result)
-            pairs = overlaps(result.uv, piece.F)
-        elif len(pairs) and piece.splits < ROUNDS:
-            parts = list(_split(piece, pairs, bool(result.holes)))
-            if len(parts) > 1 or result.holes:
-                waiting = [*parts, *waiting]
-                continue
-        measured = quality(piece.V, piece.F, result.uv)
-        done.append(Chart(piece.faces, result, measured, piece.splits, len(pairs), cost))
-        pieces.append(piece)
-    atlas = _packed(positions, faces, done, pieces, margin)
+    with reporting(progress):
+        if seams is None:
+            with part("seams", SEAMS):
+                seams = find_seams(positions, faces, trade=trade, holes=holes)
+        waiting = _pieces(positions, faces, np.arange(len(faces)), np.arange(len(positions)), seams, 0)
+        done, pieces = _charts(
+            list(waiting), method, options, trade=trade, grow=grow, holes=holes, bijective=bijective
+        )
+        with part("packing", 1.0):
+            atlas = _packed(positions, faces, done, pieces, margin)
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
@@ -263,6 +251,46 @@ def _pieces(
     for rows in np.split(order, np.flatnonzero(np.diff(label[order])) + 1):
         vertices, own = compact(F[rows], len(V))
         yield _Piece(faces[rows], V[vertices], own, origin[vertices], splits)
+
+
+def _charts(
+    waiting: list[_Piece],
+    method: str,
+    options: dict[str, Any],
+    *,
+    trade: float,
+    grow: bool,
+    holes: bool,
+    bijective: bool,
+) -> tuple[list[Chart], list[_Piece]]:
+    """Flatten the pieces, and the parts of those that flip or overlap."""
+    total = sum(len(piece.faces) for piece in waiting)
+    done: list[Chart] = []
+    pieces: list[_Piece] = []
+    while waiting:
+        piece = waiting.pop(0)
+        reached = total - sum(len(other.faces) for other in waiting)
+        with part("charts", SEAMS + (PACKING - SEAMS) * reached / total):
+            result = _flatten(piece, method, options)
+            if len(result.flipped) and grow and piece.splits < ROUNDS:
+                opened = find_seams(piece.V, piece.F, trade=max(trade, 1.0), holes=holes, disks=True)
+                if len(opened):  # double precision does not hold the map in so few pieces
+                    opened_up = _pieces(piece.V, piece.F, piece.faces, piece.origin, opened, piece.splits + 1)
+                    waiting = [*opened_up, *waiting]
+                    continue
+            pairs, cost = overlaps(result.uv, piece.F), 0.0
+            if len(pairs) and bijective and not result.holes:
+                result, cost = _apart(piece, result)
+                pairs = overlaps(result.uv, piece.F)
+            elif len(pairs) and piece.splits < ROUNDS:
+                parts = list(_split(piece, pairs, bool(result.holes)))
+                if len(parts) > 1 or result.holes:
+                    waiting = [*parts, *waiting]
+                    continue
+            measured = quality(piece.V, piece.F, result.uv)
+            done.append(Chart(piece.faces, result, measured, piece.splits, len(pairs), cost))
+            pieces.append(piece)
+    return done, pieces
 
 
 def _flatten(piece: _Piece, method: str, options: dict[str, Any]) -> Flattening:

@@ -142,7 +142,9 @@ def compare(
         warnings.simplefilter("ignore")  # they were given for the runs above
         mesh = planar(V, F, outer)
         calls: list[Callable[[], object]] = [bare_lscm(mesh)]
-        calls += [partial(flatten, V, F, method, outer=outer, **given[method]) for method in methods]
+        calls += [
+            partial(flatten, V, F, method, outer=outer, progress=False, **given[method]) for method in methods
+        ]
         calls[0]()
         base, *seconds = medians(calls, repeat)
     entries = {}

@@ -15,6 +15,7 @@ from .errors import OutcomeWarning, stack_level
 from .layout import LayoutName
 from .mesh import pins, planar, scatter
 from .pipeline import ABF_TOL, TOL, Iterations, converged_abf, linear_abf
+from .progress import Progress, advance, reporting
 from .result import Flattening, Guarantee, Outcome
 from .solver import SolverName
 from .topology import FloatArray
@@ -277,6 +278,7 @@ def flatten(
     bc: ArrayLike | None = None,
     *,
     outer: int | None = None,
+    progress: Progress = None,
     **options: Any,
 ) -> Flattening:
     """Flatten a disk, or one with holes, and tell how.
@@ -296,6 +298,10 @@ def flatten(
     outer : int, optional
         A vertex of the boundary loop that is the outer one, all others being holes; by default
         that is the longest.
+    progress : callable or False, optional
+        Called with the name of a stage and the fraction done, from 0 to 1; what it raises ends
+        the work. By default a bar is shown on a terminal once it takes two seconds; False shows
+        nothing.
     **options
         Those of `linabf`; for "abf" those of `abf`; for "abf++1" `layout`, `threshold` and
         `solver`; for "dncp" `solver`; "lscm" and "scp" have none.
@@ -323,10 +329,12 @@ def flatten(
     start = perf_counter()
     if method not in METHODS:
         raise ValueError(f"method is {method!r}: use one of {', '.join(map(repr, METHODS))}")
-    mesh = planar(V, F, outer)
-    pinned = pins(b, bc, mesh.vertices, mesh.n_given)
-    checked = perf_counter() - start
-    made = METHODS[method](mesh, pinned, **options)
+    with reporting(progress):
+        mesh = planar(V, F, outer)
+        pinned = pins(b, bc, mesh.vertices, mesh.n_given)
+        checked = perf_counter() - start
+        advance("check", 0.05)
+        made = METHODS[method](mesh, pinned, **options)
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
     seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
     return replace(made, uv=uv, seconds=seconds)

@@ -12,6 +12,7 @@ from .angles import corner_angles
 from .embedding import on_circle, patched
 from .judgement import spans_too_much
 from .mesh import Mesh, complex_positions, coordinates, flat_angles, signed_double_areas
+from .progress import advance
 from .solver import Solvers
 from .topology import NEXT, PREV, ComplexArray, IntArray
 
@@ -85,6 +86,7 @@ def _descend(mesh: Mesh, start: ComplexArray, best: Injective, place: Place) -> 
     )
     for chunk in range(1, CHUNKS + 1):
         at = place(complex_positions(igl.slim_solve(data, CHUNK)))
+        advance("SLIM", 0.1)
         if not _valid(at, mesh.topology.corner):
             break
         reached, least = _distortion(mesh, at), best.distortion

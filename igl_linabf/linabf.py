@@ -17,6 +17,7 @@ from .angles import Residual, residual
 from .border import Border
 from .errors import FallbackWarning, MeshError, some, stack_level
 from .pattern import Pattern, Rows
+from .progress import advance
 from .solver import CAP, Factor, NotPositiveDefiniteError, Solvers, conjugate_gradients
 from .system import System
 from .topology import BoolArray, FloatArray, IntArray, Topology
@@ -196,6 +197,7 @@ class AngleSolver:
             self.alpha = self.alpha + p
             self.residual = residual(self.topology, self.alpha)
         self.steps.append(Step(kind, inner, limited, self.residual.largest))
+        advance(kind, 0.2)
 
     def place(self, alpha: FloatArray, kind: Kind | None = None, inner: int = 0) -> None:
         """Go to given angles; with a `kind`, as a step."""
@@ -203,6 +205,7 @@ class AngleSolver:
         self.residual = residual(self.topology, alpha)
         if kind is not None:
             self.steps.append(Step(kind, inner, 0, self.residual.largest))
+            advance(kind, 0.05)
 
     def reach(self, p: FloatArray) -> FloatArray:
         """How many times each triangle could take its errors before an angle vanishes, (#F,)."""

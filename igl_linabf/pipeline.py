@@ -19,6 +19,7 @@ from .judgement import judge, spans_too_much
 from .layout import GAP, Layout, LayoutName, Pins, check_method, develop_boundary, lay_out, placed
 from .linabf import AngleSolver
 from .mesh import Mesh, coordinates, flat_angles, signed_double_areas
+from .progress import advance
 from .result import Flattening, Guarantee, Hole, Residuals, Rung, RungName
 from .solver import SolverName, Solvers
 from .topology import BoolArray, ComplexArray, FloatArray, IntArray
@@ -174,6 +175,7 @@ class Attempt:
             angles.laplacian,
         )
         self._seconds["layout"] += perf_counter() - start
+        advance("layout", 0.5)
         return _Drawn(made, angles.alpha, flipped_faces(made.z, topology.corner))
 
 

@@ -11,6 +11,7 @@ from scipy.sparse import csgraph
 from .cutgraph import ClosedSurface, closed_surface, join, open_handles, shortened
 from .errors import MeshError, some
 from .mesh import check_finite, compact, face_array, measure, vertex_array
+from .progress import advance
 from .solver import Solvers
 from .topology import NEXT, PREV, BoolArray, FloatArray, IntArray, Topology, check_fans, topology_of
 
@@ -256,6 +257,7 @@ def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
     for _ in range(LEAVES):
         u = _log_scale(piece, _open_nodes(piece, seam), piece.curvature)
         cost = _cost(piece, seam, trade, u)
+        advance("seams", 0.1)
         waited = 0 if cost < least else waited + 1
         if waited == 0:
             best, least = seam, cost
