@@ -8,6 +8,7 @@
 from . import files, io
 from .atlas import Atlas, Chart, unwrap
 from .compare import Comparison, compare
+from .distortion import distortion
 from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
 from .flatten import abf, flatten, linabf, linabf_angles, lscm
 from .layout import layout
@@ -32,6 +33,7 @@ __all__ = [
     "abf",
     "compare",
     "cut",
+    "distortion",
     "files",
     "find_seams",
     "flatten",

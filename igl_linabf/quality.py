@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .errors import MeshError
-from .mesh import check_finite, compact, complex_positions, face_array, measure, vertex_array
+from .distortion import change_of
+from .mesh import face_array
 from .overlaps import overlaps
 from .tables import aligned
-from .topology import NEXT, PREV, ComplexArray, FloatArray, IntArray
 
 
 @dataclass(frozen=True)
@@ -120,62 +119,19 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
     >>> stretched.conformal_distortion, round(stretched.stretch_l2, 4), stretched.flips
     (2.0, 1.118, 0)
     """
-    positions, faces, map_ = vertex_array(V), face_array(F), vertex_array(uv, 2, "uv")
-    if len(map_) != len(positions):
-        raise MeshError(f"uv has {len(map_)} rows for {len(positions)} vertices: pass one row a vertex")
-    vertices, faces = compact(faces, len(positions))
-    positions, map_ = positions[vertices], map_[vertices]
-    check_finite(positions, vertices)
-    check_finite(map_, vertices, "uv")
-    corner = np.ascontiguousarray(faces.T)
-    double_area, dot = measure(positions, corner, vertices)
-    z = complex_positions(map_)[corner]
-    right, left = z[NEXT] - z, z[PREV] - z
-    cross = right.conj() * left  # its argument is the angle, its imaginary part twice the area
-    signed = cross[0].imag
-    error = np.arctan2(np.abs(cross.imag), cross.real)
-    alpha = np.arctan2(double_area, dot)
-    error -= alpha
-    major, minor = _singular_values(positions, corner, double_area, dot, right[0], left[0])
-    weight = double_area / double_area.sum()
-    scale = np.abs(signed).sum() / double_area.sum()  # of areas
-    with np.errstate(divide="ignore", invalid="ignore"):
-        ratio = np.where(minor > 0, major / minor, np.inf)
-        area = np.abs(np.log(np.abs(signed) / double_area / scale))
-        stretch = scale * (minor**-2.0 + major**-2.0) / 2
-        largest = np.sqrt(scale) / minor
+    changed = change_of(V, F, uv)
+    faces = face_array(F)
+    error, weight = changed.angle_error, changed.double_area / changed.double_area.sum()
+    conformal = changed.conformal
     return Quality(
-        angle_distortion=float(((error / alpha) ** 2).mean()),
+        angle_distortion=float(((error / changed.angle) ** 2).mean()),
         angle_error=float((error**2).mean()),
-        conformal_distortion=float(weight @ ratio),
-        conformal_distortion_max=float(ratio.max()),
-        area_distortion=float(weight @ area),
-        stretch_l2=float(np.sqrt(weight @ stretch)),
-        stretch_linf=float(largest.max()),
-        flips=int(np.count_nonzero(~(signed > 0))),
-        overlaps=len(overlaps(map_, faces)),
+        conformal_distortion=float(weight @ conformal),
+        conformal_distortion_max=float(conformal.max()),
+        area_distortion=float(weight @ np.abs(changed.log_area_ratio)),
+        stretch_l2=float(np.sqrt(weight @ changed.squared_stretch)),
+        stretch_linf=float(changed.largest_stretch.max()),
+        flips=int(np.count_nonzero(changed.flipped)),
+        overlaps=len(overlaps(uv, faces)),
         faces=len(faces),
     )
-
-
-def _singular_values(
-    V: FloatArray,
-    corner: IntArray,
-    double_area: FloatArray,
-    dot: FloatArray,
-    right: ComplexArray,
-    left: ComplexArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Singular values of each triangle's map from its plane to uv, the larger ones first.
-
-    `right` and `left` are the sides from corner 0 to corners 1 and 2 in uv.
-    """
-    length = np.linalg.norm(V[corner[1]] - V[corner[0]], axis=1)
-    # columns of the Jacobian in the frame of side 0-1: right = l c1, left = (dot c1 + 2 A c2) / l
-    c1 = right / length
-    c2 = (left * length - dot[0] * c1) / double_area
-    p, q = (c1 - 1j * c2) / 2, (c1 + 1j * c2) / 2  # f(w) = p w + q conj(w)
-    major = np.abs(p) + np.abs(q)
-    determinant = np.abs((c1.conj() * c2).imag)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return major, np.where(major > 0, determinant / major, 0.0)
