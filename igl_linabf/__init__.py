@@ -11,6 +11,7 @@ from .compare import Comparison, compare
 from .distortion import distortion
 from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
 from .flatten import abf, flatten, linabf, linabf_angles, lscm
+from .grid import QuadGrid, quad_grid, write_grid
 from .layout import layout
 from .overlaps import overlaps
 from .quality import Quality, quality
@@ -28,6 +29,7 @@ __all__ = [
     "MeshWarning",
     "Outcome",
     "OutcomeWarning",
+    "QuadGrid",
     "Quality",
     "Residuals",
     "abf",
@@ -43,7 +45,9 @@ __all__ = [
     "linabf_angles",
     "lscm",
     "overlaps",
+    "quad_grid",
     "quality",
     "texture_seams",
     "unwrap",
+    "write_grid",
 ]

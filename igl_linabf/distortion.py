@@ -103,19 +103,19 @@ class Change:
     def squared_stretch(self) -> FloatArray:
         """Square of the L2 stretch, areas scaled to the same total."""
         with np.errstate(divide="ignore"):
-            return self.scale * (self.minor**-2.0 + self.major**-2.0) / 2
+            return np.asarray(self.scale * (self.minor**-2.0 + self.major**-2.0) / 2)
 
     @property
     def largest_stretch(self) -> FloatArray:
         """The stretch in the direction in which it is largest, likewise."""
         with np.errstate(divide="ignore"):
-            return np.sqrt(self.scale) / self.minor
+            return np.asarray(np.sqrt(self.scale) / self.minor)
 
     @property
     def log_area_ratio(self) -> FloatArray:
         """log(area in uv / area in 3-D), areas scaled to the same total."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.log(np.abs(self.signed) / self.double_area / self.scale)
+            return np.asarray(np.log(np.abs(self.signed) / self.double_area / self.scale))
 
 
 def change_of(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Change:
