@@ -61,7 +61,7 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     """
     positions, faces = vertex_array(V), face_array(F)
     _manifold(faces, len(positions))
-    new_V, new_F, origin = igl.cut_mesh(positions, faces, _mask(seams, faces, len(positions)))
+    new_V, new_F, origin = igl.cut_mesh(positions, faces, seam_mask(seams, faces, len(positions)))
     return np.asarray(new_V), np.asarray(new_F), np.asarray(origin)
 
 
@@ -185,7 +185,7 @@ def _manifold(faces: IntArray, n: int) -> tuple[Topology, IntArray, IntArray]:
     return topology, vertices, packed
 
 
-def _mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
+def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
     """Check the seams and write them as `igl.cut_mesh` takes them, (#F, 3)."""
     try:
         array = np.asarray(seams)

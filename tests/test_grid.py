@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import load
 
-from igl_linabf import MeshError, QuadGrid, linabf, overlaps, quad_grid, unwrap, write_grid
+from igl_linabf import MeshError, QuadGrid, linabf, quad_grid, unwrap, write_grid
 from igl_linabf.mesh import complex_positions
 
 
@@ -106,8 +106,7 @@ def test_vertices_are_on_the_surface_where_the_map_says(surface) -> None:
     weights = igl.barycentric_coordinates(nearest, *corners)
     there = np.einsum("pk,pkx->px", weights, V[F[face]])
     away = np.linalg.norm(there - grid.V, axis=1) / np.linalg.norm(np.ptp(V, axis=0))
-    assert len(overlaps(uv, F)) or away.max() < 1e-6
-    assert np.quantile(away, 0.99) < 1e-9  # but where the map lies over itself
+    assert away.max() < 1e-6
 
 
 def test_on_a_flat_mesh_the_cells_are_squares() -> None:

@@ -7,8 +7,19 @@ import pytest
 import pyvista as pv
 from conftest import best_fit_distance, load, pixels
 
-from igl_linabf import flatten, linabf
-from igl_linabf.plot import DARK, LIGHT, WARNING, fit, plot_checkerboard, plot_compare, plot_uv
+from igl_linabf import MeshError, cut, distortion, flatten, linabf, quad_grid, unwrap
+from igl_linabf.drawing import SEAM, colour_scale
+from igl_linabf.plot import (
+    DARK,
+    LIGHT,
+    WARNING,
+    fit,
+    plot_checkerboard,
+    plot_compare,
+    plot_distortion,
+    plot_grid,
+    plot_uv,
+)
 
 
 def near(image: np.ndarray, colour: str, tolerance: int = 10) -> np.ndarray:
@@ -108,3 +119,171 @@ def test_parts_can_be_put_into_a_plotter_of_ones_own() -> None:
     assert len(plotter.renderers[0].actors) == 1
     assert len(plotter.renderers[1].actors) == 2
     plotter.close()
+
+
+def shot(plotter: pv.Plotter, path) -> np.ndarray:
+    plotter.show(screenshot=str(path))
+    plotter.close()
+    return pixels(path)
+
+
+def off_screen() -> pv.Plotter:
+    return pv.Plotter(off_screen=True, window_size=[400, 400])
+
+
+def colours(image: np.ndarray, name: str, tolerance: int = 6) -> np.ndarray:
+    """Where along a colour map each pixel is, from 0 to 1; NaN where it is not on it."""
+    table = pv.LookupTable(name, n_values=256).values[:, :3].astype(int)
+    away = np.abs(image[..., None, :3].astype(int) - table).max(axis=-1)
+    return np.where(away.min(axis=-1) <= tolerance, away.argmin(axis=-1) / 255, np.nan)
+
+
+def sheared() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """A flat square, the right half of which is stretched to twice its width."""
+    x, y = (grid.ravel() for grid in np.meshgrid(np.linspace(-1, 1, 21), np.linspace(-1, 1, 21)))
+    V = np.column_stack((x, y, 0 * x))
+    F = pv.PolyData(V).delaunay_2d().regular_faces.astype(np.int64)
+    return V, F, np.column_stack((np.where(x > 0, 2 * x, x), y))
+
+
+def test_distortion_is_coloured_by_its_value_on_a_scale_around_zero(tmp_path) -> None:
+    V, F, uv = sheared()
+    options = {"lighting": False, "show_scalar_bar": False}
+    for measure, name in (("conformal", "viridis"), ("area", "BrBG")):
+        plotter = plot_distortion(V, F, uv, measure, plotter=off_screen(), **options)
+        plotter.camera.tight(view="xy", adjust_render_window=False)
+        place = colours(shot(plotter, tmp_path / "map.png"), name)
+        left, right = place[150:250, 100:180], place[150:250, 220:300]
+        assert np.nanstd(left) < 1e-6
+        assert np.nanstd(right) < 1e-6
+        assert np.nanmean(left) < 0.01
+        # scaled to one total, areas on the left are 2/3 of what they were, on the right 4/3
+        expected = 1.0 if measure == "conformal" else 0.5 + 0.5 * np.log(4 / 3) / np.log(3 / 2)
+        assert abs(np.nanmean(right) - expected) < 0.01
+
+
+def test_compare_shares_one_scale_over_its_panels(tmp_path) -> None:
+    V, F = load("bumps")
+    ours = linabf(V, F)
+    maps = {"linABF": ours, "sheared": ours @ np.array([[2.0, 0.0], [0.0, 1.0]])}
+    path = tmp_path / "rows.png"
+    plotter = plot_compare(V, F, maps, measure="conformal", off_screen=True, show=False)
+    ranges = {
+        actor.mapper.scalar_range
+        for renderer in plotter.renderers
+        for actor in renderer.actors.values()
+        if isinstance(actor, pv.Actor) and actor.mapper.scalar_visibility
+    }
+    scale = colour_scale([distortion(V, F, uv, "conformal") for uv in maps.values()], "conformal")
+    assert len(ranges) == 1
+    assert np.allclose(ranges.pop(), scale["clim"])
+    image = shot(plotter, path)
+    low, high = (np.nanmedian(colours(part[:560, 700:], "viridis")) for part in np.split(image, 2))
+    assert low < 0.2
+    assert high > 0.7
+
+
+def test_scalars_colour_the_flat_map(tmp_path) -> None:
+    _, F, uv = sheared()
+    for scalars in (uv[:, 0], uv[F, 0].mean(axis=1)):
+        plotter = plot_uv(uv, F, scalars=scalars, plotter=off_screen(), cmap="viridis", show_scalar_bar=False)
+        row = colours(shot(plotter, tmp_path / "map.png"), "viridis")[200]
+        seen = row[np.isfinite(row)]
+        assert len(seen) > 200
+        assert seen[0] < 0.05
+        assert seen[-1] > 0.95
+        assert (np.diff(seen) > -0.01).all()
+    with pytest.raises(MeshError, match="one a vertex or one a face"):
+        plot_uv(uv, F, scalars=[1.0, 2.0], plotter=off_screen())
+
+
+def test_flipped_triangles_are_red_in_distortion_too(tmp_path) -> None:
+    V, F = load("bumps")
+    uv = linabf(V, F)
+    uv[np.argmin(np.linalg.norm(uv, axis=1))] += 0.3 * np.ptp(uv)
+    for measure in ("angle", "conformal", "stretch", "area"):
+        plotter = plot_distortion(V, F, uv, measure, plotter=off_screen(), lighting=False)
+        plotter.view_xy()
+        assert near(shot(plotter, tmp_path / "map.png"), WARNING).sum() > 10
+    uv[:] = 0  # everything collapsed
+    plotter = plot_distortion(V, F, uv, "angle", plotter=off_screen(), lighting=False)
+    plotter.view_xy()
+    assert near(shot(plotter, tmp_path / "map.png"), WARNING).mean() > 0.2
+
+
+def test_seams_are_dark_lines_where_they_are(tmp_path) -> None:
+    V, F, _ = sheared()
+    uv = V[:, :2].copy()
+    middle = np.flatnonzero(np.abs(V[:, 0]) < 1e-9)
+    middle = middle[np.argsort(V[middle, 1])]
+    edges = np.column_stack((middle[:-1], middle[1:]))
+    images = []
+    for seams in (None, edges):
+        plotter = plot_checkerboard(V, F, uv, seams=seams, plotter=off_screen(), lighting=False, frequency=7)
+        plotter.camera.tight(view="xy", adjust_render_window=False)
+        images.append(near(shot(plotter, tmp_path / "board.png"), SEAM))
+    assert not images[0].any()
+    rows, columns = np.nonzero(images[1])
+    assert len(np.unique(rows)) > 380
+    assert (abs(columns - 200) < 5).all()
+    with pytest.raises(MeshError, match="no edges of the mesh"):
+        plot_checkerboard(V, F, uv, seams=[[0, 220]], plotter=off_screen())
+
+
+def test_an_atlas_brings_its_seams(tmp_path) -> None:
+    ball = pv.Icosphere(nsub=3)
+    V, F = ball.points.astype(float), ball.regular_faces.astype(np.int64)
+    atlas = unwrap(V, F)
+    plotter = plot_checkerboard(V, F, atlas, plotter=off_screen(), show_edges=False)
+    lines = [a for a in plotter.actors.values() if a.mapper.dataset.n_lines]
+    assert [a.mapper.dataset.n_lines for a in lines] == [len(atlas.seams)]
+    assert len(plot_checkerboard(V, F, atlas, seams=[], plotter=off_screen()).actors) == 1
+    V_cut, F_cut, _ = cut(V, F, atlas.seams)
+    compared = plot_compare(V, F, {"linABF": atlas}, off_screen=True, show=False)
+    assert near(shot(compared, tmp_path / "atlas.png"), SEAM).sum() > 100
+    with pytest.raises(MeshError, match="atlas is of"):
+        plot_checkerboard(V_cut, F_cut[:-1], atlas, plotter=off_screen())
+
+
+def test_a_grid_has_its_cells_on_the_surface_and_in_the_plane(tmp_path) -> None:
+    V, F = load("bumps")
+    uv = linabf(V, F)
+    grid = quad_grid(V, F, uv, np.ptp(uv[:, 0]) / 9.5)
+    image = shot(plot_grid(grid, flat=True, plotter=off_screen()), tmp_path / "grid.png")
+    lines = np.count_nonzero(np.diff(near(image, "black", 60)[200].astype(int)) > 0)
+    assert 7 <= lines <= 10
+    light, dark = near(image, LIGHT).mean(), near(image, DARK).mean()
+    whole = grid.whole.sum() * grid.spacing**2 / np.pi  # of the disk, about
+    assert dark > 0.02
+    assert abs(light / (light + dark) - whole) < 0.15
+    surface = shot(plot_grid(grid, plotter=off_screen()), tmp_path / "surface.png")
+    assert 0.2 < (surface.astype(int).sum(axis=-1) < 720).mean() < 0.95
+
+
+def test_pictures_follow_the_theme(tmp_path) -> None:
+    V, F = load("bumps")
+    path = tmp_path / "dark.png"
+    theme = pv.themes.DarkTheme()
+    options = {"off_screen": True, "window_size": (800, 400), "theme": theme}
+    plot_compare(V, F, {"linABF": linabf(V, F)}, screenshot=str(path), **options).close()
+    image = pixels(path)
+    assert near(image, theme.background.hex_rgb).mean() > 0.3
+    assert near(image[:40, :400], theme.font.color.hex_rgb, 60).sum() > 100  # the caption can be read
+
+
+def test_parts_are_shown_and_saved_on_demand(tmp_path, monkeypatch) -> None:
+    monkeypatch.setattr(pv, "OFF_SCREEN", True)
+    V, F = load("bumps")
+    uv = linabf(V, F)
+    path = tmp_path / "shown.png"
+    for draw, what in (
+        (plot_checkerboard, (V, F, uv)),
+        (plot_distortion, (V, F, uv)),
+        (plot_uv, (uv, F)),
+        (plot_grid, (quad_grid(V, F, uv),)),
+    ):
+        plotter = draw(*what, show=True, screenshot=str(path))
+        image = pixels(path)
+        path.unlink()
+        assert 0.1 < (image[..., :3].astype(int).sum(axis=-1) < 720).mean() < 0.95
+        plotter.close()
