@@ -18,6 +18,7 @@ import numpy as np
 
 from .atlas import unwrap
 from .compare import compare
+from .distortion import MEASURES
 from .errors import MeshError, OutcomeWarning
 from .files import SUFFIXES, read_texture, write_mesh
 from .flatten import METHODS, flatten
@@ -117,6 +118,17 @@ def _parser() -> Parser:
     command.add_argument("--holes", action="store_true", help="leave holes uncut")
     command.add_argument("--bijective", action="store_true", help="move overlaps apart instead of splitting")
     command.add_argument("--method", choices=sorted(METHODS), default="linabf")
+    command = commands.add_parser(
+        "view",
+        help="open a window with the surface and its flat map side by side",
+        description="Show any surface beside its flat map. In the window, h lists the keys.",
+    )
+    command.set_defaults(run=_view)
+    command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
+    command.add_argument("--method", choices=sorted(METHODS), default="linabf")
+    command.add_argument("--measure", choices=MEASURES, help="distortion to show instead of the checkerboard")
+    command.add_argument("--frequency", metavar="N", type=float, default=30.0, help="squares of the board")
+    command.add_argument("--screenshot", metavar="OUT.png", type=Path, help="write a picture, open no window")
     doctor = commands.add_parser("doctor", help="print what is installed and what the solvers use")
     doctor.set_defaults(run=_doctor)
     return parser
@@ -181,6 +193,21 @@ def _unwrap(options: argparse.Namespace) -> int:
     for message in atlas.troubles:
         print(f"igl-linabf: {message}", file=sys.stderr)
     return GOOD if atlas.good else NOT_VALID
+
+
+def _view(options: argparse.Namespace) -> int:
+    _check_outputs(None, options.screenshot)
+    from .view import view
+
+    with _silenced():
+        V, F = read_mesh(options.mesh)
+    settings = {"measure": options.measure, "frequency": options.frequency}
+    if options.screenshot is None:
+        view(V, F, options.method, title=f"igl_linabf: {options.mesh.name}", **settings)
+    else:
+        with replacing(options.screenshot) as temporary:
+            view(V, F, options.method, off_screen=True, screenshot=temporary, **settings)
+    return GOOD
 
 
 def _pairs(path: str) -> IntArray:

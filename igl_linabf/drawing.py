@@ -155,6 +155,7 @@ def look_at_the_plane(plotter: pv.Plotter, bar: bool = False) -> None:
         camera.parallel_scale *= 1 + BAR
         down = np.array([0, BAR * camera.parallel_scale, 0])
         camera.position, camera.focal_point = camera.position - down, camera.focal_point - down
+    _step_back(plotter, 2 * camera.parallel_scale)
 
 
 def add_seams(plotter: pv.Plotter, segments: FloatArray, **options: Any) -> None:
@@ -245,8 +246,11 @@ def face_the_camera(plotter: pv.Plotter, points: FloatArray, faces: IntArray) ->
         plotter.camera.tight(padding=0.08, view=plane, negative=negative, adjust_render_window=False)
         if normal.sum(axis=0) @ np.array(plotter.camera.direction) <= 1e-6 * area.sum():
             break
-    # `tight` leaves the camera close to the middle, where it would cut the surface open
-    back = np.linalg.norm(np.ptp(points, axis=0))
+    _step_back(plotter, float(np.linalg.norm(np.ptp(points, axis=0))))
+
+
+def _step_back(plotter: pv.Plotter, distance: float) -> None:
+    """`tight` leaves the camera close to the middle, where it would cut the surface open."""
     camera = plotter.camera
-    camera.position = np.array(camera.focal_point) - back * np.array(camera.direction)
+    camera.position = np.array(camera.focal_point) - distance * np.array(camera.direction)
     plotter.reset_camera_clipping_range()
