@@ -126,9 +126,8 @@ def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
     if surface.n_cells:
         plotter.add_mesh(surface, **options)
     if flipped.any():
-        lighting = {"lighting": options["lighting"]} if "lighting" in options else {}
         marked = pv.PolyData.from_regular_faces(drawn.V, drawn.F[flipped])
-        plotter.add_mesh(marked, color=WARNING, **lighting)
+        plotter.add_mesh(marked, color=WARNING, lighting=False, reset_camera=options.get("reset_camera"))
 
 
 def add_flat(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:

@@ -150,6 +150,7 @@ class Viewer:
         """Draw both sides anew; the camera of the surface stays."""
         shown, colours = self.shown, self._colours()
         drawn, flat = shown.drawn, flat_scene(shown.drawn.uv, shown.drawn.F)
+        self.plotter.suppress_rendering = True  # each addition would render
         for title in tuple(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(title)
         self.plotter.clear_actors()
@@ -163,6 +164,7 @@ class Viewer:
         if self.help:
             self.plotter.add_text(HELP, font_size=10, font="courier", position="upper_left")
         self._mark()
+        self.plotter.suppress_rendering = False
 
     def _colours(self) -> dict[str, Any]:
         if self.measure is None:
