@@ -13,6 +13,7 @@ import pyvista as pv
 from conftest import FOLDER, ROOT, load, pixels
 
 from igl_linabf.plot import WARNING
+from igl_linabf.view import MARK
 
 
 def run(folder, *arguments: object) -> str:
@@ -136,6 +137,62 @@ def test_stretch_of_linear_abf_is_that_of_abf(tmp_path) -> None:
         assert abs(one[0] / abf[0] - 1) < 0.01
         assert abf[0] < ours[0] * 1.001 < lscm[0]
         assert abf[1] <= ours[1] <= lscm[1]
+
+
+def colourful(picture: Path, rows: int, columns: int) -> list[int]:
+    """Share in percent of the pixels that are not white, by panel."""
+    image = pixels(picture)[..., :3].astype(int).sum(axis=2) < 720
+    parts = (p for row in np.split(image, rows) for p in np.split(row, columns, axis=1))
+    return [int(100 * part.mean()) for part in parts]
+
+
+def test_checkerboards(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "checkerboards.py")
+    assert len(re.findall(r" 0 flipped", text)) == 6
+    picture = tmp_path / "out" / "checkerboards.png"
+    assert min(colourful(picture, 2, 3)) > 15
+    seams = [
+        int((part[60:, :, :3].astype(int).max(axis=2) < 32).sum())
+        for row in np.split(pixels(picture), 2)
+        for part in np.split(row, 3, axis=1)
+    ]
+    assert min(seams[4:]) > 1000  # the closed surfaces have seams
+    assert min(seams[4:]) > 2 * max(seams[1:4])
+
+
+def test_angle_error_shrinks_by_two_orders(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "angle_error.py")
+    before, after = (float(m) for m in re.findall(r"median (\S+)", text))
+    assert after < 0.01 * before
+    lscm, ours = (float(m) for m in re.findall(r"F/3nt ([\d.]+),", text))
+    assert ours < lscm
+    picture = pixels(tmp_path / "out" / "angle_error.png")[:560, :, :3].astype(int)
+    bright = [((p[..., 1] > 150) & (p[..., 2] < 120)).mean() for p in np.split(picture, 2, axis=1)]
+    assert bright[0] > 5 * bright[1]  # but for the scale's own bar, the green and the yellow are gone
+
+
+def test_quads_are_nearly_right_angled_and_written(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "quads.py")
+    found = re.findall(r"(\w+): ([\d,]+) faces, (\d+)% quads, angles ([\d.]+) \+-([\d.]+)", text)
+    assert [name for name, *_ in found] == ["cortex", "holes", "double_torus"]
+    for name, faces, share, mean, off in found:
+        written = (tmp_path / "out" / f"quads_{name}.obj").read_text().splitlines()
+        corners = [len(line.split()) - 1 for line in written if line.startswith("f ")]
+        assert len(corners) == int(faces.replace(",", ""))
+        assert corners.count(4) >= int(share) / 100 * len(corners)
+        assert abs(float(mean) - 90) < 2
+        assert float(off) < 6
+    assert min(colourful(tmp_path / "out" / "quads.png", 3, 2)) > 8
+
+
+def test_the_window_is_drawn_where_there_is_no_display(tmp_path, monkeypatch) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    text = run(tmp_path, ROOT / "demos" / "interactive.py")
+    assert "linABF: F/3nt 0.00254" in text
+    image = pixels(tmp_path / "out" / "interactive.png")[..., :3].astype(int)
+    marked = np.abs(image - pv.Color(MARK).int_rgb).max(axis=2) < 12
+    assert min(half.sum() for half in np.split(marked, 2, axis=1)) > 100
 
 
 def test_timing_prints_a_ratio_for_each_mesh(tmp_path) -> None:

@@ -135,8 +135,10 @@ def off_screen() -> pv.Plotter:
 def colours(image: np.ndarray, name: str, tolerance: int = 6) -> np.ndarray:
     """Where along a colour map each pixel is, from 0 to 1; NaN where it is not on it."""
     table = pv.LookupTable(name, n_values=256).values[:, :3].astype(int)
-    away = np.abs(image[..., None, :3].astype(int) - table).max(axis=-1)
-    return np.where(away.min(axis=-1) <= tolerance, away.argmin(axis=-1) / 255, np.nan)
+    seen, index = np.unique(image[..., :3].reshape(-1, 3).astype(int), axis=0, return_inverse=True)
+    away = np.abs(seen[:, None] - table).max(axis=-1)
+    place = np.where(away.min(axis=-1) <= tolerance, away.argmin(axis=-1) / 255, np.nan)
+    return place[index].reshape(image.shape[:2])
 
 
 def sheared() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -1,0 +1,37 @@
+"""
+A window on the surface and its flat map
+========================================
+
+A click marks the same point on both sides; keys change the method, the iterations, the board and the
+distortion shown (h lists them). Where there is no display, the window's picture goes to `out/`.
+
+    python demos/interactive.py [MESH]
+
+`igl-linabf view MESH` opens the same window.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pyvista as pv
+from cortex import cortex
+
+from igl_linabf.io import read_mesh, replacing
+from igl_linabf.view import Viewer, has_display
+
+if __name__ == "__main__":
+    V, F = read_mesh(sys.argv[1]) if len(sys.argv) > 1 else cortex()[:2]
+    hidden = pv.OFF_SCREEN or not has_display()
+    viewer = Viewer(V, F, off_screen=hidden)
+    if hidden:
+        viewer.pick(350, 350)  # the middle of the left side
+        assert viewer.picked is not None
+        print(viewer.caption)
+        Path("out").mkdir(exist_ok=True)
+        with replacing("out/interactive.png") as temporary:
+            viewer.plotter.show(screenshot=temporary)
+        print("wrote out/interactive.png")
+    else:
+        viewer.plotter.show(title="igl_linabf")

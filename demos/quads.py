@@ -1,0 +1,83 @@
+"""
+Quadrangular remeshing from the map
+===================================
+
+The use of figure 6 of the paper: iso-lines of the flat map, drawn back on the surface, are a mesh of
+quadrangles with nearly right angles, as far as the map keeps angles. Two disks, one with seven holes,
+and a closed surface through its atlas; whole cells are light, those that a boundary or a seam cuts
+dark. Each is written as an OBJ of polygons.
+
+    python demos/quads.py [MESH]
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import igl
+import numpy as np
+import pyvista as pv
+from checkerboards import double_torus
+from cortex import cortex
+from holes import crown_without_tips
+
+from igl_linabf import QuadGrid, linabf, quad_grid, unwrap, write_grid
+from igl_linabf.io import read_mesh, replacing
+from igl_linabf.plot import plot_grid
+
+CELLS = 4000
+
+
+def grid_of(V: np.ndarray, F: np.ndarray) -> QuadGrid:
+    """About `CELLS` cells; a closed surface is unwrapped."""
+    if len(igl.boundary_facets(F)[0]):
+        uv = linabf(V, F)
+    else:
+        atlas = unwrap(V, F)
+        V, F, uv = V[atlas.origin], atlas.FTC, atlas.TC
+    return quad_grid(V, F, uv, np.sqrt(igl.doublearea(np.ascontiguousarray(uv), F).sum() / 2 / CELLS))
+
+
+def corner_angles(grid: QuadGrid) -> np.ndarray:
+    """Of the whole cells, (#Q, 4), in degrees."""
+    corners = grid.V[grid.quads]
+    ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
+    cosine = (ahead * back).sum(axis=2) / np.linalg.norm(ahead, axis=2) / np.linalg.norm(back, axis=2)
+    return np.degrees(np.arccos(np.clip(cosine, -1, 1)))
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        surfaces = {Path(sys.argv[1]).stem: read_mesh(sys.argv[1])}
+    else:
+        surfaces = {"cortex": cortex()[:2], "holes": crown_without_tips(), "double_torus": double_torus()}
+    views = {"holes": ((0.3, -1, 1.2), (0, 0, 1)), "double_torus": ((0.5, -0.8, 1), (0, 1, 0))}
+    Path("out").mkdir(exist_ok=True)
+    with pv.vtk_verbosity("error"):
+        size = [1400, 700 * len(surfaces)]
+        plotter = pv.Plotter(shape=(len(surfaces), 2), off_screen=True, window_size=size, border=False)
+    for row, (name, (V, F)) in enumerate(surfaces.items()):
+        grid = grid_of(V, F)
+        write_grid(f"out/quads_{name}.obj", grid)
+        angles = corner_angles(grid)
+        share = len(grid.quads) / len(grid.faces)
+        off = np.abs(angles - 90).mean()
+        said = f"{name}: {len(grid.faces):,} faces, {share:.0%} quads, angles {angles.mean():.1f} +-{off:.1f} degrees"
+        print(said)
+        if len(sys.argv) == 1:
+            assert share > 0.85
+            assert abs(angles.mean() - 90) < 2
+            assert off < 6
+        plotter.subplot(row, 0)
+        plot_grid(grid, plotter=plotter)
+        seen_from, up = views.get(name, ((-1, 0, 0), (0, 0, 1)))
+        plotter.view_vector(seen_from, viewup=up)
+        plotter.camera.zoom(1.1)
+        plotter.add_text(said, font_size=14)
+        plotter.subplot(row, 1)
+        plot_grid(grid, flat=True, plotter=plotter)
+    with replacing("out/quads.png") as temporary:
+        plotter.show(screenshot=temporary)
+    plotter.close()
+    print("wrote out/quads.png and an OBJ for each")
