@@ -63,7 +63,8 @@ if __name__ == "__main__":
         angles = corner_angles(grid)
         share = len(grid.quads) / len(grid.faces)
         off = np.abs(angles - 90).mean()
-        said = f"{name}: {len(grid.faces):,} faces, {share:.0%} quads, angles {angles.mean():.1f} +-{off:.1f} degrees"
+        said = f"{name}: {len(grid.faces):,} faces, {share:.0%} quads"
+        said += f", angles {angles.mean():.1f} +-{off:.1f} degrees"
         print(said)
         if len(sys.argv) == 1:
             assert share > 0.85
