@@ -85,6 +85,11 @@ def checker_texture(light: str = LIGHT, dark: str = DARK, resolution: int = 64) 
         Colours.
     resolution : int
         Pixels of a square's side.
+
+    Examples
+    --------
+    >>> checker_texture("white", "#802020", resolution=32).dimensions
+    (64, 64)
     """
     colours = np.array([pv.Color(light).int_rgb, pv.Color(dark).int_rgb], dtype=np.uint8)
     squares = np.kron([[0, 1], [1, 0]], np.ones((resolution, resolution), dtype=int))
@@ -218,6 +223,11 @@ def fit(uv: ArrayLike, onto: ArrayLike) -> FloatArray:
     ----------
     uv, onto : (#V, 2) float
         NaN rows are left out, and stay.
+
+    Examples
+    --------
+    >>> fit([[0, 0], [0, 2], [0, 4]], [[5, 5], [6, 5], [7, 5]]).round(12).tolist()
+    [[5.0, 5.0], [6.0, 5.0], [7.0, 5.0]]
     """
     z, w = (complex_positions(vertex_array(m, 2, "uv")) for m in (uv, onto))
     both = np.isfinite(z) & np.isfinite(w)

@@ -139,6 +139,16 @@ def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
     ------
     OSError
         The file cannot be written; nothing is left behind then.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf, os, tempfile
+    >>> V, F = igl.icosahedron()
+    >>> grid = quad_grid(V, F[1:], igl_linabf.linabf(V, F[1:]))
+    >>> path = os.path.join(tempfile.mkdtemp(), "grid.obj")
+    >>> write_grid(path, grid)
+    >>> os.path.getsize(path) > 50_000
+    True
     """
     with replacing(path) as temporary, open(temporary, "w", encoding="ascii") as file:
         file.write("# igl_linabf\n")

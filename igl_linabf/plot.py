@@ -100,6 +100,16 @@ def plot_checkerboard(
     ------
     MeshError
         The arrays do not fit together, or a seam is no edge of F.
+
+    Examples
+    --------
+    >>> import igl, pyvista, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> plotter = pyvista.Plotter(off_screen=True)
+    >>> plotter = plot_checkerboard(V, F[1:], igl_linabf.linabf(V, F[1:]), plotter=plotter, show_edges=True)
+    >>> plotter.screenshot(return_img=True, window_size=(300, 200)).shape
+    (200, 300, 3)
+    >>> plotter.close()
     """
     drawn = scene(V, F, uv, seams)
     target, alone = _target(plotter)
@@ -144,6 +154,16 @@ def plot_uv(
     ------
     MeshError
         The arrays do not fit together.
+
+    Examples
+    --------
+    >>> import igl, pyvista, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> uv = igl_linabf.linabf(V, F[1:])
+    >>> plotter = plot_uv(uv, F[1:], frequency=10, plotter=pyvista.Plotter(off_screen=True))
+    >>> [mesh.n_cells for mesh in plotter.meshes]  # triangles, and edges of the boundary
+    [19, 3]
+    >>> plotter.close()
     """
     drawn = flat_scene(uv, F)
     target, _ = _target(plotter)
@@ -185,6 +205,16 @@ def plot_distortion(
     ------
     MeshError
         The arrays do not fit together, are not finite, or a face has no area.
+
+    Examples
+    --------
+    >>> import igl, pyvista, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> atlas = igl_linabf.unwrap(V, F)
+    >>> plotter = plot_distortion(V, F, atlas, "area", plotter=pyvista.Plotter(off_screen=True))
+    >>> [mesh.n_cells for mesh in plotter.meshes] == [20, len(atlas.seams)]
+    True
+    >>> plotter.close()
     """
     drawn = scene(V, F, uv, seams)
     values = distortion(drawn.V, drawn.F, drawn.uv, measure)
@@ -219,6 +249,16 @@ def plot_grid(
     Returns
     -------
     pyvista.Plotter
+
+    Examples
+    --------
+    >>> import igl, pyvista, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> grid = igl_linabf.quad_grid(V, F[1:], igl_linabf.linabf(V, F[1:]))
+    >>> plotter = plot_grid(grid, plotter=pyvista.Plotter(off_screen=True))
+    >>> sum(mesh.n_cells for mesh in plotter.meshes) == len(grid.faces)
+    True
+    >>> plotter.close()
     """
     target, alone = _target(plotter)
     points = np.insert(grid.uv, 2, 0.0, axis=1) if flat else grid.V
@@ -279,6 +319,17 @@ def plot_compare(
     ------
     MeshError
         There is no map, or the arrays do not fit together.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> V[:, 2] *= 2
+    >>> maps = {"linABF": igl_linabf.linabf(V, F[1:]), "igl.lscm": igl_linabf.lscm(V, F[1:])}
+    >>> plotter = plot_compare(V, F[1:], maps, off_screen=True)  # a window, without off_screen
+    >>> plotter.shape
+    (2, 2)
+    >>> plotter.close()
     """
     if not maps:
         raise MeshError("maps is empty: give one flat map at least, by its name")
