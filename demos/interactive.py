@@ -3,11 +3,11 @@ A window on the surface and its flat map
 ========================================
 
 A click marks the same point on both sides; keys change the method, the iterations, the board and the
-distortion shown (h lists them). Where there is no display, the window's picture goes to `out/`.
+distortion shown (h lists them). Where there is no display, the window's picture goes to ``out/``::
 
     python demos/interactive.py [MESH]
 
-`igl-linabf view MESH` opens the same window.
+``igl-linabf view MESH`` opens the same window.
 """
 
 from __future__ import annotations

@@ -5,7 +5,7 @@ Quadrangular remeshing from the map
 The use of figure 6 of the paper: iso-lines of the flat map, drawn back on the surface, are a mesh of
 quadrangles with nearly right angles, as far as the map keeps angles. Two disks, one with seven holes,
 and a closed surface through its atlas; whole cells are light, those that a boundary or a seam cuts
-dark. Each is written as an OBJ of polygons.
+dark. Each is written as an OBJ of polygons::
 
     python demos/quads.py [MESH]
 """
