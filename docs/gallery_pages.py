@@ -9,12 +9,16 @@ from typing import Any
 FIRST = (
     "cortex",
     "in_the_browser",
+    "interactive",
+    "checkerboards",
+    "angle_error",
     "obtuse",
     "second_iteration",
     "high_curvature",
     "greedy",
     "stretch",
     "holes",
+    "quads",
     "seams_bunny",
 )
 

@@ -22,7 +22,7 @@ from test_plot import near, squares
 import igl_linabf
 from igl_linabf.plot import DARK, LIGHT
 
-MODULES = ("igl_linabf.plot", "igl_linabf.io", "igl_linabf.files")
+MODULES = ("igl_linabf.plot", "igl_linabf.view", "igl_linabf.io", "igl_linabf.files")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to open the pages with")
 
