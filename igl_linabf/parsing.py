@@ -36,7 +36,7 @@ def numbers(words: Sequence[bytes], count: int) -> list[float]:
 def indices(words: Sequence[bytes], count: int) -> list[int]:
     """The words as `count` integers from 0 on; none where they are not."""
     text = b"".join(words)
-    if len(words) != count or not text.isdigit() or len(text) > DIGITS * count:
+    if len(words) != count or not text.isdigit() or max(map(len, words)) > DIGITS:
         return []
     return list(map(int, words))
 
