@@ -215,6 +215,15 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
     return double_area, dot
 
 
+def of_size_one(uv: FloatArray) -> FloatArray:
+    """The coordinates by a power of two, which rounds none of them, so that the largest is about one.
+
+    Squares of larger ones could overflow.
+    """
+    largest = float(np.abs(uv).max())
+    return np.ldexp(uv, -int(np.frexp(largest)[1]))
+
+
 def signed_double_areas(z: ComplexArray, corner: IntArray) -> FloatArray:
     """Twice the signed area of each face of a flat map (#V,); positive where it is not flipped."""
     a, b, c = z[corner]

@@ -10,7 +10,15 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .errors import MeshError, some
-from .mesh import check_finite, compact, complex_positions, face_array, signed_double_areas, vertex_array
+from .mesh import (
+    check_finite,
+    compact,
+    complex_positions,
+    face_array,
+    of_size_one,
+    signed_double_areas,
+    vertex_array,
+)
 from .topology import ComplexArray, FloatArray, IntArray, Topology, planar_topology
 
 DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
@@ -68,6 +76,7 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
     vertices, faces = compact(faces, len(map_))
     map_ = map_[vertices]
     check_finite(map_, vertices, "uv")
+    map_ = of_size_one(map_)
     chart = charts(faces, len(map_))
     if between:
         return _search(map_, faces, None)

@@ -379,6 +379,9 @@ def check_map(seed: int) -> str:
         require(spoilt not in ("NaN", "inf"), f"quality of {spoilt}")
         pairs = il.overlaps(uv, F)
         require(bool((pairs[:, 0] < pairs[:, 1]).all()), "overlaps are not i < j")
+        scaled = np.ldexp(uv, -np.frexp(np.abs(uv).max())[1] - 40)
+        require(pairs.tolist() == il.overlaps(scaled, F).tolist(), "overlaps depend on the scale")
+        require(str(q) == str(il.quality(V, F, scaled)), "quality depends on the scale")
         return "measured"
 
     def laid_out() -> str:
