@@ -318,7 +318,7 @@ class AngleSolver:
         thin = faces[np.argsort(self.alpha[:, faces].min(axis=0), kind="stable")]
         return MeshError(
             f"the angle system is singular in double precision at faces {some(thin)} (the thinnest has an "
-            f"angle of {self.alpha[:, thin[0]].min():.1e} rad): remove the degenerate faces there, or cut the mesh"
+            f"angle of {self.alpha[:, thin[0]].min():.1e} rad): remove the degenerate ones, or cut the mesh"
         )
 
     @contextmanager
