@@ -1,15 +1,17 @@
 """Hostile cases in a child process, so that a crash or a hang is seen, and of which case it was.
 
-`python tests/fuzzing.py CASES.json` is the child: it says each case before it begins.
+`python tests/fuzzing.py CASES.json ENDS.txt SECONDS` is the child: it writes how each case ends.
 """
 
 from __future__ import annotations
 
+import ctypes
 import faulthandler
 import json
 import subprocess
 import sys
 import tempfile
+import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -42,6 +44,18 @@ KINDS: dict[str, tuple[Callable[[int], str], int]] = {
 }
 
 
+def _break_a_promise(seed: int) -> str:
+    raise meshes.BrokenError(str(seed))
+
+
+# that this is seen
+BROKEN: dict[str, Callable[[int], str]] = {
+    "to crash": lambda seed: ctypes.string_at(0).decode(),
+    "to hang": lambda seed: str(time.sleep(1000)),
+    "to break a promise": _break_a_promise,
+}
+
+
 def run(kind: str, seeds: range) -> tuple[Counter[str], list[str]]:
     """How often cases end in what way, and a sentence on each that breaks a promise."""
     return run_all([(kind, seed) for seed in seeds])[kind]
@@ -55,7 +69,10 @@ def run_all(cases: list[tuple[str, int]]) -> dict[str, tuple[Counter[str], list[
             todo, done = Path(folder) / "cases.json", Path(folder) / "ends.txt"
             todo.write_text(json.dumps(cases))
             child = subprocess.run(
-                [sys.executable, __file__, str(todo), str(done)], cwd=ROOT, capture_output=True, text=True
+                [sys.executable, __file__, str(todo), str(done), str(LIMIT)],
+                cwd=ROOT,
+                capture_output=True,
+                text=True,
             )
             said = [json.loads(line) for line in done.read_text().splitlines()] if done.exists() else []
         for (kind, seed), (good, end) in zip(cases, said, strict=False):
@@ -67,19 +84,21 @@ def run_all(cases: list[tuple[str, int]]) -> dict[str, tuple[Counter[str], list[
         rest = cases[len(said) :]
         if rest:
             kind, seed = rest[0]
-            what = f"the process ended with {child.returncode}: {child.stderr[-2000:]}"
+            what = f"the process ended with {child.returncode}: {child.stderr[:1000]}"
             ends[kind][1].append(f"{kind}, seed {seed}: {what}")
         cases = rest[1:]
     return ends
 
 
 def main() -> None:
-    todo, done = sys.argv[1:]
+    todo, done, limit = sys.argv[1:]
+    faulthandler.enable()
+    work = {**BROKEN, **{kind: check for kind, (check, _) in KINDS.items()}}
     with open(done, "w") as file:
         for kind, seed in json.loads(Path(todo).read_text()):
-            faulthandler.dump_traceback_later(LIMIT, exit=True)
+            faulthandler.dump_traceback_later(float(limit), exit=True)
             try:
-                end = (True, KINDS[kind][0](seed))
+                end = (True, work[kind](seed))
             except Exception as error:  # whatever it is, it is reported
                 trace = error.__traceback__
                 while trace is not None and trace.tb_next is not None:
