@@ -265,14 +265,14 @@ def _view(options: argparse.Namespace) -> int:
     _check_outputs(None, options.screenshot)
     from .view import view
 
-    with _silenced():
-        V, F = read_mesh(options.mesh)
+    V, F = read_mesh(options.mesh)
     settings = {"measure": options.measure, "frequency": options.frequency}
     if options.screenshot is None:
         view(V, F, options.method, title=f"igl_linabf: {options.mesh.name}", **settings)
     else:
         with replacing(options.screenshot) as temporary:
             view(V, F, options.method, off_screen=True, screenshot=temporary, **settings)
+            options.interrupts.end()
     return GOOD
 
 
