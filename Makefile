@@ -1,4 +1,4 @@
-.PHONY: demo test docs benchmark results clean
+.PHONY: demo test docs benchmark results fuzz clean
 
 PY = .venv/bin/python
 
@@ -23,6 +23,9 @@ benchmark: .venv/ready
 
 results: .venv/ready
 	$(PY) benchmarks/results.py
+
+fuzz: .venv/ready
+	$(PY) benchmarks/fuzz.py
 
 clean:
 	rm -rf .venv out demos/out docs/_build docs/gallery docs/api/generated docs/_static/scenes build *.egg-info

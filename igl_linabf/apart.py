@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 import numpy as np
@@ -26,15 +30,46 @@ def run_apart(module: str, name: str, arrays: Arrays, timeout: float | None = No
         given, made = Path(folder) / "in.npz", Path(folder) / "out.npz"
         np.savez(given, **arrays)
         command = [sys.executable, "-m", module, name, str(given), str(made)]
+        process = None
         try:
-            process = subprocess.run(command, capture_output=True, text=True, timeout=timeout)
-        except subprocess.TimeoutExpired:
-            raise RuntimeError(f"{name} did not end within {timeout:g} seconds") from None
+            with _held_back():
+                process = subprocess.Popen(
+                    command,
+                    stdin=subprocess.DEVNULL,
+                    stdout=subprocess.DEVNULL,
+                    stderr=subprocess.PIPE,
+                    text=True,
+                )
+            _, stderr = process.communicate(timeout=timeout)
+        except BaseException as error:
+            if process is not None:
+                process.kill()
+                process.communicate()
+            if isinstance(error, subprocess.TimeoutExpired):
+                raise RuntimeError(f"{name} did not end within {timeout:g} seconds") from None
+            raise
         if process.returncode != 0 or not made.exists():
-            said = (process.stderr.strip() or f"exit code {process.returncode}").splitlines()[-1]
+            said = (stderr.strip() or f"exit code {process.returncode}").splitlines()[-1]
             raise RuntimeError(f"{name} failed: {said}")
         with np.load(made) as result:
             return dict(result)
+
+
+@contextmanager
+def _held_back() -> Iterator[None]:
+    """Ctrl-C takes effect after the block: a process is not started and lost before it has a name."""
+    before = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(before):
+        yield
+        return
+    came: list[tuple[int, FrameType | None]] = []
+    signal.signal(signal.SIGINT, lambda number, frame: came.append((number, frame)))
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
+    if came:
+        before(*came[0])
 
 
 def serve(functions: dict[str, Callable[[Arrays], Arrays]]) -> None:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .bijective import make_bijective
+from .bijective import moved_apart
 from .errors import MeshError, OutcomeWarning, some, stack_level
 from .flatten import flatten
 from .mesh import (
@@ -313,9 +313,7 @@ def _split(piece: _Piece, pairs: IntArray, holes: bool) -> Iterator[_Piece]:
 
 def _apart(piece: _Piece, result: Flattening) -> tuple[Flattening, float]:
     """The map without overlaps in one piece, and what F/3nt rose by."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", OutcomeWarning)  # it is told of the atlas
-        uv = make_bijective(result.uv, piece.F)
+    uv, _ = moved_apart(result.uv, piece.F)  # what is wrong is told of the atlas
     areas = [np.abs(signed_double_areas(complex_positions(m), piece.F.T)).sum() for m in (result.uv, uv)]
     uv *= np.sqrt(areas[0] / areas[1])
     flipped = flipped_faces(complex_positions(uv), piece.F.T)

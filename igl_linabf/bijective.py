@@ -84,6 +84,16 @@ def make_bijective(
     >>> len(overlaps(uv, F)), len(overlaps(make_bijective(uv, F), F))
     (27, 0)
     """
+    made, trouble = moved_apart(uv, F, iterations, timeout)
+    if trouble:
+        warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
+    return made
+
+
+def moved_apart(
+    uv: ArrayLike, F: ArrayLike, iterations: int = 50, timeout: float = 600.0
+) -> tuple[FloatArray, str]:
+    """As `make_bijective`, and what is wrong with the map, or nothing."""
     if iterations < 1:
         raise ValueError(f"iterations is {iterations}: make at least one")
     given, faces = vertex_array(uv, 2, "uv"), face_array(F)
@@ -105,18 +115,17 @@ def make_bijective(
             "this; cut the surface into more parts"
         )
     if (area > 0).all() and not len(overlaps(flat, faces)):
-        return given.copy()
+        return given.copy(), ""
     made = _scaffolded(flat / np.sqrt(total), topology, iterations, timeout) * np.sqrt(total)
     flips = np.count_nonzero(~(signed_double_areas(complex_positions(made), topology.corner) > 0))
     pairs = overlaps(made, faces)
-    if flips or len(pairs):
-        warnings.warn(
-            f"{flips} faces are flipped and {len(pairs)} pairs of faces overlap after {iterations} "
-            "iterations: cut the surface along separating_seams instead",
-            OutcomeWarning,
-            stacklevel=stack_level(),
-        )
-    return scatter(_laid_on(made, flat), vertices, len(given))
+    trouble = (
+        f"{flips} faces are flipped and {len(pairs)} pairs of faces overlap after {iterations} iterations: "
+        "cut the surface along separating_seams instead"
+        if flips or len(pairs)
+        else ""
+    )
+    return scatter(_laid_on(made, flat), vertices, len(given)), trouble
 
 
 def _scaffolded(rest: FloatArray, topology: Topology, iterations: int, timeout: float) -> FloatArray:

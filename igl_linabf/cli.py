@@ -6,9 +6,12 @@ import argparse
 import contextlib
 import os
 import platform
+import signal
 import sys
+import threading
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
@@ -39,20 +42,73 @@ class Parser(argparse.ArgumentParser):
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns 0, 1 for a map with flipped triangles, or 2 for an error."""
+    """Run the command; returns 0, 1 for a map with flipped triangles, 2 for an error, 130 if interrupted."""
     options = _parser().parse_args(arguments)
-    with _warnings_in_a_line():
+    said = ""
+    with Interrupts() as interrupts, _warnings_in_a_line(interrupts):
+        options.interrupts = interrupts
         try:
             return int(options.run(options))
-        except (MeshError, ImportError, ValueError) as error:
-            print(f"igl-linabf: {error}", file=sys.stderr)
         except OSError as error:
             place = f"{error.filename}: " if error.filename else ""
-            print(f"igl-linabf: {place}{error.strerror or error}", file=sys.stderr)
+            said = f"{place}{error.strerror or error}"
+            _give_up_stdout()
+        except MemoryError:
+            said = f"{options.mesh}: not enough memory: take a smaller mesh"
+        except (MeshError, ImportError, ValueError) as error:
+            said = str(error)
         except KeyboardInterrupt:
-            print("igl-linabf: interrupted", file=sys.stderr)
-            return INTERRUPTED
-    return ERROR
+            interrupts.came = True
+        except Exception:
+            if not interrupts.came:
+                raise
+        print(f"igl-linabf: {'interrupted' if interrupts.came else said}", file=sys.stderr)
+        return INTERRUPTED if interrupts.came else ERROR
+
+
+class Interrupts:
+    """Ctrl-C in the block: a KeyboardInterrupt, remembered should a library make something else of it."""
+
+    def __init__(self) -> None:
+        self.came = False
+
+    def __enter__(self) -> Interrupts:
+        self._hook = sys.unraisablehook
+        self._before = signal.getsignal(signal.SIGINT)
+        # in the background of a shell script it is ignored, and stays so
+        self._mine = threading.current_thread() is threading.main_thread() and self._before != signal.SIG_IGN
+        if self._mine:
+            signal.signal(signal.SIGINT, self._come)
+            sys.unraisablehook = self._unraisable
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self._mine:
+            signal.signal(signal.SIGINT, self._before)
+            sys.unraisablehook = self._hook
+
+    def end(self) -> None:
+        """From here on it is too late."""
+        if self._mine:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
+        if self.came:
+            raise KeyboardInterrupt
+
+    def _come(self, *_: object) -> NoReturn:
+        self.came = True
+        raise KeyboardInterrupt
+
+    def _unraisable(self, what: Any) -> None:
+        if what.exc_type is not KeyboardInterrupt:
+            self._hook(what)
+
+
+def _give_up_stdout() -> None:
+    """Where nothing more can be printed, do not try it again at the end of the process."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 
 def _parser() -> Parser:
@@ -147,34 +203,45 @@ def _check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] 
         from . import plot  # noqa: F401  # says how to get pyvista where it is missing
 
 
-def _write_picture(path: Path, V: FloatArray, F: IntArray, maps: Mapping[str, FloatArray]) -> None:
+def _picture(path: str, V: FloatArray, F: IntArray, maps: Mapping[str, FloatArray]) -> None:
     from .plot import plot_compare
 
-    with replacing(path) as temporary:
-        plot_compare(V, F, maps, off_screen=True, screenshot=temporary).close()
+    plot_compare(V, F, maps, off_screen=True, screenshot=path).close()
+
+
+def _hand_out(
+    text: str, interrupts: Interrupts, writers: Mapping[Path | None, Callable[[str], None]]
+) -> None:
+    """Write all files beside their places, print the text, and only then put the files there."""
+    with contextlib.ExitStack() as stack:
+        for path, write in writers.items():
+            if path is not None:
+                write(stack.enter_context(replacing(path)))
+        try:
+            print(text, flush=True)
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, "standard output") from None
+        interrupts.end()
 
 
 def _compare(options: argparse.Namespace) -> int:
     methods = [method.strip() for method in options.methods.split(",")]
     _check_outputs(None, options.picture)
-    with _silenced():
-        V, F = read_mesh(options.mesh)
+    V, F = read_mesh(options.mesh)
     comparison = compare(V, F, methods, repeat=options.repeat)
-    print(comparison)
-    if options.picture is not None:
-        _write_picture(options.picture, V, F, comparison.maps)
+    picture = partial(_picture, V=V, F=F, maps=comparison.maps)
+    _hand_out(str(comparison), options.interrupts, {options.picture: picture})
     return GOOD
 
 
 def _unwrap(options: argparse.Namespace) -> int:
     _check_outputs(options.output, options.picture, SUFFIXES)
-    with _silenced():
-        V, F = read_mesh(options.mesh)
-        seams = None
-        if options.seams == "uv":
-            seams = texture_seams(F, read_texture(options.mesh)[1])
-        elif options.seams != "auto":
-            seams = _pairs(options.seams)
+    V, F = read_mesh(options.mesh)
+    seams = None
+    if options.seams == "uv":
+        seams = texture_seams(F, read_texture(options.mesh)[1])
+    elif options.seams != "auto":
+        seams = _pairs(options.seams)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         atlas = unwrap(
@@ -186,10 +253,9 @@ def _unwrap(options: argparse.Namespace) -> int:
             holes=options.holes,
             bijective=options.bijective,
         )
-    write_mesh(options.output, V, F, atlas.TC, atlas.FTC)
-    if options.picture is not None:
-        _write_picture(options.picture, V[atlas.origin], atlas.FTC, {options.method: atlas.TC})
-    print(atlas)
+    mesh = partial(write_mesh, V=V, F=F, TC=atlas.TC, FTC=atlas.FTC)
+    picture = partial(_picture, V=V[atlas.origin], F=atlas.FTC, maps={options.method: atlas.TC})
+    _hand_out(str(atlas), options.interrupts, {options.output: mesh, options.picture: picture})
     for message in atlas.troubles:
         print(f"igl-linabf: {message}", file=sys.stderr)
     return GOOD if atlas.good else NOT_VALID
@@ -199,14 +265,14 @@ def _view(options: argparse.Namespace) -> int:
     _check_outputs(None, options.screenshot)
     from .view import view
 
-    with _silenced():
-        V, F = read_mesh(options.mesh)
+    V, F = read_mesh(options.mesh)
     settings = {"measure": options.measure, "frequency": options.frequency}
     if options.screenshot is None:
         view(V, F, options.method, title=f"igl_linabf: {options.mesh.name}", **settings)
     else:
         with replacing(options.screenshot) as temporary:
             view(V, F, options.method, off_screen=True, screenshot=temporary, **settings)
+            options.interrupts.end()
     return GOOD
 
 
@@ -236,17 +302,14 @@ def _flatten(options: argparse.Namespace) -> int:
             settings[name] = value
         elif value not in ("auto", None):
             raise ValueError(f"--{name} means nothing to the method {options.method}: leave it out")
-    with _silenced():
-        V, F = read_mesh(options.mesh)
+    V, F = read_mesh(options.mesh)
     result = flatten(V, F, options.method, outer=options.outer, **settings)
     uv = unit_square(result.uv) if options.units == "square" else result.uv
-    write_obj(options.output, V, F, uv)
-    if options.picture is not None:
-        _write_picture(options.picture, V, F, {options.method: result.uv})
+    mesh = partial(write_obj, V=V, F=F, uv=uv)
+    picture = partial(_picture, V=V, F=F, maps={options.method: result.uv})
     measured = quality(V, F, uv)
-    print(measured)
-    print()
-    print(result)
+    text = f"{measured}\n\n{result}"
+    _hand_out(text, options.interrupts, {options.output: mesh, options.picture: picture})
     if not result.outcome.good:
         print(f"igl-linabf: {result.message}", file=sys.stderr)
         return NOT_VALID
@@ -286,34 +349,19 @@ def _doctor(options: argparse.Namespace) -> int:
 
 
 @contextlib.contextmanager
-def _warnings_in_a_line() -> Iterator[None]:
+def _warnings_in_a_line(interrupts: Interrupts) -> Iterator[None]:
     """Warnings of the library as one line on stderr each."""
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
-        print(f"igl-linabf: warning: {message}", file=sys.stderr)
+        if not interrupts.came:  # an import that was interrupted may warn of that
+            print(f"igl-linabf: warning: {message}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("default")
+        for internal in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
+            warnings.simplefilter("ignore", internal)  # as Python does
         warnings.showwarning = show
         yield
-
-
-@contextlib.contextmanager
-def _silenced() -> Iterator[None]:
-    """Keep igl's readers, which print to the process's own streams, quiet."""
-    sys.stdout.flush()
-    sys.stderr.flush()
-    saved = [os.dup(1), os.dup(2)]
-    nothing = os.open(os.devnull, os.O_WRONLY)
-    try:
-        os.dup2(nothing, 1)
-        os.dup2(nothing, 2)
-        yield
-    finally:
-        os.dup2(saved[0], 1)
-        os.dup2(saved[1], 2)
-        for handle in (*saved, nothing):
-            os.close(handle)
 
 
 if __name__ == "__main__":

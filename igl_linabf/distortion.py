@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .errors import MeshError
-from .mesh import check_finite, compact, complex_positions, face_array, measure, vertex_array
+from .mesh import check_finite, compact, complex_positions, face_array, measure, of_size_one, vertex_array
 from .topology import NEXT, PREV, BoolArray, ComplexArray, FloatArray, IntArray
 
 Measure = Literal["angle", "conformal", "stretch", "area"]
@@ -71,7 +71,7 @@ class Change:
     angle, angle_error : (3, #F) float64
         Corner angles in 3-D, and those in uv less them, radians.
     double_area, signed : (#F,) float64
-        Twice the area in 3-D, and the signed one in uv.
+        Twice the area in 3-D, and the signed one in uv scaled to size one.
     major, minor : (#F,) float64
         The singular values sigma1 >= sigma2 of the map.
     """
@@ -102,20 +102,22 @@ class Change:
     @property
     def squared_stretch(self) -> FloatArray:
         """Square of the L2 stretch, areas scaled to the same total."""
-        with np.errstate(divide="ignore"):
-            return np.asarray(self.scale * (self.minor**-2.0 + self.major**-2.0) / 2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            squared = self.scale * (self.minor**-2.0 + self.major**-2.0) / 2
+            return np.where(self.minor > 0, squared, np.inf)
 
     @property
     def largest_stretch(self) -> FloatArray:
         """The stretch in the direction in which it is largest, likewise."""
-        with np.errstate(divide="ignore"):
-            return np.asarray(np.sqrt(self.scale) / self.minor)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(self.minor > 0, np.sqrt(self.scale) / self.minor, np.inf)
 
     @property
     def log_area_ratio(self) -> FloatArray:
         """log(area in uv / area in 3-D), areas scaled to the same total."""
         with np.errstate(divide="ignore", invalid="ignore"):
-            return np.asarray(np.log(np.abs(self.signed) / self.double_area / self.scale))
+            ratio = np.log(np.abs(self.signed) / self.double_area / self.scale)
+            return np.where(self.signed != 0, ratio, -np.inf)
 
 
 def change_of(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Change:
@@ -127,6 +129,7 @@ def change_of(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Change:
     positions, map_ = positions[vertices], map_[vertices]
     check_finite(positions, vertices)
     check_finite(map_, vertices, "uv")
+    map_ = of_size_one(map_)
     corner = np.ascontiguousarray(faces.T)
     double_area, dot = measure(positions, corner, vertices)
     z = complex_positions(map_)[corner]

@@ -7,12 +7,11 @@ import os
 import struct
 from pathlib import Path
 
-import igl
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import MeshError, some
-from .io import replacing
+from .io import read_parsed, replacing
 from .mesh import face_array, vertex_array
 from .topology import FloatArray, IntArray
 
@@ -77,18 +76,18 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
 
     Parameters
     ----------
-    path : path of an OBJ file of triangles
+    path : path of an OBJ file
 
     Returns
     -------
     TC : (#TC, 2) float64
     FTC : (#F, 3) int64
-        Rows as in the faces of `igl.readOBJ`.
+        Rows as in the faces of `read_mesh`, polygons being split.
 
     Raises
     ------
     MeshError
-        It is no OBJ file, not of triangles, or some or all of its corners have no coordinates.
+        It is no OBJ file, damaged, or some or all of its corners have no coordinates.
     OSError
         There is no such file, or it may not be read.
 
@@ -104,26 +103,18 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     path = Path(path)
     if path.suffix.lower() != ".obj":
         raise MeshError(f"{path} is no OBJ file: texture coordinates are read from OBJ only")
-    with open(path, "rb"):  # igl reports neither a missing nor a forbidden file as such
-        pass
-    try:
-        _, TC, _, F, FTC, _ = igl.readOBJ(str(path))
-    except RuntimeError:
-        raise MeshError(
-            f"{path} cannot be read: it is damaged, mixes triangles with other polygons, or has not texture "
-            "coordinates at all of its faces"
-        ) from None
-    if F.ndim != 2 or F.shape[1] != 3 or not len(F):
-        raise MeshError(f"{path} has no faces, or some that are no triangles: split polygons first")
-    if not len(TC) or FTC.ndim != 2 or not len(FTC):
+    parsed = read_parsed(path)
+    if not len(parsed.F):
+        raise MeshError(f"{path} has no faces: is it a mesh?")
+    if not len(parsed.TC) or (parsed.FTC == -1).all():
         raise MeshError(f"{path} has no texture coordinates at its faces (vt, f v/vt): unwrap it first")
-    if FTC.shape != F.shape:
+    bare = np.flatnonzero((parsed.FTC == -1).any(axis=1))
+    if len(bare):
         raise MeshError(
-            f"{path} has texture coordinates at {len(FTC)} of its {len(F)} faces: give all of them some"
+            f"{path} has no texture coordinates at corners of the faces {some(bare)}: give them some"
         )
-    map_, corners = vertex_array(TC[:, :2], 2, "TC"), face_array(FTC)
-    _check(map_, corners, "the f lines", "vt")
-    return map_, corners
+    _check(parsed.TC, parsed.FTC, f"the f lines of {path}", "vt")
+    return parsed.TC, parsed.FTC
 
 
 def _check(rows: FloatArray, index: IntArray, index_name: str, name: str) -> None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-import tempfile
+import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import igl
@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .errors import MeshError
+from .formats import Parsed, parse
 from .mesh import face_array, vertex_array
 from .topology import FloatArray, IntArray
 
@@ -20,12 +21,13 @@ FORMATS = (".obj", ".off", ".ply", ".stl")
 
 
 def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
-    """Read a triangle mesh with `igl.read_triangle_mesh`.
+    """Read a triangle mesh.
 
     Parameters
     ----------
     path : path of an OBJ, OFF, PLY or STL file
-        Polygons are split into triangles; STL's corners at equal positions become one vertex.
+        Text or binary. Polygons are split into fans of triangles; STL's corners at equal positions
+        become one vertex.
 
     Returns
     -------
@@ -35,9 +37,14 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     Raises
     ------
     MeshError
-        The file cannot be read as a mesh, or has no triangles.
+        The file is damaged, with its line, or has no triangles.
     OSError
         There is no such file, or it may not be read.
+
+    Warns
+    -----
+    MeshWarning
+        An OBJ has lines that are no statements of that format.
 
     Examples
     --------
@@ -48,20 +55,21 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     >>> V.shape, F.shape
     ((12, 3), (20, 3))
     """
+    parsed = read_parsed(path)
+    V, F = parsed.V, parsed.F
+    if not len(V) or not len(F):
+        raise MeshError(f"{path} holds {len(V)} vertices and no triangles: is it a mesh?")
+    if Path(path).suffix.lower() == ".stl":
+        V, _, _, F = igl.remove_duplicate_vertices(V, F, 0.0)
+    return vertex_array(V), face_array(F)
+
+
+def read_parsed(path: str | os.PathLike[str]) -> Parsed:
+    """What is in a file of one of the `FORMATS`."""
     path = Path(path)
     if path.suffix.lower() not in FORMATS:
         raise MeshError(f"{path} is no mesh file that can be read: use {', '.join(FORMATS)}")
-    with open(path, "rb"):  # igl reports neither a missing nor a forbidden file as such
-        pass
-    try:
-        V, F = igl.read_triangle_mesh(str(path))
-    except RuntimeError:
-        raise MeshError(f"{path} cannot be read as {path.suffix[1:].upper()}: is it damaged?") from None
-    if not len(V) or not len(F) or F.ndim != 2 or F.shape[1] != 3:
-        raise MeshError(f"{path} holds {len(V)} vertices and no triangles: is it a mesh?")
-    if path.suffix.lower() == ".stl":
-        V, _, _, F = igl.remove_duplicate_vertices(V, F, 0.0)
-    return vertex_array(V), face_array(F)
+    return parse(path.read_bytes(), path.suffix.lower(), str(path))
 
 
 def unit_square(uv: ArrayLike) -> FloatArray:
@@ -145,7 +153,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
     Raises
     ------
     OSError
-        The folder is not there, or may not be written to.
+        The folder is not there, or may not be written to, or the disk is full; it names `path`.
 
     Examples
     --------
@@ -157,14 +165,15 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
     ['notes.txt']
     """
     path = Path(path)
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
+    temporary = str(path.with_name(f".igl_linabf-{secrets.token_hex(8)}{path.suffix}"))
     try:
+        # not tempfile's, whose mode only the umask of the whole process, threads and all, would tell
+        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
         yield temporary
-        mask = os.umask(0)
-        os.umask(mask)
-        os.chmod(temporary, 0o666 & ~mask)  # mkstemp makes it private
         os.replace(temporary, path)
-    except BaseException:
-        os.unlink(temporary)
+    except BaseException as error:
+        with suppress(FileNotFoundError):
+            os.unlink(temporary)
+        if isinstance(error, OSError) and error.errno and error.filename in (None, temporary):
+            raise OSError(error.errno, error.strerror, str(path)) from None
         raise

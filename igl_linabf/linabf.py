@@ -225,8 +225,14 @@ class AngleSolver:
                 return x, inner
             self._fall_back(f"conjugate gradients did not converge within {CAP} steps")
         assert self._whole is not None
-        solve = self._whole.solve
-        return (solve if self._border is None else self._border.solver(solve))(rhs), 0
+        solve: Callable[[FloatArray], FloatArray] = self._whole.solve
+        if self._border is not None:
+            try:
+                solve = self._border.solver(self._whole.solve)
+            except NotPositiveDefiniteError:
+                at_holes = np.isin(np.arange(self.topology.n), np.concatenate(self.topology.loops[1:]))
+                raise self._singular(at_holes) from None
+        return solve(rhs), 0
 
     def _prepare(self, keep_factor: bool) -> None:
         """Factor L_s, and make the preconditioner of it."""
@@ -302,14 +308,18 @@ class AngleSolver:
             with self._timed("factor"):
                 self._whole.factor(lower)
         except NotPositiveDefiniteError as error:
-            fan = np.flatnonzero(self.topology.row == error.row // 2)
-            angles = self.alpha[np.isin(self.topology.corner, fan)]
-            raise MeshError(
-                f"the angle system is singular in double precision at vertices {some(fan)}, with angles "
-                f"{some(angles)} rad: remove the degenerate faces there, or cut the mesh"
-            ) from None
+            raise self._singular(self.topology.row == error.row // 2) from None
         self._direct = True
         self.solver = f"direct, {self._whole.name}"
+
+    def _singular(self, vertices: BoolArray) -> MeshError:
+        """What is said where the rows of some vertices cannot be told apart in double precision."""
+        faces = np.flatnonzero(vertices[self.topology.corner].any(axis=0))
+        thin = faces[np.argsort(self.alpha[:, faces].min(axis=0), kind="stable")]
+        return MeshError(
+            f"the angle system is singular in double precision at faces {some(thin)} (the thinnest has an "
+            f"angle of {self.alpha[:, thin[0]].min():.1e} rad): remove the degenerate ones, or cut the mesh"
+        )
 
     @contextmanager
     def _timed(self, stage: str) -> Iterator[None]:

@@ -12,6 +12,8 @@ from numpy.typing import ArrayLike
 from .errors import MeshError, MeshWarning, some, stack_level
 from .topology import NEXT, PREV, ComplexArray, FloatArray, IntArray, Topology, planar_topology, with_outer
 
+SMALLEST, LARGEST = 1e-60, 1e60  # of a mesh's largest coordinate
+
 
 @dataclass(frozen=True, eq=False)
 class Mesh:
@@ -181,8 +183,16 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
     Raises
     ------
     MeshError
-        A face is so thin that the rounding of its coordinates could have made its area.
+        A face is so thin that the rounding of its coordinates could have made its area, or the
+        numbers are so large or small that the fourth powers of lengths leave double precision.
     """
+    largest = np.abs(V).max(axis=1)
+    if not SMALLEST < largest.max() < LARGEST:
+        i = int(np.argmax(largest))
+        raise MeshError(
+            f"the largest coordinate, of vertex {vertices[i]}, is {largest[i]:.1e}, beyond the range of "
+            f"{SMALLEST:g} to {LARGEST:g} in which areas can be computed: scale the mesh"
+        )
     x, y, z = (axis[corner] for axis in np.ascontiguousarray(V.T))
     # side k is opposite to corner k
     ux, uy, uz = (c[PREV] - c[NEXT] for c in (x, y, z))
@@ -203,6 +213,15 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
             "collapse or remove them, or move their vertices apart"
         )
     return double_area, dot
+
+
+def of_size_one(uv: FloatArray) -> FloatArray:
+    """The coordinates by a power of two, which rounds none of them, so that the largest is about one.
+
+    Squares of larger ones could overflow.
+    """
+    largest = float(np.abs(uv).max())
+    return np.ldexp(uv, -int(np.frexp(largest)[1]))
 
 
 def signed_double_areas(z: ComplexArray, corner: IntArray) -> FloatArray:

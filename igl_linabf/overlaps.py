@@ -10,7 +10,15 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .errors import MeshError, some
-from .mesh import check_finite, compact, complex_positions, face_array, signed_double_areas, vertex_array
+from .mesh import (
+    check_finite,
+    compact,
+    complex_positions,
+    face_array,
+    of_size_one,
+    signed_double_areas,
+    vertex_array,
+)
 from .topology import ComplexArray, FloatArray, IntArray, Topology, planar_topology
 
 DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
@@ -68,6 +76,7 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
     vertices, faces = compact(faces, len(map_))
     map_ = map_[vertices]
     check_finite(map_, vertices, "uv")
+    map_ = of_size_one(map_)
     chart = charts(faces, len(map_))
     if between:
         return _search(map_, faces, None)
@@ -265,11 +274,27 @@ def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
 def _shortest_seam(V: FloatArray, topology: Topology, pairs: IntArray) -> IntArray:
     """The edges (#E, 2) of the seams that separate the sheets of the largest overlaps."""
     m = topology.corner.shape[1]
-    edges, (first, second) = topology.edges, topology.sides
+    first, second = topology.sides
     inner = np.flatnonzero(second >= 0)
     right, left = first[inner] % m, second[inner] % m  # the faces that such an edge separates
     most = min(JOINTLY, max(1, int(np.log2(NODES / topology.n))))
     sheets = _sheets(pairs, right, left, m, most)
+    while not len(seam := _seam_between(V, topology, inner, right, left, sheets)):
+        # three single faces over each other: no closed line crosses all three ways an odd number of times
+        sheets.pop()
+    return seam
+
+
+def _seam_between(
+    V: FloatArray,
+    topology: Topology,
+    inner: IntArray,
+    right: IntArray,
+    left: IntArray,
+    sheets: list[IntArray],
+) -> IntArray:
+    """The shortest seam that has the two sheets of each overlap on different sides; no edge if none does."""
+    edges = topology.edges
     length = np.linalg.norm(V[edges[inner, 0]] - V[edges[inner, 1]], axis=1)
     spoke = PART * np.linalg.norm(np.ptp(V, axis=0)) / 2
     flip = np.zeros(len(inner), dtype=np.int64)

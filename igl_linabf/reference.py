@@ -54,11 +54,8 @@ def dncp(mesh: Mesh, pinned: Pins | None, *, solver: SolverName = "auto") -> Fla
     cot = mesh.dot / mesh.double_area
     try:
         z, name = least_squares(mesh.topology, cot, b, complex_positions(bc), Solvers(solver))
-    except NotPositiveDefiniteError as error:
-        raise MeshError(
-            f"the conformal energy is singular in double precision near vertex {mesh.vertices[error.row]}: "
-            "remove the degenerate faces there"
-        ) from None
+    except NotPositiveDefiniteError:
+        raise _failed(mesh, "DNCP") from None
     return _report("dncp", mesh, z, name, start, pinned)
 
 
@@ -89,7 +86,10 @@ def one_step_abfpp(
         whole = (A @ sparse.diags_array(w) @ A.T).tocsc()
         lower = sparse.tril(whole).tocsc()
         factor = Solvers(solver).whole(lower)
-        factor.factor(lower)
+        try:
+            factor.factor(lower)
+        except NotPositiveDefiniteError:
+            raise _failed(mesh, "the Newton step of ABF++") from None
         x = factor.solve(np.concatenate((wanted, missing.triangle)))
         angles.place(alpha + (w * (A.T @ x)).reshape(m, 3).T, "step")
     attempt.draw("linear step")

@@ -1,0 +1,52 @@
+"""Ten thousand hostile cases, and what came of them, as a Markdown table (docs/promises.md).
+
+    .venv/bin/python benchmarks/fuzz.py [--cases 10000] [--first 0]
+
+Exit code 1 where a promise was broken; the cases are listed then.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections import Counter
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+
+from fuzzing import KINDS, run
+
+
+def families(count: Counter[str]) -> str:
+    """The ends of a row; what refusals say is told apart in the tests."""
+    short: Counter[str] = Counter()
+    for end, number in count.items():
+        short[end.split(":")[0]] += number
+    return ", ".join(f"{number:,} {end}" for end, number in short.most_common())
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--cases", type=int, default=10_000)
+    parser.add_argument("--first", type=int, default=0, help="seed of the first case of each kind")
+    options = parser.parse_args()
+    whole = sum(share for _, share in KINDS.values())
+    seeds = {
+        kind: range(options.first, options.first + max(1, share * options.cases // whole))
+        for kind, (_, share) in KINDS.items()
+    }
+    with ThreadPoolExecutor(2) as pool:
+        results = dict(zip(seeds, pool.map(run, seeds, seeds.values()), strict=True))
+    print("| kind of case | number | how they end | crashes, NaN, other broken promises |")
+    print("|---|---|---|---|")
+    for kind, (count, broken) in results.items():
+        print(f"| {kind} | {len(seeds[kind]):,} | {families(count)} | {len(broken)} |")
+    bad = [line for _, broken in results.values() for line in broken]
+    print(f"| all | {sum(map(len, seeds.values())):,} | | {len(bad)} |")
+    print(*bad, sep="\n", file=sys.stderr)
+    return 1 if bad else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

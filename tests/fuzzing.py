@@ -1,0 +1,117 @@
+"""Hostile cases in a child process, so that a crash or a hang is seen, and of which case it was.
+
+`python tests/fuzzing.py CASES.json ENDS.txt SECONDS` is the child: it writes how each case ends.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import faulthandler
+import json
+import subprocess
+import sys
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import hostile_files as files
+import hostile_meshes as meshes
+import numpy as np
+
+LIMIT = 60.0  # seconds of one case: more is a hang
+ROOT = Path(__file__).parent.parent
+
+
+def _disk(seed: int, most: int = 250) -> meshes.Disk:
+    return meshes.Disk.random(np.random.default_rng(seed), most)
+
+
+# kind: what is done with a seed, and its share of ten thousand
+KINDS: dict[str, tuple[Callable[[int], str], int]] = {
+    "`flatten`, random disks": (lambda seed: meshes.check_disk(_disk(seed)), 2500),
+    '`flatten`, `method="abf"`': (lambda seed: meshes.check_disk(_disk(seed), "abf"), 700),
+    '`flatten`, `guarantee="injective"`': (
+        lambda seed: meshes.check_disk(_disk(seed, 120), guarantee="injective"),
+        500,
+    ),
+    "`flatten`, the other methods": (meshes.check_method, 600),
+    "`flatten`, random options and pins": (meshes.check_options, 700),
+    "`flatten`, dtypes, orders, strides": (meshes.check_dtypes, 400),
+    "`flatten` and `unwrap`, corrupted meshes": (meshes.check_corrupted, 1400),
+    "`unwrap`, disks, holes, spheres": (lambda seed: meshes.check_unwrap(_disk(seed, 60)), 400),
+    "`quality`, `overlaps`, `layout`, `cut`": (meshes.check_map, 500),
+    "damaged files, `igl-linabf flatten`": (lambda seed: files.check_file(seed, "flatten"), 1200),
+    "damaged files, `igl-linabf compare`": (lambda seed: files.check_file(seed, "compare"), 500),
+    "damaged files, `igl-linabf unwrap`": (lambda seed: files.check_file(seed, "unwrap"), 600),
+}
+
+
+def _break_a_promise(seed: int) -> str:
+    raise meshes.BrokenError(str(seed))
+
+
+# that this is seen
+BROKEN: dict[str, Callable[[int], str]] = {
+    "to crash": lambda seed: ctypes.string_at(0).decode(),
+    "to hang": lambda seed: str(time.sleep(1000)),
+    "to break a promise": _break_a_promise,
+}
+
+
+def run(kind: str, seeds: range) -> tuple[Counter[str], list[str]]:
+    """How often cases end in what way, and a sentence on each that breaks a promise."""
+    return run_all([(kind, seed) for seed in seeds])[kind]
+
+
+def run_all(cases: list[tuple[str, int]]) -> dict[str, tuple[Counter[str], list[str]]]:
+    """The same of cases of several kinds in one child, or in as many as crash."""
+    ends: dict[str, tuple[Counter[str], list[str]]] = {kind: (Counter(), []) for kind, _ in cases}
+    while cases:
+        with tempfile.TemporaryDirectory() as folder:
+            todo, done = Path(folder) / "cases.json", Path(folder) / "ends.txt"
+            todo.write_text(json.dumps(cases))
+            child = subprocess.run(
+                [sys.executable, __file__, str(todo), str(done), str(LIMIT)],
+                cwd=ROOT,
+                capture_output=True,
+                text=True,
+            )
+            said = [json.loads(line) for line in done.read_text().splitlines()] if done.exists() else []
+        for (kind, seed), (good, end) in zip(cases, said, strict=False):
+            count, broken = ends[kind]
+            if good:
+                count[end] += 1
+            else:
+                broken.append(f"{kind}, seed {seed}: {end}")
+        rest = cases[len(said) :]
+        if rest:
+            kind, seed = rest[0]
+            what = f"the process ended with {child.returncode}: {child.stderr[:1000]}"
+            ends[kind][1].append(f"{kind}, seed {seed}: {what}")
+        cases = rest[1:]
+    return ends
+
+
+def main() -> None:
+    todo, done, limit = sys.argv[1:]
+    faulthandler.enable()
+    work = {**BROKEN, **{kind: check for kind, (check, _) in KINDS.items()}}
+    with open(done, "w") as file:
+        for kind, seed in json.loads(Path(todo).read_text()):
+            faulthandler.dump_traceback_later(float(limit), exit=True)
+            try:
+                end = (True, work[kind](seed))
+            except Exception as error:  # whatever it is, it is reported
+                trace = error.__traceback__
+                while trace is not None and trace.tb_next is not None:
+                    trace = trace.tb_next
+                place = f"{Path(trace.tb_frame.f_code.co_filename).name}:{trace.tb_lineno}" if trace else ""
+                end = (False, f"{type(error).__name__}: {error} ({place})")
+            file.write(json.dumps(end) + "\n")
+            file.flush()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,401 @@
+"""Hostile cases by number: random disks, corrupted meshes, damaged files; and what must hold of each.
+
+Each `check_...` returns how the case ended, in a few words, and raises `BrokenError` where that is wrong.
+"""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from fractions import Fraction
+
+import igl
+import numpy as np
+from bad_input import tetrahedron, torus
+from scipy.spatial import Delaunay
+
+import igl_linabf as il
+from igl_linabf.flatten import METHODS
+from igl_linabf.solver import has_cholmod
+
+Surface = tuple[np.ndarray, np.ndarray]
+
+
+class BrokenError(AssertionError):
+    """A promise is not kept."""
+
+
+@dataclass(frozen=True)
+class Disk:
+    """A planar Delaunay triangulation, lifted; `made` is the surface.
+
+    Attributes
+    ----------
+    n : int
+        Vertices, about.
+    relief : float
+        Height of the random waves over the unit square.
+    noise : float
+        Height of white noise: spikes at every vertex.
+    holes, slivers : int
+        Stars of vertices that are left out; vertices moved almost onto the opposite edge.
+    thin : int
+        By 10^-thin of that edge's length.
+    scale : int
+        Everything times 10^scale.
+    seed : int
+    """
+
+    n: int = 40
+    relief: float = 0.5
+    noise: float = 0.0
+    holes: int = 0
+    slivers: int = 0
+    thin: int = 4
+    scale: int = 0
+    seed: int = 0
+
+    @classmethod
+    def random(cls, rng: np.random.Generator, most: int = 250) -> Disk:
+        """One of all kinds; the harder a property, the rarer it is."""
+        often = rng.random(5)
+        return cls(
+            n=int(np.exp(rng.uniform(np.log(4), np.log(most)))),
+            relief=float(rng.choice([0, 0.2, 0.5, 1, 2])),
+            noise=float(rng.choice([0.03, 0.1, 0.3])) if often[0] < 0.4 else 0.0,
+            holes=int(rng.integers(1, 4)) if often[1] < 0.3 else 0,
+            slivers=int(rng.integers(1, 4)) if often[2] < 0.3 else 0,
+            thin=int(rng.integers(2, 17)),
+            scale=int(rng.integers(-200, 201)) if often[3] < 0.1 else 0,
+            seed=int(rng.integers(2**32)),
+        )
+
+    def made(self) -> Surface:
+        rng = np.random.default_rng(self.seed)
+        xy = rng.random((max(self.n, 4), 2))
+        F = Delaunay(xy).simplices.astype(np.int64)
+        turned = _twice_area(xy, F) < 0
+        F[turned] = F[turned][:, [0, 2, 1]]
+        waves = rng.normal(size=(4, 2)) * 5
+        z = self.relief * np.sin(xy @ waves.T + rng.uniform(0, 6, 4)).sum(axis=1) / 4
+        z += self.noise * rng.normal(size=len(xy))
+        V = np.column_stack((xy, z))
+        F = _with_holes(F, len(V), self.holes, rng)
+        for t in rng.choice(len(F), min(self.slivers, len(F)), replace=False):
+            i, j, k = rng.permutation(F[t])
+            V[i] = (V[j] + V[k]) / 2 + 10.0**-self.thin * (V[i] - (V[j] + V[k]) / 2)
+        used = np.unique(F)
+        names = rng.permutation(len(used))
+        number = np.full(len(V), -1)
+        number[used] = names
+        placed = np.empty((len(used), 3))
+        placed[names] = V[used]
+        F = number[rng.permutation(F)]
+        start = rng.integers(3, size=len(F))[:, None]
+        F = np.take_along_axis(F, (np.arange(3) + start) % 3, axis=1)
+        return placed * 10.0**self.scale, F
+
+
+def _twice_area(xy: np.ndarray, F: np.ndarray) -> np.ndarray:
+    a, b, c = xy[F].swapaxes(0, 1)
+    u, v = b - a, c - a
+    return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+
+
+def _with_holes(F: np.ndarray, n: int, holes: int, rng: np.random.Generator) -> np.ndarray:
+    """`F` without the stars of some vertices that are apart from each other and from the boundary."""
+    edges = np.sort(F[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+    edge, count = np.unique(edges, axis=0, return_counts=True)
+    taken = np.zeros(n, dtype=bool)
+    taken[edge[count == 1]] = True
+    for i in rng.permutation(n):
+        star = (i == F).any(axis=1)
+        if holes and star.any() and not taken[F[star]].any():
+            taken[F[star]] = True
+            F = F[~star]
+            holes -= 1
+    return F
+
+
+def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
+    """Faces whose orientation in uv is not positive, in rational arithmetic."""
+    rows = [[Fraction(x) for x in row] if np.isfinite(row).all() else None for row in uv.tolist()]
+    flipped = []
+    for t, (i, j, k) in enumerate(F.tolist()):
+        a, b, c = rows[i], rows[j], rows[k]
+        if (b[0] - a[0]) * (c[1] - a[1]) <= (b[1] - a[1]) * (c[0] - a[0]):
+            flipped.append(t)
+    return np.array(flipped, dtype=int)
+
+
+def has_place(message: str) -> bool:
+    """Whether a message names indices, a shape, a line, or a file."""
+    return bool(re.search(r"\d|/\w", message))
+
+
+def require(holds: bool, what: str) -> None:
+    if not holds:
+        raise BrokenError(what)
+
+
+def check_flattened(V: np.ndarray, F: np.ndarray, result: il.Flattening) -> str:
+    """What must hold of any result."""
+    uv, used = result.uv, np.unique(F)
+    require(uv.shape == (len(V), 2), f"uv has the shape {uv.shape}")
+    require(bool(np.isfinite(uv[used]).all()), f"NaN in a result called {result.outcome.value}")
+    require(bool(np.isnan(np.delete(uv, used, axis=0)).all()), "numbers at vertices of no face")
+    flipped = exactly_flipped(uv, F)
+    listed = result.flipped.tolist()
+    require(
+        listed == flipped.tolist(), f"called {result.outcome.value}, flipped {listed}, not {flipped.tolist()}"
+    )
+    # target angles that are no triangle's are not good, even where the map is
+    good = not len(flipped) and result.outcome is not il.Outcome.ANGLES_INVALID
+    require(result.outcome.good == good, f"called {result.outcome.value}: {result.message}")
+    require(result.outcome.good or has_place(result.message), f"no place in {result.message!r}")
+    angles = result.angles
+    require(bool(np.isfinite(angles).all()), "angles are NaN")
+    if result.outcome is not il.Outcome.ANGLES_INVALID:
+        require(bool((angles >= 0).all() and (angles <= np.pi).all()), "angles outside [0, pi]")
+        missing = float(np.abs(angles.sum(axis=1) - np.pi).max())
+        told = result.after.triangle
+        require(missing <= told + 1e-12, f"angles sum to pi but for {missing:.1e}, and {told:.1e} is told")
+    measured = il.quality(V, F, uv)
+    require(measured.flips == len(flipped), f"quality counts {measured.flips} flips of {len(flipped)}")
+    for name, value in vars(measured).items():
+        require(not np.isnan(value), f"quality's {name} is NaN")
+    return result.outcome.value
+
+
+def refusing(work: Callable[[], str]) -> str:
+    """How work ends that may be refused, with a place."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", il.OutcomeWarning)
+        warnings.simplefilter("ignore", il.FallbackWarning)
+        warnings.simplefilter("ignore", il.MeshWarning)  # angles near pi that are opened
+        try:
+            return work()
+        except il.MeshError as error:
+            require(has_place(str(error)), f"no place in {str(error)!r}")
+            require(": " in str(error), f"no advice in {str(error)!r}")
+            return (
+                "refused: "
+                + re.split(r"[0-9(:]", re.sub(r"faces [\d, .]+(\(\d+ in all\) )?", "faces ", str(error)))[
+                    0
+                ].strip()
+            )
+
+
+def check_disk(disk: Disk, method: str = "linabf", **options: object) -> str:
+    V, F = disk.made()
+    return refusing(lambda: check_flattened(V, F, il.flatten(V, F, method, **options)))
+
+
+def check_unwrap(disk: Disk) -> str:
+    """Of the disk, closed by a second sheet where it has no holes."""
+    V, F = disk.made()
+
+    def work() -> str:
+        atlas = il.unwrap(V, F)
+        require(bool(np.isfinite(atlas.TC).all()), "TC is NaN")
+        require(bool((atlas.TC >= 0).all() and (atlas.TC <= 1).all()), "TC outside the square")
+        require(bool((atlas.origin[atlas.FTC] == F).all()), "FTC is not of F")
+        flipped = exactly_flipped(atlas.TC, atlas.FTC)
+        if atlas.good:
+            require(not len(flipped), f"called good, flipped are {flipped.tolist()}")
+            require(len(il.overlaps(atlas.TC, atlas.FTC)) == 0, "called good, with overlaps")
+        return f"{'good' if atlas.good else 'not good'}"
+
+    if not disk.holes:
+        V, F = doubled(V, F)
+    return refusing(work)
+
+
+def doubled(V: np.ndarray, F: np.ndarray) -> Surface:
+    """A closed surface: the disk, and a copy below it, joined along the boundary."""
+    loop = igl.boundary_loop(F)
+    n = len(V)
+    other = np.arange(n) + n
+    other[loop] = loop
+    extent = np.ptp(V, axis=0).max()
+    below = V - [0, 0, 0.5 * extent]
+    V, F = np.vstack((V, below)), np.vstack((F, other[F][:, ::-1]))
+    used = np.unique(F)
+    number = np.full(len(V), -1)
+    number[used] = np.arange(len(used))
+    return V[used], number[F]
+
+
+def _set(rows: np.ndarray, i: object, value: object) -> np.ndarray:
+    rows = rows.copy()
+    rows[i] = value
+    return rows
+
+
+def corruptions(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> dict[str, tuple[object, object]]:
+    """Each kind of bad input, at a random place."""
+    n, m = len(V), len(F)
+    i, t, k = int(rng.integers(n)), int(rng.integers(m)), int(rng.integers(3))
+    sides = np.sort(F[:, :2], axis=1) @ [n, 1]
+    others = np.sort(F[:, [[1, 2], [2, 0]]], axis=2) @ [n, 1]
+    inner = np.flatnonzero((sides[:, None] == np.append(sides, others)).sum(axis=1) > 1)
+    f = int(rng.choice(inner)) if len(inner) else t
+    point = V.mean(axis=0) + 3 * np.ptp(V, axis=0) + np.vstack((np.zeros(3), np.eye(3)[1:]))
+    return {
+        "NaN": (_set(V, (i, k), np.nan), F),
+        "infinite": (_set(V, (i, k), -np.inf), F),
+        "too large for squares": (_set(V, (i, k), 1e200), F),
+        "index too large": (V, _set(F, (t, k), n + int(rng.integers(5)))),
+        "index huge": (V, _set(F, (t, k), 2**62 + i)),
+        "index negative": (V, _set(F, (t, k), -1 - i)),
+        "indices from 1": (V, F + 1),
+        "vertex twice": (V, _set(F, (t, k), F[t, (k + 1) % 3])),
+        "two vertices in one place": (_set(V, F[t, k], V[F[t, (k + 1) % 3]]), F),
+        "collinear": (_set(V, F[t, k], 0.25 * V[F[t, (k + 1) % 3]] + 0.75 * V[F[t, (k + 2) % 3]]), F),
+        "all in one point": (np.ones_like(V) * rng.normal(), F),
+        "on a line": (np.outer(rng.random(n), [1.0, 2, 3]), F),
+        "opposite orientation": (V, _set(F, f, F[f][::-1])),
+        "face twice": (V, np.insert(F, int(rng.integers(m)), np.roll(F[t], k), axis=0)),
+        "non-manifold edge": (np.vstack((V, point[:1])), np.vstack((F, [*F[f][:2], n], [*F[f][1::-1], n]))),
+        "bowtie": (np.vstack((V, point[:2])), np.vstack((F, [F[t, k], n, n + 1]))),
+        "bowtie of a closed fan": (
+            np.vstack((V, point)),
+            np.vstack((F, np.array([F[t, k], n, n + 1, n + 2])[tetrahedron()])),
+        ),
+        "two components": (np.vstack((V, V + 9)), np.vstack((F, F + n))),
+        "closed": doubled(V, F),
+        "handle": torus(1 + int(rng.integers(3))),
+        "no faces": (V, F[:0]),
+        "no vertices": (V[:0], F),
+        "flat V": (V.ravel(), F),
+        "V in 2-D": (V[:, :2], F),
+        "quads": (V, F[:, [0, 1, 2, 0]]),
+        "text": (V.astype(str), F),
+        "fractional F": (V, F + _set(np.zeros(F.shape), (t, k), 0.5)),
+        "NaN in F": (V, _set(F.astype(float), (t, k), np.nan)),
+        "boolean F": (V, F > 0),
+        "complex V": (V + 0j, F),
+        "objects": (V.astype(object), _set(F.astype(object), (t, k), None)),
+        "ragged": (V, [*F.tolist()[1:], [0, 1]]),
+    }
+
+
+CORRUPTIONS = tuple(corruptions(*Disk().made(), np.random.default_rng(0)))
+
+
+def check_corrupted(seed: int) -> str:
+    """Refused, by whatever method."""
+    rng = np.random.default_rng(seed)
+    kind, method = CORRUPTIONS[seed % len(CORRUPTIONS)], str(rng.choice(list(METHODS)))
+    V, F = corruptions(*Disk(n=int(rng.integers(5, 60)), seed=seed).made(), rng)[kind]
+    for end in (
+        refusing(lambda: check_flattened(V, F, il.flatten(V, F, method))),
+        "refused" if kind in FOR_UNWRAP else refusing(lambda: str(il.unwrap(V, F))),
+    ):
+        require(end.startswith("refused"), f"a mesh with {kind} ended as {end}")
+    return "refused"
+
+
+FOR_UNWRAP = {"two components", "closed", "handle"}
+
+
+def check_method(seed: int) -> str:
+    methods = ("lscm", "scp", "dncp", "abf++1")
+    return check_disk(Disk.random(np.random.default_rng(seed)), methods[seed % 4])
+
+
+def check_options(seed: int) -> str:
+    """Linear ABF with random options and pins."""
+    rng = np.random.default_rng(seed)
+    disk = Disk.random(rng)
+    V, _ = disk.made()
+    options: dict[str, object] = {
+        "iterations": int(rng.integers(1, 6)),
+        "layout": str(rng.choice(["boundary", "least-squares", "greedy"])),
+        "solver": str(rng.choice(["multigrid", "direct", *["cholmod"] * has_cholmod()])),
+        "safeguard": False,
+        "threshold": float(rng.choice([0, 0.1, 10])),
+        "rtol": float(rng.choice([1e-10, 1e-3, 0.5])),
+        "tol": float(rng.choice([1e-12, 1e-3])),
+        "guarantee": "injective",
+        "outer": int(rng.integers(len(V))),
+    }
+    chosen = {name: value for name, value in options.items() if rng.random() < 0.3}
+    if rng.random() < 0.3:
+        chosen |= {"b": rng.choice(len(V), 2, replace=False), "bc": rng.normal(size=(2, 2))}
+    return check_disk(disk, **chosen)
+
+
+def check_dtypes(seed: int) -> str:
+    """The same numbers in another type, order, stride: the same map, bit for bit."""
+    rng = np.random.default_rng(seed)
+    V, F = replace(Disk.random(rng), scale=0).made()
+    V = V.astype(np.float32).astype(float)
+    index = str(rng.choice([">i4", "u2", "u8", "f8", "i8"]))
+    others = (
+        (np.asfortranarray(V), np.asfortranarray(F)),
+        (V.astype(np.float32), F.astype(index)),
+        (V.astype(">f8"), F.astype(index)),
+        (np.repeat(V, 2, axis=1)[:, ::2], np.repeat(F, 2, axis=0)[::2]),
+        (V.tolist(), F.tolist()),
+        (V.astype(np.longdouble), np.ascontiguousarray(F[::-1])[::-1]),
+    )
+    other_V, other_F = others[int(rng.integers(len(others)))]
+    V.setflags(write=False)
+    F.setflags(write=False)
+
+    def work() -> str:
+        uv = il.flatten(V, F).uv
+        require(bool((il.flatten(other_V, other_F).uv == uv).all()), "another map")
+        return "the same"
+
+    return refusing(work)
+
+
+def check_map(seed: int) -> str:
+    """Quality, overlaps, layout and cut of numbers that are no good map."""
+    rng = np.random.default_rng(seed)
+    V, F = replace(Disk.random(rng, 60), scale=0).made()
+    uv = V[:, :2] + rng.choice([0, 0.01, 1]) * rng.normal(size=(len(V), 2))
+    uv = uv * 10.0 ** int(rng.choice([0, 0, 0, 0, -200, 60, 150, 300]))
+    spoilt = rng.choice(["", "", "NaN", "inf", "one point", "a line", "two in one place"])
+    i, j = rng.choice(len(V), 2, replace=False)
+    if spoilt in ("NaN", "inf"):
+        uv[i, int(rng.integers(2))] = float(spoilt)
+    elif spoilt == "one point":
+        uv[:] = uv[i]
+    elif spoilt == "a line":
+        uv[:, 1] = uv[:, 0]
+    elif spoilt:
+        uv[i] = uv[j]
+    angles = rng.dirichlet([3, 3, 3], size=len(F)) * np.pi
+    sides = F[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)
+    seams = sides[rng.random(len(sides)) < rng.choice([0, 0.1, 0.5, 1])]
+
+    def measured() -> str:
+        q = il.quality(V, F, uv)
+        for name, value in vars(q).items():
+            require(not np.isnan(value), f"quality's {name} is NaN")
+        require(spoilt not in ("NaN", "inf"), f"quality of {spoilt}")
+        pairs = il.overlaps(uv, F)
+        require(bool((pairs[:, 0] < pairs[:, 1]).all()), "overlaps are not i < j")
+        scaled = np.ldexp(uv, -np.frexp(np.abs(uv).max())[1] - 40)
+        require(pairs.tolist() == il.overlaps(scaled, F).tolist(), "overlaps depend on the scale")
+        require(str(q) == str(il.quality(V, F, scaled)), "quality depends on the scale")
+        return "measured"
+
+    def laid_out() -> str:
+        require(bool(np.isfinite(il.layout(F, angles)).all()), "layout is NaN")
+        return ""
+
+    def was_cut() -> str:
+        new_V, new_F, origin = il.cut(V, F, seams)
+        require(bool((new_V == V[origin]).all() and (origin[new_F] == F).all()), "cut is another surface")
+        il.unwrap(V, F, seams)
+        return ""
+
+    refusing(laid_out)
+    refusing(was_cut)
+    return refusing(measured)

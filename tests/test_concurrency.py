@@ -1,0 +1,112 @@
+"""The same numbers, bit for bit: in turn, in threads, in processes, in whatever order Python hashes."""
+
+from __future__ import annotations
+
+import hashlib
+import multiprocessing
+import os
+import stat
+import subprocess
+import sys
+from concurrent.futures import Executor, ProcessPoolExecutor, ThreadPoolExecutor
+from functools import cache
+from pathlib import Path
+from threading import Barrier
+
+import numpy as np
+import pytest
+from conftest import ROOT, bumps
+from hostile_meshes import Disk, doubled
+
+from igl_linabf import flatten, unwrap
+from igl_linabf.io import write_obj
+from igl_linabf.solver import has_cholmod
+
+# more work than threads, and different: sizes, methods, solvers
+WORK = [
+    (kind, seed) for seed in range(6) for kind in ("linabf", "abf", "multigrid", "direct", "lscm", "unwrap")
+]
+
+
+def fingerprint(kind: str, seed: int) -> str:
+    V, F = bumps(300 + 150 * seed, seed)
+    if kind == "unwrap":
+        V, F = doubled(*bumps(150 + 40 * seed, seed))
+        atlas = unwrap(V, F)
+        arrays = [atlas.TC, atlas.FTC, atlas.seams]
+    else:
+        V, F = Disk(n=len(V), holes=seed % 3, seed=seed).made() if seed % 2 else (V, F)
+        options = {"solver": kind} if kind in ("multigrid", "direct") else {}
+        result = flatten(V, F, kind if kind in ("abf", "lscm") else "linabf", **options)
+        arrays = [result.uv, result.angles]
+    digest = hashlib.sha256()
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
+
+
+@cache
+def in_turn() -> list[str]:
+    return [fingerprint(*work) for work in WORK]
+
+
+def at_once(pool: Executor) -> list[str]:
+    with pool:
+        return list(pool.map(fingerprint, *zip(*WORK, strict=True)))
+
+
+def test_eight_threads_give_the_same_numbers() -> None:
+    assert at_once(ThreadPoolExecutor(8)) == in_turn()
+    assert at_once(ThreadPoolExecutor(8, initializer=Barrier(8).wait, initargs=(10,))) == in_turn()
+
+
+# with multigrid PyAMG, with METIS and OpenBLAS their threads, have been used before the fork
+@pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
+@pytest.mark.parametrize("method", ["fork", "spawn"])
+def test_processes_give_the_same_numbers(method: str) -> None:
+    expected = in_turn()
+    context = multiprocessing.get_context(method)
+    assert at_once(ProcessPoolExecutor(2, context)) == expected
+
+
+def test_runs_give_the_same_numbers_whatever_the_hashes() -> None:
+    code = "from test_concurrency import *; print(*in_turn())"
+    path = os.pathsep.join((str(ROOT / "tests"), str(ROOT)))
+    for seed in ("0", "1234"):
+        process = subprocess.run(
+            [sys.executable, "-W", "ignore", "-c", code],
+            env={**os.environ, "PYTHONHASHSEED": seed, "PYTHONPATH": path},
+            capture_output=True,
+            text=True,
+            timeout=300,
+        )
+        assert process.stdout.split() == in_turn(), process.stderr
+
+
+@pytest.mark.skipif(not has_cholmod(), reason="CHOLMOD is not installed")
+def test_supernodal_factors_are_the_same_in_threads() -> None:
+    from igl_linabf import solver
+
+    V, F = bumps(4000)
+    before = solver.SIMPLICIAL_UP_TO
+    solver.SIMPLICIAL_UP_TO = 100  # else only meshes of 60,000 vertices have them
+    try:
+        first = flatten(V, F).uv
+        with ThreadPoolExecutor(8) as pool:
+            for result in pool.map(lambda _: flatten(V, F), range(16)):
+                assert (result.uv == first).all()
+    finally:
+        solver.SIMPLICIAL_UP_TO = before
+
+
+def test_files_written_in_threads_have_the_mode_that_the_umask_says(tmp_path: Path) -> None:
+    V, F = bumps(60)
+    mask = os.umask(0o027)
+    try:
+        with ThreadPoolExecutor(8) as pool:
+            list(pool.map(lambda i: write_obj(tmp_path / f"{i}.obj", V, F, V[:, :2]), range(64)))
+        assert os.umask(0o027) == 0o027
+    finally:
+        os.umask(mask)
+    assert {stat.S_IMODE(path.stat().st_mode) for path in tmp_path.iterdir()} == {0o640}
+    assert len(list(tmp_path.iterdir())) == 64

@@ -1,0 +1,129 @@
+"""OBJ, OFF, PLY and STL: the same numbers as igl's readers', and damage refused with its line."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+from conftest import DISKS, FOLDER, HOLES, STRESS
+from hostile_files import good_files
+
+from igl_linabf import MeshError, MeshWarning
+from igl_linabf.formats import parse
+from igl_linabf.io import read_mesh
+
+
+@pytest.mark.skipif(FOLDER is None, reason="IGL_LINABF_MESHES is not set")
+@pytest.mark.parametrize("name", [*DISKS, *HOLES, *STRESS])
+def test_the_same_to_the_last_bit_as_igl(name: str) -> None:
+    path = Path(FOLDER) / name
+    V, F = igl.read_triangle_mesh(str(path))
+    positions, faces = read_mesh(path)
+    assert (positions == V).all()
+    assert (faces == F).all()
+
+
+def test_every_form_of_the_formats_holds_the_same_surface() -> None:
+    files = good_files(np.random.default_rng(0))
+    first = parse(files["obj"][0], ".obj", "mesh")
+    for suffix, forms in files.items():
+        for data in forms:
+            mesh = parse(data, f".{suffix}", "mesh")
+            assert np.allclose(mesh.V[mesh.F], first.V[first.F], rtol=1e-6, atol=1e-7)
+    with_texture = parse(files["obj"][1], ".obj", "mesh")
+    assert (first.V[:, :2] == with_texture.TC).all()
+    assert (with_texture.FTC == first.F).all()
+    assert (first.FTC == -1).all()
+
+
+V = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n-1 0.5 1e-3\n"
+POLYGONS = {
+    "off": f"OFF\n5 2 0\n{V}5 0 1 2 3 4\n3 0 1 2\n",
+    "obj": "".join(f"v {line}\n" for line in V.splitlines()) + "f 1 2 3 4 5\nf -5 -4// -3\n",
+    "ply": "ply\r\nformat ascii 1.0\r\nelement vertex 5\r\nproperty float x\r\nproperty float y\r\n"
+    "property float z\r\nelement face 2\r\nproperty uchar red\r\nproperty list uchar int vertex_index\r\n"
+    f"end_header\r\n{V}7 5 0 1 2 3 4\n7 3 0 1 2\n",
+}
+
+
+def test_polygons_are_split_as_igl_splits_them(tmp_path: Path) -> None:
+    path = tmp_path / "polygons.off"
+    path.write_text(POLYGONS["off"])
+    positions, faces = igl.read_triangle_mesh(str(path))
+    assert len(faces) == 4
+    lists = struct.pack("<B5iB3i", 5, 0, 1, 2, 3, 4, 3, 0, 1, 2)  # of two sizes
+    head = POLYGONS["ply"].replace("ascii", "binary_little_endian").replace("property uchar red\r\n", "")
+    binary = (
+        head[: head.index("end_header")].encode()
+        + b"end_header\n"
+        + positions.astype("<f4").tobytes()
+        + lists
+    )
+    texts = [(f".{suffix}", text.encode()) for suffix, text in POLYGONS.items()]
+    for suffix, data in (*texts, (".ply", binary)):
+        mesh = parse(data, suffix, "mesh")
+        assert np.allclose(mesh.V, positions, rtol=1e-7)
+        assert (faces == mesh.F).all()
+
+
+OFF, PLY, OBJ = POLYGONS["off"], POLYGONS["ply"], POLYGONS["obj"]
+SOLID = """solid
+facet normal 0 0 1
+outer loop
+vertex 0 0 0
+vertex 1 0 0
+vertex 0 1 0
+endloop
+endfacet
+endsolid
+"""
+
+
+@pytest.mark.parametrize(
+    ("suffix", "text", "said"),
+    [
+        (".obj", OBJ.replace("1 1 0", "1 1"), "line 3, 'v 1 1', is no vertex"),
+        (".obj", OBJ.replace("1 1 0", "1 1 1_0"), "line 3, .* is no vertex"),
+        (".obj", OBJ + "f 1 2 6\n", "line 8, 'f 1 2 6', names a vertex outside the 5 of the file"),
+        (".obj", OBJ + "f -6 1 2\n", "line 8, .* names a vertex outside"),
+        (".obj", OBJ + "f 0 1 2\n", "line 8, .* is no face"),
+        (".obj", OBJ + "f 1 2\n", "line 8, .* is no face"),
+        (".obj", OBJ + "f 1 2 3/1/1/1\n", "line 8, .* is no face"),
+        (".obj", OBJ + "vt x\n", "line 8, 'vt x', is no texture coordinate"),
+        (".off", OFF[3:], "it does not begin with OFF"),
+        (".off", OFF.replace("OFF", "4OFF"), "it does not begin with OFF"),
+        (".off", "OFF\n", "numbers of vertices and faces are missing"),
+        (".off", OFF.replace("5 2 0", "5 3 0"), "promises 5 vertices and 3 faces, and 7 lines follow"),
+        (".off", OFF.replace("1 1 0", "1 one 0"), "line 5, '1 one 0', is no vertex"),
+        (".off", OFF.replace("3 0 1 2", "3 0 1"), "line 9, '3 0 1', is no face"),
+        (".off", OFF.replace("3 0 1 2", "3 0 1 5"), r"line 9, .* names a vertex outside 0\.\.4"),
+        (".off", OFF.replace("3 0 1 2", "3 0 1 1.5"), "line 9, .* is no face"),
+        (".ply", PLY.replace("ascii", "text"), "line 2, 'format text 1.0.*', is not understood"),
+        (".ply", PLY.replace("5 0 1", "6 0 1"), "line 16, .* is no row of the element face"),
+        (".ply", PLY.replace("3 0 1 2", "3 0 1 5"), r"faces 1 name vertices outside 0\.\.4"),
+        (".ply", PLY.replace("3 0 1 2", "2 0 1"), "faces 1 have less than three vertices"),
+        (".ply", PLY.replace("vertex 5", "vertex 6"), "promises 8 rows in all, and 7 lines follow"),
+        (".ply", PLY.replace("float z", "float w"), "has not the properties x, y and z"),
+        (".ply", PLY.replace("int vertex_index", "float vertex_index"), "no list of integers vertex_indices"),
+        (".ply", PLY.replace("ascii", "binary_big_endian"), "a list of|it ends in row|bytes follow"),
+        (".stl", SOLID.replace("vertex 0 1 0\n", ""), "line 6, 'endloop', is out of place"),
+        (".stl", SOLID.replace("0 1 0", "0 nan 0"), "triangles 0 have coordinates that are NaN"),
+        (".stl", SOLID[:-10], "it ends in line 8, without endsolid"),
+        (".stl", "x" * 100, "its head promises 2021161080 triangles, and 0.32 follow"),
+        (".stl", "", "its 0 bytes are neither"),
+    ],
+)
+def test_damage_is_refused_with_its_place(suffix: str, text: str, said: str) -> None:
+    with pytest.raises(MeshError, match=f"^mesh cannot be read as {suffix[1:].upper()}: .*{said}"):
+        parse(text.encode(), suffix, "mesh")
+
+
+def test_lines_that_obj_does_not_know_are_passed_over_with_a_warning() -> None:
+    with pytest.warns(
+        MeshWarning, match=r"lines 1, 9 of mesh are no statements of OBJ \(the first: 'nanf 1 2'\)"
+    ):
+        mesh = parse(f"nanf 1 2\n{OBJ}?\n".encode(), ".obj", "mesh")
+    assert len(mesh.F) == 4

@@ -1,0 +1,99 @@
+"""A full disk, and a folder that cannot be written to: one sentence, no partial file."""
+
+from __future__ import annotations
+
+import os
+import resource
+import signal
+import subprocess
+import sys
+from pathlib import Path
+
+import igl
+import pytest
+from conftest import bumps
+
+COMMANDS = {
+    "obj": ["flatten", "{mesh}", "-o", "{folder}/x.obj"],
+    "atlas": ["unwrap", "{mesh}", "-o", "{folder}/x.obj"],
+    "ply": ["unwrap", "{mesh}", "-o", "{folder}/x.ply"],
+    "glb": ["unwrap", "{mesh}", "-o", "{folder}/x.glb"],
+    "png": ["compare", "{mesh}", "--methods", "lscm", "--repeat", "1", "--picture", "{folder}/x.png"],
+    "obj and png": ["flatten", "{mesh}", "-o", "{folder}/x.obj", "--picture", "{folder}/x.png"],
+}
+
+
+@pytest.fixture(scope="module")
+def mesh(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("mesh") / "mesh.obj"
+    igl.write_triangle_mesh(str(path), *bumps(400))
+    return path
+
+
+def run(name: str, mesh: Path, folder: Path, limit: int | None = None, **options: object):
+    """The command, with files of `limit` bytes at most."""
+
+    def limited() -> None:
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        if limit is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    command = [argument.format(mesh=mesh, folder=folder) for argument in COMMANDS[name]]
+    return subprocess.run(
+        [sys.executable, "-m", "igl_linabf_command", *command],
+        **{"capture_output": True, "text": True, "timeout": 120, "preexec_fn": limited, **options},
+    )
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_full_disk_is_one_sentence_and_leaves_the_old_file(name: str, mesh: Path, tmp_path: Path) -> None:
+    old = [tmp_path / f"x.{suffix}" for suffix in ("obj", "ply", "glb", "png")]
+    for path in old:
+        path.write_text("old")
+    # more than the OBJ takes, and less than the picture, where there are both
+    process = run(name, mesh, tmp_path, 60_000 if "and" in name else 4096)
+    assert process.returncode == 2
+    assert process.stdout == ""
+    assert len(process.stderr.splitlines()) == 1
+    assert process.stderr.startswith(f"igl-linabf: {tmp_path}/x.")
+    assert "File too large" in process.stderr
+    assert sorted(tmp_path.iterdir()) == sorted(old)
+    assert {path.read_text() for path in old} == {"old"}
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root may mount")
+def test_no_space_left_is_one_sentence(mesh: Path, tmp_path: Path) -> None:
+    mount = ["mount", "-t", "tmpfs", "-o", "size=8k", "tmpfs", str(tmp_path)]
+    if subprocess.run(mount, capture_output=True).returncode:
+        pytest.skip("mounting is forbidden")
+    try:
+        for name in COMMANDS:
+            process = run(name, mesh, tmp_path)
+            assert process.returncode == 2
+            assert process.stderr.startswith(f"igl-linabf: {tmp_path}/x.")
+            assert process.stderr.endswith(": No space left on device\n")
+            assert len(process.stderr.splitlines()) == 1
+            assert not list(tmp_path.iterdir())
+    finally:
+        subprocess.run(["umount", str(tmp_path)], check=True)
+
+
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
+def test_where_nothing_can_be_printed_no_file_is_written(mesh: Path, tmp_path: Path) -> None:
+    with open("/dev/full", "w") as full:
+        process = run("obj", mesh, tmp_path, capture_output=False, stdout=full, stderr=subprocess.PIPE)
+    assert (process.returncode, process.stderr) == (
+        2,
+        "igl-linabf: standard output: No space left on device\n",
+    )
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_a_folder_that_is_none_is_one_sentence(name: str, mesh: Path, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    for folder in (tmp_path / "nowhere", tmp_path / "file", Path("/proc")):
+        process = run(name, mesh, folder)
+        assert process.returncode == 2
+        assert len(process.stderr.splitlines()) == 1
+        assert str(folder) in process.stderr

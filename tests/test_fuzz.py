@@ -1,0 +1,127 @@
+"""Hostile meshes and files: no crash, no NaN in a result called good, no half-written file, no message
+without a place. `benchmarks/fuzz.py` runs ten thousand of these cases."""
+
+from __future__ import annotations
+
+import warnings
+
+import numpy as np
+import pytest
+from fuzzing import KINDS, run_all
+from hostile_files import good_files, mutated
+from hostile_meshes import Disk, check_disk, exactly_flipped, has_place
+from hypothesis import HealthCheck, example, given, settings
+from hypothesis import strategies as st
+
+import igl_linabf as il
+from igl_linabf.formats import parse
+
+# cases that once broke a promise
+FOUND = [
+    ("`flatten`, random disks", 18),  # squares of squares overflowed: NaN in a result
+    ("`flatten`, random disks", 1303),  # an inner error, of the rows that close holes
+    ("`quality`, `overlaps`, `layout`, `cut`", 0),  # NaN for a map of 1e300
+    ("`quality`, `overlaps`, `layout`, `cut`", 94),  # three faces over each other: no end
+    ("damaged files, `igl-linabf flatten`", 350),  # an index beyond 64 bits
+]
+SUFFIXES = [".obj", ".off", ".ply", ".stl"]
+steady = settings(
+    derandomize=True, deadline=None, database=None, suppress_health_check=[HealthCheck.too_slow]
+)
+
+
+def test_some_cases_of_every_kind_in_a_process_of_their_own() -> None:
+    share = 300 / sum(number for _, number in KINDS.values())
+    cases = [(kind, seed) for kind, (_, number) in KINDS.items() for seed in range(int(share * number))]
+    results = run_all(cases + FOUND)
+    broken = [line for _, lines in results.values() for line in lines]
+    assert not broken, "\n".join(broken)
+    ends = {end.split(":")[0] for count, _ in results.values() for end in count}
+    assert {"converged", "valid", "flipped", "refused", "good", "measured", "the same"} <= ends
+
+
+disks = st.builds(
+    Disk,
+    n=st.integers(4, 120),
+    relief=st.floats(0, 3),
+    noise=st.sampled_from([0, 0.05, 0.3]),
+    holes=st.integers(0, 3),
+    slivers=st.integers(0, 3),
+    thin=st.integers(2, 17),
+    scale=st.sampled_from([0, 0, 0, -50, 50, -150, 150]),
+    seed=st.integers(0, 2**32 - 1),
+)
+
+
+@settings(steady, max_examples=60)
+@given(disks, st.sampled_from(["linabf", "linabf", "abf", "lscm"]))
+def test_a_disk_is_flattened_or_refused_with_its_place(disk: Disk, method: str) -> None:
+    check_disk(disk, method)
+
+
+def refused_or_read(data: bytes, suffix: str) -> None:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", il.MeshWarning)
+        try:
+            mesh = parse(data, suffix, f"a/file{suffix}")
+        except il.MeshError as error:
+            assert has_place(str(error)), error
+            assert "a/file" in str(error)
+            return
+    assert mesh.V.shape[1:] == mesh.F.shape[1:] == (3,)
+    assert mesh.FTC.shape == mesh.F.shape
+    if len(mesh.F):
+        assert mesh.F.min() >= 0
+        assert mesh.F.max() < len(mesh.V)
+
+
+@settings(steady, max_examples=150)
+@given(
+    st.binary(max_size=300), st.sampled_from(SUFFIXES), st.sampled_from([b"", b"OFF\n", b"ply\n", b"solid"])
+)
+@example(b"f " + b"9" * 5000, ".obj", b"")
+@example(b"4000000000 4000000000 0\n", ".off", b"OFF\n")
+@example(
+    b"format binary_little_endian 1.0\nelement vertex 4000000000\nproperty int x\nend_header\n",
+    ".ply",
+    b"ply\n",
+)
+def test_any_bytes_are_read_or_refused(data: bytes, suffix: str, head: bytes) -> None:
+    refused_or_read(head + data, suffix)
+
+
+@settings(steady, max_examples=150)
+@given(st.integers(0, 2**32 - 1), st.sampled_from(SUFFIXES))
+def test_damaged_files_are_read_or_refused(seed: int, suffix: str) -> None:
+    rng = np.random.default_rng(seed)
+    files = good_files(rng)[suffix[1:]]
+    refused_or_read(mutated(files[rng.integers(len(files))], rng), suffix)
+
+
+def test_the_exact_test_of_orientation_is_exact() -> None:
+    # 1e-17 above the line, which double precision's difference of products does not see
+    uv = np.array([[0, 0], [1, 1], [0.5, 0.5 + 2.0**-53], [0.5, 0.5], [0.5, 0.5 - 2.0**-54]])
+    F = np.array([[0, 1, 2], [0, 1, 3], [0, 1, 4]])
+    assert exactly_flipped(uv, F).tolist() == [1, 2]
+
+
+def test_random_disks_are_what_they_say() -> None:
+    for seed in range(40):
+        disk = Disk(n=100, holes=seed % 4, slivers=seed % 3, thin=3, seed=seed)
+        V, F = disk.made()
+        assert len(il.flatten(V, F).holes) == disk.holes
+        assert np.unique(F).tolist() == list(range(len(V)))
+
+
+def test_a_crash_and_a_hang_are_told_of_their_case(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("fuzzing.LIMIT", 2.0)
+    cases = [("to crash", 1), ("`flatten`, random disks", 1), ("to hang", 2), ("to break a promise", 3)]
+    results = run_all(cases)
+    assert sum(results["`flatten`, random disks"][0].values()) == 1
+    for kind, said in (
+        ("to crash", "Fatal Python error"),
+        ("to hang", "Timeout"),
+        ("to break a promise", "BrokenError: 3"),
+    ):
+        assert results[kind][0].total() == 0
+        assert said in results[kind][1][0]

@@ -1,0 +1,96 @@
+"""Ctrl-C: exit code 130, one line, no file, no process left behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+from conftest import bumps
+from hostile_meshes import doubled
+
+ENTRY = [sys.executable, "-m", "igl_linabf_command"]
+ARGUMENTS = {
+    "flatten": ["flatten", "{mesh}", "-o", "{out}", "--method", "abf", "--picture", "{picture}"],
+    "unwrap": ["unwrap", "{closed}", "-o", "{out}", "--picture", "{picture}"],
+    "compare": ["compare", "{mesh}", "--picture", "{picture}"],
+    "bijective": ["unwrap", "{wound}", "-o", "{out}", "--bijective"],
+}
+
+
+@pytest.fixture(scope="module")
+def meshes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    folder = tmp_path_factory.mktemp("meshes")
+    V, F = igl.upsample(*bumps(2000), 2)
+    closed = igl.upsample(*doubled(*bumps(900)), 1)
+    t = np.repeat(np.linspace(0, 15, 2000), 2)  # a strip that winds over itself, for SCAF
+    side = np.tile([0, 0.2], 2000)
+    wound = np.column_stack(((1 - side) * np.cos(t), (1 - side) * np.sin(t), 1e-3 * t))
+    strip = np.array([f for i in range(0, 3998, 2) for f in ([i, i + 1, i + 2], [i + 1, i + 3, i + 2])])
+    paths = {}
+    for name, surface in {"mesh": (V, F), "closed": closed, "wound": (wound, strip)}.items():
+        paths[name] = folder / f"{name}.obj"
+        igl.write_triangle_mesh(str(paths[name]), *surface)
+    return paths
+
+
+def of_session(session: int) -> list[str]:
+    """Processes of a session that are still there."""
+    found = []
+    for folder in Path("/proc").glob("[0-9]*"):
+        try:
+            state, _, _, its = (folder / "stat").read_text().rpartition(")")[2].split()[:4]
+            if int(its) == session and state != "Z":
+                found.append((folder / "cmdline").read_text())
+        except (FileNotFoundError, ProcessLookupError):
+            continue
+    return found
+
+
+def is_importing(pid: int) -> bool:
+    """Whether it has come as far as NumPy."""
+    return "numpy" in Path(f"/proc/{pid}/maps").read_text()
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/maps"), reason="needs /proc")
+@pytest.mark.parametrize("name", ARGUMENTS)
+def test_an_interrupt_at_any_moment_ends_in_one_line_and_leaves_nothing(
+    name: str, meshes: dict[str, Path], tmp_path: Path
+) -> None:
+    temporary = tmp_path / "tmp"
+    temporary.mkdir()
+    places = {**meshes, "out": tmp_path / "out.obj", "picture": tmp_path / "out.png"}
+    arguments = [argument.format(**places) for argument in ARGUMENTS[name]]
+    rng = np.random.default_rng(len(name))
+    interrupted = 0
+    for wait in (0.0, *rng.uniform(0, 6, 5)):
+        process = subprocess.Popen(
+            [*ENTRY, *arguments],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            env={**os.environ, "TMPDIR": str(temporary)},
+            start_new_session=True,
+            preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+        )
+        while not is_importing(process.pid):
+            time.sleep(0.01)
+        time.sleep(wait)
+        process.send_signal(signal.SIGINT)  # to it alone: what it started, it must end
+        _, said = process.communicate(timeout=120)
+        assert not of_session(process.pid)
+        assert not list(temporary.iterdir())
+        if process.returncode == 0:  # it was too late
+            for path in tmp_path.glob("out.*"):
+                path.unlink()
+        else:
+            interrupted += 1
+            assert (process.returncode, said) == (130, "igl-linabf: interrupted\n")
+        assert [path.name for path in tmp_path.iterdir()] == ["tmp"]
+    assert interrupted > 1
