@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .errors import MeshError, some
-from .io import read_parsed, replacing
+from .formats import parse_file
+from .io import replacing
 from .mesh import face_array, vertex_array
 from .topology import FloatArray, IntArray
 
@@ -103,7 +104,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     path = Path(path)
     if path.suffix.lower() != ".obj":
         raise MeshError(f"{path} is no OBJ file: texture coordinates are read from OBJ only")
-    parsed = read_parsed(path)
+    parsed = parse_file(path)
     if not len(parsed.F):
         raise MeshError(f"{path} has no faces: is it a mesh?")
     if not len(parsed.TC) or (parsed.FTC == -1).all():

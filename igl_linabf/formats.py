@@ -5,10 +5,12 @@ igl's readers end the process on many a damaged PLY or OBJ, and pass over lines 
 
 from __future__ import annotations
 
+import os
 import re
 import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import NoReturn
 
 import numpy as np
@@ -28,6 +30,7 @@ from .parsing import (
 from .ply import parse_ply
 from .topology import FloatArray, IntArray
 
+FORMATS = (".obj", ".off", ".ply", ".stl")
 OBJ_STATEMENTS = frozenset(
     b"vn vp l p o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp "
     b"cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con ctech stech call csh".split()
@@ -55,6 +58,14 @@ class Parsed:
     F: IntArray
     TC: FloatArray
     FTC: IntArray
+
+
+def parse_file(path: str | os.PathLike[str]) -> Parsed:
+    """What is in a file of one of the `FORMATS`; raises as `parse`, and `OSError`."""
+    path = Path(path)
+    if path.suffix.lower() not in FORMATS:
+        raise MeshError(f"{path} is no mesh file that can be read: use {', '.join(FORMATS)}")
+    return parse(path.read_bytes(), path.suffix.lower(), str(path))
 
 
 def parse(data: bytes, suffix: str, name: str) -> Parsed:

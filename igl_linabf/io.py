@@ -13,11 +13,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .errors import MeshError
-from .formats import Parsed, parse
+from .formats import parse_file
 from .mesh import face_array, vertex_array
 from .topology import FloatArray, IntArray
-
-FORMATS = (".obj", ".off", ".ply", ".stl")
 
 
 def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
@@ -55,21 +53,13 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     >>> V.shape, F.shape
     ((12, 3), (20, 3))
     """
-    parsed = read_parsed(path)
+    parsed = parse_file(path)
     V, F = parsed.V, parsed.F
     if not len(V) or not len(F):
         raise MeshError(f"{path} holds {len(V)} vertices and no triangles: is it a mesh?")
     if Path(path).suffix.lower() == ".stl":
         V, _, _, F = igl.remove_duplicate_vertices(V, F, 0.0)
     return vertex_array(V), face_array(F)
-
-
-def read_parsed(path: str | os.PathLike[str]) -> Parsed:
-    """What is in a file of one of the `FORMATS`."""
-    path = Path(path)
-    if path.suffix.lower() not in FORMATS:
-        raise MeshError(f"{path} is no mesh file that can be read: use {', '.join(FORMATS)}")
-    return parse(path.read_bytes(), path.suffix.lower(), str(path))
 
 
 def unit_square(uv: ArrayLike) -> FloatArray:
