@@ -34,7 +34,7 @@ class Outcome(str, Enum):
 
     @property
     def good(self) -> bool:
-        """Whether the map has no flipped triangle."""
+        """Whether the map has no flipped triangle, and its target angles are those of triangles."""
         return self in (Outcome.CONVERGED, Outcome.VALID, Outcome.NOT_CONVERGED)
 
 
