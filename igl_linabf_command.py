@@ -23,6 +23,8 @@ def main() -> int:
     from igl_linabf import cli
 
     code = cli.main()
+    if code == INTERRUPTED:
+        os._exit(code)  # what a library was in the middle of may crash when it is taken down
     if not ignored:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is done, and its files are in their places
     return code

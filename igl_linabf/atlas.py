@@ -23,13 +23,14 @@ from .mesh import (
     vertex_array,
 )
 from .overlaps import charts as components
-from .overlaps import overlaps, separating_seams
+from .overlaps import overlaps
 from .packing import pack
 from .pipeline import flipped_faces
 from .progress import Progress, part, reporting
 from .quality import Quality, quality
 from .result import Flattening, Outcome
 from .seams import TRADE, cut, find_seams, texture_seams
+from .splitting import separating_seams
 from .tables import aligned
 from .topology import FloatArray, IntArray, topology_of
 
