@@ -55,7 +55,11 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
 
     Examples
     --------
-    >>> import numpy as np  # a strip, wound up by one turn and a fifth
+    >>> import numpy as np
+    >>> from igl_linabf.overlaps import overlaps
+
+    A strip, wound up by one turn and a fifth:
+
     >>> t = np.repeat(np.linspace(0, 7.5, 31), 2)
     >>> V = np.column_stack((t, np.tile([0, 0.2], 31), 0 * t))
     >>> F = np.array([[[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]] for i in range(30)])
