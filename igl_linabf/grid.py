@@ -105,13 +105,15 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     if (around > 3 * np.pi).any():
         twice = vertices[around > 3 * np.pi]
         raise MeshError(f"uv winds more than once around vertices {some(twice)}: a grid cannot follow it")
-    area = changed.signed.sum() / 2
+    area = signed_double_areas(complex_positions(map_), faces.T).sum() / 2
     if spacing is None:
         spacing = float(np.sqrt(area / CELLS))
     if not (np.isfinite(spacing) and spacing > 0):
         raise MeshError(f"spacing is {spacing}: give the positive distance of the lines in uv")
-    if area / spacing**2 > MOST:
-        raise MeshError(f"spacing is {spacing:g}, which makes {area / spacing**2:.2g} cells: give more")
+    crossed = np.ptp(map_[topology.edges], axis=1).sum() / spacing  # lines, by edges
+    cells = max(area / spacing**2, crossed)
+    if cells > MOST:
+        raise MeshError(f"spacing is {spacing:g}, which makes {cells:.2g} cells: give more")
     fragments = sliced_along_integers(Fragments(map_ / spacing, positions[vertices], faces))
     loops = _loops(fragments)
     while loops.holes:

@@ -333,7 +333,7 @@ def view(
     (1, 0)
     """
     hidden = pv.OFF_SCREEN if off_screen is None else off_screen
-    if not hidden and not _has_display():
+    if not hidden and not has_display():
         raise OSError(NO_DISPLAY)
     viewer = Viewer(V, F, method, off_screen=hidden, **options)
     with pv.vtk_verbosity("error"):
@@ -341,7 +341,7 @@ def view(
     return viewer
 
 
-def _has_display() -> bool:
+def has_display() -> bool:
     """Whether a window can be asked for; VTK may end the process where there is no display."""
     names = ("DISPLAY", "WAYLAND_DISPLAY")
     return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in names)
