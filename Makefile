@@ -9,7 +9,7 @@ test: .venv/ready
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
-	$(PY) -m pytest
+	$(PY) -m pytest -n 2 --dist loadfile
 
 docs: .venv/ready
 	$(PY) -m sphinx -W --keep-going -n -b html docs docs/_build/html

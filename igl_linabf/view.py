@@ -342,7 +342,19 @@ def view(
 
 
 def has_display() -> bool:
-    """Whether a window can be asked for; VTK may end the process where there is no display."""
+    """Whether a window can be asked for; VTK may end the process where there is no display.
+
+    Returns
+    -------
+    bool
+        Without a look at the display itself, from the environment.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> viewer = Viewer(V, F, off_screen=not has_display())
+    """
     names = ("DISPLAY", "WAYLAND_DISPLAY")
     return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in names)
 

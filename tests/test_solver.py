@@ -156,5 +156,5 @@ def test_a_singular_layout_is_an_error_with_a_place(monkeypatch) -> None:
         monkeypatch.setattr(kind, "factor", singular)
     with pytest.raises(MeshError, match=r"singular in double precision.*faces \d+.*remove"):
         flatten(V * [1, 1, 0], F, layout="least-squares")
-    with pytest.warns(FallbackWarning), pytest.raises(MeshError, match=r"singular.*vertices \d+.*rad"):
+    with pytest.warns(FallbackWarning), pytest.raises(MeshError, match=r"singular.*faces \d+.*rad"):
         flatten(V, F)
