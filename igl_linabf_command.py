@@ -1,32 +1,36 @@
-"""Entry of the command: Ctrl-C ends it with one line also while the libraries are imported."""
+"""Entry of the command: Ctrl-C ends it at once with one line, also while the libraries are imported."""
 
 from __future__ import annotations
 
 import os
 import signal
 import sys
+from functools import partial
 from typing import NoReturn
 
 INTERRUPTED = 130
 
 
 def _stop(*_: object) -> NoReturn:
-    os.write(2, b"igl-linabf: interrupted\n")
-    os._exit(INTERRUPTED)  # an exception would become that of whatever import it interrupts
+    try:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        undo_all = getattr(sys.modules.get("igl_linabf.leftovers"), "undo_all", None)
+        if undo_all is not None:  # it has come as far as to import it
+            undo_all()
+        os.write(2, b"igl-linabf: interrupted\n")
+    finally:
+        os._exit(INTERRUPTED)  # taken down by the rules, what a library was in the middle of may crash
 
 
 def main() -> int:
-    """Run `igl-linabf`; the exit codes are those of `igl_linabf.cli.main`."""
-    ignored = signal.getsignal(signal.SIGINT) == signal.SIG_IGN  # in the background of a shell script
-    if not ignored:
+    """Run `igl-linabf`; exit code 130 where it is interrupted, else those of `igl_linabf.cli.main`."""
+    if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:  # as it is in the background of a shell script
         signal.signal(signal.SIGINT, _stop)
     from igl_linabf import cli
 
-    code = cli.main()
-    if code == INTERRUPTED:
-        os._exit(code)  # what a library was in the middle of may crash when it is taken down
-    if not ignored:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # it is done, and its files are in their places
+    too_late = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
+    code = cli.main(settled=too_late)
+    too_late()
     return code
 
 

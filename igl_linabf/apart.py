@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import secrets
+import shutil
 import signal
 import subprocess
 import sys
@@ -9,11 +12,14 @@ import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from types import FrameType
 from typing import Any
 
 import numpy as np
+
+from .leftovers import undone_at_once
 
 Arrays = dict[str, Any]  # of NumPy arrays
 
@@ -26,11 +32,11 @@ def run_apart(module: str, name: str, arrays: Arrays, timeout: float | None = No
     RuntimeError
         It failed, with what it said last, or took longer than `timeout` seconds.
     """
-    with tempfile.TemporaryDirectory() as folder:
-        given, made = Path(folder) / "in.npz", Path(folder) / "out.npz"
+    started: list[subprocess.Popen[str]] = []
+    with _temporary_folder() as folder, undone_at_once(partial(_end, started)):
+        given, made = folder / "in.npz", folder / "out.npz"
         np.savez(given, **arrays)
         command = [sys.executable, "-m", module, name, str(given), str(made)]
-        process = None
         try:
             with _held_back():
                 process = subprocess.Popen(
@@ -40,9 +46,10 @@ def run_apart(module: str, name: str, arrays: Arrays, timeout: float | None = No
                     stderr=subprocess.PIPE,
                     text=True,
                 )
+                started.append(process)
             _, stderr = process.communicate(timeout=timeout)
         except BaseException as error:
-            if process is not None:
+            for process in started:
                 process.kill()
                 process.communicate()
             if isinstance(error, subprocess.TimeoutExpired):
@@ -53,6 +60,27 @@ def run_apart(module: str, name: str, arrays: Arrays, timeout: float | None = No
             raise RuntimeError(f"{name} failed: {said}")
         with np.load(made) as result:
             return dict(result)
+
+
+@contextmanager
+def _temporary_folder() -> Iterator[Path]:
+    """As tempfile's, but with a name from the beginning on, by which it can be removed."""
+    folder = Path(tempfile.gettempdir()) / f"igl_linabf-{secrets.token_hex(8)}"
+    remove = partial(shutil.rmtree, folder, ignore_errors=True)
+    with undone_at_once(remove):
+        folder.mkdir(mode=0o700)
+        try:
+            yield folder
+        finally:
+            remove()
+
+
+def _end(started: list[subprocess.Popen[str]]) -> None:
+    """Not by `wait`, whose lock the interrupted thread may hold."""
+    for process in started:
+        process.kill()
+        if os.name == "posix":
+            os.waitpid(process.pid, 0)
 
 
 @contextmanager

@@ -6,9 +6,7 @@ import argparse
 import contextlib
 import os
 import platform
-import signal
 import sys
-import threading
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
@@ -31,7 +29,7 @@ from .seams import TRADE, texture_seams
 from .solver import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .topology import FloatArray, IntArray
 
-GOOD, NOT_VALID, ERROR, INTERRUPTED = 0, 1, 2, 130
+GOOD, NOT_VALID, ERROR = 0, 1, 2
 
 
 class Parser(argparse.ArgumentParser):
@@ -41,12 +39,14 @@ class Parser(argparse.ArgumentParser):
         self.exit(ERROR, f"igl-linabf: {message} (see {self.prog} --help)\n")
 
 
-def main(arguments: Sequence[str] | None = None) -> int:
-    """Run the command; returns 0, 1 for a map with flipped triangles, 2 for an error, 130 if interrupted."""
+def main(arguments: Sequence[str] | None = None, *, settled: Callable[[], object] = lambda: None) -> int:
+    """Run the command; returns 0, 1 for a map with flipped triangles, 2 for an error.
+
+    `settled` is called when all is printed and written, before the files take their places.
+    """
     options = _parser().parse_args(arguments)
-    said = ""
-    with Interrupts() as interrupts, _warnings_in_a_line(interrupts):
-        options.interrupts = interrupts
+    options.settled = settled
+    with _warnings_in_a_line():
         try:
             return int(options.run(options))
         except OSError as error:
@@ -57,50 +57,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
             said = f"{options.mesh}: not enough memory: take a smaller mesh"
         except (MeshError, ImportError, ValueError) as error:
             said = str(error)
-        except KeyboardInterrupt:
-            interrupts.came = True
-        except Exception:
-            if not interrupts.came:
-                raise
-        print(f"igl-linabf: {'interrupted' if interrupts.came else said}", file=sys.stderr)
-        return INTERRUPTED if interrupts.came else ERROR
-
-
-class Interrupts:
-    """Ctrl-C in the block: a KeyboardInterrupt, remembered should a library make something else of it."""
-
-    def __init__(self) -> None:
-        self.came = False
-
-    def __enter__(self) -> Interrupts:
-        self._hook = sys.unraisablehook
-        self._before = signal.getsignal(signal.SIGINT)
-        # in the background of a shell script it is ignored, and stays so
-        self._mine = threading.current_thread() is threading.main_thread() and self._before != signal.SIG_IGN
-        if self._mine:
-            signal.signal(signal.SIGINT, self._come)
-            sys.unraisablehook = self._unraisable
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        if self._mine:
-            signal.signal(signal.SIGINT, self._before)
-            sys.unraisablehook = self._hook
-
-    def end(self) -> None:
-        """From here on it is too late."""
-        if self._mine:
-            signal.signal(signal.SIGINT, signal.SIG_IGN)
-        if self.came:
-            raise KeyboardInterrupt
-
-    def _come(self, *_: object) -> NoReturn:
-        self.came = True
-        raise KeyboardInterrupt
-
-    def _unraisable(self, what: Any) -> None:
-        if what.exc_type is not KeyboardInterrupt:
-            self._hook(what)
+        print(f"igl-linabf: {said}", file=sys.stderr)
+        return ERROR
 
 
 def _give_up_stdout() -> None:
@@ -210,7 +168,7 @@ def _picture(path: str, V: FloatArray, F: IntArray, maps: Mapping[str, FloatArra
 
 
 def _hand_out(
-    text: str, interrupts: Interrupts, writers: Mapping[Path | None, Callable[[str], None]]
+    text: str, settled: Callable[[], object], writers: Mapping[Path | None, Callable[[str], None]]
 ) -> None:
     """Write all files beside their places, print the text, and only then put the files there."""
     with contextlib.ExitStack() as stack:
@@ -221,7 +179,7 @@ def _hand_out(
             print(text, flush=True)
         except OSError as error:
             raise OSError(error.errno, error.strerror, "standard output") from None
-        interrupts.end()
+        settled()
 
 
 def _compare(options: argparse.Namespace) -> int:
@@ -230,7 +188,7 @@ def _compare(options: argparse.Namespace) -> int:
     V, F = read_mesh(options.mesh)
     comparison = compare(V, F, methods, repeat=options.repeat)
     picture = partial(_picture, V=V, F=F, maps=comparison.maps)
-    _hand_out(str(comparison), options.interrupts, {options.picture: picture})
+    _hand_out(str(comparison), options.settled, {options.picture: picture})
     return GOOD
 
 
@@ -255,7 +213,7 @@ def _unwrap(options: argparse.Namespace) -> int:
         )
     mesh = partial(write_mesh, V=V, F=F, TC=atlas.TC, FTC=atlas.FTC)
     picture = partial(_picture, V=V[atlas.origin], F=atlas.FTC, maps={options.method: atlas.TC})
-    _hand_out(str(atlas), options.interrupts, {options.output: mesh, options.picture: picture})
+    _hand_out(str(atlas), options.settled, {options.output: mesh, options.picture: picture})
     for message in atlas.troubles:
         print(f"igl-linabf: {message}", file=sys.stderr)
     return GOOD if atlas.good else NOT_VALID
@@ -272,7 +230,7 @@ def _view(options: argparse.Namespace) -> int:
     else:
         with replacing(options.screenshot) as temporary:
             view(V, F, options.method, off_screen=True, screenshot=temporary, **settings)
-            options.interrupts.end()
+            options.settled()
     return GOOD
 
 
@@ -309,7 +267,7 @@ def _flatten(options: argparse.Namespace) -> int:
     picture = partial(_picture, V=V, F=F, maps={options.method: result.uv})
     measured = quality(V, F, uv)
     text = f"{measured}\n\n{result}"
-    _hand_out(text, options.interrupts, {options.output: mesh, options.picture: picture})
+    _hand_out(text, options.settled, {options.output: mesh, options.picture: picture})
     if not result.outcome.good:
         print(f"igl-linabf: {result.message}", file=sys.stderr)
         return NOT_VALID
@@ -349,12 +307,11 @@ def _doctor(options: argparse.Namespace) -> int:
 
 
 @contextlib.contextmanager
-def _warnings_in_a_line(interrupts: Interrupts) -> Iterator[None]:
+def _warnings_in_a_line() -> Iterator[None]:
     """Warnings of the library as one line on stderr each."""
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
-        if not interrupts.came:  # an import that was interrupted may warn of that
-            print(f"igl-linabf: warning: {message}", file=sys.stderr)
+        print(f"igl-linabf: warning: {message}", file=sys.stderr)
 
     with warnings.catch_warnings():
         warnings.simplefilter("default")

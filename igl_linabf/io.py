@@ -5,7 +5,8 @@ from __future__ import annotations
 import os
 import secrets
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 
 import igl
@@ -14,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from .errors import MeshError
 from .formats import parse_file
+from .leftovers import undone_at_once
 from .mesh import face_array, vertex_array
 from .topology import FloatArray, IntArray
 
@@ -155,15 +157,16 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
     ['notes.txt']
     """
     path = Path(path)
-    temporary = str(path.with_name(f".igl_linabf-{secrets.token_hex(8)}{path.suffix}"))
-    try:
-        # not tempfile's, whose mode only the umask of the whole process, threads and all, would tell
-        os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
-        yield temporary
-        os.replace(temporary, path)
-    except BaseException as error:
-        with suppress(FileNotFoundError):
-            os.unlink(temporary)
-        if isinstance(error, OSError) and error.errno and error.filename in (None, temporary):
-            raise OSError(error.errno, error.strerror, str(path)) from None
-        raise
+    temporary = path.with_name(f".igl_linabf-{secrets.token_hex(8)}{path.suffix}")
+    remove = partial(temporary.unlink, missing_ok=True)
+    with undone_at_once(remove):
+        try:
+            # not tempfile's, whose mode only the umask of the whole process, threads and all, would tell
+            os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))
+            yield str(temporary)
+            os.replace(temporary, path)
+        except BaseException as error:
+            remove()
+            if isinstance(error, OSError) and error.errno and error.filename in (None, str(temporary)):
+                raise OSError(error.errno, error.strerror, str(path)) from None
+            raise

@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
 from time import perf_counter
 from typing import Any, Literal
+
+from .leftovers import undone_at_once
 
 Progress = Callable[[str, float], None] | Literal[False] | None
 
@@ -59,6 +62,11 @@ class _Bar:
         if self._bar is not None:
             self._bar.stop()
 
+    def wipe(self) -> None:
+        """Clear its line and show the cursor, without rich's locks."""
+        if self._bar is not None:
+            os.write(sys.stderr.fileno(), b"\r\x1b[2K\x1b[?25h")
+
 
 _current: ContextVar[_Report | None] = ContextVar("progress", default=None)
 
@@ -78,8 +86,9 @@ def reporting(progress: Progress) -> Iterator[None]:
     show = bar or progress or None
     token = _current.set(None if show is None else _Report(show))
     try:
-        yield
-        advance("done", 1.0)
+        with nullcontext() if bar is None else undone_at_once(bar.wipe):
+            yield
+            advance("done", 1.0)
     finally:
         _current.reset(token)
         if bar is not None:
