@@ -60,14 +60,14 @@ class ABF:
         self.converged = self.feasible = False
         self.bound: BoolArray = np.zeros(self._anchor.shape, dtype=bool)
 
-    def run(self) -> None:
-        """Iterate until converged, or until it is clear that it does not."""
+    def run(self, *, feasibly: bool = True) -> None:
+        """Iterate until converged, or until it is clear that it does not; then on in the feasible form."""
         try:
             self._run_anchored()
         except MeshError:  # it left what double precision solves; the feasible form keeps away from there
             self.converged = False
-        if not self.converged:
-            self.feasible = True
+        self.feasible = feasibly and not self.converged
+        if self.feasible:
             self._run_feasible()
 
     @property

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .bijective import moved_apart
-from .errors import MeshError, OutcomeWarning, some, stack_level
+from .errors import FallbackWarning, MeshError, OutcomeWarning, some, stack_level
 from .flatten import flatten
 from .mesh import (
     check_finite,
@@ -36,6 +36,7 @@ from .topology import FloatArray, IntArray, topology_of
 
 SEAMS, PACKING = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 ROUNDS = 8  # of splitting what overlaps and flattening the parts anew
+DOUBLINGS = 12  # of the trade, until a chart that flips is cut further
 
 
 @dataclass(frozen=True, eq=False)
@@ -170,7 +171,7 @@ def unwrap(
         Oriented triangles of any number of components, boundary loops and handles.
     seams : (#E, 2) int or (#F, 3) bool, optional
         Where to cut, as `cut` takes them; by default what `find_seams` finds, and more of it where
-        a chart comes out with flipped faces.
+        a chart comes out with flipped faces, and `guarantee="injective"` where none helps.
     method : str
         As in `flatten`.
     trade : float
@@ -273,12 +274,13 @@ def _charts(
         reached = total - sum(len(other.faces) for other in waiting)
         with part("charts", SEAMS + (PACKING - SEAMS) * reached / total):
             result = _flatten(piece, method, options)
-            if len(result.flipped) and grow and piece.splits < ROUNDS:
-                opened = find_seams(piece.V, piece.F, trade=max(trade, 1.0), holes=holes, disks=True)
-                if len(opened):  # double precision does not hold the map in so few pieces
+            if len(result.flipped) and grow:  # double precision does not hold the map so little cut
+                opened = _leaves(piece, trade, holes)
+                if len(opened) and piece.splits < ROUNDS:
                     opened_up = _pieces(piece.V, piece.F, piece.faces, piece.origin, opened, piece.splits + 1)
                     waiting = [*opened_up, *waiting]
                     continue
+                result = _forced(piece, result, method, options)
             pairs, cost = overlaps(result.uv, piece.F), 0.0
             if len(pairs) and bijective and not result.holes:
                 result, cost = _apart(piece, result)
@@ -304,6 +306,26 @@ def _flatten(piece: _Piece, method: str, options: dict[str, Any]) -> Flattening:
     if genus:
         raise MeshError(f"{where} has {genus} handles: give more seams, or none, so that they are found")
     return flatten(piece.V, piece.F, method, **options)
+
+
+def _leaves(piece: _Piece, trade: float, holes: bool) -> IntArray:
+    """Seams that open a flipping piece further, at the first of doubled trades that finds some."""
+    trades = max(trade, 1.0) * 2.0 ** np.arange(DOUBLINGS)
+    found = (find_seams(piece.V, piece.F, trade=t, holes=holes, disks=True) for t in trades)
+    return next((seams for seams in found if len(seams)), np.zeros((0, 2), dtype=np.int64))
+
+
+def _forced(piece: _Piece, result: Flattening, method: str, options: dict[str, Any]) -> Flattening:
+    """The map without flipped triangles where no seam is found that would help."""
+    if method not in ("linabf", "abf") or "guarantee" in options:
+        return result
+    warnings.warn(
+        f"no seams keep the chart of faces {some(piece.faces)} from flipping: it is flattened with "
+        "guarantee='injective', to more distortion",
+        FallbackWarning,
+        stacklevel=stack_level(),
+    )
+    return _flatten(piece, method, {**options, "guarantee": "injective"})
 
 
 def _split(piece: _Piece, pairs: IntArray, holes: bool) -> Iterator[_Piece]:

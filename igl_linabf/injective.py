@@ -10,7 +10,7 @@ import numpy as np
 
 from .angles import corner_angles
 from .embedding import on_circle, patched
-from .judgement import spans_too_much
+from .judgement import SPAN, span
 from .mesh import Mesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from .progress import advance
 from .solver import Solvers
@@ -67,7 +67,7 @@ def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> In
                 made = _descend(mesh, start, Injective(at, name, 0, _distortion(mesh, at)), place)
                 best = made if best is None or made.distortion < best.distortion else best
                 break
-        if best is not None and not spans_too_much(mesh, best.z):  # else rounding ends SLIM early
+        if best is not None and span(mesh, best.z) <= SPAN:  # else rounding ends SLIM early
             break
     return best
 

@@ -12,6 +12,7 @@ from .result import Outcome
 from .topology import ComplexArray, IntArray
 
 SPAN = 1e12  # ratio of area scales above which double precision runs out
+ALL_DIGITS = 1e30  # above which lengths differ by all digits, and no layout helps
 
 
 def judge(
@@ -19,7 +20,7 @@ def judge(
 ) -> tuple[Outcome, str]:
     """The outcome, and the sentence that says it.
 
-    `reached` says whether the method's tolerance was, `tried` what was done for it where it was not.
+    `reached` says whether the method's tolerance was, `tried` what came of trying where it was not.
     """
     fit = f"the angles fit to {angles.residual.largest:.1e}"
     if angles.invalid.any():
@@ -28,11 +29,11 @@ def judge(
             f"the target angles of faces {some(bad)} left (0, pi), {len(flipped)} triangles of the map are "
             "flipped: use linear ABF with its safeguard, or converged ABF"
         )
-    span = _span(mesh, made.z)
-    wide = f"area scale varies by a factor of {span:.0e}{' or more' if span > 1e30 else ''}"
+    ratio = span(mesh, made.z)
+    wide = f"area scale varies by a factor of {ratio:.0e}{' or more' if ratio > ALL_DIGITS else ''}"
     if not len(flipped):
         note = f"; its {wide}, near the end of double precision: cut the mesh, as unwrap does"
-        note = note if span > SPAN else ""
+        note = note if ratio > SPAN else ""
         if made.method == "SLIM":
             return Outcome.VALID, f"no triangle is flipped, by {made.solver}{note}"
         if reached:
@@ -40,8 +41,7 @@ def judge(
         if not tried:
             return Outcome.VALID, f"no triangle is flipped; {fit}{note}"
         return Outcome.NOT_CONVERGED, (
-            f"no triangle is flipped, but it did not converge {tried}, {fit}: look for degenerate faces, or "
-            f"cut the mesh{note}"
+            f"no triangle is flipped, but {tried}, {fit}: look for degenerate faces, or cut the mesh{note}"
         )
     where = f"faces {some(flipped)} are flipped or collapsed"
     helps = (
@@ -49,21 +49,15 @@ def judge(
         "guarantee='injective', a map of more distortion without flips"
     )
     if not reached:
-        more = f"it did not converge {tried}" if tried else "take more iterations"
-        return Outcome.FLIPPED, f"{where}: {fit} only; {more}, or {helps}"
-    if span > SPAN:
+        return Outcome.FLIPPED, f"{where}: {fit} only, and {tried or 'more iterations may help'}; {helps}"
+    if ratio > SPAN:
         return Outcome.FLIPPED, (
             f"{where}: {fit}, but the map's {wide}, which double precision does not hold; {helps}"
         )
     return Outcome.FLIPPED, f"{where}, though {fit}: {helps}"
 
 
-def spans_too_much(mesh: Mesh, z: ComplexArray) -> bool:
-    """Whether the map's area scale varies by more than double precision holds."""
-    return _span(mesh, z) > SPAN
-
-
-def _span(mesh: Mesh, z: ComplexArray) -> float:
-    """The largest ratio of area scales, at most 1e32."""
+def span(mesh: Mesh, z: ComplexArray) -> float:
+    """The largest ratio of the map's area scales, at most 1e32."""
     scale = np.abs(signed_double_areas(z, mesh.topology.corner)) / mesh.double_area
     return float(scale.max() / max(scale.min(), 1e-32 * scale.max()))

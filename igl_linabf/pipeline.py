@@ -15,7 +15,7 @@ from .abf import ABF
 from .angles import CAP, corner_angles, initial_estimate, opened, residual
 from .errors import FallbackWarning, MeshWarning, some, stack_level
 from .injective import injective
-from .judgement import judge, spans_too_much
+from .judgement import ALL_DIGITS, judge, span
 from .layout import GAP, Layout, LayoutName, Pins, check_method, develop_boundary, lay_out, placed
 from .linabf import AngleSolver
 from .mesh import Mesh, coordinates, flat_angles, signed_double_areas
@@ -31,6 +31,8 @@ TIGHT = 0.01  # and to which a step that stands alone is solved
 MOST = 12  # re-anchored iterations after which "auto" gives up
 HOLE_GAP = 0.1  # relative gap of a hole's loop up to which "auto" leaves it to the least squares
 TOL = 1e-8  # residual of the constraints below which nothing is left to do
+DIVERGES = "it does not converge"
+NOT_FEASIBLY = "it did not converge in its feasible form"
 ABF_TOL = 1e-4  # tolerance of converged ABF below which F/3nt keeps its first five digits
 
 
@@ -41,6 +43,7 @@ class _Drawn:
     layout: Layout
     alpha: FloatArray
     flipped: IntArray
+    rung: Rung
 
 
 class Attempt:
@@ -91,13 +94,17 @@ class Attempt:
         self.ladder.append(Rung(rung, None, self.angles.residual.largest, failed))
 
     def draw(self, rung: RungName) -> bool:
-        """Lay out the present angles; whether no triangle is flipped. The best map is kept."""
-        drawn = self._drawn()
-        flips = len(drawn.flipped)
+        """Lay out the present angles; whether no triangle is flipped.
+
+        The map with the fewest flips is kept, of equal ones the latest, whose angles fit best.
+        """
+        layout, alpha = self._laid_out(), self.angles.alpha
+        flipped = flipped_faces(layout.z, self.mesh.topology.corner)
+        flips = len(flipped)
         failed = f"{flips} flipped triangle{'s' * (flips > 1)}" if flips else ""
         self.ladder.append(Rung(rung, flips, self.angles.residual.largest, failed))
-        if self._best is None or flips < len(self._best.flipped):
-            self._best = drawn
+        if self._best is None or flips <= len(self._best.flipped):
+            self._best = _Drawn(layout, alpha, flipped, self.ladder[-1])
         return not flips
 
     def force(self) -> None:
@@ -118,9 +125,9 @@ class Attempt:
         alpha = flat_angles(made.z, mesh.topology.corner)
         how = f"{made.iterations} iterations from {made.start}"
         slim = replace(best.layout, z=made.z, method="SLIM", solver=f"igl's SLIM, {how}")
-        self._best = _Drawn(slim, alpha, np.empty(0, dtype=np.int64))
         self.angles.place(alpha)
         self.ladder.append(Rung("injective", 0, self.angles.residual.largest, ""))
+        self._best = _Drawn(slim, alpha, np.empty(0, dtype=np.int64), self.ladder[-1])
 
     def settle(self) -> _Drawn:
         """The map with the fewest flipped triangles, to whose angles `angles` goes back."""
@@ -157,7 +164,7 @@ class Attempt:
             seconds={**self._seconds, **angles.seconds},
         )
 
-    def _drawn(self) -> _Drawn:
+    def _laid_out(self) -> Layout:
         start, angles = perf_counter(), self.angles
         alpha, missing, topology = angles.alpha, angles.residual, self.mesh.topology
         if angles.invalid.any():
@@ -176,7 +183,7 @@ class Attempt:
         )
         self._seconds["layout"] += perf_counter() - start
         advance("layout", 0.5)
-        return _Drawn(made, angles.alpha, flipped_faces(made.z, topology.corner))
+        return made
 
 
 def linear_abf(
@@ -206,24 +213,29 @@ def linear_abf(
                 return
             angles.step(rtol or TIGHT)
 
-    tried = ""
+    tried, converged = "", False
     if count is not None:
         iterate(count)
         attempt.draw("linear step" if len(angles.steps) <= 1 else "active set")
     elif not _first_rung(attempt, rtol or LOOSE, tol):
-        tried = f"after {MOST} iterations"
         iterate(MOST)
-        good = attempt.draw("active set")
         reached = angles.residual.largest <= tol
-        if not good and safeguard and not (reached and spans_too_much(mesh, attempt.settle().layout.z)):
+        tried = "converged angles flip more" if reached else f"it did not converge after {MOST} iterations"
+        good = attempt.draw("active set")
+        if not good and safeguard and not (reached and span(mesh, attempt.settle().layout.z) > ALL_DIGITS):
             angles.place(attempt.estimate)
             abf = ABF(angles, ABF_TOL)
-            abf.run()
-            attempt.draw("feasible ABF" if abf.feasible else "converged ABF")
+            abf.run(feasibly=not reached)  # flips of converged angles are those of rounding
+            if abf.converged or abf.feasible:
+                attempt.draw("feasible ABF" if abf.feasible else "converged ABF")
+            else:
+                attempt.leave("converged ABF", DIVERGES)
+            if attempt.settle().rung is attempt.ladder[-1]:
+                tried, converged = NOT_FEASIBLY, abf.converged
     if guarantee:
         attempt.force()
     attempt.settle()
-    reached = angles.residual.largest <= tol
+    reached = converged or angles.residual.largest <= tol
     return attempt.report("linabf", reached, "" if reached else tried)
 
 
@@ -268,11 +280,13 @@ def converged_abf(
     abf = ABF(attempt.angles, tol)
     abf.run()
     if abf.feasible:
-        attempt.leave("converged ABF", "it does not converge")
+        attempt.leave("converged ABF", DIVERGES)
     attempt.draw("feasible ABF" if abf.feasible else "converged ABF")
     if guarantee:
         attempt.force()
-    result = attempt.report("abf", abf.converged, "" if abf.converged else "in its feasible form")
+    result = attempt.report(
+        "abf", abf.converged, "" if abf.converged else "it did not converge in its feasible form"
+    )
     held = np.flatnonzero(abf.bound.any(axis=0))
     if len(held) and result.layout != "SLIM":
         note = f"; angles of faces {some(held)} are held at a hundredth of their initial value"

@@ -12,7 +12,18 @@ import trimesh
 from conftest import load, pixels
 from test_cli import run
 
-from igl_linabf import MeshError, Outcome, cut, find_seams, flatten, overlaps, quality, unwrap
+from igl_linabf import (
+    FallbackWarning,
+    MeshError,
+    Outcome,
+    cut,
+    find_seams,
+    flatten,
+    overlaps,
+    quality,
+    unwrap,
+)
+from igl_linabf import atlas as atlas_module
 from igl_linabf.files import read_texture
 from igl_linabf.io import read_mesh
 from igl_linabf.overlaps import charts
@@ -149,6 +160,33 @@ def test_a_disk_that_double_precision_does_not_hold_is_cut_open() -> None:
     atlas = unwrap(V, F)
     assert atlas.good
     assert len(atlas.charts) <= 3
+
+
+@pytest.mark.parametrize(
+    ("name", "stretched"),
+    [
+        ("stress__optcuts_male_body_i_f10000.obj", [1, 20, 1]),
+        ("stress__optcuts_golf.obj", [20, 1, 1]),
+        ("disk__igl_lion.off", [20, 1, 1]),
+    ],
+)
+def test_seams_grow_until_nothing_flips(name: str, stretched: list[float]) -> None:
+    V, F = load(name)
+    V = V * stretched
+    assert len(flatten(V, F).flipped) > 0
+    atlas = unwrap(V, F)
+    assert atlas.good
+    assert atlas.quality.flips == atlas.quality.overlaps == 0
+    assert all(chart.result.layout != "SLIM" for chart in atlas.charts)
+
+
+def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None:
+    monkeypatch.setattr(atlas_module, "DOUBLINGS", 0)
+    V, F = load("stress__optcuts_golf.obj")
+    with pytest.warns(FallbackWarning, match="guarantee='injective'"):
+        atlas = unwrap(V * [20, 1, 1], F)
+    assert atlas.good
+    assert any(chart.result.ladder[-1].name == "injective" for chart in atlas.charts)
 
 
 def test_what_is_wrong_with_a_chart_is_told() -> None:
