@@ -136,7 +136,10 @@ class Residual:
 def residual(topology: Topology, alpha: FloatArray) -> Residual:
     """Residuals of the angle constraints at `alpha`, (3, #F) radians."""
     # an angle of 0 or pi, as in a collapsed triangle, counts as the smallest there is
-    log_sin = np.log(np.maximum(np.abs(np.sin(alpha)), np.finfo(np.float64).tiny))
+    log_sin = np.sin(alpha)
+    np.abs(log_sin, out=log_sin)
+    np.maximum(log_sin, np.finfo(np.float64).tiny, out=log_sin)
+    np.log(log_sin, out=log_sin)
     total = topology.sum_at_vertices(alpha)
     log_ratio = topology.sum_at_vertices(log_sin[PREV] - log_sin[NEXT])
     turning = np.pi - total

@@ -273,7 +273,7 @@ class AngleSolver:
         if self._rows is None:
             self._rows = Rows(self._matrix, slivers)
         beside = self._rows.of(self._matrix)  # S is symmetric: its columns as well
-        local = sparse.tril(beside[:, slivers]).tocsc()
+        local = self._rows.lower(self._matrix)
         if border is not None:
             beside = sparse.hstack((beside, border.beside[slivers])).tocsr()
         if self._corrector is None:

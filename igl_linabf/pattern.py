@@ -34,20 +34,33 @@ class Rows:
     """Some rows of symmetric matrices of one pattern: found once, filled many times."""
 
     def __init__(self, matrix: Symmetric, index: IntArray) -> None:
-        upper = matrix.upper
+        upper, n = matrix.upper, len(index)
         number = sparse.csr_array((np.arange(upper.nnz), upper.indices, upper.indptr), shape=upper.shape)
         across, down = number[index].tocoo(), number[:, index].tocoo()
         row = np.concatenate((across.row, down.col))
         order = np.argsort(row, kind="stable")
+        row = row[order]
         self._source = np.concatenate((across.data, down.data))[order]
         self._indices = np.concatenate((across.col, down.row))[order]
-        self._indptr = np.searchsorted(row[order], np.arange(len(index) + 1))
-        self._shape = (len(index), upper.shape[1])
+        self._indptr = np.searchsorted(row, np.arange(n + 1))
+        self._shape = (n, upper.shape[1])
+        place = np.full(upper.shape[1], n)
+        place[index] = np.arange(n)
+        column = place[self._indices]
+        among = np.flatnonzero(column <= row)
+        key, self._sum = np.unique(column[among] * n + row[among], return_inverse=True)
+        self._among = self._source[among]
+        self._lower = (key % n, np.searchsorted(key, n * np.arange(n + 1)))
 
     def of(self, matrix: Symmetric) -> sparse.csr_array:
         """These rows of `matrix`; entries of its diagonal blocks come in two parts."""
         data = matrix.upper.data[self._source]
         return sparse.csr_array((data, self._indices, self._indptr), shape=self._shape)
+
+    def lower(self, matrix: Symmetric) -> sparse.csc_array:
+        """Lower triangle of what these rows and columns of `matrix` have in common."""
+        data = np.bincount(self._sum, matrix.upper.data[self._among], len(self._lower[0]))
+        return sparse.csc_array((data, *self._lower), shape=self._shape[:1] * 2)
 
 
 class Pattern:
@@ -99,7 +112,9 @@ class Pattern:
         """Lower triangle of the Hermitian matrix with `entry` from first to second end of `pairs`."""
         if np.iscomplexobj(entry):
             entry = np.where(self.downward, entry, entry.conj())
-        data = self._fill(entry, diagonal)
+        data = np.zeros(len(self._high), dtype=np.result_type(entry, diagonal))
+        self._fill(data, self._slot, entry)
+        data[self._diagonal] += diagonal
         return sparse.csc_array((data, self._high, self._indptr), shape=(self.n, self.n))
 
     @cached_property
@@ -122,9 +137,21 @@ class Pattern:
         Entries (0, 0), (0, 1), (1, 0), (1, 1) of the blocks are the rows of `block`, (4, #P), from
         lower to higher row of `pairs`, and of `diagonal`, (4, n).
         """
-        data = self._fill(block.T, diagonal.T / 2).reshape(-1, 2, 2)
-        half = sparse.bsr_array((data, self._high, self._indptr), shape=(2 * self.n, 2 * self.n))
-        return Symmetric(half.tocsr())
+        indices, indptr, slot, own = self._blocks
+        data = np.zeros(len(indices))
+        self._fill(data, slot, block)
+        data[own] += diagonal / 2
+        return Symmetric(sparse.csr_array((data, indices, indptr), shape=(2 * self.n, 2 * self.n)))
+
+    @cached_property
+    def _blocks(self) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+        """Of the upper triangle of blocks: CSR's indices and indptr, the places of `block` and `diagonal`."""
+        number = np.arange(4 * len(self._high)).reshape(-1, 2, 2)
+        half = sparse.bsr_array((number, self._high, self._indptr), shape=(2 * self.n, 2 * self.n)).tocsr()
+        place = np.empty_like(half.data)
+        place[half.data] = np.arange(len(place))
+        place = place.reshape(-1, 4).T
+        return half.indices, half.indptr, place[:, self._slot], place[:, self._diagonal]
 
     def laplacian(self, weight: FloatArray) -> sparse.csc_array:
         """Lower triangle of L in x^T L x = sum over edges of weight (x_i - x_j)^2, x = 0 at missing ends."""
@@ -145,11 +172,8 @@ class Pattern:
         """Sum `values` over their `rows`, leaving out row -1."""
         return sum_by(rows + 1, values, self.n + 1)[1:]
 
-    def _fill(self, entry: Array, diagonal: Array) -> Array:
-        data = np.zeros((len(self._high), *diagonal.shape[1:]), dtype=np.result_type(entry, diagonal))
-        if len(data) < self.n + len(self._slot):  # several edges between the same two rows
-            np.add.at(data, self._slot, entry)
+    def _fill(self, data: Array, slot: IntArray, entry: Array) -> None:
+        if len(self._high) < self.n + len(self._slot):  # several edges between the same two rows
+            np.add.at(data, slot, entry)
         else:
-            data[self._slot] = entry
-        data[self._diagonal] += diagonal
-        return data
+            data[slot] = entry

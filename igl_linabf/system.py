@@ -42,7 +42,7 @@ class System:
 
     def at_corners(self, x: FloatArray) -> FloatArray:
         """M^T x: (3, #F) values from (#V, 2) multipliers of the vertices' own rows."""
-        vertex, wheel = np.ascontiguousarray(x.T)[:, self.topology.corner]
+        vertex, wheel = x.T.take(self.topology.corner, axis=1)  # far faster than by an index
         return np.asarray(vertex + self.cot * (wheel[PREV] - wheel[NEXT]))
 
     def projected(self, y: FloatArray) -> FloatArray:
