@@ -47,7 +47,7 @@ def test_the_guarantee_leaves_no_flips_on_deer() -> None:
     assert sure.layout == "SLIM"
     assert len(sure.flipped) == exactly_flipped(sure.uv, F) == 0
     assert "near the end of double precision" in sure.message
-    assert quality(V, F, sure.uv).angle_distortion < 1.2 * quality(V, F, default.uv).angle_distortion
+    assert quality(V, F, sure.uv).angle_distortion < 0.25  # igl.lscm's, with 692 flips: 0.33
 
 
 def test_rungs_are_climbed_only_as_far_as_needed() -> None:
