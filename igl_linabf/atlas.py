@@ -255,6 +255,11 @@ def _pieces(
         yield _Piece(faces[rows], V[vertices], own, origin[vertices], splits)
 
 
+def _parts(piece: _Piece, seams: IntArray) -> Iterator[_Piece]:
+    """The piece cut further."""
+    return _pieces(piece.V, piece.F, piece.faces, piece.origin, seams, piece.splits + 1)
+
+
 def _charts(
     waiting: list[_Piece],
     method: str,
@@ -275,10 +280,8 @@ def _charts(
         with part("charts", SEAMS + (PACKING - SEAMS) * reached / total):
             result = _flatten(piece, method, options)
             if len(result.flipped) and grow:  # double precision does not hold the map so little cut
-                opened = _leaves(piece, trade, holes)
-                if len(opened) and piece.splits < ROUNDS:
-                    opened_up = _pieces(piece.V, piece.F, piece.faces, piece.origin, opened, piece.splits + 1)
-                    waiting = [*opened_up, *waiting]
+                if piece.splits < ROUNDS and len(opened := _leaves(piece, trade, holes)):
+                    waiting = [*_parts(piece, opened), *waiting]
                     continue
                 result = _forced(piece, result, method, options)
             pairs, cost = overlaps(result.uv, piece.F), 0.0
@@ -331,7 +334,7 @@ def _forced(piece: _Piece, result: Flattening, method: str, options: dict[str, A
 def _split(piece: _Piece, pairs: IntArray, holes: bool) -> Iterator[_Piece]:
     """The piece cut where that takes its overlapping parts from each other; to a disk, first."""
     seams = find_seams(piece.V, piece.F, trade=0) if holes else separating_seams(piece.V, piece.F, pairs)
-    return _pieces(piece.V, piece.F, piece.faces, piece.origin, seams, piece.splits + 1)
+    return _parts(piece, seams)
 
 
 def _apart(piece: _Piece, result: Flattening) -> tuple[Flattening, float]:

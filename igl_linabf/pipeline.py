@@ -284,9 +284,7 @@ def converged_abf(
     attempt.draw("feasible ABF" if abf.feasible else "converged ABF")
     if guarantee:
         attempt.force()
-    result = attempt.report(
-        "abf", abf.converged, "" if abf.converged else "it did not converge in its feasible form"
-    )
+    result = attempt.report("abf", abf.converged, "" if abf.converged else NOT_FEASIBLY)
     held = np.flatnonzero(abf.bound.any(axis=0))
     if len(held) and result.layout != "SLIM":
         note = f"; angles of faces {some(held)} are held at a hundredth of their initial value"
