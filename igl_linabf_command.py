@@ -14,7 +14,7 @@ INTERRUPTED = 130
 def _stop(*_: object) -> NoReturn:
     try:
         signal.signal(signal.SIGINT, signal.SIG_IGN)
-        undo_all = getattr(sys.modules.get("igl_linabf.leftovers"), "undo_all", None)
+        undo_all = getattr(sys.modules.get("igl_linabf._runtime.cleanup"), "undo_all", None)
         if undo_all is not None:  # it has come as far as to import it
             undo_all()
         os.write(2, b"igl-linabf: interrupted\n")

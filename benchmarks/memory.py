@@ -14,7 +14,8 @@ import sys
 import igl
 from meshes import cortex
 
-from igl_linabf import flatten, memory
+from igl_linabf import flatten
+from igl_linabf.linalg import memory
 
 RUNS = {
     "multigrid": {"solver": "multigrid"},

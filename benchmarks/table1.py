@@ -14,10 +14,10 @@ from functools import partial
 
 from meshes import brain, shared
 
-from igl_linabf import OutcomeWarning, abf, linabf, peers, quality
-from igl_linabf.compare import medians
-from igl_linabf.mesh import planar
-from igl_linabf.reference import bare_lscm
+from igl_linabf import OutcomeWarning, abf, linabf, quality
+from igl_linabf.flattening import bare_lscm, medians
+from igl_linabf.flattening import other_programs as peers
+from igl_linabf.surface import planar
 
 COLUMNS = (
     "mesh",

@@ -17,11 +17,10 @@ from pathlib import Path
 from meshes import Mesh, brain, shared, subdivided
 
 from igl_linabf import flatten, linabf
-from igl_linabf.compare import medians
+from igl_linabf.flattening import bare_lscm, medians
 from igl_linabf.io import read_mesh
-from igl_linabf.mesh import planar
-from igl_linabf.reference import bare_lscm
-from igl_linabf.solver import blas_of_cholmod, has_cholmod
+from igl_linabf.linalg import blas_of_cholmod, has_cholmod
+from igl_linabf.surface import planar
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
 

@@ -14,9 +14,8 @@ from functools import partial
 from meshes import crown, shared
 
 from igl_linabf import OutcomeWarning, abf, flatten, linabf, quality
-from igl_linabf.compare import medians
-from igl_linabf.mesh import planar
-from igl_linabf.reference import bare_lscm
+from igl_linabf.flattening import bare_lscm, medians
+from igl_linabf.surface import planar
 
 
 def main() -> None:

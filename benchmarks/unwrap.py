@@ -39,7 +39,7 @@ def lscm_on(V: np.ndarray, F: np.ndarray, FTC: np.ndarray, origin: np.ndarray) -
 
 def components(FTC: np.ndarray) -> np.ndarray:
     """The chart of each face."""
-    from igl_linabf.overlaps import charts
+    from igl_linabf.measures import charts
 
     return charts(FTC, int(FTC.max()) + 1)
 

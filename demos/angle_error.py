@@ -18,9 +18,8 @@ import pyvista as pv
 from cortex import cortex
 
 from igl_linabf import distortion, flatten, quality
-from igl_linabf.drawing import colour_scale
 from igl_linabf.io import replacing
-from igl_linabf.plot import fit, plot_uv
+from igl_linabf.plot import colour_scale, fit, plot_uv
 
 
 def residuals(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> np.ndarray:

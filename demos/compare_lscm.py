@@ -19,8 +19,8 @@ import numpy as np
 
 from igl_linabf import MeshError, Quality, compare, quality
 from igl_linabf.io import read_mesh, replacing, unit_square, write_obj
+from igl_linabf.measures import table
 from igl_linabf.plot import plot_compare
-from igl_linabf.quality import table
 
 
 def show(

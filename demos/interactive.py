@@ -19,7 +19,7 @@ import pyvista as pv
 from cortex import cortex
 
 from igl_linabf.io import read_mesh, replacing
-from igl_linabf.view import Viewer, has_display
+from igl_linabf.plot import Viewer, has_display
 
 if __name__ == "__main__":
     V, F = read_mesh(sys.argv[1]) if len(sys.argv) > 1 else cortex()[:2]

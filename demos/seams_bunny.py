@@ -17,8 +17,7 @@ import numpy as np
 from stretch import bunny
 
 from igl_linabf import find_seams, quality, unwrap
-from igl_linabf.files import write_mesh
-from igl_linabf.io import read_mesh, replacing
+from igl_linabf.io import read_mesh, replacing, write_mesh
 from igl_linabf.plot import plot_compare
 
 if __name__ == "__main__":

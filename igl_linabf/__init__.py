@@ -5,18 +5,25 @@
 >>> uv = igl_linabf.linabf(V, F[1:])
 """
 
-from . import files, io
-from .atlas import Atlas, Chart, unwrap
-from .compare import Comparison, compare
-from .distortion import distortion
+from . import io
+from .charts import Atlas, Chart, cut, find_seams, texture_seams, unwrap
 from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
-from .flatten import abf, flatten, linabf, linabf_angles, lscm
-from .grid import QuadGrid, quad_grid, write_grid
-from .layout import layout
-from .overlaps import overlaps
-from .quality import Quality, quality
-from .result import Flattening, Hole, Outcome, Residuals
-from .seams import cut, find_seams, texture_seams
+from .flattening import (
+    Comparison,
+    Flattening,
+    Hole,
+    Outcome,
+    Residuals,
+    abf,
+    compare,
+    flatten,
+    linabf,
+    linabf_angles,
+    lscm,
+)
+from .layouts import layout
+from .measures import Quality, distortion, overlaps, quality
+from .remesh import QuadGrid, quad_grid, write_grid
 
 __all__ = [
     "Atlas",
@@ -36,7 +43,6 @@ __all__ = [
     "compare",
     "cut",
     "distortion",
-    "files",
     "find_seams",
     "flatten",
     "io",

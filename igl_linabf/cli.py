@@ -17,17 +17,13 @@ from typing import Any, NoReturn
 
 import numpy as np
 
-from .atlas import unwrap
-from .compare import compare
-from .distortion import MEASURES
+from .charts import TRADE, texture_seams, unwrap
 from .errors import MeshError, OutcomeWarning
-from .files import SUFFIXES, read_texture, write_mesh
-from .flatten import METHODS, flatten
-from .io import read_mesh, replacing, unit_square, write_obj
-from .quality import quality
-from .seams import TRADE, texture_seams
-from .solver import HOW_TO_GET, blas_of_cholmod, has_cholmod
-from .topology import FloatArray, IntArray
+from .flattening import METHODS, compare, flatten
+from .io import SUFFIXES, read_mesh, read_texture, replacing, unit_square, write_mesh, write_obj
+from .linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
+from .measures import MEASURES, quality
+from .surface import FloatArray, IntArray
 
 GOOD, NOT_VALID, ERROR = 0, 1, 2
 
@@ -158,11 +154,11 @@ def _check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] 
         if not os.access(path.parent, os.W_OK):
             raise OSError(None, "the folder is missing or cannot be written to", str(path.parent))
     if png is not None:
-        from . import plot  # noqa: F401  # says how to get pyvista where it is missing
+        pass  # says how to get pyvista where it is missing
 
 
 def _picture(path: str, V: FloatArray, F: IntArray, maps: Mapping[str, FloatArray]) -> None:
-    from .plot import plot_compare
+    from .plot.pictures import plot_compare
 
     plot_compare(V, F, maps, off_screen=True, screenshot=path).close()
 
@@ -221,7 +217,7 @@ def _unwrap(options: argparse.Namespace) -> int:
 
 def _view(options: argparse.Namespace) -> int:
     _check_outputs(None, options.screenshot)
-    from .view import view
+    from .plot.window import view
 
     V, F = read_mesh(options.mesh)
     settings = {"measure": options.measure, "frequency": options.frequency}

@@ -116,7 +116,7 @@ WARNED = {
 
 def main() -> None:
     from igl_linabf import MeshError, flatten
-    from igl_linabf.flatten import METHODS
+    from igl_linabf.flattening import METHODS
 
     positions, faces, pins, _ = {**REFUSED, **WARNED}[sys.argv[1]]
     for method in METHODS:

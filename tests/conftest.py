@@ -16,7 +16,7 @@ from scipy.spatial import Delaunay
 
 from igl_linabf import cut
 from igl_linabf.io import read_mesh
-from igl_linabf.mesh import complex_positions, signed_double_areas
+from igl_linabf.surface import complex_positions, signed_double_areas
 
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / "demos"), str(ROOT / "benchmarks")]

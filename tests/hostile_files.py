@@ -14,8 +14,7 @@ import numpy as np
 from hostile_meshes import Disk, exactly_flipped, has_place, require
 
 from igl_linabf.cli import main
-from igl_linabf.files import read_texture
-from igl_linabf.io import read_mesh
+from igl_linabf.io import read_mesh, read_texture
 
 
 def good_files(rng: np.random.Generator) -> dict[str, list[bytes]]:

@@ -17,8 +17,8 @@ from bad_input import tetrahedron, torus
 from scipy.spatial import Delaunay
 
 import igl_linabf as il
-from igl_linabf.flatten import METHODS
-from igl_linabf.solver import has_cholmod
+from igl_linabf.flattening import METHODS
+from igl_linabf.linalg import has_cholmod
 
 Surface = tuple[np.ndarray, np.ndarray]
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from igl_linabf.solver import Solvers
-from igl_linabf.topology import Topology
+from igl_linabf.linalg import Solvers
+from igl_linabf.surface import Topology
 
 
 def rows(topology: Topology, alpha: np.ndarray) -> sparse.csr_array:

@@ -10,10 +10,9 @@ from paper import right_hand_sides, rows
 from scipy import sparse
 
 from igl_linabf import Outcome, OutcomeWarning, abf, flatten, linabf, quality
-from igl_linabf.abf import SMALLEST
-from igl_linabf.angles import corner_angles, initial_estimate
-from igl_linabf.mesh import planar
-from igl_linabf.solver import Solvers, has_cholmod
+from igl_linabf.angles import SMALLEST, corner_angles, initial_estimate
+from igl_linabf.linalg import Solvers, has_cholmod
+from igl_linabf.surface import planar
 
 BENIGN = {  # per cent by which F/3nt of one linear step may be away from converged ABF's
     name: 5.0

@@ -23,10 +23,9 @@ from igl_linabf import (
     quality,
     unwrap,
 )
-from igl_linabf import atlas as atlas_module
-from igl_linabf.files import read_texture
-from igl_linabf.io import read_mesh
-from igl_linabf.overlaps import charts
+from igl_linabf.charts import atlas as atlas_module
+from igl_linabf.io import read_mesh, read_texture
+from igl_linabf.measures import charts
 
 CLOSED = (
     "closed__igl_cow.off",

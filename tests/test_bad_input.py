@@ -15,7 +15,7 @@ from bad_input import REFUSED, WARNED, F, V
 from conftest import load
 
 from igl_linabf import MeshError, MeshWarning, linabf, quality
-from igl_linabf.flatten import METHODS
+from igl_linabf.flattening import METHODS
 
 SCRIPT = Path(__file__).with_name("bad_input.py")
 

@@ -10,9 +10,9 @@ import pytest
 from conftest import load, pixels
 from test_cli import run
 
-from igl_linabf import FallbackWarning, MeshError, compare, flatten, peers, quality
-from igl_linabf.compare import LABELS
-from igl_linabf.flatten import METHODS
+from igl_linabf import FallbackWarning, MeshError, compare, flatten, quality
+from igl_linabf.flattening import LABELS, METHODS
+from igl_linabf.flattening import other_programs as peers
 
 
 def test_every_method_has_its_row_with_its_figures() -> None:

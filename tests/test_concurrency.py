@@ -20,7 +20,7 @@ from hostile_meshes import Disk, doubled
 
 from igl_linabf import flatten, unwrap
 from igl_linabf.io import write_obj
-from igl_linabf.solver import has_cholmod
+from igl_linabf.linalg import has_cholmod
 
 # more work than threads, and different: sizes, methods, solvers
 WORK = [
@@ -85,7 +85,7 @@ def test_runs_give_the_same_numbers_whatever_the_hashes() -> None:
 
 @pytest.mark.skipif(not has_cholmod(), reason="CHOLMOD is not installed")
 def test_supernodal_factors_are_the_same_in_threads() -> None:
-    from igl_linabf import solver
+    from igl_linabf.linalg import factors as solver
 
     V, F = bumps(4000)
     before = solver.SIMPLICIAL_UP_TO

@@ -10,13 +10,9 @@ from paper import full_step, right_hand_sides, rows
 from scipy import sparse
 
 from igl_linabf import flatten, linabf_angles
-from igl_linabf.angles import corner_angles, initial_estimate, residual
-from igl_linabf.linabf import AngleSolver
-from igl_linabf.mesh import measure, planar
-from igl_linabf.pattern import Pattern
-from igl_linabf.solver import Solvers, has_cholmod
-from igl_linabf.system import System
-from igl_linabf.topology import Topology, topology_of
+from igl_linabf.angles import AngleSolver, System, corner_angles, initial_estimate, residual
+from igl_linabf.linalg import Pattern, Solvers, has_cholmod
+from igl_linabf.surface import Topology, measure, planar, topology_of
 
 SURFACES = ("bumps", "cortex", *DISKS)
 

@@ -12,8 +12,7 @@ import numpy as np
 import pyvista as pv
 from conftest import FOLDER, ROOT, load, pixels
 
-from igl_linabf.plot import WARNING
-from igl_linabf.view import MARK
+from igl_linabf.plot import MARK, WARNING
 
 
 def run(folder, *arguments: object) -> str:

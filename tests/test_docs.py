@@ -22,7 +22,7 @@ from test_plot import near, squares
 import igl_linabf
 from igl_linabf.plot import DARK, LIGHT
 
-MODULES = ("igl_linabf.plot", "igl_linabf.view", "igl_linabf.io", "igl_linabf.files")
+MODULES = ("igl_linabf.plot", "igl_linabf.io")
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
 needs_chromium = pytest.mark.skipif(CHROMIUM is None, reason="no chromium to open the pages with")
 
@@ -33,9 +33,10 @@ def public() -> Iterator[tuple[str, object]]:
         if not inspect.ismodule(getattr(igl_linabf, name)):
             yield f"igl_linabf.{name}", getattr(igl_linabf, name)
     for module in MODULES:
-        for name, value in vars(importlib.import_module(module)).items():
-            if not name.startswith("_") and getattr(value, "__module__", None) == module:
-                yield f"{module}.{name}", value
+        room = importlib.import_module(module)
+        for name in room.__all__:
+            if inspect.isfunction(getattr(room, name)) or inspect.isclass(getattr(room, name)):
+                yield f"{module}.{name}", getattr(room, name)
 
 
 @pytest.mark.parametrize("name", [name for name, value in public() if inspect.isfunction(value)])

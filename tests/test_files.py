@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from igl_linabf import MeshError
-from igl_linabf.files import read_texture, write_mesh
+from igl_linabf.io import read_texture, write_mesh
 
 V, F = igl.icosahedron()
 V = V + np.pi

@@ -12,8 +12,7 @@ from conftest import DISKS, FOLDER, HOLES, STRESS
 from hostile_files import good_files
 
 from igl_linabf import MeshError, MeshWarning
-from igl_linabf.formats import parse
-from igl_linabf.io import read_mesh
+from igl_linabf.io import parse, read_mesh
 
 
 @pytest.mark.skipif(FOLDER is None, reason="IGL_LINABF_MESHES is not set")

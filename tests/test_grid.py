@@ -8,7 +8,7 @@ import pytest
 from conftest import load
 
 from igl_linabf import MeshError, QuadGrid, linabf, quad_grid, unwrap, write_grid
-from igl_linabf.mesh import complex_positions
+from igl_linabf.surface import complex_positions
 
 
 def holes() -> tuple[np.ndarray, np.ndarray]:

@@ -9,13 +9,17 @@ from conftest import HOLES, best_fit_distance, load
 from high_curvature import rings
 
 from igl_linabf import MeshError, Outcome, abf, flatten, layout, linabf, quality
-from igl_linabf.angles import closure_of, corner_angles, initial_estimate, residual
-from igl_linabf.border import Border
-from igl_linabf.linabf import AngleSolver
-from igl_linabf.mesh import planar
-from igl_linabf.pattern import Pattern
-from igl_linabf.solver import Solvers
-from igl_linabf.system import System
+from igl_linabf.angles import (
+    AngleSolver,
+    Border,
+    System,
+    closure_of,
+    corner_angles,
+    initial_estimate,
+    residual,
+)
+from igl_linabf.linalg import Pattern, Solvers
+from igl_linabf.surface import planar
 
 Surface = tuple[np.ndarray, np.ndarray]
 

@@ -9,11 +9,9 @@ import pytest
 from conftest import HOLES, STRESS, load, tree_cut
 
 from igl_linabf import Outcome, abf, flatten, quality
-from igl_linabf.embedding import on_circle
-from igl_linabf.injective import injective
-from igl_linabf.layout import centred
-from igl_linabf.mesh import planar, signed_double_areas
-from igl_linabf.solver import Solvers
+from igl_linabf.layouts import injective, on_circle
+from igl_linabf.linalg import Solvers
+from igl_linabf.surface import centred, planar, signed_double_areas
 
 DEER = "stress__flipfree_deer.obj"  # its conformal map spans more than double precision
 CLOSED = ("closed__igl_cow.off", "closed__igl_fandisk.off", "closed__optcuts_horse_f10000.obj")

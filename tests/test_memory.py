@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from conftest import bumps, load
 
-from igl_linabf import FallbackWarning, MeshError, flatten, memory
-from igl_linabf.solver import has_cholmod
+from igl_linabf import FallbackWarning, MeshError, flatten
+from igl_linabf.linalg import has_cholmod, memory
 
 LIMITED = """
 import resource, sys

@@ -9,9 +9,8 @@ import shapely
 from conftest import DISKS, load, tree_cut
 
 from igl_linabf import MeshError, cut, flatten
-from igl_linabf.bijective import make_bijective
-from igl_linabf.overlaps import charts, overlaps
-from igl_linabf.splitting import separating_seams
+from igl_linabf.charts import make_bijective, separating_seams
+from igl_linabf.measures import charts, overlaps
 
 
 def strip(turns: float = 2.4, n: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -9,8 +9,8 @@ from conftest import bumps
 from scipy.spatial import cKDTree
 
 from igl_linabf import MeshError
-from igl_linabf.mesh import complex_positions, signed_double_areas
-from igl_linabf.packing import pack
+from igl_linabf.charts import pack
+from igl_linabf.surface import complex_positions, signed_double_areas
 
 Chart = tuple[np.ndarray, np.ndarray]
 MARGIN = 0.005

@@ -9,11 +9,12 @@ import pyvista as pv
 from conftest import best_fit_distance, load, pixels
 
 from igl_linabf import MeshError, cut, distortion, flatten, linabf, quad_grid, unwrap
-from igl_linabf.drawing import SEAM, colour_scale
 from igl_linabf.plot import (
     DARK,
     LIGHT,
+    SEAM,
     WARNING,
+    colour_scale,
     fit,
     plot_checkerboard,
     plot_compare,

@@ -14,7 +14,8 @@ from igl_linabf import flatten, unwrap
 
 SCRIPT = """
 import sys, igl
-from igl_linabf import progress, unwrap
+from igl_linabf import unwrap
+from igl_linabf._runtime import progress
 progress.PATIENCE = float(sys.argv[1])
 unwrap(*igl.upsample(*igl.icosahedron(), 3))
 """

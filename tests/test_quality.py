@@ -8,7 +8,7 @@ import pytest
 from conftest import load
 
 from igl_linabf import MeshError, flatten, quality
-from igl_linabf.quality import table
+from igl_linabf.measures import table
 
 
 def jacobians(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> np.ndarray:

@@ -8,7 +8,7 @@ import pytest
 from conftest import load
 
 from igl_linabf import MeshError, flatten, quality
-from igl_linabf.seams import cut, find_seams, texture_seams
+from igl_linabf.charts import cut, find_seams, texture_seams
 
 CLOSED = (
     "closed__igl_cow.off",

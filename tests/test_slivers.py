@@ -10,10 +10,9 @@ import pytest
 from conftest import Surface, load
 
 from igl_linabf import MeshError, MeshWarning, flatten, quality
-from igl_linabf.angles import CAP
-from igl_linabf.pattern import Pattern
-from igl_linabf.system import System
-from igl_linabf.topology import planar_topology
+from igl_linabf.angles import CAP_ANGLE, System
+from igl_linabf.linalg import Pattern
+from igl_linabf.surface import planar_topology
 
 
 def with_points(kind: str, eps: float, count: int) -> Surface:
@@ -55,7 +54,7 @@ def test_angles_too_near_pi_are_repaired_and_named(eps: float, method: str) -> N
     assert quality(V, F, result.uv).flips == 0
     edge = np.linalg.norm(V[F] - V[np.roll(F, 1, axis=1)], axis=2)
     rest = igl.doublearea(V, F) / edge.min(axis=1) / np.sort(edge, axis=1)[:, 1]  # sine of the largest angle
-    thin = np.flatnonzero((rest < CAP) & (igl.internal_angles(V, F).max(axis=1) > 2))
+    thin = np.flatnonzero((rest < CAP_ANGLE) & (igl.internal_angles(V, F).max(axis=1) > 2))
     assert np.array_equal(result.repaired, thin)
     assert "repaired faces" in str(result)
     # the others are as good as ever

@@ -7,8 +7,9 @@ import pytest
 from conftest import load
 from scipy import sparse
 
-from igl_linabf import FallbackWarning, MeshError, flatten, layout, linabf, solver
-from igl_linabf.solver import NotPositiveDefiniteError, Solvers, SuperLU
+from igl_linabf import FallbackWarning, MeshError, flatten, layout, linabf
+from igl_linabf.linalg import NotPositiveDefiniteError, Solvers, SuperLU
+from igl_linabf.linalg import factors as solver
 
 needs_cholmod = pytest.mark.skipif(not solver.has_cholmod(), reason="scikit-sparse is not installed")
 

@@ -19,8 +19,7 @@ from high_curvature import crown, rings
 from test_plot import colours, near, squares
 
 from igl_linabf import MeshError
-from igl_linabf.drawing import SEAM, WARNING
-from igl_linabf.view import MARK, Viewer, view
+from igl_linabf.plot import MARK, SEAM, WARNING, Viewer, view
 
 SIZE = (1400, 700)
 PATIENCE = 60  # seconds, after which a window that has not changed is given up

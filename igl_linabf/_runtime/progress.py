@@ -1,0 +1,122 @@
+"""How far a computation is: a callback, or a bar on a terminal once it takes long."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import sys
+import threading
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, nullcontext
+from contextvars import ContextVar
+from time import perf_counter
+from typing import Any, Literal
+
+from .cleanup import undone_at_once
+
+Progress = Callable[[str, float], None] | Literal[False] | None
+
+PATIENCE = 2.0  # seconds without a bar
+
+
+class _Report:
+    """Fractions done, from 0 to 1: each advance takes a share of what is left of its part."""
+
+    def __init__(self, show: Callable[[str, float], None]) -> None:
+        self._show, self._done, self._end = show, 0.0, 1.0
+
+    def advance(self, stage: str, share: float) -> None:
+        self._done += share * (self._end - self._done)
+        self._show(stage, self._done)
+
+    @contextmanager
+    def part(self, stage: str, end: float) -> Iterator[None]:
+        whole, self._end = self._end, min(max(end, self._done), self._end)
+        try:
+            yield
+            self.advance(stage, 1.0)
+        finally:
+            self._end = whole
+
+
+class _Bar:
+    """A bar of rich on stderr, from `PATIENCE` seconds on."""
+
+    def __init__(self) -> None:
+        self._start = perf_counter()
+        self._bar: Any = None  # rich's, imported when it is needed
+
+    def __call__(self, stage: str, done: float) -> None:
+        if self._bar is None:
+            if perf_counter() - self._start < PATIENCE:
+                return
+            from rich.console import Console
+            from rich.progress import Progress as Bar
+
+            self._bar = Bar(console=Console(stderr=True), transient=True)
+            self._task = self._bar.add_task(stage, total=1.0)
+            self._bar.start()
+        self._bar.update(self._task, description=stage, completed=done)
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.stop()
+
+    def wipe(self) -> None:
+        """Clear its line and show the cursor, without rich's locks."""
+        if self._bar is not None:
+            os.write(sys.stderr.fileno(), b"\r\x1b[2K\x1b[?25h")
+
+
+_current: ContextVar[_Report | None] = ContextVar("progress", default=None)
+
+
+@contextmanager
+def reporting(progress: Progress) -> Iterator[None]:
+    """Report what `advance` and `part` tell within.
+
+    A callable gets the name of the stage and the fraction done. None shows a bar, where stderr is a
+    terminal, in the main thread of the main process; False shows nothing. Within another
+    `reporting` None goes on with that one.
+    """
+    if progress is None and _current.get() is not None:
+        yield
+        return
+    bar = _Bar() if progress is None and _on_terminal() else None
+    show = bar or progress or None
+    token = _current.set(None if show is None else _Report(show))
+    try:
+        with nullcontext() if bar is None else undone_at_once(bar.wipe):
+            yield
+            advance("done", 1.0)
+    finally:
+        _current.reset(token)
+        if bar is not None:
+            bar.close()
+
+
+def advance(stage: str, share: float) -> None:
+    """Tell that `stage` has done a share of what was left."""
+    report = _current.get()
+    if report is not None:
+        report.advance(stage, share)
+
+
+@contextmanager
+def part(stage: str, end: float) -> Iterator[None]:
+    """What is told within brings the whole to the fraction `end`."""
+    report = _current.get()
+    if report is None:
+        yield
+    else:
+        with report.part(stage, end):
+            yield
+
+
+def _on_terminal() -> bool:
+    return (
+        sys.stderr is not None
+        and sys.stderr.isatty()
+        and threading.current_thread() is threading.main_thread()
+        and multiprocessing.parent_process() is None
+    )

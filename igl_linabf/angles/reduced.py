@@ -1,0 +1,139 @@
+"""The linear angle system in reduced form, and the Laplacian that preconditions it."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from ..linalg import Pattern, Symmetric
+from ..surface import NEXT, PREV, FloatArray, IntArray, Topology
+
+SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is corrected for
+
+
+class System:
+    """The reduced linear system of the angle errors at `alpha` (design, section 2).
+
+    The paper minimises sum (e / alpha)^2 subject to A e = b, that is (A W A^T) x = b and
+    e = W A^T x with W = diag(alpha^2) (eq. 11-16). Its triangle rows are mutually W-orthogonal.
+    Eliminating them leaves, with w = alpha^2, d = sum w, P = diag(w) - w w^T / d per triangle,
+
+        S x = r - M e0,    S = sum_t M_t P_t M_t^T,    e = e0 + P M^T x,
+
+    e0 = w (pi - sum alpha) / d and M the vertex and the wheel rows (eq. 5, 10), whose two
+    unknowns at a vertex are next to each other. Other weights w than alpha^2 measure the errors
+    otherwise: converged ABF takes alpha_0^2.
+    """
+
+    def __init__(
+        self, topology: Topology, pattern: Pattern, alpha: FloatArray, w: FloatArray | None = None
+    ) -> None:
+        self.topology, self.pattern = topology, pattern
+        self.w = alpha**2 if w is None else w
+        self.d = self.w.sum(axis=0)
+        self.cot = 1 / np.tan(alpha)
+        self._rows = topology.row[topology.corner]
+
+    def at_vertices(self, x: FloatArray) -> FloatArray:
+        """(#V, 2) multipliers of the vertices' own rows from those of their rows, (#rows, 2)."""
+        return np.vstack((x, np.zeros((1, 2))))[self.topology.row]  # a missing row, -1, reads the zeros
+
+    def at_corners(self, x: FloatArray) -> FloatArray:
+        """M^T x: (3, #F) values from (#V, 2) multipliers of the vertices' own rows."""
+        vertex, wheel = x.T.take(self.topology.corner, axis=1)  # far faster than by an index
+        return np.asarray(vertex + self.cot * (wheel[PREV] - wheel[NEXT]))
+
+    def projected(self, y: FloatArray) -> FloatArray:
+        """P y: (3, #F) angles that sum to zero in each triangle."""
+        w, after, before = self.w, y[NEXT], y[PREV]
+        return np.asarray(w * ((w[NEXT] * (y - after) + w[PREV] * (y - before)) / self.d))
+
+    def projection(self, faces: IntArray) -> FloatArray:
+        """P_t of some faces, (#faces, 3, 3)."""
+        return self._from_pairs(self._pairs[:, faces])
+
+    def conformal(self, faces: IntArray) -> FloatArray:
+        """s_t K_t of some faces, (#faces, 3, 3)."""
+        return self._from_pairs(self.cot[:, faces] * self._conformal_scale[faces] / 2)
+
+    @staticmethod
+    def _from_pairs(weight: FloatArray) -> FloatArray:
+        """Element matrices (#faces, 3, 3) of sum weight_k (y_i - y_j)^2, k opposite to i and j."""
+        K = np.empty((weight.shape[1], 3, 3))
+        for k in range(3):
+            i, j = NEXT[k], PREV[k]
+            K[:, i, j] = K[:, j, i] = -weight[k]
+            K[:, k, k] = weight[i] + weight[j]
+        return K
+
+    @cached_property
+    def _pairs(self) -> FloatArray:
+        """w_i w_j / d, (3, #F), k opposite to i and j: y^T P y = sum over pairs of that (y_i - y_j)^2.
+
+        Beside an angle near pi, w - w^2 / d would be all rounding.
+        """
+        return np.asarray(self.w[NEXT] * self.w[PREV] / self.d)
+
+    @cached_property
+    def _conformal_scale(self) -> FloatArray:
+        return np.asarray(2 * np.sqrt(self.w.prod(axis=0) / self.d))
+
+    def rows(self, e: FloatArray) -> FloatArray:
+        """M e: (#rows, 2) sums of (3, #F) angles."""
+        t, q = self.topology, self.cot * e
+        vertex = t.sum_at_rows(t.sum_at_vertices(e))
+        wheel = t.sum_at_rows(t.sum_at_vertices(q[NEXT] - q[PREV]))
+        return np.column_stack((vertex, wheel))
+
+    def matrix(self) -> Symmetric:
+        """S, (2 #rows, 2 #rows)."""
+        t, c, pair = self.topology, self.cot, self._pairs
+        cn, cp, opposite = c[NEXT], c[PREV], pair
+        beside_p, beside_n = pair[NEXT], pair[PREV]  # of corners k and k - 1, of k and k + 1
+        # within a corner's own row: (vertex, vertex), (vertex, wheel), (wheel, wheel)
+        own = (
+            beside_n + beside_p,
+            beside_p * cp - beside_n * cn,
+            opposite * (cn + cp) ** 2 + beside_n * cn**2 + beside_p * cp**2,
+        )
+        vertex, mixed, wheel = (t.sum_at_rows(t.sum_at_vertices(values)) for values in own)
+        diagonal = np.stack((vertex, mixed, mixed, wheel))
+        # between the corners a, b at tail and head of the half-edge opposite to corner k, as
+        # (vertex, vertex), (vertex, wheel), (wheel, vertex), (wheel, wheel)
+        to_a, to_b = beside_n * (c + cn), beside_p * (c + cp)
+        across = (
+            -opposite,
+            -opposite * cn - to_a,
+            opposite * cp + to_b,
+            opposite * cn * cp - c * (to_a + to_b),
+        )
+        vv, vw, wv, ww = (values.ravel() for values in across)
+        h, r = self.pattern.upward  # r runs the other way, where the block is transposed
+        block = np.stack((vv[h] + vv[r], vw[h] + wv[r], wv[h] + vw[r], ww[h] + ww[r]))
+        for side, rows in self.pattern.loops:  # edges within a hole's row
+            for k, values in enumerate((2 * vv, vw + wv, vw + wv, 2 * ww)):
+                diagonal[k] += self.pattern.row_sums(rows, values[side])
+        return self.pattern.symmetric(block, diagonal)
+
+    def laplacian(self) -> sparse.csc_array:
+        """Lower triangle of L_s = sum_t s_t K_t, K_t the cotangent element matrix.
+
+        With K_t for P_t, S would be diag(L, L) exactly: the two rows of a vertex are the parts
+        of one complex number, the logarithm of an edge ratio, which is holomorphic in the
+        triangle's shape. s_t = 2 sqrt(w0 w1 w2 / d) is the geometric mean of the two
+        eigenvalue ratios of P_t and K_t.
+        """
+        return self.pattern.laplacian(self.topology.sum_at_edges(self.cot * self._conformal_scale) / 2)
+
+    def sliver_rows(self) -> IntArray:
+        """Rows of the triangles in which P_t and s_t K_t differ by more than `SLIVER`."""
+        w, c, d = self.w, self.cot, self.d
+        # tr(K+ P) = (tr K tr P - tr K P) / (3/4), det = 4 w0 w1 w2 / d on the plane sum e = 0
+        p = self._pairs[NEXT] + self._pairs[PREV]
+        kp = 0.5 * ((c[NEXT] + c[PREV]) * p).sum(axis=0) + (c * self._pairs).sum(axis=0)
+        trace = (c.sum(axis=0) * p.sum(axis=0) - kp) / 0.75
+        ratio = trace**2 * d / (4 * w.prod(axis=0)) - 2  # rho + 1 / rho
+        rows = self._rows[:, ratio > SLIVER + 1 / SLIVER]
+        return np.unique(rows[rows >= 0])

@@ -1,0 +1,286 @@
+"""Cut graphs: nets of edges along which a component opens to a disk, and how to shorten them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..surface import FloatArray, IntArray, measure, sum_by, topology_of
+
+CREASE = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
+SMALLEST = 1e-3  # of an edge's cotangent weight: the maximum principle then holds
+APART = 4  # base points for the loops around handles, far from each other
+BASES = 3  # rounds of such points
+ROUNDS = 4  # of moving branch points
+SHORTER = 1 - 1e-9  # what is shorter by less is equal
+
+Cost = Callable[[IntArray], float]  # of a seam
+
+
+@dataclass(frozen=True, eq=False)
+class ClosedSurface:
+    """A component as a closed surface: each boundary loop is contracted to a node of its own.
+
+    A graph on it whose complement is a disk cuts the component to a disk, wherever it meets the
+    boundary, so that holes need no care of their own.
+
+    Attributes
+    ----------
+    n, holes, genus, n_faces : int
+        Numbers of nodes, of those (the first ones) that are loops, of handles and faces.
+    edges, ends, faces : (#E, 2) int64
+        Vertices, nodes and faces at each edge that has two faces.
+    length : (#E,) float64
+        Less than an edge's own where the surface is bent along it: a seam is best hidden there.
+    graph : (n, n) sparse
+        The shortest edge between each two nodes; `key` and `shortest` find it.
+    curvature, area : (n,) float64
+        Angle defects and vertex areas.
+    laplacian : (n, n) sparse
+    size : float
+        Square root of the area.
+    """
+
+    n: int
+    holes: int
+    genus: int
+    n_faces: int
+    edges: IntArray
+    ends: IntArray
+    faces: IntArray
+    length: FloatArray
+    graph: sparse.csr_array
+    key: IntArray
+    shortest: IntArray
+    curvature: FloatArray
+    area: FloatArray
+    laplacian: sparse.csr_array
+    size: float
+
+    def between(self, i: IntArray, j: IntArray) -> IntArray:
+        """The shortest edges between neighbouring nodes."""
+        return self.shortest[np.searchsorted(self.key, np.minimum(i, j) * self.n + np.maximum(i, j))]
+
+    def search(
+        self, sources: IntArray, avoid: IntArray | None = None
+    ) -> tuple[FloatArray, IntArray, IntArray]:
+        """Distance of each node from the nearest source, the node before it, and that source."""
+        graph = self.graph
+        if avoid is not None:
+            open_ = np.ones(self.n, dtype=bool)
+            open_[avoid] = False
+            open_[sources] = True
+            rows = np.repeat(np.arange(self.n), np.diff(graph.indptr))
+            data = np.where(open_[rows] & open_[graph.indices], graph.data, np.inf)
+            graph = sparse.csr_array((data, graph.indices, graph.indptr), shape=graph.shape)
+        distance, before, source = csgraph.dijkstra(
+            graph, indices=sources, min_only=True, return_predecessors=True
+        )
+        return distance, before.astype(np.int64), source.astype(np.int64)
+
+    def paths(self, before: IntArray, ends: list[int]) -> IntArray:
+        """The edges on the ways from some nodes back to their sources, each once."""
+        steps: dict[int, int] = {}
+        for node in ends:
+            while before[node] >= 0 and node not in steps:
+                steps[node] = int(before[node])
+                node = steps[node]
+        return self.between(*np.array([*steps.items()], dtype=np.int64).reshape(-1, 2).T)
+
+    def total(self, seam: IntArray) -> float:
+        return float(self.length[seam].sum())
+
+
+def closed_surface(V: FloatArray, F: IntArray) -> ClosedSurface:
+    """Contract the boundary loops of one component, (#V, 3) and (#F, 3) over all of V."""
+    every = np.arange(len(V))
+    topology = topology_of(F, every)
+    holes = len(topology.loops)
+    node = np.full(len(V), -1)
+    for i, loop in enumerate(topology.loops):
+        node[loop] = i
+    n = holes + int(np.count_nonzero(node < 0))
+    node[node < 0] = np.arange(holes, n)
+    inside = topology.sides[1] >= 0
+    edges = topology.edges[inside]
+    ends = node[edges]
+    length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
+    faces = topology.sides[:, inside].T % len(F)
+    length *= 1 - CREASE * np.minimum(_bend(V, F, faces) / (np.pi / 2), 1)
+    proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
+    shortest, key = _first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
+    double_area, dot = measure(V, topology.corner, every)
+    corner = node[topology.corner]
+    cotangent = topology.sum_at_edges(dot / double_area)[inside] / 2
+    off = _symmetric(-np.maximum(cotangent, SMALLEST), ends, n)
+    return ClosedSurface(
+        n=n,
+        holes=holes,
+        genus=(2 - holes - (len(V) - len(topology.edges) + len(F))) // 2,
+        n_faces=len(F),
+        edges=edges,
+        ends=ends,
+        faces=faces,
+        length=length,
+        graph=_symmetric(length[shortest], ends[shortest], n),
+        key=key,
+        shortest=shortest,
+        curvature=2 * np.pi - sum_by(corner, np.arctan2(double_area, dot), n),
+        area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
+        laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
+        size=float(np.sqrt(double_area.sum() / 2)),
+    )
+
+
+def _bend(V: FloatArray, F: IntArray, faces: IntArray) -> FloatArray:
+    """Angle between the normals of the two faces at each edge."""
+    a, b, c = V[F.T]
+    normal = np.cross(b - a, c - a)
+    first, second = normal[faces.T]
+    cross = np.linalg.norm(np.cross(first, second), axis=1)
+    return np.asarray(np.arctan2(cross, (first * second).sum(axis=1)))
+
+
+def open_handles(piece: ClosedSurface) -> IntArray:
+    """The shortest cut graph among those of loops through one point, for some points."""
+    shortest, length = np.zeros(0, dtype=np.int64), np.inf
+    bases, tried = [int(np.argmax(np.abs(piece.curvature)))], set[int]()
+    while len(bases) < APART:
+        bases.append(int(np.argmax(piece.search(np.array(bases))[0])))
+    for _ in range(BASES):
+        for base in bases:
+            seam, across = _loops(piece, base)
+            if piece.total(seam) < length * SHORTER:
+                shortest, length, best = seam, piece.total(seam), across
+        tried.update(bases)
+        # a loop is short as seen from a point on it
+        bases = sorted(set(piece.ends[best].ravel().tolist()) - tried)
+    return shortest
+
+
+def _loops(piece: ClosedSurface, base: int) -> tuple[IntArray, IntArray]:
+    """The cut graph of the shortest loops through `base`, and the edges in their middle."""
+    distance, before, _ = piece.search(np.array([base]))
+    others = np.flatnonzero(before >= 0)
+    in_tree = np.zeros(len(piece.edges), dtype=bool)
+    in_tree[piece.between(others, before[others])] = True
+    loop = distance[piece.ends].sum(axis=1) + piece.length
+    order = np.argsort(-loop, kind="stable")
+    rank = np.empty(len(order))
+    rank[order] = np.arange(1, len(order) + 1)  # distinct weights name the edge
+    m, faces = piece.n_faces, piece.faces
+    dual, _ = _first_of_each(faces.min(axis=1) * m + faces.max(axis=1), rank, np.flatnonzero(~in_tree))
+    cotree = csgraph.minimum_spanning_tree(sparse.csr_array((rank[dual], faces[dual].T), shape=(m, m)))
+    in_cotree = np.zeros(len(rank), dtype=bool)
+    in_cotree[order[cotree.data.astype(np.int64) - 1]] = True
+    across = np.flatnonzero(~in_tree & ~in_cotree)
+    seam = np.union1d(across, piece.paths(before, piece.ends[across].ravel().tolist()))
+    while True:  # drop what all loops share on their way to the base
+        loose = (np.bincount(piece.ends[seam].ravel())[piece.ends[seam]] == 1).any(axis=1)
+        if not loose.any():
+            return seam, across
+        seam = seam[~loose]
+
+
+def join(piece: ClosedSurface, seam: IntArray) -> IntArray:
+    """Join the holes and the seam by a minimum spanning tree of shortest paths between them."""
+    on_seam = np.unique(piece.ends[seam])
+    terminals = np.union1d(on_seam, np.arange(piece.holes))
+    if len(terminals) == 0:
+        return seam
+    distance, before, source = piece.search(terminals)
+    group = np.arange(piece.n)
+    group[on_seam] = on_seam.min(initial=piece.n)
+    ends = group[source[piece.ends]]
+    way = distance[piece.ends].sum(axis=1) + piece.length
+    between = np.flatnonzero(ends[:, 0] != ends[:, 1])
+    bridge, key = _first_of_each(ends.min(axis=1) * piece.n + ends.max(axis=1), way, between)
+    n = piece.n
+    tree = csgraph.minimum_spanning_tree(sparse.csr_array((way[bridge], (key // n, key % n)), shape=(n, n)))
+    i, j = tree.tocoo().coords
+    bridge = bridge[np.searchsorted(key, i.astype(np.int64) * n + j)]
+    paths = piece.paths(before, piece.ends[bridge].ravel().tolist())
+    return np.concatenate((seam, np.setdiff1d(np.union1d(bridge, paths), seam)))
+
+
+def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
+    """Move the branch points, one after another, to where their arcs are shortest, if that pays."""
+    for _ in range(ROUNDS):
+        before = piece.total(seam)
+        degree = np.bincount(piece.ends[seam].ravel(), minlength=piece.n)
+        for branch in np.flatnonzero(degree >= 3).tolist():
+            seam = _moved(piece, seam, branch, cost)
+        if not piece.total(seam) < before * SHORTER:
+            break
+    return seam
+
+
+def _moved(piece: ClosedSurface, seam: IntArray, branch: int, cost: Cost) -> IntArray:
+    """The seam with arcs that meet at `branch` led to the point from where they are shortest.
+
+    Where more than three arcs meet, or at a hole, two of them may leave it together.
+    """
+    arcs = _arcs(piece, seam, branch)
+    free = len(arcs) == 3 and branch >= piece.holes
+    for chosen in [tuple(arcs)] if free else combinations(arcs, 2):
+        rest = np.setdiff1d(seam, np.concatenate([arc for arc, _ in chosen]))
+        tips = [tip for _, tip in chosen] + [branch] * (not free)
+        _, label = csgraph.connected_components(_pattern(piece.ends[rest], piece.n), directed=False)
+        if len(set(label[tips].tolist())) == 3:
+            searches = [piece.search(np.flatnonzero(label == label[tip])) for tip in tips]
+        else:
+            searches = [piece.search(np.array([tip]), np.unique(piece.ends[rest])) for tip in tips]
+        centre = int(np.argmin(sum(distance for distance, _, _ in searches)))
+        ways = [piece.paths(before, [centre]) for _, before, _ in searches]
+        moved = np.unique(np.concatenate((rest, *ways)))
+        shorter = piece.total(moved) < piece.total(seam) * SHORTER
+        if shorter and _shape(piece, moved) == _shape(piece, seam) and cost(moved) < cost(seam):
+            return moved
+    return seam
+
+
+def _arcs(piece: ClosedSurface, seam: IntArray, branch: int) -> list[tuple[IntArray, int]]:
+    """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
+    around: dict[int, list[tuple[int, int]]] = {}
+    for edge, (i, j) in zip(seam.tolist(), piece.ends[seam].tolist(), strict=True):
+        around.setdefault(i, []).append((edge, j))
+        around.setdefault(j, []).append((edge, i))
+    arcs = []
+    for edge, node in around.get(branch, []):
+        arc = [edge]
+        while len(around[node]) == 2 and node >= piece.holes:
+            edge, node = next(step for step in around[node] if step[0] != arc[-1])
+            arc.append(edge)
+        arcs.append((np.array(arc), node))
+    return arcs
+
+
+def _shape(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, int]:
+    """Numbers of components and cycles of the seam with the holes, and of the pieces it leaves."""
+    number, _ = csgraph.connected_components(_pattern(piece.ends[seam], piece.n), directed=False)
+    alone = piece.n - len(np.union1d(piece.ends[seam], np.arange(piece.holes)))
+    dual = _pattern(np.delete(piece.faces, seam, axis=0), piece.n_faces)
+    pieces, _ = csgraph.connected_components(dual, directed=False)
+    return number - alone, number + len(seam) - piece.n, pieces
+
+
+def _symmetric(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
+    i, j = ends.T
+    both = (np.append(i, j), np.append(j, i))
+    return sparse.csr_array((np.tile(values, 2), both), shape=(n, n))
+
+
+def _pattern(ends: IntArray, n: int) -> sparse.csr_array:
+    return sparse.csr_array((np.ones(len(ends)), ends.T), shape=(n, n))
+
+
+def _first_of_each(key: IntArray, weight: FloatArray, index: IntArray) -> tuple[IntArray, IntArray]:
+    """Of the `index` with equal `key` the one of least weight; and these keys, sorted."""
+    order = index[np.lexsort((weight[index], key[index]))]
+    keys, first = np.unique(key[order], return_index=True)
+    return order[first], keys

@@ -1,0 +1,280 @@
+"""Seams that take the overlapping parts of a flat map from each other."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..errors import MeshError, some
+from ..measures import charts
+from ..surface import (
+    FloatArray,
+    IntArray,
+    Topology,
+    check_finite,
+    compact,
+    face_array,
+    planar_topology,
+    vertex_array,
+)
+
+BARRIER = 1e3  # times its length costs an edge inside of a sheet
+PART = 0.1  # of the bounding box's diagonal: the length of seam that one part less is worth
+JOINTLY = 6  # overlaps that one search for seams separates at most
+NODES = 1 << 20  # of the graph that it searches; each overlap doubles it
+
+
+def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
+    """Short seams that take the overlapping parts of a flat map from each other.
+
+    Each seam is a shortest path along edges of the surface, from boundary to boundary, that leaves
+    one sheet of an overlap on its one side and the other sheet on the other; or, where that is
+    shorter, one that runs from the boundary around one sheet and back to itself. Either makes two
+    disks of one. The largest overlap comes first, until no pair of faces is left in one part.
+    A part may overlap itself again when flattened anew: repeat until none does.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles. A chart with overlaps is a disk; the others may be anything.
+    pairs : (#P, 2) int
+        What `overlaps(uv, F)` found: faces of one chart each.
+
+    Returns
+    -------
+    seams : (#E, 2) int64
+        Edges to cut along, as vertices i < j, in lexicographic order.
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together; a pair is no two different faces of one chart; a chart
+        with overlaps is not one oriented manifold disk.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from igl_linabf.measures.overlapping import overlaps
+
+    A strip, wound up by one turn and a fifth:
+
+    >>> t = np.repeat(np.linspace(0, 7.5, 31), 2)
+    >>> V = np.column_stack((t, np.tile([0, 0.2], 31), 0 * t))
+    >>> F = np.array([[[2 * i, 2 * i + 2, 2 * i + 1], [2 * i + 1, 2 * i + 2, 2 * i + 3]] for i in range(30)])
+    >>> F = F.reshape(-1, 3)
+    >>> uv = (1 - V[:, 1:2]) * np.column_stack((np.cos(t), np.sin(t)))
+    >>> pairs = overlaps(uv, F)
+    >>> len(pairs), separating_seams(V, F, pairs)
+    (27, array([[50, 51]]))
+    """
+    positions, faces = vertex_array(V), face_array(F)
+    vertices, faces = compact(faces, len(positions))
+    positions = positions[vertices]
+    check_finite(positions, vertices)
+    left = _pair_array(pairs, len(faces))
+    chart = charts(faces, len(positions))
+    strangers = np.flatnonzero(chart[left[:, 0]] != chart[left[:, 1]])
+    if len(strangers):
+        raise MeshError(
+            f"pairs {some(strangers)} are faces of two charts (the first: faces "
+            f"{left[strangers[0]].tolist()}): a seam separates faces of one chart; move the charts apart"
+        )
+    seams, waiting = [np.zeros((0, 2), dtype=np.int64)], []
+    # each part: faces by the caller's numbers; the same by its own vertices; what F calls these
+    for label in np.unique(chart[left[:, 0]]):
+        index = np.flatnonzero(chart == label)
+        names, own = compact(faces[index], len(positions))
+        planar_topology(own, vertices[names])
+        waiting.append((index, own, names))
+    while waiting:
+        index, own, names = waiting.pop()
+        place = np.full(len(faces), -1)
+        place[index] = np.arange(len(index))
+        inside = place[left[(place[left] >= 0).all(axis=1)]]
+        if not len(inside):
+            continue
+        seam = _shortest_seam(positions[names], planar_topology(own, vertices[names]), inside)
+        seams.append(np.sort(vertices[names[seam]], axis=1))
+        cut, origin = _cut(own, seam)
+        part = charts(cut, len(origin))
+        for i in range(int(part.max()) + 1):
+            chosen = np.flatnonzero(part == i)
+            used, again = compact(cut[chosen], len(origin))
+            waiting.append((index[chosen], again, names[origin[used]]))
+    return np.unique(np.concatenate(seams), axis=0)
+
+
+def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
+    """`pairs` as (#P, 2) int64, checked."""
+    array = np.asarray(pairs)
+    if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "iu":
+        raise MeshError(
+            f"pairs has the shape {array.shape} and the dtype {array.dtype}: pass the (#P, 2) face indices "
+            "that overlaps returns"
+        )
+    array = array.astype(np.int64)
+    bad = np.flatnonzero(((array < 0) | (array >= m)).any(axis=1) | (array[:, 0] == array[:, 1]))
+    if len(bad):
+        raise MeshError(
+            f"pairs {some(bad)} are not two different faces within 0..{m - 1} (the first: "
+            f"{array[bad[0]].tolist()}): pass what overlaps returned for the same F"
+        )
+    return array
+
+
+def _shortest_seam(V: FloatArray, topology: Topology, pairs: IntArray) -> IntArray:
+    """The edges (#E, 2) of the seams that separate the sheets of the largest overlaps."""
+    m = topology.corner.shape[1]
+    first, second = topology.sides
+    inner = np.flatnonzero(second >= 0)
+    right, left = first[inner] % m, second[inner] % m  # the faces that such an edge separates
+    most = min(JOINTLY, max(1, int(np.log2(NODES / topology.n))))
+    sheets = _sheets(pairs, right, left, m, most)
+    while not len(seam := _seam_between(V, topology, inner, right, left, sheets)):
+        # three single faces over each other: no closed line crosses all three ways an odd number of times
+        sheets.pop()
+    return seam
+
+
+def _seam_between(
+    V: FloatArray,
+    topology: Topology,
+    inner: IntArray,
+    right: IntArray,
+    left: IntArray,
+    sheets: list[IntArray],
+) -> IntArray:
+    """The shortest seam that has the two sheets of each overlap on different sides; no edge if none does."""
+    edges = topology.edges
+    length = np.linalg.norm(V[edges[inner, 0]] - V[edges[inner, 1]], axis=1)
+    spoke = PART * np.linalg.norm(np.ptp(V, axis=0)) / 2
+    flip = np.zeros(len(inner), dtype=np.int64)
+    barred = np.zeros(len(inner), dtype=bool)
+    for k, sheet in enumerate(sheets):
+        flip[_dual_path(sheet, right, left)] |= 1 << k
+        barred |= (sheet[right] == sheet[left]) & (sheet[right] > 0)
+    # A closed line separates two sheets if it crosses the way from one to the other an odd number of
+    # times. With a copy of the vertices for each combination of odd and even, and edges across a way
+    # leading from copy to copy, it goes from a point to that point's all-odd copy. Each boundary
+    # loop is one more vertex: a seam may end there, and another begin elsewhere on the loop.
+    rim = np.concatenate(topology.loops)
+    loop = np.repeat(np.arange(len(topology.loops)), [len(vertices) for vertices in topology.loops])
+    n, copies = topology.n + len(topology.loops), 1 << len(sheets)
+    a = np.concatenate((edges[inner, 0], rim))
+    b = np.concatenate((edges[inner, 1], topology.n + loop))
+    cost = np.concatenate((np.where(barred, BARRIER, 1.0) * length, np.full(len(rim), spoke)))
+    flip = np.concatenate((flip, np.zeros(len(rim), dtype=np.int64)))
+    copy = np.arange(copies)[:, None]
+    ends = (copy * n + a).ravel(), ((copy ^ flip) * n + b).ravel()
+    graph = sparse.csr_array((np.tile(cost, copies), ends), shape=(copies * n, copies * n))
+    _, before = csgraph.dijkstra(graph, directed=False, indices=topology.n, return_predecessors=True)
+    walk = [(copies - 1) * n + topology.n]
+    while before[walk[-1]] >= 0:
+        walk.append(int(before[walk[-1]]))
+    path = np.array(_pruned(walk, n, topology.n), dtype=np.int64)
+    steps = np.column_stack((path[:-1], path[1:]))
+    return np.asarray(steps[(steps < topology.n).all(axis=1)])
+
+
+def _pruned(walk: list[int], n: int, rim: int) -> list[int]:
+    """The vertices of a walk over copies of n; `rim` and above are boundary loops.
+
+    Where an arc runs around a sheet and back to itself, a second way from there to the
+    boundary, of the same length as the first, is left out.
+    """
+    path, arc = [], []
+    for node in walk:
+        arc.append(node)
+        if node % n < rim or len(arc) == 1:
+            continue
+        first: dict[int, int] = {}
+        for end, vertex in enumerate(i % n for i in arc[1:-1]):
+            begin = first.setdefault(vertex, end)
+            if begin < end:
+                tails = arc[0] // n ^ arc[1 + begin] // n ^ arc[1 + end] // n ^ arc[-1] // n
+                if not tails:
+                    arc = [*arc[: end + 2], arc[-1]]
+                    break
+        path += [i % n for i in arc[:-1]]
+        if len(first) < len(arc) - 2:
+            path.append(rim)
+        arc = [node]
+    return [*path, walk[-1] % n]
+
+
+def _sheets(pairs: IntArray, right: IntArray, left: IntArray, m: int, most: int) -> list[IntArray]:
+    """Of the `most` largest overlaps the two sets of faces that lie over each other, as 1 and 2, 0 elsewhere.
+
+    Pairs are neighbours if one face is the same, and the others are neighbours: so an overlap is
+    a component of them. Where it winds on, so that a face is over one and under another, its
+    sheets are grown from one pair on until they meet. Each sheet is connected.
+    """
+    both = np.concatenate((pairs, pairs[:, ::-1]))
+    code = np.unique(both[:, 0] * m + both[:, 1])
+    upper, lower = code // m, code % m
+    starts, ends = [], []
+    order = np.argsort(np.concatenate((right, left)), kind="stable")
+    face, neighbour = np.concatenate((right, left))[order], np.concatenate((left, right))[order]
+    begin = np.searchsorted(face, np.arange(m + 1))
+    for k in range(3):
+        here = np.flatnonzero(begin[upper] + k < begin[upper + 1])
+        key = neighbour[begin[upper[here]] + k] * m + lower[here]
+        place = np.minimum(np.searchsorted(code, key), len(code) - 1)
+        found = code[place] == key
+        starts.append(here[found])
+        ends.append(place[found])
+    mirror = np.searchsorted(code, lower * m + upper)
+    i, j = np.concatenate(starts), np.concatenate(ends)
+    i, j = np.concatenate((i, mirror[i])), np.concatenate((j, mirror[j]))
+    graph = sparse.csr_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(len(code), len(code)))
+    label = csgraph.connected_components(graph, directed=False)[1]
+    label = np.minimum(label, label[mirror])
+    _, seeds, size = np.unique(label, return_index=True, return_counts=True)
+    sheets = []
+    for seed in seeds[np.argsort(-size, kind="stable")][:most]:
+        reached = csgraph.breadth_first_order(graph, seed, directed=False, return_predecessors=False)
+        when = np.full((2, m), len(reached))
+        for side, faces in enumerate((upper[reached], lower[reached])):
+            np.minimum.at(when[side], faces, np.arange(len(reached)))
+        met = when.max(axis=0).min()  # where a face is first both; short of that is room for a seam
+        near = when < (met if met == len(reached) else 0.8 * met)
+        sheet = np.where(near[0], 1, np.where(near[1], 2, 0))
+        sheet[[upper[seed], lower[seed]]] = 1, 2
+        same = (sheet[right] == sheet[left]) & (sheet[right] > 0)
+        ones = np.ones(np.count_nonzero(same), dtype=np.int8)
+        joined = sparse.csr_array((ones, (right[same], left[same])), shape=(m, m))
+        piece = csgraph.connected_components(joined, directed=False)[1]
+        sheet[(piece != piece[upper[seed]]) & (piece != piece[lower[seed]])] = 0
+        sheets.append(sheet)
+    return sheets
+
+
+def _dual_path(sheet: IntArray, right: IntArray, left: IntArray) -> IntArray:
+    """Edges, by their place in `right` and `left`, that a way from sheet 1 to sheet 2 crosses."""
+    m = len(sheet)
+    source = np.flatnonzero(sheet == 1)
+    number = sparse.csr_array((np.arange(1, len(right) + 1), (right, left)), shape=(m + 1, m + 1))
+    start = sparse.csr_array((np.ones(len(source)), (np.full(len(source), m), source)), shape=(m + 1, m + 1))
+    graph = (number + start).tocsr()
+    reached, before = csgraph.breadth_first_order(graph, m, directed=False, return_predecessors=True)
+    face = int(reached[np.argmax(np.append(sheet, 0)[reached] == 2)])
+    crossed = []
+    while before[face] != m:
+        crossed.append(int(number[face, before[face]]) + int(number[before[face], face]) - 1)
+        face = int(before[face])
+    return np.array(crossed, dtype=np.int64)
+
+
+def _cut(F: IntArray, seam: IntArray) -> tuple[IntArray, IntArray]:
+    """`F` with its vertices along a seam doubled, and the former vertex of each."""
+    n = int(F.max()) + 1
+    tail, head = F, F[:, [1, 2, 0]]
+    code = np.minimum(tail, head) * n + np.maximum(tail, head)
+    marked = np.isin(code, seam.min(axis=1) * n + seam.max(axis=1))
+    _, cut, origin = igl.cut_mesh(np.zeros((n, 3)), F, marked)
+    return np.asarray(cut, dtype=np.int64), np.asarray(origin, dtype=np.int64)

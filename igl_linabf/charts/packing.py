@@ -1,0 +1,206 @@
+"""Charts side by side in the unit square, at one common scale.
+
+Each chart is turned to the rectangle of least area around it; rectpack packs the rectangles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import rectpack
+from numpy.typing import ArrayLike
+from scipy.spatial import ConvexHull
+
+from ..errors import MeshError
+from ..surface import (
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    check_finite,
+    compact,
+    complex_positions,
+    coordinates,
+    face_array,
+    scatter,
+    signed_double_areas,
+    vertex_array,
+)
+
+GRID = 1 << 20  # rectpack's unit: the square's side over this
+TRIALS = 16  # scales tried by each rule, halving the interval
+RULES = (rectpack.MaxRectsBssf, rectpack.MaxRectsBaf, rectpack.SkylineBl)
+FEW = 60  # charts up to which every rule is tried; above, the last one, which is fast
+
+Place = tuple[int, int, int, int, bool]  # left, bottom, width, height in grid units; whether it is turned
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A chart in the unit square: `ratio * (u + iv) + shift` of what it was.
+
+    Attributes
+    ----------
+    ratio : complex
+        Turn and scale. Its absolute value is the common scale, the same for all charts.
+    shift : complex
+    uv : (#V, 2) float64
+        The chart's coordinates there; NaN at vertices that no face refers to.
+    area : float
+        Its area there; the sum over the charts is the share of the square that is filled.
+    """
+
+    ratio: complex
+    shift: complex
+    uv: FloatArray
+    area: float
+
+
+@dataclass(frozen=True, eq=False)
+class _Chart:
+    """A chart turned to its narrowest rectangle, its lower left corner at 0."""
+
+    z: ComplexArray
+    corner: IntArray
+    vertices: IntArray
+    n_given: int
+    turn: complex
+    origin: complex
+    extent: complex
+    area: float
+
+
+def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005) -> list[Placed]:
+    """Pack charts into the unit square by similarities of one common scale, without mirroring.
+
+    Parameters
+    ----------
+    charts : sequence of (uv, F)
+        Coordinates (#V, 2) float and triangles (#F, 3) int of each chart, at the relative scale
+        they shall keep (that of their 3-D areas).
+    margin : float
+        Smallest distance between two charts and to the border, as a share of the square's side.
+
+    Returns
+    -------
+    list of Placed
+        In the order of `charts`; the same for the same input.
+
+    Raises
+    ------
+    MeshError
+        A chart has no area or coordinates that are not finite, or there are too many charts for
+        the margin.
+    ValueError
+        The margin is not within [0, 0.1].
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), np.array([[0, 1, 2], [0, 2, 3]])
+    >>> placed = pack([square] * 4)
+    >>> sum(chart.area for chart in placed) > 0.95
+    True
+    """
+    if not 0 <= margin <= 0.1:
+        raise ValueError(f"margin is {margin!r}: give a share of the square's side, from 0 to 0.1")
+    given = [_chart(uv, F, i, single=len(charts) == 1) for i, (uv, F) in enumerate(charts)]
+    if not given:
+        return []
+    extents = np.array([chart.extent for chart in given])
+    inner = 1 - margin  # each rectangle brings the margin on two of its sides
+    longest = max(extents.real.max(), extents.imag.max())
+    high = min((1 - 2 * margin) / longest, inner / np.sqrt(sum(chart.area for chart in given)))
+    high *= 1 - 8 / GRID  # rectangles are rounded up to the grid
+    scale, places = 0.0, None
+    for rule in RULES if len(given) <= FEW else RULES[-1:]:
+        top, trial = high, high
+        for _ in range(TRIALS):
+            found = _attempt(extents * trial, margin, rule)
+            if found is None:
+                top = trial
+            else:
+                scale, places = trial, found
+            trial = (scale + top) / 2
+            if scale == high:
+                break
+        if scale == high:
+            break
+    if places is None:
+        raise MeshError(f"{len(given)} charts do not fit with a margin of {margin}: use a smaller one")
+    # to the very border: the gaps only become wider
+    right = max(max(x + w, y + h) for x, y, w, h, _ in places) / GRID - margin
+    grow = (1 - 2 * margin) / right
+    return [
+        _placed(chart, scale * grow, place, margin, grow) for chart, place in zip(given, places, strict=True)
+    ]
+
+
+def _attempt(extents: ComplexArray, margin: float, rule: type) -> list[Place] | None:
+    """Places for all charts of these sizes, each with the margin above and right of it."""
+    packer = rectpack.newPacker(
+        mode=rectpack.PackingMode.Offline, bin_algo=rectpack.PackingBin.BNF, pack_algo=rule, rotation=True
+    )
+    sizes = np.ceil((np.column_stack((extents.real, extents.imag)) + margin) * GRID).astype(np.int64).tolist()
+    side = int((1 - margin) * GRID)
+    packer.add_bin(side, side)
+    for i, (width, height) in enumerate(sizes):
+        packer.add_rect(width, height, i)
+    packer.pack()
+    found = {i: (x, y, w, h) for _, x, y, w, h, i in packer.rect_list()}
+    if len(found) < len(sizes):
+        return None
+    return [(*found[i], list(found[i][2:]) != size) for i, size in enumerate(sizes)]
+
+
+def _placed(chart: _Chart, scale: float, place: Place, margin: float, grow: float) -> Placed:
+    x, y, _, _, lies = place
+    corner = complex(x, y) / GRID * grow + complex(margin, margin)
+    # a quarter turn about the lower left corner, and back into the rectangle
+    turn, back = (1j, chart.extent.imag) if lies else (1 + 0j, 0.0)
+    new = (chart.z * turn + back) * scale + corner
+    ratio = scale * turn * chart.turn
+    shift = corner + scale * (back - turn * chart.origin)
+    uv = scatter(coordinates(new), chart.vertices, chart.n_given)
+    return Placed(ratio, shift, uv, float(chart.area * scale**2))
+
+
+def _chart(uv: ArrayLike, F: ArrayLike, i: int, single: bool) -> _Chart:
+    try:
+        map_, faces = vertex_array(uv, 2, "uv"), face_array(F)
+        vertices, faces = compact(faces, len(map_))
+        check_finite(map_[vertices], vertices, "uv")
+    except MeshError as error:
+        raise MeshError(f"chart {i}: {error}") from None
+    z, corner = complex_positions(map_[vertices]), np.ascontiguousarray(faces.T)
+    area = float(np.abs(signed_double_areas(z, corner)).sum()) / 2
+    size = max(float(np.ptp(z.real)), float(np.ptp(z.imag)))
+    if not area > 4 * np.finfo(float).eps * size * max(size, float(np.abs(z).max())):
+        raise MeshError(f"chart {i} has no area (its {len(faces)} faces lie on a line): leave it out")
+    turn = _turn(z, single)
+    z = z * turn
+    origin = complex(z.real.min(), z.imag.min())
+    z -= origin
+    return _Chart(z, corner, vertices, len(map_), turn, origin, complex(z.real.max(), z.imag.max()), area)
+
+
+def _turn(z: ComplexArray, single: bool) -> complex:
+    """The turn to the rectangle of least area around `z`; to the least square for a single chart."""
+    points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
+    axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)
+    # Qhull takes long thin charts as flat: whiten them, which does not change what is on the hull
+    hull = z[ConvexHull(points @ (axes / sizes)).vertices]
+    edges = np.roll(hull, -1) - hull
+    turns = edges.conj() / np.abs(edges)
+    turns = turns[:: -(-len(turns) // 1000)]
+    if single:
+        turns = np.concatenate((turns, np.exp(0.5j * np.pi * np.linspace(0, 1, 1000, endpoint=False))))
+    best = (np.inf, 1 + 0j)
+    for part in np.array_split(turns, -(-len(turns) * len(hull) // 1_000_000)):
+        turned = part[:, None] * hull
+        width, height = np.ptp(turned.real, axis=1), np.ptp(turned.imag, axis=1)
+        cost = np.maximum(width, height) if single else width * height
+        k = int(cost.argmin())
+        best = min(best, (float(cost[k]), complex(part[k])), key=lambda pair: pair[0])
+    return best[1]

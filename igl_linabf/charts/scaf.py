@@ -1,0 +1,179 @@
+"""A flat map that lies over itself, made injective in one piece."""
+
+from __future__ import annotations
+
+import warnings
+
+import igl
+import igl.triangle
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._runtime import Arrays, run_apart, serve
+from ..errors import MeshError, OutcomeWarning, some, stack_level
+from ..layouts import on_circle
+from ..linalg import Solvers
+from ..measures import overlaps
+from ..surface import (
+    FloatArray,
+    Topology,
+    check_finite,
+    compact,
+    complex_positions,
+    coordinates,
+    face_array,
+    planar_topology,
+    scatter,
+    signed_double_areas,
+    vertex_array,
+)
+
+SCAF = "igl's SCAF"
+SMALLEST = 1e-14  # of the whole map's area: the barrier of a thinner triangle is out of range
+
+
+def make_bijective(
+    uv: ArrayLike, F: ArrayLike, *, iterations: int = 50, timeout: float = 600.0
+) -> FloatArray:
+    """Move the parts of a flat map apart that lie over each other, without a cut.
+
+    The simplicial complex augmentation framework of Jiang, Schaefer and Panozzo 2017
+    (`igl.triangle.scaf_solve`). It starts from an embedding in a circle, which never overlaps,
+    and goes back to the shapes and sizes that the triangles have in `uv`, as near as it can
+    without overlap (symmetric Dirichlet energy). The seam that `separating_seams` finds
+    costs no distortion instead, and far less time.
+
+    Parameters
+    ----------
+    uv : (#V, 2) float
+        The map; not a number only where no face refers to.
+    F : (#F, 3) int
+        Oriented triangles of one disk.
+    iterations : int
+        More of them come nearer to `uv`.
+    timeout : float
+        Seconds after which it is given up. igl's solver, which is known to hang on some maps,
+        runs in a process of its own.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        Turned and moved to lie best on the given one; that one itself where it does not overlap and
+        has no flipped face. NaN at vertices that no face refers to.
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, the surface is not one disk, a face is collapsed or too small
+        beside the others, the embedding is finer than double precision, or igl's solver
+        failed or took too long.
+
+    Warns
+    -----
+    OutcomeWarning
+        Overlaps or flipped faces are left.
+
+    Examples
+    --------
+    A strip, wound up by one turn and a fifth:
+
+    >>> import numpy as np
+    >>> from igl_linabf.measures.overlapping import overlaps
+    >>> t = np.repeat(np.linspace(0, 7.5, 31), 2)
+    >>> uv = (1 - np.tile([0, 0.2], 31))[:, None] * np.column_stack((np.cos(t), np.sin(t)))
+    >>> F = [f for i in range(0, 60, 2) for f in ([i, i + 2, i + 1], [i + 1, i + 2, i + 3])]
+    >>> F = np.array(F)[:, ::-1]
+    >>> len(overlaps(uv, F)), len(overlaps(make_bijective(uv, F), F))
+    (27, 0)
+    """
+    made, trouble = moved_apart(uv, F, iterations, timeout)
+    if trouble:
+        warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
+    return made
+
+
+def moved_apart(
+    uv: ArrayLike, F: ArrayLike, iterations: int = 50, timeout: float = 600.0
+) -> tuple[FloatArray, str]:
+    """As `make_bijective`, and what is wrong with the map, or nothing."""
+    if iterations < 1:
+        raise ValueError(f"iterations is {iterations}: make at least one")
+    given, faces = vertex_array(uv, 2, "uv"), face_array(F)
+    vertices, faces = compact(faces, len(given))
+    flat = given[vertices]
+    check_finite(flat, vertices, "uv")
+    topology = planar_topology(faces, vertices)
+    if len(topology.loops) > 1:
+        raise MeshError(
+            f"the surface has {len(topology.loops) - 1} holes: fill them before (igl.topological_hole_fill), "
+            "or cut the overlapping parts off along separating_seams"
+        )
+    area = signed_double_areas(complex_positions(flat), topology.corner)
+    total = float(np.abs(area).sum()) / 2
+    bad = np.flatnonzero(~(np.abs(area) > SMALLEST * total))
+    if len(bad):
+        raise MeshError(
+            f"faces {some(bad)} have less than {SMALLEST:g} of the map's area: the map is too uneven for "
+            "this; cut the surface into more parts"
+        )
+    if (area > 0).all() and not len(overlaps(flat, faces)):
+        return given.copy(), ""
+    made = _scaffolded(flat / np.sqrt(total), topology, iterations, timeout) * np.sqrt(total)
+    flips = np.count_nonzero(~(signed_double_areas(complex_positions(made), topology.corner) > 0))
+    pairs = overlaps(made, faces)
+    trouble = (
+        f"{flips} faces are flipped and {len(pairs)} pairs of faces overlap after {iterations} iterations: "
+        "cut the surface along separating_seams instead"
+        if flips or len(pairs)
+        else ""
+    )
+    return scatter(_laid_on(made, flat), vertices, len(given)), trouble
+
+
+def _scaffolded(rest: FloatArray, topology: Topology, iterations: int, timeout: float) -> FloatArray:
+    """SCAF from an embedding in a circle to the triangles of `rest`, of area 1: igl's hangs at one half."""
+    for z in on_circle(topology, Solvers()):
+        area = signed_double_areas(z, topology.corner)
+        if (area > 0).all():
+            break
+    else:
+        raise MeshError(
+            "every embedding of the surface in a circle collapses faces in double precision, and there is "
+            "nothing else to start from: cut the surface into more parts"
+        )
+    start = coordinates(z) / np.sqrt(area.sum() / 2)
+    arrays = {"rest": rest, "F": topology.corner.T, "start": start, "iterations": np.array(iterations)}
+    try:
+        return np.asarray(run_apart("igl_linabf.charts.scaf", SCAF, arrays, timeout)["uv"])
+    except RuntimeError as error:
+        raise MeshError(f"{error}: cut the surface along separating_seams instead") from None
+
+
+def _scaf(arrays: Arrays) -> Arrays:
+    data, rest = igl.triangle.SCAFData(), arrays["rest"]
+    igl.triangle.scaf_precompute(
+        np.asfortranarray(np.column_stack((rest, np.zeros(len(rest))))),
+        np.asfortranarray(arrays["F"], dtype=np.int32),
+        np.asfortranarray(arrays["start"]),
+        igl.MappingEnergyType.SYMMETRIC_DIRICHLET,
+        np.zeros(0, dtype=np.int32),
+        np.zeros((0, 2), order="F"),
+        0.0,
+        data,
+    )
+    # the vertices of the scaffold come after those of the mesh
+    return {"uv": igl.triangle.scaf_solve(int(arrays["iterations"]), data)[: len(rest), :2]}
+
+
+def _laid_on(uv: FloatArray, onto: FloatArray) -> FloatArray:
+    """`uv` turned and moved to lie best on `onto`."""
+    z, w = complex_positions(uv), complex_positions(onto)
+    middle = w.mean()
+    z = z - z.mean()
+    turn = np.vdot(z, w - middle)
+    z = z * (turn / np.abs(turn) if turn else 1.0) + middle
+    return np.column_stack((z.real, z.imag))
+
+
+if __name__ == "__main__":
+    serve({SCAF: _scaf})

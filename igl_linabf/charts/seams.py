@@ -1,0 +1,311 @@
+"""Seams: the edges along which a surface is cut open, so that it can be flattened."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from .._runtime import advance
+from ..errors import MeshError, some
+from ..linalg import Solvers
+from ..surface import (
+    NEXT,
+    PREV,
+    BoolArray,
+    FloatArray,
+    IntArray,
+    Topology,
+    check_fans,
+    check_finite,
+    compact,
+    face_array,
+    measure,
+    topology_of,
+    vertex_array,
+)
+from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
+
+TRADE = 6.0
+LEAVES = 100  # at most, on a component
+PATIENCE = 3  # leaves in a row that do not pay, before no more are tried
+LARGEST = 100.0  # |log scale| up to which its powers are told apart
+
+
+def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
+    """Cut a surface open along edges (`igl.cut_mesh` with its input checked).
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of any number of components, loops and handles.
+    seams : (#E, 2) int, or (#F, 3) bool
+        The edges, as pairs of vertices; or for the edge from `F[f, k]` to `F[f, k + 1]` of each
+        face whether it is a seam, said on one of its two sides at least. Boundary edges are
+        harmless, and so is a single edge inside, which opens nothing.
+
+    Returns
+    -------
+    V : (#V', 3) float64
+        The vertices as they were, then the copies that the seams made of them.
+    F : (#F, 3) int64
+        The same faces and corners in the same order.
+    origin : (#V',) int64
+        The vertex that each was.
+
+    Raises
+    ------
+    MeshError
+        The arrays are malformed, the surface is no oriented manifold, or a pair is no edge.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> V_cut, F_cut, origin = cut(V, F, find_seams(V, F))
+    >>> len(igl.boundary_loop_all(F_cut)), igl.euler_characteristic(F_cut)
+    (1, 1)
+    >>> bool((V_cut == V[origin]).all())
+    True
+    """
+    positions, faces = vertex_array(V), face_array(F)
+    _manifold(faces, len(positions))
+    new_V, new_F, origin = igl.cut_mesh(positions, faces, seam_mask(seams, faces, len(positions)))
+    return np.asarray(new_V), np.asarray(new_F), np.asarray(origin)
+
+
+def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
+    """The seams of existing texture coordinates.
+
+    Parameters
+    ----------
+    F : (#F, 3) int
+        Oriented triangles.
+    FTC : (#F, 3) int
+        Rows of the texture coordinates at their corners, as `igl.readOBJ` returns them.
+
+    Returns
+    -------
+    seams : (#E, 2) int64
+        Vertices of the edges inside the surface whose two faces differ in a texture corner.
+
+    Raises
+    ------
+    MeshError
+        The arrays are malformed or do not fit, a corner has no texture, or the surface is no
+        oriented manifold.
+
+    Examples
+    --------
+    >>> texture_seams([[0, 1, 2], [2, 1, 3]], [[0, 1, 2], [4, 1, 3]])
+    array([[1, 2]])
+    """
+    faces, texture = face_array(F), face_array(FTC)
+    if texture.shape != faces.shape:
+        raise MeshError(f"FTC has {len(texture)} rows for {len(faces)} faces: pass one row a face")
+    bad = np.flatnonzero((texture < 0).any(axis=1))
+    if len(bad):
+        raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")
+    topology, vertices, _ = _manifold(faces, int(faces.max()) + 1)
+    first, second = topology.sides[:, topology.sides[1] >= 0]
+    start, end = texture.T[NEXT].ravel(), texture.T[PREV].ravel()  # of each half-edge
+    differ = (start[first] != end[second]) | (end[first] != start[second])
+    return np.asarray(vertices[topology.edges[topology.sides[1] >= 0][differ]])
+
+
+def find_seams(
+    V: ArrayLike, F: ArrayLike, *, trade: float = TRADE, holes: bool = False, disks: bool = False
+) -> IntArray:
+    """Find short seams that make every component a disk of low distortion.
+
+    Handles are opened along short loops through one point (shortest-path tree and cotree of
+    Erickson, Whittlesey 2005), holes joined by a tree of shortest paths. Then leaves grow on the
+    seam, each by a shortest path from where the scale of the conformal map with unit scale on the
+    seam is farthest from one (one Laplace system a leaf, as in boundary first flattening), which
+    is at the tips that would shrink. That map's stretch, which the flattened surface's is close
+    to, tells which number of leaves is worth its length, and which branch points may move to
+    shorten the seam.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of any number of components, loops and handles.
+    trade : float
+        Seam length, in square roots of the component's area, that lowering the L2 stretch by 1
+        is worth; along a crease of a right angle or more an edge counts half. 0: only what is
+        needed to be a disk. Large: leaves as long as the stretch to expect falls, at most 100 a
+        component.
+    holes : bool
+        Leave boundary loops uncut where they are: each component becomes a disk with holes.
+    disks : bool
+        Grow leaves on components that need no seam, too; by default they are left as they are.
+
+    Returns
+    -------
+    seams : (#E, 2) int64
+        Vertices of the edges, as `cut` takes them.
+
+    Raises
+    ------
+    MeshError
+        The arrays are malformed, the surface is no oriented manifold, or a face is degenerate.
+    ValueError
+        `trade` is negative or not a number.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> find_seams(V, F[1:]).shape  # a disk
+    (0, 2)
+    >>> find_seams(V, F, trade=0).shape  # a path from one vertex to the opposite one
+    (3, 2)
+    """
+    if not trade >= 0:
+        raise ValueError(f"trade is {trade!r}: use a number from 0 (shortest seams) upwards")
+    positions, faces = vertex_array(V), face_array(F)
+    topology, vertices, faces = _manifold(faces, len(positions))
+    positions = positions[vertices]
+    check_finite(positions, vertices)
+    measure(positions, topology.corner, vertices)
+    ones = np.ones(len(topology.edges), dtype=np.int8)
+    graph = sparse.csr_array((ones, topology.edges.T), shape=(topology.n, topology.n))
+    number, label = csgraph.connected_components(graph, directed=False)
+    of_face = label[faces[:, 0]]
+    chi, loops = np.bincount(label), np.zeros(number, dtype=np.int64)
+    chi += np.bincount(of_face) - np.bincount(label[topology.edges[:, 0]])
+    np.add.at(loops, label[[loop[0] for loop in topology.loops]], 1)
+    done = (chi + loops == 2) & (loops > 0) & (holes | (loops == 1))
+    found = [np.zeros((0, 2), dtype=np.int64)]
+    for component in np.flatnonzero(~done | (disks and trade > 0)):
+        own = np.flatnonzero(label == component)
+        piece = closed_surface(positions[own], np.searchsorted(own, faces[of_face == component]))
+        found.append(vertices[own[piece.edges[_seam(piece, trade, holes)]]])
+    return np.concatenate(found)
+
+
+def _manifold(faces: IntArray, n: int) -> tuple[Topology, IntArray, IntArray]:
+    """Connectivity, the vertices in use, and the faces numbered by them; raises if no manifold."""
+    vertices, packed = compact(faces, n)
+    topology = topology_of(packed, vertices)
+    check_fans(packed, topology.sides, vertices)
+    return topology, vertices, packed
+
+
+def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
+    """Check the seams and write them as `igl.cut_mesh` takes them, (#F, 3)."""
+    try:
+        array = np.asarray(seams)
+    except ValueError:
+        raise MeshError("seams is no array: pass (#E, 2) vertices of edges, or a (#F, 3) mask") from None
+    if array.shape == F.shape:
+        if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
+            raise MeshError("the seams of shape (#F, 3) are no mask: pass booleans, or zeros and ones")
+        return array.astype(bool)
+    if array.size == 0:
+        return np.zeros(F.shape, dtype=bool)
+    if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "iu":
+        raise MeshError(
+            f"seams has the shape {array.shape} and the dtype {array.dtype}: pass (#E, 2) integers, "
+            f"the vertices of edges, or a mask of shape {F.shape}"
+        )
+    bad = np.flatnonzero(((array < 0) | (array >= n)).any(axis=1))
+    if len(bad):
+        raise MeshError(
+            f"seam edges {some(bad)} refer to vertices outside 0..{n - 1} "
+            f"(edge {bad[0]} is {array[bad[0]].tolist()}): correct them"
+        )
+    pairs = array.astype(np.int64)
+    key = pairs.min(axis=1) * n + pairs.max(axis=1)
+    following = F[:, NEXT]
+    sides = np.minimum(F, following) * n + np.maximum(F, following)
+    bad = np.flatnonzero(~np.isin(key, sides))
+    if len(bad):
+        raise MeshError(
+            f"seam edges {some(bad)} are no edges of the mesh (edge {bad[0]} is "
+            f"{pairs[bad[0]].tolist()}): give the end vertices of edges"
+        )
+    return np.asarray(np.isin(sides, key))
+
+
+def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
+    """Edges to cut `piece` along."""
+
+    def cost(seam: IntArray) -> float:
+        return _cost(piece, seam, trade)
+
+    seam = open_handles(piece) if piece.genus else np.zeros(0, dtype=np.int64)
+    seam = shortened(piece, seam, piece.total)
+    if not holes:
+        seam = join(piece, seam)
+    if not piece.holes and not len(seam):
+        seam = _slit(piece)
+    if trade > 0:
+        seam = _grow(piece, seam, trade)
+    return shortened(piece, seam, cost)
+
+
+def _slit(piece: ClosedSurface) -> IntArray:
+    """A path to open a sphere: between the tips farthest from it, as the scale sees it."""
+    extra = piece.curvature - 4 * np.pi * piece.area / piece.area.sum()
+    start = int(np.argmin(_log_scale(piece, np.array([0]), extra)))
+    end = int(np.argmin(_log_scale(piece, np.array([start]), piece.curvature)))
+    distance, before, _ = piece.search(np.array([start]))
+    path = piece.paths(before, [end])
+    if len(path) == 1:  # a single edge opens nothing
+        distance[[start, end]] = np.inf
+        path = np.append(path, piece.paths(before, [int(np.argmin(distance))]))
+    return path
+
+
+def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
+    """Add leaves one by one; of these seams the one of least cost."""
+    best, least, waited = seam, np.inf, 0
+    for _ in range(LEAVES):
+        u = _log_scale(piece, _open_nodes(piece, seam), piece.curvature)
+        cost = _cost(piece, seam, trade, u)
+        advance("seams", 0.1)
+        waited = 0 if cost < least else waited + 1
+        if waited == 0:
+            best, least = seam, cost
+        leaf = int(np.argmax(np.abs(u)))
+        if waited == PATIENCE or u[leaf] == 0:
+            break
+        _, before, _ = piece.search(_open_nodes(piece, seam))
+        seam = np.append(seam, piece.paths(before, [leaf]))
+    return best
+
+
+def _cost(piece: ClosedSurface, seam: IntArray, trade: float, u: FloatArray | None = None) -> float:
+    """The L2 stretch to expect, and the length by what it is worth."""
+    length = piece.total(seam) / piece.size
+    if trade == 0:
+        return length
+    if u is None:
+        u = _log_scale(piece, _open_nodes(piece, seam), piece.curvature)
+    weight = piece.area / piece.area.sum()
+    return float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u)))) + length / trade
+
+
+def _open_nodes(piece: ClosedSurface, seam: IntArray) -> IntArray:
+    """The nodes on the seam and the holes."""
+    return np.union1d(piece.ends[seam], np.arange(piece.holes))
+
+
+def _log_scale(piece: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
+    """Logarithm of the scale that takes away `curvature`, zero at the nodes `fixed`."""
+    free = np.setdiff1d(np.arange(piece.n), fixed)
+    u = np.zeros(piece.n)
+    if len(free):
+        lower = sparse.tril(piece.laplacian[free][:, free]).tocsc()
+        lower.sort_indices()
+        factor = Solvers().laplacian(lower)
+        factor.factor(lower)
+        u[free] = factor.solve(-curvature[free])
+    return np.clip(u, -LARGEST, LARGEST)

@@ -1,0 +1,190 @@
+"""The methods that linear ABF is compared with."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from time import perf_counter
+
+import igl
+import igl.spectra
+import numpy as np
+from scipy import sparse
+
+from ..angles import corner_angles, residual
+from ..errors import MeshError, some
+from ..layouts import LayoutName, far_apart, least_squares
+from ..linalg import NotPositiveDefiniteError, SolverName, Solvers
+from ..surface import (
+    NEXT,
+    PREV,
+    ComplexArray,
+    FloatArray,
+    Mesh,
+    Pins,
+    Topology,
+    centred,
+    complex_positions,
+    coordinates,
+    flat_angles,
+    flipped_faces,
+    placed_at,
+)
+from .ladder import Attempt
+from .result import Flattening, Hole, Outcome, Residuals
+
+
+def lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
+    """`igl.lscm` with two far boundary vertices as the default pins."""
+    start = perf_counter()
+    b, bc = pinned or far_pins(mesh)
+    uv, _ = igl.lscm(mesh.V, mesh.faces, b, bc)
+    return _report("lscm", mesh, complex_positions(uv), "igl.lscm", start, pinned)
+
+
+def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
+    """`igl.spectra.lscm`: the spectral, pin-free conformal map of Mullen et al. 2008."""
+    start = perf_counter()
+    try:
+        z = complex_positions(igl.spectra.lscm(mesh.V, mesh.faces))
+    except RuntimeError:
+        raise _failed(mesh, "igl.spectra.lscm") from None
+    # the eigenvector's sign and igl's order of the coordinates leave the orientation open
+    backwards = len(flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
+    z = z.conj() if backwards else z
+    if pinned is not None:
+        z = placed_at(z, pinned)
+    return _report("scp", mesh, z, "igl.spectra.lscm", start, pinned)
+
+
+def dncp(mesh: Mesh, pinned: Pins | None, *, solver: SolverName = "auto") -> Flattening:
+    """Discrete natural conformal parameterization (Desbrun, Meyer, Alliez 2002), natural boundary.
+
+    The Dirichlet energy by the surface's own cotangents minus the area of the map: the least
+    squares layout of the angles that the surface has. It is LSCM's energy, and so its minimiser.
+    """
+    start = perf_counter()
+    b, bc = pinned or far_pins(mesh)
+    cot = mesh.dot / mesh.double_area
+    try:
+        z, name = least_squares(mesh.topology, cot, b, complex_positions(bc), Solvers(solver))
+    except NotPositiveDefiniteError:
+        raise _failed(mesh, "DNCP") from None
+    return _report("dncp", mesh, z, name, start, pinned)
+
+
+def one_step_abfpp(
+    mesh: Mesh,
+    pinned: Pins | None,
+    *,
+    layout: LayoutName = "auto",
+    threshold: float = 1.0,
+    solver: SolverName = "auto",
+) -> Flattening:
+    """A single Newton step of ABF++ (Sheffer et al. 2005), the non-linear problem in angles.
+
+    At multipliers of zero the Hessian is diag(2 / alpha_0^2), so that the step is the least norm
+    solution of the linearised constraints, as linear ABF's is, but with the wheel constraint in
+    its product form, prod sin(beta) - prod sin(gamma) = 0.
+    """
+    attempt = Attempt(mesh, pinned, layout, threshold, solver, safeguard=False)
+    angles, topology = attempt.angles, mesh.topology
+    alpha, missing = angles.alpha, angles.residual
+    if len(topology.target):
+        M, wanted = _product_rows(topology, alpha)
+        wanted[0::2] = missing.vertex
+        w = (alpha**2).T.ravel()
+        m = alpha.shape[1]
+        triangles = sparse.kron(sparse.eye_array(m), np.ones((1, 3))).tocsr()
+        A = sparse.vstack((M, triangles)).tocsr()
+        whole = (A @ sparse.diags_array(w) @ A.T).tocsc()
+        lower = sparse.tril(whole).tocsc()
+        factor = Solvers(solver).whole(lower)
+        try:
+            factor.factor(lower)
+        except NotPositiveDefiniteError:
+            raise _failed(mesh, "the Newton step of ABF++") from None
+        x = factor.solve(np.concatenate((wanted, missing.triangle)))
+        angles.place(alpha + (w * (A.T @ x)).reshape(m, 3).T, "step")
+    attempt.draw("linear step")
+    return attempt.report("abf++1", reached=False)
+
+
+def _product_rows(topology: Topology, alpha: FloatArray) -> tuple[sparse.csr_array, FloatArray]:
+    """Vertex rows, and wheel rows in product form, on errors numbered 3 t + k; and their right side.
+
+    The wheel row prod(beta) cot(beta) e_beta - prod(gamma) cot(gamma) e_gamma = prod(gamma) -
+    prod(beta) is divided by the geometric mean of the products, which changes no solution.
+    """
+    log_sin = np.log(np.sin(alpha))
+    log_ratio = topology.sum_at_rows(topology.sum_at_vertices(log_sin[NEXT] - log_sin[PREV]))
+    half = np.exp(log_ratio / 2)  # sqrt(prod sin(beta) / prod sin(gamma))
+    row = topology.row[topology.corner]
+    k, t = np.nonzero(row >= 0)
+    row = row[k, t]
+    left, right = (k + 1) % 3, (k + 2) % 3
+    cot = 1 / np.tan(alpha)
+    i = np.concatenate((2 * row, 2 * row + 1, 2 * row + 1))
+    j = 3 * np.tile(t, 3) + np.concatenate((k, left, right))
+    entry = np.concatenate((np.ones(len(k)), half[row] * cot[left, t], -cot[right, t] / half[row]))
+    n = len(topology.target)
+    wanted = np.zeros(2 * n)
+    wanted[1::2] = 1 / half - half
+    return sparse.csr_array((entry, (i, j)), shape=(2 * n, alpha.size)), wanted
+
+
+def far_pins(mesh: Mesh) -> Pins:
+    """The two boundary vertices half the loop apart that are farthest from each other."""
+    loop = mesh.topology.loops[0]
+    return loop[far_apart(mesh.V[loop])], np.array([[0.0, 0.0], [1.0, 0.0]])
+
+
+def bare_lscm(mesh: Mesh) -> Callable[[], object]:
+    """`igl.lscm` by itself, the pins given: what times are measured against."""
+    faces = mesh.faces
+    b, bc = far_pins(mesh)
+    return lambda: igl.lscm(mesh.V, faces, b, bc)
+
+
+def _report(
+    method: str, mesh: Mesh, z: ComplexArray, solver: str, start: float, pinned: Pins | None
+) -> Flattening:
+    """The result of a method that knows no target angles: those of its map stand for them."""
+    topology = mesh.topology
+    if not np.isfinite(z).all():
+        raise _failed(mesh, solver)
+    if pinned is None:
+        z = centred(topology, z, mesh.area)
+    seconds = {"layout": perf_counter() - start}
+    alpha = flat_angles(z, topology.corner)
+    flipped = flipped_faces(z, topology.corner)
+    missing = residual(topology, alpha)
+    return Flattening(
+        uv=coordinates(z),
+        angles=np.ascontiguousarray(alpha.T),
+        method=method,
+        outcome=Outcome.FLIPPED if len(flipped) else Outcome.VALID,
+        message=f"faces {some(flipped)} are flipped: linear ABF avoids that"
+        if len(flipped)
+        else "no triangle is flipped",
+        flipped=flipped,
+        repaired=np.empty(0, dtype=np.int64),
+        ladder=(),
+        steps=(),
+        before=Residuals.of(residual(topology, corner_angles(mesh))),
+        after=Residuals.of(missing),
+        holes=Hole.all_of(mesh, missing),
+        gap=0.0,
+        layout="least-squares",
+        solver="none",
+        layout_solver=solver,
+        seconds=seconds,
+    )
+
+
+def _failed(mesh: Mesh, solver: str) -> MeshError:
+    alpha = corner_angles(mesh)
+    thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
+    return MeshError(
+        f"{solver} finds no map in double precision; the thinnest triangles are faces {some(thin)} "
+        f"(smallest angle {alpha[:, thin[0]].min():.1e} rad): collapse them, or use linear ABF"
+    )

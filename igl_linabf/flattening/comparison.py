@@ -1,0 +1,174 @@
+"""Methods side by side on one mesh: distortion, flips, seconds over igl.lscm's."""
+
+from __future__ import annotations
+
+import statistics
+import warnings
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from time import perf_counter
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from .._runtime import aligned
+from ..errors import FallbackWarning, stack_level
+from ..measures import Quality, quality
+from ..surface import FloatArray, planar, scatter
+from . import other_programs as peers
+from .baselines import bare_lscm
+from .result import Flattening
+from .verbs import METHODS, flatten
+
+LABELS = {
+    "lscm": "igl.lscm",
+    "linabf": "linABF",
+    "abf": "ABF",
+    "abf++1": "ABF++, one step",
+    "scp": "igl.spectra.lscm",
+    "dncp": "DNCP",
+}
+
+
+@dataclass(frozen=True, eq=False)
+class Entry:
+    """One method's map and what it costs.
+
+    Attributes
+    ----------
+    uv : (#V, 2) float64
+    quality : Quality
+    seconds : float
+        Median over the runs, input checks included.
+    ratio : float
+        Of these to a bare call of `igl.lscm` with its pins given.
+    iterations : int or None
+        Linear solves; None where the method has none, or does not tell.
+    result : Flattening or None
+        None for another program's map.
+    """
+
+    uv: FloatArray
+    quality: Quality
+    seconds: float
+    ratio: float
+    iterations: int | None
+    result: Flattening | None
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Entries by label; `print` shows them as a table."""
+
+    entries: dict[str, Entry]
+
+    @property
+    def maps(self) -> dict[str, FloatArray]:
+        """The maps by label, as `plot_compare` takes them."""
+        return {label: entry.uv for label, entry in self.entries.items()}
+
+    def __str__(self) -> str:
+        rows = [("", "F/3nt", "L2 stretch", "flips", "seconds", "/ igl.lscm", "iterations", "outcome")]
+        for label, entry in self.entries.items():
+            rows.append(
+                (
+                    label,
+                    f"{entry.quality.angle_distortion:.4g}",
+                    f"{entry.quality.stretch_l2:.4g}",
+                    str(entry.quality.flips),
+                    f"{entry.seconds:.3f}",
+                    f"{entry.ratio:.2f}",
+                    "" if entry.iterations is None else str(entry.iterations),
+                    "" if entry.result is None else entry.result.outcome.value,
+                )
+            )
+        return aligned(rows)
+
+
+def compare(
+    V: ArrayLike,
+    F: ArrayLike,
+    methods: Sequence[str] = ("lscm", "linabf", "abf"),
+    *,
+    repeat: int = 3,
+    others: bool = True,
+    outer: int | None = None,
+    **options: Any,
+) -> Comparison:
+    """Flatten a disk, or one with holes, by several methods and lay their distortion and time side by side.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+    F : (#F, 3) int
+    methods : sequence of str
+        Names that `flatten` takes.
+    repeat : int
+        Timed runs of each, in turn, after one that is not timed.
+    others : bool
+        Add Blender's ABF and MeshLab's LSCM where `bpy` and `pymeshlab` are installed.
+    outer : int, optional
+        As in `flatten`.
+    **options
+        Those of `linabf`, for it.
+
+    Returns
+    -------
+    Comparison
+
+    Raises
+    ------
+    MeshError
+        As `flatten`.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> table = compare(V, F[1:], ("lscm", "linabf"), repeat=1, others=False)
+    >>> list(table.entries), table.entries["linABF"].quality.flips
+    (['igl.lscm', 'linABF'], 0)
+    """
+    for method in methods:
+        if method not in METHODS:
+            raise ValueError(f"method is {method!r}: use some of {', '.join(map(repr, METHODS))}")
+    if repeat < 1:
+        raise ValueError(f"repeat is {repeat!r}: use an integer from 1 on")
+    given = {method: options if method == "linabf" else {} for method in methods}
+    first = {method: flatten(V, F, method, outer=outer, **given[method]) for method in methods}
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # they were given for the runs above
+        mesh = planar(V, F, outer)
+        calls: list[Callable[[], object]] = [bare_lscm(mesh)]
+        calls += [
+            partial(flatten, V, F, method, outer=outer, progress=False, **given[method]) for method in methods
+        ]
+        calls[0]()
+        base, *seconds = medians(calls, repeat)
+    entries = {}
+    for (method, result), taken in zip(first.items(), seconds, strict=True):
+        taken = base if method == "lscm" else taken
+        measured = quality(V, F, result.uv)
+        iterations = result.iterations if result.steps else None
+        entries[LABELS[method]] = Entry(result.uv, measured, taken, taken / base, iterations, result)
+    for name in peers.installed() if others else ():
+        try:
+            uv, taken = peers.run(name, mesh.V, mesh.faces)
+        except RuntimeError as error:
+            warnings.warn(f"{error}: it is left out", FallbackWarning, stacklevel=stack_level())
+            continue
+        uv = scatter(uv, mesh.vertices, mesh.n_given)
+        entries[name] = Entry(uv, quality(V, F, uv), taken, taken / base, None, None)
+    return Comparison(entries)
+
+
+def medians(calls: Sequence[Callable[[], object]], repeat: int) -> list[float]:
+    """Median seconds of each call, the calls taking turns."""
+    seconds: list[list[float]] = [[] for _ in calls]
+    for _ in range(repeat):
+        for call, taken in zip(calls, seconds, strict=True):
+            start = perf_counter()
+            call()
+            taken.append(perf_counter() - start)
+    return [statistics.median(taken) for taken in seconds]

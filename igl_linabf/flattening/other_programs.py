@@ -1,0 +1,88 @@
+"""Other programs' maps, where they are installed: Blender's (`bpy`) and MeshLab's (`pymeshlab`).
+
+Each runs in a process of its own: they bring libraries that do not go together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib.util import find_spec
+from time import perf_counter
+
+import numpy as np
+
+from .._runtime import Arrays, run_apart, serve
+from ..surface import FloatArray, IntArray
+
+
+def _blender(V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
+    import bpy
+
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    data = bpy.data.meshes.new("mesh")
+    data.from_pydata(V.tolist(), [], F.tolist())
+    thing = bpy.data.objects.new("mesh", data)
+    bpy.context.collection.objects.link(thing)
+    bpy.context.view_layer.objects.active = thing
+    thing.select_set(True)
+    bpy.ops.object.mode_set(mode="EDIT")
+    bpy.ops.mesh.select_all(action="SELECT")
+    start = perf_counter()
+    bpy.ops.uv.unwrap(method="ANGLE_BASED", fill_holes=False, correct_aspect=False, margin=0.0)
+    seconds = perf_counter() - start
+    bpy.ops.object.mode_set(mode="OBJECT")
+    corners = np.zeros(2 * len(data.loops))
+    data.uv_layers.active.uv.foreach_get("vector", corners)
+    vertex = np.zeros(len(data.loops), dtype=np.int64)
+    data.loops.foreach_get("vertex_index", vertex)
+    uv = np.zeros((len(V), 2))
+    uv[vertex] = corners.reshape(-1, 2)
+    return uv, seconds
+
+
+def _meshlab(V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
+    import pymeshlab
+
+    meshes = pymeshlab.MeshSet()
+    meshes.add_mesh(pymeshlab.Mesh(V, F.astype(np.int32)))
+    start = perf_counter()
+    meshes.compute_texcoord_parametrization_least_squares_conformal_maps()
+    seconds = perf_counter() - start
+    return np.array(meshes.current_mesh().vertex_tex_coord_matrix()), seconds
+
+
+PEERS: dict[str, tuple[str, Callable[[FloatArray, IntArray], tuple[FloatArray, float]]]] = {
+    "Blender ABF": ("bpy", _blender),
+    "MeshLab LSCM": ("pymeshlab", _meshlab),
+}
+
+
+def installed() -> list[str]:
+    """Names of the peers whose package is there."""
+    return [name for name, (package, _) in PEERS.items() if find_spec(package) is not None]
+
+
+def run(name: str, V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
+    """A peer's map, (#V, 2), and the seconds that it took.
+
+    Raises
+    ------
+    RuntimeError
+        The peer failed; with what it said last.
+    """
+    result = run_apart("igl_linabf.flattening.other_programs", name, {"V": V, "F": F})
+    return result["uv"], float(result["seconds"])
+
+
+def _served(
+    flatten: Callable[[FloatArray, IntArray], tuple[FloatArray, float]],
+) -> Callable[[Arrays], Arrays]:
+    def run(mesh: Arrays) -> Arrays:
+        uv, seconds = flatten(mesh["V"], mesh["F"])
+        return {"uv": uv, "seconds": np.array(seconds)}
+
+    return run
+
+
+if __name__ == "__main__":
+    serve({name: _served(flatten) for name, (_, flatten) in PEERS.items()})

@@ -1,0 +1,339 @@
+"""The public verbs: check the input, run a method, say what is known of the result."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from time import perf_counter
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from .._runtime import Progress, advance, reporting
+from ..errors import OutcomeWarning, stack_level
+from ..layouts import LayoutName
+from ..linalg import SolverName
+from ..surface import FloatArray, pins, planar, scatter
+from . import baselines as reference
+from .ladder import ABF_TOL, TOL, Iterations, converged_abf, linear_abf
+from .result import Flattening, Guarantee, Outcome
+
+METHODS: dict[str, Callable[..., Flattening]] = {
+    "linabf": linear_abf,
+    "abf": converged_abf,
+    "abf++1": reference.one_step_abfpp,
+    "lscm": reference.lscm,
+    "scp": reference.scp,
+    "dncp": reference.dncp,
+}
+
+
+def linabf(
+    V: ArrayLike,
+    F: ArrayLike,
+    b: ArrayLike | None = None,
+    bc: ArrayLike | None = None,
+    *,
+    iterations: Iterations = "auto",
+    layout: LayoutName = "auto",
+    outer: int | None = None,
+    rtol: float | None = None,
+    tol: float = TOL,
+    threshold: float = 1.0,
+    safeguard: bool = True,
+    guarantee: Guarantee | None = None,
+    solver: SolverName = "auto",
+) -> FloatArray:
+    """Linear angle based parameterization (Zayer, Levy, Seidel, SGP 2007).
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of one disk, or of one with holes, which are not cut.
+    b, bc : (2,) int and (2, 2) float, optional
+        Two pinned vertices and their positions, as in `igl.lscm`. Without them the map is scaled
+        to the area of the surface, centred, and turned to its principal axes.
+    iterations : int or "auto"
+        1 is the paper's single linear step, k its active-set iterations (section 6): each
+        measures from the last angles, and they end early once the residual is below `tol`.
+        "auto" is one step and a second solve with the same system, and goes on like the active
+        set (at most 12 times) only where a triangle could not take its whole step, a triangle is
+        flipped, or the boundary does not close; where triangles are flipped still, with converged
+        ABF. With holes, whose loops turn once and end at the
+        scale of their beginning from the first step on, the second solve is a step that closes
+        them, too (docs/holes.md).
+    layout : {"auto", "boundary", "least-squares", "greedy"}
+        How angles become coordinates; see `igl_linabf.layout`.
+    outer : int, optional
+        A vertex of the boundary loop that is the outer one, all others being holes; by default
+        that is the longest.
+    rtol : float, optional
+        Relative residual of the inner conjugate gradients; by default 0.1 for the two solves of
+        "auto" and 0.01 for all others.
+    tol : float
+        Residual of the angle constraints, in radians, at which the iterations end.
+    threshold : float
+        Radians by which an interior vertex's angle sum may miss 2 pi before its angles are scaled
+        to it (the exponential-map switch of section 4.2).
+    safeguard : bool
+        Keep every triangle a triangle: the estimate's angles scaled to sum to pi, steps cut short
+        before an angle vanishes. False is the paper's bare scheme.
+    solver : {"auto", "cholmod", "multigrid", "direct"}
+        "cholmod" and "multigrid" solve by conjugate gradients with a CHOLMOD factor of one
+        Laplacian, or a PyAMG V-cycle, as the preconditioner; "auto" is the first of them where
+        scikit-sparse is installed; "direct" factors the whole system.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        NaN at vertices that no face refers to.
+
+    Raises
+    ------
+    MeshError
+        The surface is not one oriented manifold piece with a boundary and without handles, a face
+        is degenerate, `outer` is on no boundary loop, or the pins are not two different vertices.
+
+    Warns
+    -----
+    OutcomeWarning
+        The map has flipped triangles; `flatten` returns the same with all that is known of it.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> linabf(V, F[1:]).shape
+    (12, 2)
+    """
+    return _told(
+        flatten(
+            V,
+            F,
+            "linabf",
+            b,
+            bc,
+            outer=outer,
+            iterations=iterations,
+            layout=layout,
+            rtol=rtol,
+            tol=tol,
+            threshold=threshold,
+            safeguard=safeguard,
+            guarantee=guarantee,
+            solver=solver,
+        )
+    ).uv
+
+
+def abf(
+    V: ArrayLike,
+    F: ArrayLike,
+    b: ArrayLike | None = None,
+    bc: ArrayLike | None = None,
+    *,
+    layout: LayoutName = "auto",
+    outer: int | None = None,
+    tol: float = ABF_TOL,
+    threshold: float = 1.0,
+    guarantee: Guarantee | None = None,
+    solver: SolverName = "auto",
+) -> FloatArray:
+    """Converged angle based flattening: the angles of a flat mesh nearest to the surface's own.
+
+    Minimises sum ((alpha - alpha_0) / alpha_0)^2 (Sheffer, de Sturler 2001) with all constraints
+    satisfied, by the steps of linear ABF measured from the initial estimate alpha_0. Where they do
+    not converge, a slower form that stays among flat meshes takes over; it holds angles that come
+    down to a hundredth of alpha_0.
+
+    Parameters
+    ----------
+    V, F, b, bc, layout, outer, threshold, guarantee, solver
+        As in `linabf`.
+    tol : float
+        Largest relative change of an angle and largest residual of the constraints at which to
+        end, down to 1e-10. At 1e-4 F/3nt has its first five digits.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        NaN at vertices that no face refers to.
+
+    Raises
+    ------
+    MeshError
+        As `linabf`.
+
+    Warns
+    -----
+    OutcomeWarning
+        It did not converge, or the map has flipped triangles.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> abf(V, F[1:], tol=1e-10).shape
+    (12, 2)
+    """
+    result = flatten(
+        V,
+        F,
+        "abf",
+        b,
+        bc,
+        outer=outer,
+        layout=layout,
+        tol=tol,
+        threshold=threshold,
+        guarantee=guarantee,
+        solver=solver,
+    )
+    if result.outcome is Outcome.NOT_CONVERGED:
+        warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
+    return _told(result).uv
+
+
+def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike | None = None) -> FloatArray:
+    """`igl.lscm` with its input checked, and with sound pins where none are given.
+
+    Parameters
+    ----------
+    V, F, b, bc
+        As in `linabf`. The default pins are the two boundary vertices half the loop apart that are
+        farthest from each other; the map is then scaled, centred and turned as `linabf`'s is.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        NaN at vertices that no face refers to.
+
+    Raises
+    ------
+    MeshError
+        As `linabf`.
+
+    Warns
+    -----
+    OutcomeWarning
+        The map has flipped triangles.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> lscm(V, F[1:], [0, 1], [[0, 0], [1, 0]]).shape
+    (12, 2)
+    """
+    return _told(flatten(V, F, "lscm", b, bc)).uv
+
+
+def linabf_angles(V: ArrayLike, F: ArrayLike, **options: Any) -> FloatArray:
+    """Angles of the flat map: what `layout` makes the map of `linabf` from.
+
+    Parameters
+    ----------
+    V, F
+        As in `linabf`.
+    **options
+        Those of `linabf`, pins and layout excepted.
+
+    Returns
+    -------
+    angles : (#F, 3) float64
+        Radians, `angles[t, k]` at vertex `F[t, k]`, as `igl.internal_angles` returns them.
+
+    Raises
+    ------
+    MeshError
+        As `linabf`.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> angles = linabf_angles(V, F[1:], iterations=12)
+    >>> bool(abs(angles.sum(axis=1) - 3.141592653589793).max() < 1e-12)
+    True
+    """
+    return _told(flatten(V, F, "linabf", **options)).angles
+
+
+def _told(result: Flattening) -> Flattening:
+    """Warn where the result's outcome is bad, since only a part of it is handed out."""
+    if not result.outcome.good:
+        warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
+    return result
+
+
+def flatten(
+    V: ArrayLike,
+    F: ArrayLike,
+    method: str = "linabf",
+    b: ArrayLike | None = None,
+    bc: ArrayLike | None = None,
+    *,
+    outer: int | None = None,
+    progress: Progress = None,
+    **options: Any,
+) -> Flattening:
+    """Flatten a disk, or one with holes, and tell how.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of one disk, or of one with holes, which are not cut.
+    method : str
+        "linabf", linear angle based parameterization; "abf", its converged form; and for comparison
+        "abf++1", a single Newton step of ABF++; "lscm", `igl.lscm`; "scp", the spectral
+        `igl.spectra.lscm`, which needs no pins; "dncp", LSCM's energy from the cotangent side.
+    b, bc : (2,) int and (2, 2) float, optional
+        Two pinned vertices and their positions, as in `igl.lscm`.
+    outer : int, optional
+        A vertex of the boundary loop that is the outer one, all others being holes; by default
+        that is the longest.
+    progress : callable or False, optional
+        Called with the name of a stage and the fraction done, from 0 to 1; what it raises ends
+        the work. By default a bar is shown on a terminal once it takes two seconds; False shows
+        nothing.
+    **options
+        Those of `linabf`; for "abf" those of `abf`; for "abf++1" `layout`, `threshold` and
+        `solver`; for "dncp" `solver`; "lscm" and "scp" have none.
+
+    Returns
+    -------
+    Flattening
+        The map `uv`, the angles behind it, residuals, what ran, how long it took, and the outcome.
+        A map with flipped triangles is returned, not raised: look at `outcome`.
+
+    Raises
+    ------
+    MeshError
+        The surface is not one oriented manifold piece with a boundary and without handles, a face
+        is degenerate, `outer` is on no boundary loop, or the pins are not two different vertices.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> result = flatten(V, F[1:])
+    >>> result.outcome.value, len(result.flipped), result.layout
+    ('valid', 0, 'boundary')
+    """
+    start = perf_counter()
+    if method not in METHODS:
+        raise ValueError(f"method is {method!r}: use one of {', '.join(map(repr, METHODS))}")
+    with reporting(progress):
+        mesh = planar(V, F, outer)
+        pinned = pins(b, bc, mesh.vertices, mesh.n_given)
+        checked = perf_counter() - start
+        advance("check", 0.05)
+        made = METHODS[method](mesh, pinned, **options)
+    uv = scatter(made.uv, mesh.vertices, mesh.n_given)
+    seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
+    return replace(made, uv=uv, seconds=seconds)

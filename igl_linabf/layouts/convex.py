@@ -1,0 +1,106 @@
+"""Convex-combination maps: flip-free wherever the boundary is convex (Tutte 1963, Floater 2003)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..linalg import NotPositiveDefiniteError, Pattern, Solvers
+from ..surface import BoolArray, ComplexArray, IntArray, Topology, planar_topology, signed_double_areas
+
+DECAYS = (0.5, 1.0, 0.25, 0.0)  # of the weights, by exp(-decay) each edge further inside
+EXPONENT = 600.0  # of all of it at most: double precision ends at exp(-700)
+RINGS = (1, 2, 4, 8, 16, 32)  # of a patch around flipped triangles
+
+
+def on_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArray]:
+    """Embeddings of the surface with its outer loop on a circle, holes filled: valid in exact arithmetic."""
+    n = topology.n
+    filled = topology
+    if len(topology.loops) > 1:
+        fans = [  # the mesh is on the loop's left, the fan on its right
+            np.column_stack((np.roll(loop, -1), loop, np.full(len(loop), n + i)))
+            for i, loop in enumerate(topology.loops[1:])
+        ]
+        filled = planar_topology(
+            np.concatenate((topology.corner.T, *fans)), np.arange(n + len(topology.loops) - 1)
+        )
+    rim = topology.loops[0]
+    z = np.zeros(filled.n, dtype=np.complex128)
+    z[rim] = np.exp(2j * np.pi * np.arange(len(rim)) / len(rim))
+    free = np.ones(filled.n, dtype=bool)
+    free[rim] = False
+    for decay in DECAYS:
+        made = _combined(filled, z, free, decay, solvers)
+        if made is not None:
+            yield made[:n]
+
+
+def patched(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iterator[ComplexArray]:
+    """The map with the triangles around its flipped ones embedded anew, in ever wider patches.
+
+    The patches' boundaries stay where they are. They are convex only nearly, if at all: what comes out
+    has to be looked at.
+    """
+    bad = ~(signed_double_areas(z, topology.corner) > 0)
+    inside = np.ones(topology.n, dtype=bool)
+    for loop in topology.loops:
+        inside[loop] = False
+    near = np.zeros(topology.n, dtype=bool)
+    near[topology.corner[:, bad]] = True
+    rings = 0
+    for wanted in RINGS:
+        while rings < wanted - 1:
+            near[topology.corner[:, near[topology.corner].any(axis=0)]] = True
+            rings += 1
+        free = near & inside
+        if not free.any():
+            continue
+        for decay in DECAYS:
+            made = _combined(topology, z, free, decay, solvers)
+            if made is not None:
+                yield made
+        if (free == inside).all():
+            return
+
+
+def _combined(
+    topology: Topology, z: ComplexArray, free: BoolArray, decay: float, solvers: Solvers
+) -> ComplexArray | None:
+    """The map with each free vertex in a convex combination of its neighbours, the others as they are.
+
+    The weights w_ij = exp(-decay (d_i + d_j)), d the number of edges to the nearest vertex that is
+    not free, draw vertices outwards: with equal weights a long limb shrinks exponentially.
+    Scaling rows does not change what elimination rounds, so their range does no harm. None
+    where the system is singular in double precision.
+    """
+    a, b = topology.edges.T
+    depth = _depth(topology, np.flatnonzero(~free))
+    rate = min(decay, EXPONENT / max(2 * float(depth.max()), 1.0))
+    weight = np.exp(-rate * (depth[a] + depth[b]))
+    row = np.full(topology.n, -1)
+    n_free = int(np.count_nonzero(free))
+    row[free] = np.arange(n_free)
+    pattern = Pattern(topology, row, n_free)
+    held = np.where(free, 0, z)
+    lower = pattern.laplacian(weight)
+    factor = solvers.whole(lower)
+    try:
+        factor.factor(lower)
+    except NotPositiveDefiniteError:
+        return None
+    x = factor.solve(pattern.pull(weight, held[topology.edges.T]))
+    return np.where(free, np.append(x @ [1, 1j], 0)[row], z)
+
+
+def _depth(topology: Topology, sources: IntArray) -> np.ndarray:
+    """Number of edges from each vertex to the nearest of `sources`."""
+    a, b = topology.edges.T
+    ones = np.ones(len(a))
+    graph = sparse.csr_array((ones, (a, b)), shape=(topology.n, topology.n))
+    return np.asarray(
+        csgraph.dijkstra(graph, directed=False, indices=sources, unweighted=True, min_only=True)
+    )

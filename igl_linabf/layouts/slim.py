@@ -1,0 +1,118 @@
+"""A map without flipped triangles, whatever there is to start from: the last rung of the ladder."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+
+from .._runtime import advance
+from ..angles import corner_angles
+from ..linalg import Solvers
+from ..surface import (
+    NEXT,
+    PREV,
+    SPAN,
+    ComplexArray,
+    IntArray,
+    Mesh,
+    complex_positions,
+    coordinates,
+    flat_angles,
+    signed_double_areas,
+    span,
+)
+from .convex import on_circle, patched
+
+CHUNK, CHUNKS = 5, 60  # SLIM's iterations at a time, and how many times at most
+GAIN = 2e-3  # relative fall of F/3nt in a chunk below which SLIM is at its end
+
+Place = Callable[[ComplexArray], ComplexArray]
+
+
+@dataclass(frozen=True, eq=False)
+class Injective:
+    """A map without flipped triangles.
+
+    Attributes
+    ----------
+    z : (#V,) complex128
+    start : str
+        What SLIM started from.
+    iterations : int
+        Its iterations up to this map.
+    distortion : float
+        Its F/3nt.
+    """
+
+    z: ComplexArray
+    start: str
+    iterations: int
+    distortion: float
+
+
+def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> Injective | None:
+    """Make a map without flipped triangles from one that has some.
+
+    A valid start is found stepwise: the triangles around the flipped ones are embedded anew, in ever
+    wider patches; where no patch does, the whole surface in a circle, which is valid in exact
+    arithmetic. From there igl's SLIM (Rabinovich et al. 2017) lowers the conformal energy sum
+    A (s1^2 + s2^2) / (2 s1 s2), in whose line search no triangle can flip; the map of the least
+    F/3nt is kept.
+
+    `place` brings maps to where the caller wants them. What it returns is judged, since rounding can
+    flip triangles whose scale is near double precision's; None says that no start was valid.
+    """
+    corner = mesh.topology.corner
+    best = None
+    for name, starts in (
+        ("its flipped triangles and those around embedded anew", patched(mesh.topology, z, solvers)),
+        ("an embedding in a circle", on_circle(mesh.topology, solvers)),
+    ):
+        for start in starts:
+            at = place(start)
+            if _valid(at, corner):
+                made = _descend(mesh, start, Injective(at, name, 0, _distortion(mesh, at)), place)
+                best = made if best is None or made.distortion < best.distortion else best
+                break
+        if best is not None and span(mesh, best.z) <= SPAN:  # else rounding ends SLIM early
+            break
+    return best
+
+
+def _descend(mesh: Mesh, start: ComplexArray, best: Injective, place: Place) -> Injective:
+    """SLIM from a valid map, as long as it lowers F/3nt and double precision holds its maps."""
+    size = float(np.sqrt(signed_double_areas(start, mesh.topology.corner).sum() / 2))
+    data = igl.slim_precompute(
+        np.asfortranarray(mesh.V / np.sqrt(mesh.area)),
+        np.asfortranarray(mesh.faces, dtype=np.int32),
+        np.asfortranarray(coordinates((start - start.mean()) / size)),
+        igl.MappingEnergyType.CONFORMAL,
+        np.zeros(0, dtype=np.int32),
+        np.zeros((0, 2), order="F"),
+        0.0,
+    )
+    for chunk in range(1, CHUNKS + 1):
+        at = place(complex_positions(igl.slim_solve(data, CHUNK)))
+        advance("SLIM", 0.1)
+        if not _valid(at, mesh.topology.corner):
+            break
+        reached, least = _distortion(mesh, at), best.distortion
+        if reached < least:
+            best = Injective(at, best.start, CHUNK * chunk, reached)
+        if chunk > 1 and not reached < (1 - GAIN) * least:
+            break
+    return best
+
+
+def _distortion(mesh: Mesh, z: ComplexArray) -> float:
+    """F/3nt."""
+    alpha = corner_angles(mesh)
+    return float((((flat_angles(z, mesh.topology.corner) - alpha) / alpha) ** 2).mean())
+
+
+def _valid(z: ComplexArray, corner: IntArray) -> bool:
+    """Whether every triangle is positively oriented, seen from each of its corners."""
+    return all(bool((signed_double_areas(z, corner[turn]) > 0).all()) for turn in ([0, 1, 2], NEXT, PREV))

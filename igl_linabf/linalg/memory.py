@@ -1,0 +1,70 @@
+"""What a computation will take of the memory, and what there is."""
+
+from __future__ import annotations
+
+import math
+import sys
+from pathlib import Path
+
+import psutil
+
+from ..errors import MeshError
+
+PER_FACE = 1000  # bytes at the peak, all arrays and the multigrid hierarchy (benchmarks/memory.py)
+FILL = 3.0  # entries of a planar Laplacian's factor over n log2 n at most; 1.8 to 2.2 were measured
+OVERHEAD = 1.5  # of CHOLMOD's factor: supernodes' zeros, indices, work space
+
+
+def available() -> int | None:
+    """Bytes that this process may take still; None where the system does not tell."""
+    limits = [psutil.virtual_memory().available, _left_in_cgroup()]
+    if sys.platform != "win32":
+        import resource
+
+        soft = resource.getrlimit(resource.RLIMIT_AS)[0]
+        if soft != resource.RLIM_INFINITY:
+            limits.append(soft - psutil.Process().memory_info().vms)
+    known = [limit for limit in limits if limit is not None]
+    return max(min(known), 0) if known else None
+
+
+def factor_bytes(n: int, itemsize: int) -> int:
+    """What the factor of an n by n Laplacian of a planar graph takes.
+
+    By nested dissection that is O(n log n) entries (Lipton, Rose, Tarjan 1979).
+    """
+    return int(OVERHEAD * FILL * n * math.log2(max(n, 2)) * itemsize)
+
+
+def fits(wanted: int) -> bool:
+    """Whether so many bytes are there."""
+    free = available()
+    return free is None or wanted <= free
+
+
+def check(faces: int, factor: int = 0) -> None:
+    """Raise where so many faces do not fit, with a factor of so many bytes that has to be."""
+    wanted = PER_FACE * faces + factor
+    if not fits(wanted):
+        raise MeshError(
+            f"{faces:,} faces take about {gigabytes(wanted)}, and {gigabytes(available() or 0)} of memory "
+            "are free: decimate the mesh (igl.qslim), cut it into parts (igl_linabf.cut), or use a machine "
+            "with more memory"
+        )
+
+
+def gigabytes(n: int) -> str:
+    return f"{n / 2**30:.2g} GiB"
+
+
+def _left_in_cgroup() -> int | None:
+    """Of the memory limit of this process's control group, as containers have it (version 2 or 1)."""
+    for limit, used in (
+        ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
+        ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
+    ):
+        try:
+            return int(Path(limit).read_text()) - int(Path(used).read_text())
+        except (OSError, ValueError):  # there is none, or it is "max"
+            continue
+    return None

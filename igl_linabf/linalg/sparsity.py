@@ -1,0 +1,179 @@
+"""Symmetric sparse matrices over a mesh's rows: the pattern made once, filled many times."""
+
+from __future__ import annotations
+
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from ..surface import FloatArray, IntArray, Topology, sum_by
+from .factors import Array
+
+
+class Symmetric:
+    """The matrix U + U^T, of which only the upper triangle U, with half the diagonal, is kept."""
+
+    def __init__(self, upper: sparse.csr_array) -> None:
+        self.shape, self.dtype = upper.shape, upper.dtype
+        self.upper, self._lower = upper, upper.T
+
+    def matvec(self, x: FloatArray) -> FloatArray:
+        return np.asarray(self.upper @ x + self._lower @ x)
+
+    def lower(self) -> sparse.csc_array:
+        """Its lower triangle."""
+        return sparse.tril(self.whole()).tocsc()
+
+    def whole(self) -> sparse.csr_array:
+        """All of it."""
+        return (self.upper + self._lower).tocsr()
+
+
+class Rows:
+    """Some rows of symmetric matrices of one pattern: found once, filled many times."""
+
+    def __init__(self, matrix: Symmetric, index: IntArray) -> None:
+        upper, n = matrix.upper, len(index)
+        number = sparse.csr_array((np.arange(upper.nnz), upper.indices, upper.indptr), shape=upper.shape)
+        across, down = number[index].tocoo(), number[:, index].tocoo()
+        row = np.concatenate((across.row, down.col))
+        order = np.argsort(row, kind="stable")
+        row = row[order]
+        self._source = np.concatenate((across.data, down.data))[order]
+        self._indices = np.concatenate((across.col, down.row))[order]
+        self._indptr = np.searchsorted(row, np.arange(n + 1))
+        self._shape = (n, upper.shape[1])
+        place = np.full(upper.shape[1], n)
+        place[index] = np.arange(n)
+        column = place[self._indices]
+        among = np.flatnonzero(column <= row)
+        key, self._sum = np.unique(column[among] * n + row[among], return_inverse=True)
+        self._among = self._source[among]
+        self._lower = (key % n, np.searchsorted(key, n * np.arange(n + 1)))
+
+    def of(self, matrix: Symmetric) -> sparse.csr_array:
+        """These rows of `matrix`; entries of its diagonal blocks come in two parts."""
+        data = matrix.upper.data[self._source]
+        return sparse.csr_array((data, self._indices, self._indptr), shape=self._shape)
+
+    def lower(self, matrix: Symmetric) -> sparse.csc_array:
+        """Lower triangle of what these rows and columns of `matrix` have in common."""
+        data = np.bincount(self._sum, matrix.upper.data[self._among], len(self._lower[0]))
+        return sparse.csc_array((data, *self._lower), shape=self._shape[:1] * 2)
+
+
+class Pattern:
+    """The graph of the symmetric matrices over some rows of a mesh's vertices.
+
+    Parameters
+    ----------
+    topology : Topology
+    row : (#V,) int64
+        The row of each vertex, -1 where it has none. An edge between vertices of one row belongs
+        to its diagonal.
+    n : int
+        Number of rows.
+
+    Attributes
+    ----------
+    ends : (2, #E) int64
+        Rows of the ends of each edge.
+    pairs : (#P,) int64
+        The edges that join two different rows: those with an entry off the diagonal.
+    downward : (#P,) bool
+        Whether the first end of such an edge is the higher row of the two.
+    """
+
+    def __init__(self, topology: Topology, row: IntArray, n: int) -> None:
+        self.n, self.ends, self._sides = n, row[topology.edges.T], topology.sides
+        i, j = self.ends
+        self.pairs = np.flatnonzero((i >= 0) & (j >= 0) & (i != j))
+        i, j = i[self.pairs], j[self.pairs]
+        self.downward = i > j
+        # entries of the lower triangle in CSC order, which is the upper one's in CSR order
+        rows = np.arange(n)
+        key = np.concatenate((rows, np.minimum(i, j))) * n + np.concatenate((rows, np.maximum(i, j)))
+        order = np.argsort(key, kind="stable")
+        key = key[order]
+        new = np.ones(len(key), dtype=bool)
+        np.not_equal(key[1:], key[:-1], out=new[1:])
+        slot = np.empty_like(order)
+        slot[order] = np.cumsum(new) - 1
+        self._diagonal, self._slot = slot[:n], slot[n:]
+        key = key[new]
+        low = key // max(n, 1)
+        index = np.int32 if 8 * len(key) < np.iinfo(np.int32).max else np.int64
+        self._high = (key - low * n).astype(index)
+        self._indptr = np.zeros(n + 1, dtype=index)
+        np.cumsum(np.bincount(low, minlength=n), out=self._indptr[1:])
+
+    def lower(self, entry: Array, diagonal: Array) -> sparse.csc_array:
+        """Lower triangle of the Hermitian matrix with `entry` from first to second end of `pairs`."""
+        if np.iscomplexobj(entry):
+            entry = np.where(self.downward, entry, entry.conj())
+        data = np.zeros(len(self._high), dtype=np.result_type(entry, diagonal))
+        self._fill(data, self._slot, entry)
+        data[self._diagonal] += diagonal
+        return sparse.csc_array((data, self._high, self._indptr), shape=(self.n, self.n))
+
+    @cached_property
+    def upward(self) -> IntArray:
+        """The half-edges of `pairs`, (2, #P), that from the lower to the higher row first."""
+        sides = self._sides[:, self.pairs]
+        return np.where(self.downward, sides[::-1], sides)
+
+    @cached_property
+    def loops(self) -> list[tuple[IntArray, IntArray]]:
+        """Half-edges, and their rows, that join vertices of one row."""
+        i, j = self.ends
+        edges = np.flatnonzero((i == j) & (i >= 0))
+        present = [(side[side >= 0], i[edges][side >= 0]) for side in self._sides[:, edges]]
+        return [(side, rows) for side, rows in present if len(side)]
+
+    def symmetric(self, block: FloatArray, diagonal: FloatArray) -> Symmetric:
+        """The symmetric matrix of 2 by 2 blocks.
+
+        Entries (0, 0), (0, 1), (1, 0), (1, 1) of the blocks are the rows of `block`, (4, #P), from
+        lower to higher row of `pairs`, and of `diagonal`, (4, n).
+        """
+        indices, indptr, slot, own = self._blocks
+        data = np.zeros(len(indices))
+        self._fill(data, slot, block)
+        data[own] += diagonal / 2
+        return Symmetric(sparse.csr_array((data, indices, indptr), shape=(2 * self.n, 2 * self.n)))
+
+    @cached_property
+    def _blocks(self) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+        """Of the upper triangle of blocks: CSR's indices and indptr, the places of `block` and `diagonal`."""
+        number = np.arange(4 * len(self._high)).reshape(-1, 2, 2)
+        half = sparse.bsr_array((number, self._high, self._indptr), shape=(2 * self.n, 2 * self.n)).tocsr()
+        place = np.empty_like(half.data)
+        place[half.data] = np.arange(len(place))
+        place = place.reshape(-1, 4).T
+        return half.indices, half.indptr, place[:, self._slot], place[:, self._diagonal]
+
+    def laplacian(self, weight: FloatArray) -> sparse.csc_array:
+        """Lower triangle of L in x^T L x = sum over edges of weight (x_i - x_j)^2, x = 0 at missing ends."""
+        i, j = self.ends
+        across = np.where(i == j, 0.0, weight)
+        return self.lower(-weight[self.pairs], self.row_sums(i, across) + self.row_sums(j, across))
+
+    def pull(self, weight: FloatArray, ends: Array) -> FloatArray:
+        """What fixed vertices add to L x: sum of weight z over the edges to them, (n, 2).
+
+        `ends` has the complex positions z of the edges' ends, (2, #E), zero at free vertices.
+        """
+        i, j = self.ends
+        parts = (weight * ends.real, weight * ends.imag)
+        return np.column_stack([self.row_sums(i, b) + self.row_sums(j, a) for a, b in parts])
+
+    def row_sums(self, rows: IntArray, values: FloatArray) -> FloatArray:
+        """Sum `values` over their `rows`, leaving out row -1."""
+        return sum_by(rows + 1, values, self.n + 1)[1:]
+
+    def _fill(self, data: Array, slot: IntArray, entry: Array) -> None:
+        if len(self._high) < self.n + len(self._slot):  # several edges between the same two rows
+            np.add.at(data, slot, entry)
+        else:
+            data[slot] = entry

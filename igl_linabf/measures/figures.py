@@ -1,0 +1,137 @@
+"""How good a flat map is: angles, stretch, areas, flips, overlaps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._runtime import aligned
+from ..surface import face_array
+from .overlapping import overlaps
+from .per_triangle import change_of
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Distortion of a flat map, as numbers; `print` shows them as a table.
+
+    Attributes
+    ----------
+    angle_distortion : float
+        The paper's F/3nt: mean over corners of ((angle in uv - angle in 3-D) / angle in 3-D)^2.
+    angle_error : float
+        The same unweighted: mean of (angle in uv - angle in 3-D)^2, in square radians.
+    conformal_distortion : float
+        Quasi-conformal distortion sigma1 / sigma2, its mean by area in 3-D; 1 is best. Infinite
+        where a triangle has collapsed.
+    conformal_distortion_max : float
+        The largest one.
+    area_distortion : float
+        Mean by area of `|log(area in uv / area in 3-D)|`, both of total 1; 0 is best. Infinite
+        where a triangle has collapsed.
+    stretch_l2, stretch_linf : float
+        Root mean square and largest stretch of Sander et al. 2001, normalised by area; 1 is best.
+        Infinite where a triangle has collapsed.
+    flips : int
+        Triangles whose area in uv is not positive (`igl.flipped_triangles`, and the collapsed).
+    overlaps : int
+        Pairs of triangles of one chart that lie over each other (`igl_linabf.overlaps`).
+    faces : int
+        Number of triangles.
+    """
+
+    angle_distortion: float
+    angle_error: float
+    conformal_distortion: float
+    conformal_distortion_max: float
+    area_distortion: float
+    stretch_l2: float
+    stretch_linf: float
+    flips: int
+    overlaps: int
+    faces: int
+
+    def __str__(self) -> str:
+        return table({"": self})
+
+
+ROWS = {
+    "faces": "triangles",
+    "flips": "flipped triangles",
+    "overlaps": "overlapping pairs",
+    "angle_distortion": "angle distortion F/3nt",
+    "angle_error": "mean squared angle error, rad^2",
+    "conformal_distortion": "conformal distortion, mean",
+    "conformal_distortion_max": "conformal distortion, largest",
+    "area_distortion": "area distortion",
+    "stretch_l2": "stretch, L2",
+    "stretch_linf": "stretch, largest",
+}
+
+
+def table(columns: Mapping[str, Quality], extra: Mapping[str, Mapping[str, str]] | None = None) -> str:
+    """Several maps' qualities side by side as text, one map a column.
+
+    Parameters
+    ----------
+    columns : mapping of name to Quality
+    extra : mapping of label to mapping of name to text, optional
+        Rows to put below.
+    """
+    cells = [["", *columns]] if any(columns) else []
+    for name, label in ROWS.items():
+        values = (getattr(quality, name) for quality in columns.values())
+        cells.append([label, *(f"{v:,d}" if isinstance(v, int) else f"{v:.4g}" for v in values)])
+    for label, texts in (extra or {}).items():
+        cells.append([label, *(texts.get(name, "") for name in columns)])
+    return aligned(cells)
+
+
+def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
+    """Measure the distortion of a flat map.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Triangles; any number of pieces, loops and handles.
+    uv : (#V, 2) float
+        The map, of any scale; not a number only where no face refers to.
+
+    Returns
+    -------
+    Quality
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, `V` or `uv` is not finite, or a face has no area in 3-D.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> V, F = np.array([[0, 0, 0], [2, 0, 0], [0, 1, 0]]), np.array([[0, 1, 2]])
+    >>> stretched = quality(V, F, [[0, 0], [1, 0], [0, 1]])
+    >>> stretched.conformal_distortion, round(stretched.stretch_l2, 4), stretched.flips
+    (2.0, 1.118, 0)
+    """
+    changed = change_of(V, F, uv)
+    faces = face_array(F)
+    error, weight = changed.angle_error, changed.double_area / changed.double_area.sum()
+    conformal = changed.conformal
+    return Quality(
+        angle_distortion=float(((error / changed.angle) ** 2).mean()),
+        angle_error=float((error**2).mean()),
+        conformal_distortion=float(weight @ conformal),
+        conformal_distortion_max=float(conformal.max()),
+        area_distortion=float(weight @ np.abs(changed.log_area_ratio)),
+        stretch_l2=float(np.sqrt(weight @ changed.squared_stretch)),
+        stretch_linf=float(changed.largest_stretch.max()),
+        flips=int(np.count_nonzero(changed.flipped)),
+        overlaps=len(overlaps(uv, faces)),
+        faces=len(faces),
+    )

@@ -1,0 +1,171 @@
+"""Where a flat map lies over itself, although none of its triangles need be flipped."""
+
+from __future__ import annotations
+
+import numpy as np
+import shapely
+from numpy.typing import ArrayLike
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..surface import (
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    check_finite,
+    compact,
+    complex_positions,
+    face_array,
+    of_size_one,
+    signed_double_areas,
+    vertex_array,
+)
+
+DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
+BLOCK = 1 << 16  # triangles searched at a time, which bounds the memory
+
+
+def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
+    """Pairs of faces that lie over each other in the plane.
+
+    Two faces overlap if one reaches deeper into the other than a millionth of the smaller one's
+    height (its least width), and than the rounding of the coordinates: touching at a vertex or
+    along an edge is no overlap, also where the two sides of a seam lie side by side.
+    A face folded over its neighbour overlaps it. A collapsed face overlaps nothing.
+
+    Parameters
+    ----------
+    uv : (#V, 2) float
+        The map; not a number only where no face refers to.
+    F : (#F, 3) int
+        Triangles. A chart is a component of faces connected by common vertices.
+    between : bool
+        Compare faces of different charts, too, as in a packed atlas. Otherwise each chart stands
+        for itself, as if it had a plane of its own.
+
+    Returns
+    -------
+    pairs : (#P, 2) int64
+        Faces i < j, in lexicographic order; empty for an injective map.
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, or `uv` is not finite at a vertex of a face.
+
+    Notes
+    -----
+    In a chart without flipped faces each point is covered as often as the boundary loops wind
+    around it. So if they cross neither themselves nor each other, and only one of them runs
+    counter-clockwise, nothing overlaps, and no faces are compared.
+
+    Examples
+    --------
+    >>> square, corner = [[0, 0], [2, 0], [2, 2], [0, 2]], [[1, 1], [3, 1], [3, 3]]
+    >>> F = [[0, 1, 2], [0, 2, 3], [4, 5, 6]]
+    >>> overlaps(square + corner, F)
+    array([], shape=(0, 2), dtype=int64)
+    >>> overlaps(square + corner, F, between=True)
+    array([[0, 2]])
+    """
+    faces, map_ = face_array(F), vertex_array(uv, 2, "uv")
+    vertices, faces = compact(faces, len(map_))
+    map_ = map_[vertices]
+    check_finite(map_, vertices, "uv")
+    map_ = of_size_one(map_)
+    chart = charts(faces, len(map_))
+    if between:
+        return _search(map_, faces, None)
+    suspect = ~_injective(complex_positions(map_), faces, chart)[chart]
+    index = np.flatnonzero(suspect)
+    return np.asarray(index[_search(map_, faces[index], chart[index])]) if len(index) else _no_pairs()
+
+
+def charts(F: IntArray, n: int) -> IntArray:
+    """The chart of each face, numbered from 0: components of faces that share vertices 0 .. n - 1."""
+    i, j = np.concatenate((F[:, 0], F[:, 0])), np.concatenate((F[:, 1], F[:, 2]))
+    graph = sparse.csr_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(n, n))
+    label = csgraph.connected_components(graph, directed=False)[1]
+    return np.asarray(np.unique(label[F[:, 0]], return_inverse=True)[1], dtype=np.int64)
+
+
+def _no_pairs() -> IntArray:
+    return np.zeros((0, 2), dtype=np.int64)
+
+
+def _injective(z: ComplexArray, F: IntArray, chart: IntArray) -> np.ndarray:
+    """Charts of which the boundary loops and the signs of the faces prove that they do not overlap."""
+    number = int(chart.max()) + 1
+    proved = np.zeros(number, dtype=bool)
+    upright = np.ones(number, dtype=bool)
+    upright[chart[~(signed_double_areas(z, F.T) > 0)]] = False
+    tail, head = F.T.ravel(), F[:, [1, 2, 0]].T.ravel()
+    n = len(z)
+    code = np.sort(tail * n + head)
+    if (code[1:] == code[:-1]).any():
+        return proved  # not an oriented surface: its boundary edges do not bound it
+    twin = head * n + tail
+    boundary = np.flatnonzero(~np.isin(twin, code, assume_unique=True))
+    ends = np.column_stack((z[tail[boundary]], z[head[boundary]]))
+    segments = np.stack((ends.real, ends.imag), axis=2)
+    of = chart[boundary % len(F)]
+    order = np.argsort(of, kind="stable")
+    cuts = np.searchsorted(of[order], np.arange(number + 1))
+    for i in np.flatnonzero(upright):
+        proved[i] = _winds_once(segments[order[cuts[i] : cuts[i + 1]]])
+    return proved
+
+
+def _winds_once(segments: FloatArray) -> bool:
+    """Whether directed segments make simple disjoint loops, one of them counter-clockwise."""
+    merged = shapely.line_merge(shapely.multilinestrings(segments), directed=True)
+    loops = shapely.get_parts(merged)
+    if not (shapely.is_simple(merged) and shapely.is_closed(loops).all()):
+        return False
+    return bool(np.count_nonzero(shapely.is_ccw(loops)) == 1)
+
+
+def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
+    """All overlapping pairs, of one chart where `chart` is given."""
+    triangle = complex_positions(uv)[F]
+    area = signed_double_areas(triangle.T.ravel(), np.arange(F.size).reshape(3, -1))
+    triangle[area < 0] = triangle[area < 0][:, [0, 2, 1]]
+    longest = np.abs(triangle - np.roll(triangle, 1, axis=1)).max(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        height = np.where(longest > 0, np.abs(area) / longest, 0.0)
+    rounding = 16 * np.finfo(float).eps * np.abs(triangle).max(axis=1)
+    solid = np.flatnonzero(height > rounding)
+    triangle, height, rounding = triangle[solid], height[solid], rounding[solid]
+    x, y = triangle.real, triangle.imag
+    boxes = shapely.box(x.min(axis=1), y.min(axis=1), x.max(axis=1), y.max(axis=1))
+    tree = shapely.STRtree(boxes)
+    found = [_no_pairs()]
+    for start in range(0, len(solid), BLOCK):
+        i, j = tree.query(boxes[start : start + BLOCK])
+        i = i + start
+        keep = i < j
+        if chart is not None:
+            keep &= chart[solid[i]] == chart[solid[j]]
+        i, j = i[keep], j[keep]
+        for _ in range(2):  # a side of the one separates them, or a side of the other
+            for k in range(3):
+                reach = _reach(triangle, i, j, k)
+                least = DEPTH * np.minimum(height[i], height[j]) + np.maximum(rounding[i], rounding[j])
+                keep = reach > least
+                i, j = i[keep], j[keep]
+            i, j = j, i
+        found.append(np.column_stack((i, j)))
+    pairs = solid[np.concatenate(found)]
+    return np.asarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))], dtype=np.int64)
+
+
+def _reach(triangle: ComplexArray, i: IntArray, j: IntArray, k: int) -> FloatArray:
+    """How far triangles j reach over side k of triangles i, to the inside."""
+    start = triangle[:, k]
+    side = triangle[:, (k + 1) % 3] - start
+    inward = (side / np.abs(side)).conj()[i]
+    start = start[i]
+    reach = (inward * (triangle[:, 0][j] - start)).imag
+    for corner in (1, 2):
+        np.maximum(reach, (inward * (triangle[:, corner][j] - start)).imag, out=reach)
+    return np.asarray(reach)

@@ -1,0 +1,178 @@
+"""How a flat map changes each triangle: angles, singular values, areas."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import MeshError
+from ..surface import (
+    NEXT,
+    PREV,
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    check_finite,
+    compact,
+    complex_positions,
+    face_array,
+    measure,
+    of_size_one,
+    vertex_array,
+)
+
+Measure = Literal["angle", "conformal", "stretch", "area"]
+MEASURES: tuple[Measure, ...] = ("angle", "conformal", "stretch", "area")
+
+
+def distortion(V: ArrayLike, F: ArrayLike, uv: ArrayLike, measure: Measure = "angle") -> FloatArray:
+    """Distortion of each triangle by a flat map; `quality` has the figures of the whole.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Triangles; any number of pieces, loops and handles.
+    uv : (#V, 2) float
+        The map, of any scale; not a number only where no face refers to.
+    measure : {"angle", "conformal", "stretch", "area"}
+        "angle": mean over the corners of ((angle in uv - angle in 3-D) / angle in 3-D)^2, whose mean
+        over the triangles is the paper's F/3nt. "conformal": sigma1 / sigma2, 1 is best. "stretch":
+        the L2 stretch of Sander et al. 2001, the map scaled to the area of the surface. "area":
+        log(area in uv / area in 3-D), likewise scaled; 0 is best, negative is shrunk.
+
+    Returns
+    -------
+    (#F,) float64
+        Infinite (of "area": negatively) where a triangle has collapsed, but for the angles. Flipped
+        triangles have the value of their mirror image.
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, `V` or `uv` is not finite, or a face has no area in 3-D.
+
+    Examples
+    --------
+    >>> V, F = [[0, 0, 0], [2, 0, 0], [0, 1, 0]], [[0, 1, 2]]
+    >>> distortion(V, F, [[0, 0], [1, 0], [0, 1]], "conformal")
+    array([2.])
+    """
+    if measure not in MEASURES:
+        raise ValueError(f"measure is {measure!r}: use one of {', '.join(map(repr, MEASURES))}")
+    changed = change_of(V, F, uv)
+    if measure == "angle":
+        return np.asarray(((changed.angle_error / changed.angle) ** 2).mean(axis=0))
+    if measure == "conformal":
+        return changed.conformal
+    if measure == "stretch":
+        return np.sqrt(changed.squared_stretch)
+    return changed.log_area_ratio
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """What a flat map does to each triangle.
+
+    Attributes
+    ----------
+    angle, angle_error : (3, #F) float64
+        Corner angles in 3-D, and those in uv less them, radians.
+    double_area, signed : (#F,) float64
+        Twice the area in 3-D, and the signed one in uv scaled to size one.
+    major, minor : (#F,) float64
+        The singular values sigma1 >= sigma2 of the map.
+    """
+
+    angle: FloatArray
+    angle_error: FloatArray
+    double_area: FloatArray
+    signed: FloatArray
+    major: FloatArray
+    minor: FloatArray
+
+    @property
+    def scale(self) -> float:
+        """Area in uv over area in 3-D, of the whole."""
+        return float(np.abs(self.signed).sum() / self.double_area.sum())
+
+    @property
+    def flipped(self) -> BoolArray:
+        """(#F,) bool; the collapsed ones, too."""
+        return ~(self.signed > 0)
+
+    @property
+    def conformal(self) -> FloatArray:
+        """sigma1 / sigma2; infinite where a triangle has collapsed."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(self.minor > 0, self.major / self.minor, np.inf)
+
+    @property
+    def squared_stretch(self) -> FloatArray:
+        """Square of the L2 stretch, areas scaled to the same total."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            squared = self.scale * (self.minor**-2.0 + self.major**-2.0) / 2
+            return np.where(self.minor > 0, squared, np.inf)
+
+    @property
+    def largest_stretch(self) -> FloatArray:
+        """The stretch in the direction in which it is largest, likewise."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(self.minor > 0, np.sqrt(self.scale) / self.minor, np.inf)
+
+    @property
+    def log_area_ratio(self) -> FloatArray:
+        """log(area in uv / area in 3-D), areas scaled to the same total."""
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = np.log(np.abs(self.signed) / self.double_area / self.scale)
+            return np.where(self.signed != 0, ratio, -np.inf)
+
+
+def change_of(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Change:
+    """Check `V`, `F` and `uv`, and measure what the map does; parameters as in `distortion`."""
+    positions, faces, map_ = vertex_array(V), face_array(F), vertex_array(uv, 2, "uv")
+    if len(map_) != len(positions):
+        raise MeshError(f"uv has {len(map_)} rows for {len(positions)} vertices: pass one row a vertex")
+    vertices, faces = compact(faces, len(positions))
+    positions, map_ = positions[vertices], map_[vertices]
+    check_finite(positions, vertices)
+    check_finite(map_, vertices, "uv")
+    map_ = of_size_one(map_)
+    corner = np.ascontiguousarray(faces.T)
+    double_area, dot = measure(positions, corner, vertices)
+    z = complex_positions(map_)[corner]
+    right, left = z[NEXT] - z, z[PREV] - z
+    cross = right.conj() * left  # its argument is the angle, its imaginary part twice the area
+    angle = np.arctan2(double_area, dot)
+    error = np.arctan2(np.abs(cross.imag), cross.real)
+    error -= angle
+    major, minor = _singular_values(positions, corner, double_area, dot, right[0], left[0])
+    return Change(angle, error, double_area, cross[0].imag, major, minor)
+
+
+def _singular_values(
+    V: FloatArray,
+    corner: IntArray,
+    double_area: FloatArray,
+    dot: FloatArray,
+    right: ComplexArray,
+    left: ComplexArray,
+) -> tuple[FloatArray, FloatArray]:
+    """Singular values of each triangle's map from its plane to uv, the larger ones first.
+
+    `right` and `left` are the sides from corner 0 to corners 1 and 2 in uv.
+    """
+    length = np.linalg.norm(V[corner[1]] - V[corner[0]], axis=1)
+    # columns of the Jacobian in the frame of side 0-1: right = l c1, left = (dot c1 + 2 A c2) / l
+    c1 = right / length
+    c2 = (left * length - dot[0] * c1) / double_area
+    p, q = (c1 - 1j * c2) / 2, (c1 + 1j * c2) / 2  # f(w) = p w + q conj(w)
+    major = np.abs(p) + np.abs(q)
+    determinant = np.abs((c1.conj() * c2).imag)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return major, np.where(major > 0, determinant / major, 0.0)

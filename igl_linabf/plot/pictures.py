@@ -1,0 +1,405 @@
+"""Pictures: checkerboards and distortion on the surface and on its flat map, grids. Needs pyvista.
+
+All functions add to a pyvista `Plotter`, yours or a new one, and return it to go on with. With
+`show=True` they show it; `screenshot=` saves the picture then, as in `Plotter.show`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+try:
+    import pyvista as pv
+except ImportError as error:
+    raise ImportError("igl_linabf.plot needs pyvista: pip install 'igl-linabf[viz]'") from error
+
+from ..charts import Atlas
+from ..errors import MeshError
+from ..measures import Measure, distortion, quality
+from ..remesh import QuadGrid
+from ..surface import FloatArray, vertex_array
+from .scene import (
+    DARK,
+    LIGHT,
+    WARNING,
+    Scene,
+    add_flat,
+    add_seams,
+    add_surface,
+    checker_texture,
+    colour_scale,
+    face_the_camera,
+    fit,
+    flat_scene,
+    look_at_the_plane,
+    scene,
+)
+
+__all__ = [
+    "DARK",
+    "LIGHT",
+    "WARNING",
+    "checker_texture",
+    "fit",
+    "plot_checkerboard",
+    "plot_compare",
+    "plot_distortion",
+    "plot_grid",
+    "plot_uv",
+]
+
+CAPTION = 14  # font size
+
+
+def plot_checkerboard(
+    V: ArrayLike,
+    F: ArrayLike,
+    uv: ArrayLike | Atlas,
+    *,
+    seams: ArrayLike | None = None,
+    frequency: float = 30.0,
+    texture: pv.Texture | None = None,
+    plotter: pv.Plotter | None = None,
+    show: bool = False,
+    screenshot: str | bool = False,
+    **kwargs: Any,
+) -> pv.Plotter:
+    """Add the surface, with a checkerboard pulled back from its flat map, to a plotter.
+
+    Parameters
+    ----------
+    V, F : (#V, 3) float and (#F, 3) int
+    uv : (#V, 2) float, or Atlas
+        The map, or what `unwrap(V, F)` returned. Faces that it flips are red.
+    seams : (#E, 2) int or (#F, 3) bool, optional
+        Edges of F to draw as dark lines; by default those of the atlas. `[]` draws none.
+    frequency : float
+        Squares of the board along the longer side of the map.
+    texture : pyvista.Texture, optional
+        Another picture than the checkerboard, repeated every two squares.
+    plotter : pyvista.Plotter, optional
+        Where to add it, in its active renderer; a new one by default.
+    show : bool
+        Show it, too.
+    screenshot : str or bool
+        Where to save the picture when it is shown.
+    **kwargs
+        For `Plotter.add_mesh`.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, or a seam is no edge of F.
+
+    Examples
+    --------
+    >>> import igl, pyvista, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> plotter = pyvista.Plotter(off_screen=True)
+    >>> plotter = plot_checkerboard(V, F[1:], igl_linabf.linabf(V, F[1:]), plotter=plotter, show_edges=True)
+    >>> plotter.screenshot(return_img=True, window_size=(300, 200)).shape
+    (200, 300, 3)
+    >>> plotter.close()
+    """
+    drawn = scene(V, F, uv, seams)
+    target, alone = _target(plotter)
+    add_surface(target, drawn, **{**_board(frequency, texture), **kwargs})
+    add_seams(target, drawn.seams)
+    if alone:
+        face_the_camera(target, drawn.V, drawn.F)
+    return _shown(target, show, screenshot)
+
+
+def plot_uv(
+    uv: ArrayLike,
+    F: ArrayLike,
+    *,
+    scalars: ArrayLike | None = None,
+    frequency: float = 30.0,
+    texture: pv.Texture | None = None,
+    plotter: pv.Plotter | None = None,
+    show: bool = False,
+    screenshot: str | bool = False,
+    **kwargs: Any,
+) -> pv.Plotter:
+    """Add the flat map with its boundary to a plotter, flipped triangles in red.
+
+    Parameters
+    ----------
+    uv : (#V, 2) float
+        Of an atlas, `atlas.TC`.
+    F : (#F, 3) int
+        Of an atlas, `atlas.FTC`.
+    scalars : (#F,) or (#V,) float, optional
+        What to colour it by, instead of the checkerboard; `cmap`, `clim`, `log_scale` and
+        `scalar_bar_args` as in `Plotter.add_mesh`.
+    frequency, texture, plotter, show, screenshot, **kwargs
+        As in `plot_checkerboard`.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together.
+
+    Examples
+    --------
+    >>> import igl, pyvista, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> uv = igl_linabf.linabf(V, F[1:])
+    >>> plotter = plot_uv(uv, F[1:], frequency=10, plotter=pyvista.Plotter(off_screen=True))
+    >>> [mesh.n_cells for mesh in plotter.meshes]  # triangles, and edges of the boundary
+    [19, 3]
+    >>> plotter.close()
+    """
+    drawn = flat_scene(uv, F)
+    target, _ = _target(plotter)
+    colours = _board(frequency, texture) if scalars is None else {"scalars": _used(scalars, uv, F)}
+    add_flat(target, drawn, **{**colours, **kwargs})
+    return _shown(target, show, screenshot)
+
+
+def plot_distortion(
+    V: ArrayLike,
+    F: ArrayLike,
+    uv: ArrayLike | Atlas,
+    measure: Measure = "angle",
+    *,
+    seams: ArrayLike | None = None,
+    plotter: pv.Plotter | None = None,
+    show: bool = False,
+    screenshot: str | bool = False,
+    **kwargs: Any,
+) -> pv.Plotter:
+    """Add the surface, coloured by how much the flat map distorts each triangle, to a plotter.
+
+    Parameters
+    ----------
+    V, F, uv, seams, plotter, show, screenshot
+        As in `plot_checkerboard`.
+    measure : {"angle", "conformal", "stretch", "area"}
+        As in `igl_linabf.distortion`. Angles and stretch have a logarithmic scale, areas a
+        diverging one around 0. Flipped and collapsed triangles are red.
+    **kwargs
+        For `Plotter.add_mesh`; `clim`, `cmap` and `log_scale` among them change the scale, which
+        otherwise leaves out the lowest and the highest fiftieth of the triangles.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, are not finite, or a face has no area.
+
+    Examples
+    --------
+    >>> import igl, pyvista, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> atlas = igl_linabf.unwrap(V, F)
+    >>> plotter = plot_distortion(V, F, atlas, "area", plotter=pyvista.Plotter(off_screen=True))
+    >>> [mesh.n_cells for mesh in plotter.meshes] == [20, len(atlas.seams)]
+    True
+    >>> plotter.close()
+    """
+    drawn = scene(V, F, uv, seams)
+    values = distortion(drawn.V, drawn.F, drawn.uv, measure)
+    target, alone = _target(plotter)
+    add_surface(target, drawn, **{"scalars": values, **colour_scale([values], measure), **kwargs})
+    add_seams(target, drawn.seams)
+    if alone:
+        face_the_camera(target, drawn.V, drawn.F)
+    return _shown(target, show, screenshot)
+
+
+def plot_grid(
+    grid: QuadGrid,
+    *,
+    flat: bool = False,
+    plotter: pv.Plotter | None = None,
+    show: bool = False,
+    screenshot: str | bool = False,
+    **kwargs: Any,
+) -> pv.Plotter:
+    """Add a grid of iso-lines to a plotter: whole cells light, those cut by the boundary dark.
+
+    Parameters
+    ----------
+    grid : QuadGrid
+        From `igl_linabf.quad_grid`.
+    flat : bool
+        Draw it in the map, instead of on the surface.
+    plotter, show, screenshot, **kwargs
+        As in `plot_checkerboard`.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    Examples
+    --------
+    >>> import igl, pyvista, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> grid = igl_linabf.quad_grid(V, F[1:], igl_linabf.linabf(V, F[1:]))
+    >>> plotter = plot_grid(grid, plotter=pyvista.Plotter(off_screen=True))
+    >>> sum(mesh.n_cells for mesh in plotter.meshes) == len(grid.faces)
+    True
+    >>> plotter.close()
+    """
+    target, alone = _target(plotter)
+    points = np.insert(grid.uv, 2, 0.0, axis=1) if flat else grid.V
+    options = {"show_edges": True, "edge_color": "black", "lighting": not flat}
+    for chosen, colour in ((grid.whole, LIGHT), (~grid.whole, DARK)):
+        faces = [grid.faces[i] for i in np.flatnonzero(chosen)]
+        if faces:
+            target.add_mesh(
+                pv.PolyData.from_irregular_faces(points, faces), color=colour, **options, **kwargs
+            )
+    if flat:
+        look_at_the_plane(target)
+    elif alone:
+        fans = [(face[0], face[i], face[i + 1]) for face in grid.faces for i in range(1, len(face) - 1)]
+        face_the_camera(target, grid.V, np.array(fans))
+    return _shown(target, show, screenshot)
+
+
+def plot_compare(
+    V: ArrayLike,
+    F: ArrayLike,
+    maps: Mapping[str, ArrayLike | Atlas],
+    *,
+    measure: Measure | None = None,
+    seams: ArrayLike | None = None,
+    frequency: float = 30.0,
+    texture: pv.Texture | None = None,
+    off_screen: bool | None = None,
+    window_size: tuple[int, int] | None = None,
+    screenshot: str | bool = False,
+    show: bool = True,
+    **kwargs: Any,
+) -> pv.Plotter:
+    """Show flat maps of one surface in rows: checkerboard on the surface, and the map beside it.
+
+    Parameters
+    ----------
+    V, F : (#V, 3) float and (#F, 3) int
+    maps : mapping of name to (#V, 2) float, or to Atlas
+        One row each, under its name, F/3nt and number of flipped triangles. Each map is turned,
+        scaled and moved to fit the first, so that the boards can be compared; atlases stay.
+    measure : {"angle", "conformal", "stretch", "area"}, optional
+        Show this distortion, with one scale for all, instead of the checkerboard.
+    seams, frequency, texture
+        As in `plot_checkerboard`.
+    off_screen, window_size, **kwargs
+        For `pyvista.Plotter`: `theme`, `notebook`, `title`, ...
+    screenshot : str or bool
+        Where to save the picture when it is shown.
+    show : bool
+        False returns the plotter to go on with.
+
+    Returns
+    -------
+    pyvista.Plotter
+
+    Raises
+    ------
+    MeshError
+        There is no map, or the arrays do not fit together.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> V[:, 2] *= 2
+    >>> maps = {"linABF": igl_linabf.linabf(V, F[1:]), "igl.lscm": igl_linabf.lscm(V, F[1:])}
+    >>> plotter = plot_compare(V, F[1:], maps, off_screen=True)  # a window, without off_screen
+    >>> plotter.shape
+    (2, 2)
+    >>> plotter.close()
+    """
+    if not maps:
+        raise MeshError("maps is empty: give one flat map at least, by its name")
+    drawn = _fitted({name: scene(V, F, uv, seams) for name, uv in maps.items()}, maps)
+    with pv.vtk_verbosity("error"):  # VTK warns where it finds no display, and goes on without
+        plotter = pv.Plotter(
+            shape=(len(maps), 2),
+            off_screen=off_screen,
+            window_size=list(window_size or (1400, 700 * len(maps))),
+            border=False,
+            **kwargs,
+        )
+        coloured: dict[str, dict[str, Any]] = {}
+        if measure is None:
+            coloured = dict.fromkeys(drawn, _board(frequency, texture))
+        else:
+            values = {name: distortion(d.V, d.F, d.uv, measure) for name, d in drawn.items()}
+            scale = colour_scale(values.values(), measure)
+            coloured = {name: {"scalars": values[name], **scale} for name in drawn}
+        for row, (name, d) in enumerate(drawn.items()):
+            _row(plotter, row, name, d, coloured[name])
+        return _shown(plotter, show, screenshot)
+
+
+def _row(plotter: pv.Plotter, row: int, name: str, drawn: Scene, colours: dict[str, Any]) -> None:
+    measured = quality(drawn.V, drawn.F, drawn.uv)
+    plotter.subplot(row, 0)
+    bar = {"show_scalar_bar": False} if "scalars" in colours else {}  # one a row, beside the map
+    add_surface(plotter, drawn, **colours, **bar)
+    add_seams(plotter, drawn.seams)
+    face_the_camera(plotter, drawn.V, drawn.F)
+    caption = f"{name}: F/3nt {measured.angle_distortion:.3g}, {measured.flips} flipped"
+    plotter.add_text(caption, font_size=CAPTION)
+    plotter.subplot(row, 1)
+    add_flat(plotter, flat_scene(drawn.uv, drawn.F), **colours)
+
+
+def _fitted(drawn: dict[str, Scene], maps: Mapping[str, ArrayLike | Atlas]) -> dict[str, Scene]:
+    """The maps but the atlases turned, scaled and moved to fit the first of them."""
+    single = [name for name, uv in maps.items() if not isinstance(uv, Atlas)]
+    return drawn | {
+        name: Scene(d.V, d.F, fit(d.uv, drawn[single[0]].uv), d.seams)
+        for name, d in drawn.items()
+        if name in single
+    }
+
+
+def _board(frequency: float, texture: pv.Texture | None) -> dict[str, Any]:
+    return {
+        "frequency": frequency,
+        "texture": checker_texture() if texture is None else texture,
+        "smooth_shading": True,
+    }
+
+
+def _used(scalars: ArrayLike, uv: ArrayLike, F: ArrayLike) -> FloatArray:
+    """The scalars of the vertices that a face refers to, where they are by vertex."""
+    values = np.asarray(scalars, dtype=np.float64).ravel()
+    n = len(vertex_array(uv, 2, "uv"))
+    return values[np.unique(np.asarray(F))] if len(values) == n != len(np.asarray(F)) else values
+
+
+def _target(plotter: pv.Plotter | None) -> tuple[pv.Plotter, bool]:
+    """The plotter to add to, and whether it is a new one."""
+    if plotter is not None:
+        return plotter, False
+    with pv.vtk_verbosity("error"):  # VTK warns where it finds no display, and goes on without
+        return pv.Plotter(), True
+
+
+def _shown(plotter: pv.Plotter, show: bool, screenshot: str | bool) -> pv.Plotter:
+    if show:
+        with pv.vtk_verbosity("error"):
+            plotter.show(screenshot=screenshot)
+    return plotter

@@ -1,0 +1,272 @@
+"""What the pictures are made of: textures, colours and their scales, cameras, lines. Needs pyvista."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import ArrayLike
+
+from ..charts import Atlas, seam_mask
+from ..errors import MeshError
+from ..measures import Measure
+from ..surface import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    compact,
+    complex_positions,
+    face_array,
+    signed_double_areas,
+    vertex_array,
+)
+
+LIGHT, DARK, WARNING, SEAM = "#f4f1e8", "#2f6690", "#d1242f", "#16161d"
+FORMAT = "{:.3g}" if pv.vtk_version_info >= (9, 6) else "%.3g"  # VTK changed the language of it
+BAR = 0.12  # share of the window's height that a scalar bar takes
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """A surface and its flat map without the vertices that no face refers to.
+
+    Attributes
+    ----------
+    V : (#v, 3) float64
+    F : (#F, 3) int64
+    uv : (#v, 2) float64
+    seams : (#E, 2, 3) float64
+        Ends of the seams' edges on the surface.
+    """
+
+    V: FloatArray
+    F: IntArray
+    uv: FloatArray
+    seams: FloatArray
+
+    @property
+    def flipped(self) -> BoolArray:
+        """(#F,) bool; the collapsed faces, too."""
+        return ~(signed_double_areas(complex_positions(self.uv), self.F.T) > 0)
+
+
+def scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | None = None) -> Scene:
+    """The surface and its map, or the atlas of it; of an atlas the seams, too."""
+    points, faces = vertex_array(V), face_array(F)
+    if isinstance(uv, Atlas):
+        if len(uv.FTC) != len(faces) or uv.origin.max() >= len(points):
+            raise MeshError(
+                f"the atlas is of {len(uv.FTC)} faces, F has {len(faces)}: pass V and F that were unwrapped"
+            )
+        edges = uv.seams if seams is None else _ends(seams, faces, len(points))
+        lines, points, faces, map_ = points[edges], points[uv.origin], uv.FTC, uv.TC
+    else:
+        map_ = vertex_array(uv, 2, "uv")
+        lines = points[_ends(() if seams is None else seams, faces, len(points))]
+    if len(map_) != len(points):
+        raise MeshError(f"uv has {len(map_)} rows for {len(points)} vertices: pass one row a vertex")
+    vertices, faces = compact(faces, len(points))
+    return Scene(points[vertices], faces, map_[vertices], lines)
+
+
+def _ends(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
+    """The vertices of the seams' edges, (#E, 2)."""
+    f, k = np.nonzero(seam_mask(seams, F, n))
+    return np.unique(np.sort(np.column_stack((F[f, k], F[f, (k + 1) % 3])), axis=1), axis=0)
+
+
+def flat_scene(uv: ArrayLike, F: ArrayLike) -> Scene:
+    """The map as a surface in the plane z = 0."""
+    return scene(np.insert(vertex_array(uv, 2, "uv"), 2, 0.0, axis=1), F, uv)
+
+
+def checker_texture(light: str = LIGHT, dark: str = DARK, resolution: int = 64) -> pv.Texture:
+    """A repeating checkerboard of two by two squares.
+
+    Parameters
+    ----------
+    light, dark : str
+        Colours.
+    resolution : int
+        Pixels of a square's side.
+
+    Examples
+    --------
+    >>> checker_texture("white", "#802020", resolution=32).dimensions
+    (64, 64)
+    """
+    colours = np.array([pv.Color(light).int_rgb, pv.Color(dark).int_rgb], dtype=np.uint8)
+    squares = np.kron([[0, 1], [1, 0]], np.ones((resolution, resolution), dtype=int))
+    texture = pv.Texture(colours[squares])
+    texture.repeat = texture.interpolate = texture.mipmap = True
+    return texture
+
+
+def board_coordinates(uv: FloatArray, frequency: float) -> FloatArray:
+    """Texture coordinates for `frequency` squares along the longer side of the map."""
+    # a texture is two squares wide
+    return np.asarray((uv - uv.min(axis=0)) * (frequency / 2 / np.ptp(uv, axis=0).max()))
+
+
+def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
+    """Add the faces: those that the map flips in the warning colour, the others as the options say.
+
+    `scalars`, by vertex or by face, may be among them, and `texture`, with `frequency` of its board.
+    """
+    flipped = drawn.flipped
+    surface = pv.PolyData.from_regular_faces(drawn.V, drawn.F[~flipped])
+    frequency, scalars = options.pop("frequency", None), options.pop("scalars", None)
+    if scalars is not None:
+        values = np.asarray(scalars, dtype=np.float64).ravel()
+        if len(values) not in (len(drawn.V), len(drawn.F)):
+            raise MeshError(
+                f"scalars has {len(values)} values for {len(drawn.V)} vertices and {len(drawn.F)} faces: "
+                "pass one a vertex or one a face"
+            )
+        by_face = len(values) == len(drawn.F)
+        if options.get("log_scale") and options.get("clim") is not None:
+            values = np.maximum(values, options["clim"][0])
+        options["scalars"] = values[~flipped] if by_face else values
+        options["preference"] = "cell" if by_face else "point"
+        if options.get("lighting", True):
+            options.setdefault("ambient", 0.2)  # shadows must not pass for low values
+    elif options.get("texture") is not None:
+        surface.active_texture_coordinates = board_coordinates(drawn.uv, frequency)
+    if surface.n_cells:
+        plotter.add_mesh(surface, **options)
+    if flipped.any():
+        marked = pv.PolyData.from_regular_faces(drawn.V, drawn.F[flipped])
+        plotter.add_mesh(marked, color=WARNING, lighting=False, reset_camera=options.get("reset_camera"))
+
+
+def add_flat(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
+    """Add the flat map with its boundary, flipped faces above the others, and look at it."""
+    bar = "scalars" in options and options.get("show_scalar_bar", True)
+    add_surface(plotter, drawn, **{"lighting": False, **options})
+    sides = np.sort(np.concatenate([drawn.F[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
+    edges, count = np.unique(sides, axis=0, return_counts=True)
+    outline = pv.PolyData(drawn.V, lines=np.insert(edges[count == 1], 0, 2, axis=1).ravel())
+    plotter.add_mesh(outline, color=plotter.theme.font.color, line_width=2)
+    if drawn.flipped.any():
+        above = drawn.V + np.array([0, 0, 1e-3 * np.ptp(drawn.V, axis=0).max()])
+        marked = pv.PolyData.from_regular_faces(above, drawn.F[drawn.flipped])
+        plotter.add_mesh(marked, color=WARNING, lighting=False)
+        plotter.add_mesh(marked, style="wireframe", color=WARNING, lighting=False, line_width=3)
+    look_at_the_plane(plotter, bar)
+
+
+def look_at_the_plane(plotter: pv.Plotter, bar: bool = False) -> None:
+    """Fit the plane's picture into the window, above a scalar bar."""
+    camera = plotter.camera
+    camera.tight(padding=0.08, view="xy", adjust_render_window=False)
+    if bar:
+        camera.parallel_scale *= 1 + BAR
+        down = np.array([0, BAR * camera.parallel_scale, 0])
+        camera.position, camera.focal_point = camera.position - down, camera.focal_point - down
+    _step_back(plotter, 2 * camera.parallel_scale)
+
+
+def add_seams(plotter: pv.Plotter, segments: FloatArray, **options: Any) -> None:
+    """Add lines, (#E, 2, 3), on the surface."""
+    if len(segments):
+        lines = pv.line_segments_from_points(segments.reshape(-1, 3))
+        plotter.add_mesh(
+            lines,
+            **{"color": SEAM, "line_width": 5, "render_lines_as_tubes": True, "lighting": False, **options},
+        )
+
+
+def colour_scale(values: Iterable[FloatArray], measure: Measure) -> dict[str, Any]:
+    """`cmap`, `clim`, `log_scale` and `scalar_bar_args` for a distortion of one map, or of several.
+
+    The limits are the second and the 98th percentile, so that single triangles do not take all
+    colours; areas have a diverging map with 0 in the middle.
+    """
+    every = np.concatenate([np.ravel(v) for v in values])
+    every = every[np.isfinite(every)]
+    low, high = np.quantile(every, (0.02, 0.98)) if len(every) else (0.0, 0.0)
+    if measure == "angle":
+        high = max(high, 1e-8)
+        clim, log_scale = (max(low, 1e-4 * high), high), True
+    elif measure == "stretch":
+        clim, log_scale = (min(low, 0.99), max(high, 1.01)), True
+    elif measure == "conformal":
+        clim, log_scale = (1.0, max(high, 1.001)), False
+    else:
+        most = max(abs(low), abs(high), 0.01)
+        clim, log_scale = (-most, most), False
+    title = {
+        "angle": "squared relative angle error",
+        "conformal": "conformal distortion",
+        "stretch": "L2 stretch",
+        "area": "log of the area ratio",
+    }[measure]
+    return {
+        "cmap": "BrBG" if measure == "area" else "viridis",
+        "clim": clim,
+        "log_scale": log_scale,
+        "scalar_bar_args": {
+            "title": f"{title}\n",  # away from the labels
+            "n_labels": 3,
+            "fmt": FORMAT,
+            "unconstrained_font_size": True,
+            "title_font_size": 20,
+            "label_font_size": 18,
+            "position_x": 0.2,
+            "position_y": 0.02,
+            "width": 0.6,
+            "height": BAR,
+        },
+    }
+
+
+def fit(uv: ArrayLike, onto: ArrayLike) -> FloatArray:
+    """The map turned, scaled and moved to lie on another one as well as a similarity can.
+
+    Parameters
+    ----------
+    uv, onto : (#V, 2) float
+        NaN rows are left out, and stay.
+
+    Examples
+    --------
+    >>> fit([[0, 0], [0, 2], [0, 4]], [[5, 5], [6, 5], [7, 5]]).round(12).tolist()
+    [[5.0, 5.0], [6.0, 5.0], [7.0, 5.0]]
+    """
+    z, w = (complex_positions(vertex_array(m, 2, "uv")) for m in (uv, onto))
+    both = np.isfinite(z) & np.isfinite(w)
+    z0, w0 = z[both].mean(), w[both].mean()
+    ratio = np.vdot(z[both] - z0, w[both] - w0) / np.vdot(z[both] - z0, z[both] - z0)
+    moved = ratio * (z - z0) + w0
+    return np.column_stack((moved.real, moved.imag))
+
+
+def face_the_camera(plotter: pv.Plotter, points: FloatArray, faces: IntArray) -> None:
+    """Look along the coordinate axis of the least extent, from the side that more area faces.
+
+    y is up, unless the picture would be much higher than wide.
+    """
+    a, b, c = points[faces.T]
+    normal = np.cross(b - a, c - a)
+    area = np.linalg.norm(normal, axis=1)
+    centre = (a + b + c) / 3
+    spread = area @ (centre - area @ centre / area.sum()) ** 2
+    thin, upward, across = np.argsort(spread, kind="stable")
+    if thin != 1 and spread[1] < 1.5 * spread[across]:
+        across, upward = 2 - thin, 1
+    plane = "xyz"[across] + "xyz"[upward]
+    for negative in (False, True):
+        plotter.camera.tight(padding=0.08, view=plane, negative=negative, adjust_render_window=False)
+        if normal.sum(axis=0) @ np.array(plotter.camera.direction) <= 1e-6 * area.sum():
+            break
+    _step_back(plotter, float(np.linalg.norm(np.ptp(points, axis=0))))
+
+
+def _step_back(plotter: pv.Plotter, distance: float) -> None:
+    """`tight` leaves the camera close to the middle, where it would cut the surface open."""
+    camera = plotter.camera
+    camera.position = np.array(camera.focal_point) - distance * np.array(camera.direction)
+    plotter.reset_camera_clipping_range()

@@ -1,0 +1,380 @@
+"""A window with the surface and its flat map side by side. Needs pyvista.
+
+A click on either side marks the same point on both. Keys change the method, the iterations, the
+board's frequency and the distortion shown.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import warnings
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+try:
+    import pyvista as pv
+except ImportError as error:
+    raise ImportError("igl_linabf.view needs pyvista: pip install 'igl-linabf[viz]'") from error
+
+from ..charts import find_seams, unwrap
+from ..errors import OutcomeWarning
+from ..flattening import METHODS, flatten
+from ..measures import MEASURES, Measure, Quality, charts, distortion, quality
+from ..surface import FloatArray, IntArray, compact, face_array, topology_of, vertex_array
+from .scene import (
+    Scene,
+    add_flat,
+    add_seams,
+    add_surface,
+    checker_texture,
+    colour_scale,
+    face_the_camera,
+    fit,
+    flat_scene,
+    scene,
+)
+
+NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
+MARK = "#e815c4"
+STILL = 4  # pixels that the mouse may move between press and release of a click
+HELP = """\
+m            igl.lscm, linABF, ABF
+] [          more, fewer iterations of linABF
+right, left  more, fewer squares
+d            checkerboard, distortion: angle, conformal, stretch, area
+x            seams
+click        marks a point on both
+h            this help
+q            quit"""
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """One flat map, and what is said of it."""
+
+    drawn: Scene
+    quality: Quality
+    charts: int
+
+
+class Viewer:
+    """The window's state, and what its keys do.
+
+    Parameters
+    ----------
+    V, F : (#V, 3) float and (#F, 3) int
+        Any oriented manifold surface; what is no disk, with or without holes, is unwrapped.
+    method : {"linabf", "lscm", "abf"} or another method of `flatten`
+    frequency : float
+        Squares of the checkerboard along the longer side of the map.
+    measure : {"angle", "conformal", "stretch", "area"}, optional
+        Distortion to show instead of the checkerboard.
+    off_screen, window_size, **options
+        For `pyvista.Plotter`.
+
+    Attributes
+    ----------
+    plotter : pyvista.Plotter
+    iterations : int
+        Of linABF; 0 is its default.
+    picked : (int, (3,) float64) or None
+        Face and barycentric coordinates of the point that is marked.
+    """
+
+    def __init__(
+        self,
+        V: ArrayLike,
+        F: ArrayLike,
+        method: str = "linabf",
+        *,
+        frequency: float = 30.0,
+        measure: Measure | None = None,
+        off_screen: bool = False,
+        window_size: tuple[int, int] = (1400, 700),
+        **options: Any,
+    ) -> None:
+        if method not in METHODS:
+            raise ValueError(f"method is {method!r}: use one of {', '.join(map(repr, METHODS))}")
+        self.V, self.F = vertex_array(V), face_array(F)
+        self.methods = list(dict.fromkeys((*NAMES, method)))
+        self.method, self.iterations, self.frequency = method, 0, frequency
+        self.measure: Measure | None = measure
+        self.seams, self.help = True, False
+        self.picked: tuple[int, FloatArray] | None = None
+        self._maps: dict[tuple[str, int], Shown] = {}
+        self._seams = _seams_of(self.V, self.F)
+        self._pressed: tuple[int, int] = (0, 0)
+        shown = self.shown
+        with pv.vtk_verbosity("error"):
+            self.plotter = pv.Plotter(
+                shape=(1, 2), off_screen=off_screen, window_size=list(window_size), border=False, **options
+            )
+        self._check_window(off_screen)
+        self.draw()
+        self.plotter.subplot(0, 0)
+        face_the_camera(self.plotter, shown.drawn.V, shown.drawn.F)
+        self.plotter.camera.zoom(0.92)  # below the caption
+        if not off_screen:
+            self._listen()
+
+    @property
+    def shown(self) -> Shown:
+        """The map of the method and its iterations, flattened at the first time."""
+        key = (self.method, self.iterations if self.method == "linabf" else 0)
+        if key not in self._maps:
+            self._maps[key] = self._flattened(*key)
+        return self._maps[key]
+
+    def _flattened(self, method: str, iterations: int) -> Shown:
+        options: dict[str, Any] = {"iterations": iterations} if iterations else {}
+        if self._seams is None:
+            drawn = scene(self.V, self.F, flatten(self.V, self.F, method, **options).uv)
+            if self._maps:
+                first = next(iter(self._maps.values())).drawn
+                drawn = Scene(drawn.V, drawn.F, fit(drawn.uv, first.uv), drawn.seams)
+            return Shown(drawn, quality(drawn.V, drawn.F, drawn.uv), 1)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", OutcomeWarning)  # what is flipped is seen, and counted
+            atlas = unwrap(self.V, self.F, self._seams, method, **options)
+        return Shown(scene(self.V, self.F, atlas), atlas.quality, len(atlas.charts))
+
+    def draw(self) -> None:
+        """Draw both sides anew; the camera of the surface stays."""
+        shown, colours = self.shown, self._colours()
+        drawn, flat = shown.drawn, flat_scene(shown.drawn.uv, shown.drawn.F)
+        self.plotter.suppress_rendering = True  # each addition would render
+        for title in tuple(self.plotter.scalar_bars.keys()):
+            self.plotter.remove_scalar_bar(title)
+        self.plotter.clear_actors()
+        self.plotter.subplot(0, 0)
+        add_surface(self.plotter, drawn, **colours, show_scalar_bar=False, reset_camera=False)
+        if self.seams:
+            add_seams(self.plotter, drawn.seams, reset_camera=False)
+        self.plotter.add_text(self.caption, font_size=10)
+        self.plotter.subplot(0, 1)
+        add_flat(self.plotter, flat, **colours)
+        if self.help:
+            self.plotter.add_text(HELP, font_size=10, font="courier", position="upper_left")
+        self._mark()
+        self.plotter.suppress_rendering = False
+
+    def _colours(self) -> dict[str, Any]:
+        if self.measure is None:
+            return {"frequency": self.frequency, "texture": checker_texture(), "smooth_shading": True}
+        drawn = self.shown.drawn
+        values = distortion(drawn.V, drawn.F, drawn.uv, self.measure)
+        return {"scalars": values, **colour_scale([values], self.measure)}
+
+    @property
+    def caption(self) -> str:
+        """What is shown, in words."""
+        q, name = self.shown.quality, NAMES.get(self.method, self.method)
+        if self.method == "linabf" and self.iterations:
+            name += f", {self.iterations} iteration{'s' * (self.iterations > 1)}"
+        said = f"{name}: F/3nt {q.angle_distortion:.3g}, L2 stretch {q.stretch_l2:.3g}, {q.flips} flipped"
+        if self.shown.charts > 1:
+            said += f", {self.shown.charts} charts"
+        if self.picked is not None:
+            face, weights = self.picked
+            drawn = self.shown.drawn
+            u, v = weights @ drawn.uv[drawn.F[face]]
+            x, y, z = weights @ self.V[self.F[face]]
+            said += f"\nface {face}: ({x:.4g}, {y:.4g}, {z:.4g}) -> ({u:.4g}, {v:.4g})"
+        return f"{said}\nh: help"
+
+    def next_method(self) -> None:
+        self.method = self.methods[(self.methods.index(self.method) + 1) % len(self.methods)]
+        self.draw()
+
+    def iterate(self, more: int) -> None:
+        """One iteration of linABF more or fewer; below one, its default."""
+        self.method, self.iterations = "linabf", max(0, self.iterations + more)
+        self.draw()
+
+    def refine(self, factor: float) -> None:
+        """More squares, or fewer."""
+        self.frequency = float(np.clip(self.frequency * factor, 1, 1000))
+        self.draw()
+
+    def next_measure(self) -> None:
+        every = (None, *MEASURES)
+        self.measure = every[(every.index(self.measure) + 1) % len(every)]
+        self.draw()
+
+    def toggle_seams(self) -> None:
+        self.seams = not self.seams
+        self.draw()
+
+    def toggle_help(self) -> None:
+        self.help = not self.help
+        self.draw()
+
+    def pick(self, x: int, y: int) -> None:
+        """Mark the point under a pixel, counted from the window's lower left, on both sides."""
+        drawn = self.shown.drawn
+        side = int(x >= self.plotter.window_size[0] / 2)
+        points = drawn.V if side == 0 else np.insert(drawn.uv, 2, 0.0, axis=1)
+        renderer = self.plotter.renderers[side]
+        ends = [_world(renderer, x, y, depth) for depth in (0.0, 1.0)]
+        surface = pv.PolyData.from_regular_faces(points, drawn.F)
+        hits, faces = surface.ray_trace(*ends, first_point=False)
+        if len(faces):
+            i = int(np.argmin(np.linalg.norm(hits - ends[0], axis=1)))
+            self.picked = int(faces[i]), _barycentric(hits[i], points[drawn.F[faces[i]]])
+            self.draw()
+
+    def _mark(self) -> None:
+        if self.picked is None:
+            return
+        face, weights = self.picked
+        drawn = self.shown.drawn
+        for side, points in enumerate((drawn.V, np.insert(drawn.uv, 2, 0.0, axis=1))):
+            self.plotter.subplot(0, side)
+            radius = 0.012 * np.linalg.norm(np.ptp(points, axis=0))
+            ball = pv.Sphere(radius=radius, center=weights @ points[drawn.F[face]])
+            self.plotter.add_mesh(ball, color=MARK, lighting=False, name="mark", reset_camera=False)
+            self.plotter.renderer.reset_camera_clipping_range()
+
+    def _listen(self) -> None:
+        keys = {
+            "m": self.next_method,
+            "bracketright": lambda: self.iterate(1),
+            "bracketleft": lambda: self.iterate(-1),
+            "Right": lambda: self.refine(1.25),
+            "Left": lambda: self.refine(0.8),
+            "d": self.next_measure,
+            "x": self.toggle_seams,
+            "h": self.toggle_help,
+        }
+        for key, action in keys.items():
+            self.plotter.add_key_event(key, self._redrawing(action))
+        interactor = self.plotter.iren
+        interactor.add_observer("LeftButtonPressEvent", self._press)
+        interactor.style.add_observer("EndInteractionEvent", self._release)
+
+    def _redrawing(self, action: Any) -> Any:
+        def act() -> None:
+            action()
+            self.plotter.render()
+
+        return act
+
+    def _press(self, *_: object) -> None:
+        self._pressed = self.plotter.iren.get_event_position()
+
+    def _release(self, *_: object) -> None:
+        x, y = self.plotter.iren.get_event_position()
+        if abs(x - self._pressed[0]) + abs(y - self._pressed[1]) <= STILL:
+            self.pick(x, y)
+            self.plotter.render()
+
+    def _check_window(self, off_screen: bool) -> None:
+        kind = self.plotter.render_window.GetClassName()
+        if not off_screen and ("EGL" in kind or "OSOpenGL" in kind):
+            self.plotter.close()
+            raise OSError(NO_DISPLAY)
+
+
+NO_DISPLAY = "there is no display to open a window on: set DISPLAY, or draw it off screen (--screenshot)"
+
+
+def view(
+    V: ArrayLike,
+    F: ArrayLike,
+    method: str = "linabf",
+    *,
+    screenshot: str | bool = False,
+    off_screen: bool | None = None,
+    title: str = "igl_linabf",
+    **options: Any,
+) -> Viewer:
+    """Open a window with the surface and its flat map side by side, and wait until it is closed.
+
+    Parameters
+    ----------
+    V, F : (#V, 3) float and (#F, 3) int
+        Any oriented manifold surface; what is no disk, with or without holes, is unwrapped.
+    method : str
+        To begin with, as in `flatten`.
+    screenshot : str or bool
+        Where to save the last picture.
+    off_screen : bool, optional
+        Open no window; by default `pyvista.OFF_SCREEN`.
+    title : str
+        Of the window.
+    **options
+        `frequency`, `measure`, `window_size`, and those of `pyvista.Plotter`.
+
+    Returns
+    -------
+    Viewer
+
+    Raises
+    ------
+    MeshError
+        The surface cannot be flattened.
+    OSError
+        There is no display.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> viewer = view(V, F, off_screen=True)  # a window, without off_screen
+    >>> viewer.shown.charts, viewer.shown.quality.flips
+    (1, 0)
+    """
+    hidden = pv.OFF_SCREEN if off_screen is None else off_screen
+    if not hidden and not has_display():
+        raise OSError(NO_DISPLAY)
+    viewer = Viewer(V, F, method, off_screen=hidden, **options)
+    with pv.vtk_verbosity("error"):
+        viewer.plotter.show(title=title, screenshot=screenshot)
+    return viewer
+
+
+def has_display() -> bool:
+    """Whether a window can be asked for; VTK may end the process where there is no display.
+
+    Returns
+    -------
+    bool
+        Without a look at the display itself, from the environment.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> viewer = Viewer(V, F, off_screen=not has_display())
+    """
+    names = ("DISPLAY", "WAYLAND_DISPLAY")
+    return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in names)
+
+
+def _seams_of(V: FloatArray, F: IntArray) -> IntArray | None:
+    """Where to cut the surface; None where it is a disk, or one with holes, as it is."""
+    vertices, faces = compact(F, len(V))
+    topology = topology_of(faces, vertices)
+    pieces = len(set(charts(faces, len(vertices)).tolist()))
+    loops = len(topology.loops)
+    euler = topology.n - len(topology.edges) + len(faces)
+    return None if pieces == 1 and loops and euler == 2 - loops else find_seams(V, F)
+
+
+def _world(renderer: Any, x: int, y: int, depth: float) -> FloatArray:
+    renderer.SetDisplayPoint(x, y, depth)
+    renderer.DisplayToWorld()
+    point = np.array(renderer.GetWorldPoint())
+    return np.asarray(point[:3] / point[3])
+
+
+def _barycentric(point: FloatArray, corners: FloatArray) -> FloatArray:
+    """Coordinates of the point in the triangle that is nearest to it, at its corners."""
+    sides = np.column_stack((corners[1] - corners[0], corners[2] - corners[0]))
+    second, third = np.linalg.lstsq(sides, point - corners[0], rcond=None)[0]
+    weights = np.clip([1 - second - third, second, third], 0, 1)
+    return np.asarray(weights / weights.sum())

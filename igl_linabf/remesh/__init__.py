@@ -1,0 +1,9 @@
+"""Room: remesh."""
+
+from .grid import QuadGrid, quad_grid, write_grid
+
+__all__ = [
+    "QuadGrid",
+    "quad_grid",
+    "write_grid",
+]

@@ -1,0 +1,273 @@
+"""Quadrangular remeshing: the surface cut along the iso-lines of its flat map."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+import igl
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..errors import MeshError, some
+from ..io import replacing
+from ..measures import change_of
+from ..surface import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    compact,
+    complex_positions,
+    face_array,
+    signed_double_areas,
+    topology_of,
+    vertex_array,
+)
+from .slicing import Fragments, slice_region, sliced_along_integers
+
+CELLS = 1000  # by default
+MOST = 10_000_000
+STRAIGHT = 1e-9  # sine of the angle by which a boundary may turn at a vertex that is left out
+
+
+@dataclass(frozen=True, eq=False)
+class QuadGrid:
+    """A quad-dominant mesh of a surface.
+
+    Attributes
+    ----------
+    V : (#P, 3) float64
+        Vertices, on the surface.
+    uv : (#P, 2) float64
+        The same in the flat map.
+    faces : tuple of int64 arrays
+        Polygons, oriented as the surface's faces are, one a cell of the grid; where a cell is cut
+        by the boundary into several parts, one a part.
+    whole : (#faces,) bool
+        Which of them are whole cells: quadrangles, squares in the map.
+    spacing : float
+        Distance of the iso-lines in the map.
+    """
+
+    V: FloatArray
+    uv: FloatArray
+    faces: tuple[IntArray, ...]
+    whole: BoolArray
+    spacing: float
+
+    @property
+    def quads(self) -> IntArray:
+        """The whole cells, (#Q, 4)."""
+        chosen = [self.faces[i] for i in np.flatnonzero(self.whole)]
+        return np.array(chosen, dtype=np.int64).reshape(-1, 4)
+
+
+def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None = None) -> QuadGrid:
+    """Remesh a surface by the iso-lines u = i spacing, v = j spacing of its flat map.
+
+    Each cell inside of the map becomes a quadrangle; its corners are right as far as the map keeps
+    angles. Cells at the boundary are clipped to polygons, so that the grid covers the surface. A
+    cell around a whole hole is cut in two. Edges are straight, also where the surface bends
+    between them.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of any number of charts; the grid ends at their boundaries.
+    uv : (#V, 2) float
+        The map, without flipped triangles; it may lie over itself.
+    spacing : float, optional
+        Distance of the lines, in uv; by default such that there are about 1000 cells.
+
+    Returns
+    -------
+    QuadGrid
+
+    Raises
+    ------
+    MeshError
+        The surface is no oriented manifold, the map has flipped triangles or winds more than once
+        around a vertex, or `spacing` is not positive or so small that there were ten million cells.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> V, F = np.array([[0, 0, 0], [3, 0, 0], [3, 2, 0], [0, 2, 0]]), np.array([[0, 1, 2], [0, 2, 3]])
+    >>> grid = quad_grid(V, F, V[:, :2], 1.0)
+    >>> grid.quads.shape, grid.V.shape
+    ((6, 4), (12, 3))
+    """
+    changed = change_of(V, F, uv)
+    if changed.flipped.any():
+        bad = np.flatnonzero(changed.flipped)
+        raise MeshError(f"faces {some(bad)} are flipped in uv: a grid needs a map without flips")
+    positions, faces = vertex_array(V), face_array(F)
+    vertices, faces = compact(faces, len(positions))
+    map_ = vertex_array(uv, 2, "uv")[vertices]
+    topology = topology_of(faces, vertices)
+    around = topology.sum_at_vertices(changed.angle + changed.angle_error)
+    around[topology.edges[(topology.sides < 0).any(axis=0)]] = 0
+    if (around > 3 * np.pi).any():
+        twice = vertices[around > 3 * np.pi]
+        raise MeshError(f"uv winds more than once around vertices {some(twice)}: a grid cannot follow it")
+    area = signed_double_areas(complex_positions(map_), faces.T).sum() / 2
+    if spacing is None:
+        spacing = float(np.sqrt(area / CELLS))
+    if not (np.isfinite(spacing) and spacing > 0):
+        raise MeshError(f"spacing is {spacing}: give the positive distance of the lines in uv")
+    crossed = np.ptp(map_[topology.edges], axis=1).sum() / spacing  # lines, by edges
+    cells = max(area / spacing**2, crossed)
+    if cells > MOST:
+        raise MeshError(f"spacing is {spacing:g}, which makes {cells:.2g} cells: give more")
+    fragments = sliced_along_integers(Fragments(map_ / spacing, positions[vertices], faces))
+    loops = _loops(fragments)
+    while loops.holes:
+        regions = len(np.unique(loops.region))
+        for region, hole in loops.holes.items():
+            low, high = fragments.x[hole].min(axis=0), fragments.x[hole].max(axis=0)
+            axis = int(np.argmax(high - low))
+            fragments = slice_region(fragments, region, axis, float((low + high)[axis] / 2))
+        loops = _loops(fragments)
+        if len(np.unique(loops.region)) == regions:
+            break  # a hole too small for double precision
+    euler = topology.n - len(topology.edges) + len(faces)
+    return _assembled(fragments, loops, spacing, euler)
+
+
+def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
+    """Write a grid as an OBJ of polygons, its flat map as texture coordinates.
+
+    Parameters
+    ----------
+    path : path of the OBJ file
+    grid : QuadGrid
+
+    Raises
+    ------
+    OSError
+        The file cannot be written; nothing is left behind then.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf, os, tempfile
+    >>> V, F = igl.icosahedron()
+    >>> grid = quad_grid(V, F[1:], igl_linabf.linabf(V, F[1:]))
+    >>> path = os.path.join(tempfile.mkdtemp(), "grid.obj")
+    >>> write_grid(path, grid)
+    >>> os.path.getsize(path) > 50_000
+    True
+    """
+    with replacing(path) as temporary, open(temporary, "w", encoding="ascii") as file:
+        file.write("# igl_linabf\n")
+        for keyword, rows in (("v", grid.V), ("vt", grid.uv)):
+            file.writelines(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())
+        file.writelines(f"f {' '.join(f'{i}/{i}' for i in (face + 1).tolist())}\n" for face in grid.faces)
+
+
+@dataclass(frozen=True, eq=False)
+class _Loops:
+    """The regions' boundary loops.
+
+    Attributes
+    ----------
+    region : (#L,) int64
+        The region of each loop.
+    vertices : list of int64 arrays
+    borders : (#B, 2) int64
+        The edges between different regions, and those of the surface's boundary.
+    rim : (#R, 2) int64
+        The latter, directed.
+    holes : dict of int to int64 array
+        The first hole's loop of each region that is no disk.
+    """
+
+    region: IntArray
+    vertices: list[IntArray]
+    borders: IntArray
+    rim: IntArray
+    holes: dict[int, IntArray]
+
+
+def _loops(fragments: Fragments) -> _Loops:
+    """Merge the fragments of a cell to regions, in place of their labels, and trace these."""
+    F = fragments.F
+    beside, side = igl.triangle_triangle_adjacency(F)
+    same = (beside >= 0) & (fragments.label[beside] == fragments.label[:, None])
+    t, k = np.nonzero(same)
+    graph = sparse.csr_array((np.ones(len(t), dtype=bool), (t, beside[t, k])), shape=(len(F), len(F)))
+    fragments.label[:] = csgraph.connected_components(graph, directed=False)[1]
+    t, k = np.nonzero(~same)  # half-edge k runs from corner k to k + 1
+    number = np.full(F.shape, -1)
+    number[t, k] = np.arange(len(t))
+    ahead_t, ahead_k = t.copy(), (k + 1) % 3
+    going = np.flatnonzero(same[ahead_t, ahead_k])
+    while len(going):  # through the region's fan around the half-edge's head
+        i, j = ahead_t[going], ahead_k[going]
+        ahead_t[going], ahead_k[going] = beside[i, j], (side[i, j] + 1) % 3
+        going = going[same[ahead_t[going], ahead_k[going]]]
+    tails, heads = F[t, k], F[t, (k + 1) % 3]
+    following = number[ahead_t, ahead_k].tolist()
+    seen, found, region = [False] * len(t), [], []
+    for start in range(len(t)):
+        walk = []
+        while not seen[start]:
+            seen[start] = True
+            walk.append(start)
+            start = following[start]
+        if walk:
+            found.append(tails[walk])
+            region.append(fragments.label[t[walk[0]]])
+    both = np.sort(np.column_stack((tails, heads)), axis=1)
+    outside = beside[t, k] < 0
+    rim = np.column_stack((tails, heads))[outside]
+    owner = np.array(region)
+    return _Loops(owner, found, np.unique(both, axis=0), rim, _holes(fragments.x, owner, found))
+
+
+def _holes(x: FloatArray, region: IntArray, loops: list[IntArray]) -> dict[int, IntArray]:
+    """A loop of each region with several, but not the one that encloses most."""
+    several = np.flatnonzero(np.bincount(region)[region] > 1)
+    enclosed = {}
+    for i in several.tolist():
+        z = complex_positions(x[loops[i]])
+        enclosed[i] = float((z.conj() * np.roll(z, -1)).imag.sum())
+    return {int(region[i]): loops[i] for i in sorted(enclosed, key=lambda i: -enclosed[i])}
+
+
+def _assembled(fragments: Fragments, loops: _Loops, spacing: float, euler: int) -> QuadGrid:
+    """Leave the vertices out at which nothing meets or turns."""
+    x, V = fragments.x, fragments.V
+    degree = np.bincount(loops.borders.ravel(), minlength=len(x))
+    kept = degree > 2
+    tail, head = loops.rim.T
+    before = np.full(len(x), -1)
+    before[head] = tail
+    a, b, c = before[tail], tail, head
+    turns = np.zeros(len(b), dtype=bool)
+    for points in (x, V):
+        first, second = points[b] - points[a], points[c] - points[b]
+        along = (first * second).sum(axis=1)
+        total = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
+        turns |= total - along > STRAIGHT**2 * total + 4 * np.finfo(float).eps * total
+    kept[b[turns]] = True
+    number = np.cumsum(kept) - 1
+    cell_area = np.bincount(fragments.label, signed_double_areas(complex_positions(x), fragments.F.T) / 2)
+    polygons, whole = [], []
+    for region, loop in zip(loops.region.tolist(), loops.vertices, strict=True):
+        polygon = number[loop[kept[loop]]]
+        if len(polygon) > 2:  # a cell of no width, where the boundary runs along a line, has two
+            polygons.append(polygon)
+            whole.append(len(polygon) == 4 and abs(cell_area[region] - 1) < 1e-6)
+    grid = QuadGrid(V[kept], x[kept] * spacing, tuple(polygons), np.array(whole, dtype=bool), spacing)
+    if _euler(grid) != euler:
+        raise MeshError(f"a grid of spacing {spacing:g} cannot follow the surface: give a smaller one")
+    return grid
+
+
+def _euler(grid: QuadGrid) -> int:
+    sides = np.concatenate([np.column_stack((face, np.roll(face, -1))) for face in grid.faces])
+    return len(grid.V) - len(np.unique(np.sort(sides, axis=1), axis=0)) + len(grid.faces)

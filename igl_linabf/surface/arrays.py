@@ -1,0 +1,131 @@
+"""Arrays at the door: what a caller hands in, checked and in one form."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import MeshError, some
+from .topology import FloatArray, IntArray
+
+Pins = tuple[IntArray, FloatArray]  # pinned vertices (2,), their positions (2, 2)
+
+
+def vertex_array(V: ArrayLike, columns: int = 3, name: str = "V") -> FloatArray:
+    """`V` as a C-ordered (#V, columns) float64 array."""
+    array = _array(V, "biuf", f"{name} is not an array of real numbers: pass #V by {columns} coordinates")
+    if array.ndim != 2 or array.shape[1] != columns or len(array) == 0:
+        hint = "append a column of zeros" if array.shape[1:] == (2,) else f"pass #V by {columns} coordinates"
+        raise MeshError(
+            f"{name} has the shape {array.shape}, not (#V, {columns}) with at least one row: {hint}"
+        )
+    return np.ascontiguousarray(array, dtype=np.float64)
+
+
+def face_array(F: ArrayLike) -> IntArray:
+    """`F` as a C-ordered (#F, 3) int64 array."""
+    array = _array(F, "iuf", "F is not an array of integers: pass #F by 3 vertex indices")
+    if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
+        hint = "split polygons into triangles" if array.shape[1:] == (4,) else "pass #F by 3 vertex indices"
+        raise MeshError(f"F has the shape {array.shape}, not (#F, 3) with at least one triangle: {hint}")
+    if array.dtype.kind == "f":
+        bad = np.flatnonzero(~((array == np.round(array)) & (np.abs(array) < 2.0**53)).all(axis=1))
+        if len(bad):
+            raise MeshError(
+                f"faces {some(bad)} hold numbers that are no vertex indices "
+                f"(face {bad[0]} is {array[bad[0]].tolist()}): pass integers"
+            )
+    elif array.dtype == np.uint64:
+        array = np.minimum(array, np.uint64(np.iinfo(np.int64).max))
+    return np.ascontiguousarray(array, dtype=np.int64)
+
+
+def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
+    """Check the indices of `F`; return the vertices in use and `F` numbered by them."""
+    low, high = int(F.min()), int(F.max())
+    if low < 0 or high >= n:
+        bad = np.flatnonzero(((F < 0) | (n <= F)).any(axis=1))
+        hint = "subtract 1 (indices start at 0)" if low == 1 and high == n else "correct F or complete V"
+        raise MeshError(
+            f"faces {some(bad)} refer to vertices outside 0..{n - 1} "
+            f"(face {bad[0]} is {F[bad[0]].tolist()}): {hint}"
+        )
+    twice = (F[:, 0] == F[:, 1]) | (F[:, 1] == F[:, 2]) | (F[:, 2] == F[:, 0])
+    if twice.any():
+        bad = np.flatnonzero(twice)
+        raise MeshError(
+            f"faces {some(bad)} hold a vertex twice (face {bad[0]} is {F[bad[0]].tolist()}): remove them"
+        )
+    used = np.zeros(n, dtype=bool)
+    used[F.ravel()] = True
+    vertices = np.flatnonzero(used)
+    return vertices, F if len(vertices) == n else (np.cumsum(used) - 1)[F]
+
+
+def check_finite(V: FloatArray, vertices: IntArray, name: str = "V") -> None:
+    """Raise where a coordinate is NaN or infinite."""
+    finite = np.isfinite(V)
+    if not finite.all():
+        bad = np.flatnonzero(~finite.all(axis=1))
+        raise MeshError(
+            f"the coordinates in {name} of vertices {some(vertices[bad])} are NaN or infinite "
+            f"(the first: {V[bad[0]].tolist()}): repair them, or remove their faces"
+        )
+
+
+def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given: int) -> Pins | None:
+    """Check pins as `igl.lscm` takes them, two vertices `b` and their positions `bc`.
+
+    `vertices` are those in use among the `n_given` of the caller, in whose numbering `b` is;
+    what is returned is in theirs.
+
+    Raises
+    ------
+    MeshError
+        There are not two pins, they are equal, out of range, of no face, or at one position.
+    """
+    if b is None and bc is None:
+        return None
+    if b is None or bc is None:
+        missing = "b" if b is None else "bc"
+        raise MeshError(f"{missing} is missing: give the pinned vertices b and their positions bc together")
+    index = _array(b, "iu", "b is not an array of integers: pass two vertex indices")
+    if index.ndim == 2 and 1 in index.shape:
+        index = index.ravel()
+    if index.shape != (2,):
+        raise MeshError(f"b has the shape {index.shape}: pin exactly two vertices, b of shape (2,)")
+    place = vertex_array(bc, 2, "bc")
+    if place.shape != (2, 2):
+        raise MeshError(f"bc has the shape {place.shape}: give two positions, bc of shape (2, 2)")
+    listed = index.tolist()
+    if min(listed) < 0 or max(listed) >= n_given:
+        raise MeshError(f"pinned vertices {listed} are not all within 0..{n_given - 1}: pin two vertices")
+    if listed[0] == listed[1]:
+        raise MeshError(f"vertex {listed[0]} is pinned twice: pin two different vertices")
+    if not np.isfinite(place).all() or (place[0] == place[1]).all():
+        raise MeshError(f"pins {listed} go to {place.tolist()}: give two different finite positions")
+    index = index.astype(np.int64)
+    new = np.minimum(np.searchsorted(vertices, index), len(vertices) - 1)
+    lost = vertices[new] != index
+    if lost.any():
+        raise MeshError(f"pinned vertices {some(index[lost])} belong to no face: pin vertices of the surface")
+    return new, place
+
+
+def scatter(uv: FloatArray, vertices: IntArray, n_given: int) -> FloatArray:
+    """Coordinates of the caller's `n_given` vertices; NaN for those not among `vertices`."""
+    if len(vertices) == n_given:
+        return uv
+    full = np.full((n_given, uv.shape[1]), np.nan)
+    full[vertices] = uv
+    return full
+
+
+def _array(values: ArrayLike, kinds: str, message: str) -> np.ndarray:
+    try:
+        array = np.asarray(values)
+    except (TypeError, ValueError):
+        raise MeshError(message) from None
+    if array.dtype.kind not in kinds and array.size:
+        raise MeshError(f"{message} (the dtype is {array.dtype})")
+    return array

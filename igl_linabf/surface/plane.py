@@ -1,0 +1,84 @@
+"""Plane geometry of flat maps: areas, angles, scale, and similarities."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import MeshError
+from .arrays import Pins
+from .mesh import Mesh
+from .topology import NEXT, PREV, ComplexArray, FloatArray, IntArray, Topology
+
+SPAN = 1e12  # ratio of area scales above which double precision runs out
+
+
+ALL_DIGITS = 1e30  # above which lengths differ by all digits, and no layout helps
+
+
+def span(mesh: Mesh, z: ComplexArray) -> float:
+    """The largest ratio of the map's area scales, at most 1e32."""
+    scale = np.abs(signed_double_areas(z, mesh.topology.corner)) / mesh.double_area
+    return float(scale.max() / max(scale.min(), 1e-32 * scale.max()))
+
+
+def of_size_one(uv: FloatArray) -> FloatArray:
+    """The coordinates by a power of two, which rounds none of them, so that the largest is about one.
+
+    Squares of larger ones could overflow.
+    """
+    largest = float(np.abs(uv).max())
+    return np.ldexp(uv, -int(np.frexp(largest)[1]))
+
+
+def signed_double_areas(z: ComplexArray, corner: IntArray) -> FloatArray:
+    """Twice the signed area of each face of a flat map (#V,); positive where it is not flipped."""
+    a, b, c = z[corner]
+    return np.asarray(((b - a).conj() * (c - a)).imag)
+
+
+def flat_angles(z: ComplexArray, corner: IntArray) -> FloatArray:
+    """Angles of the triangles of a flat map (#V,), (3, #F) radians; positive, flipped or not."""
+    at = z[corner]
+    cross = (at[NEXT] - at).conj() * (at[PREV] - at)
+    return np.arctan2(np.abs(cross.imag), cross.real)
+
+
+def complex_positions(uv: FloatArray) -> ComplexArray:
+    """(#V, 2) coordinates as complex numbers."""
+    return np.asarray(uv[:, 0] + 1j * uv[:, 1])
+
+
+def coordinates(z: ComplexArray) -> FloatArray:
+    """Complex positions as (#V, 2)."""
+    return np.column_stack((z.real, z.imag))
+
+
+def flipped_faces(z: ComplexArray, corner: IntArray) -> IntArray:
+    """Faces whose area in the map is not positive."""
+    return np.flatnonzero(~(signed_double_areas(z, corner) > 0))
+
+
+def placed_at(z: ComplexArray, pinned: Pins) -> ComplexArray:
+    """The map turned, scaled and moved so that two of its vertices are where their pins are."""
+    (i, j), position = pinned[0], complex_positions(pinned[1])
+    if z[i] == z[j]:
+        raise MeshError(f"vertices {i} and {j} lie on each other in the map: pin two others")
+    return np.asarray(position[0] + (z - z[i]) * ((position[1] - position[0]) / (z[j] - z[i])))
+
+
+def centred(topology: Topology, z: ComplexArray, area: float) -> ComplexArray:
+    """The map scaled to `area`, its centroid at 0 and its principal axes along x and y.
+
+    The longer axis is x; of its two directions the one that gives a positive third moment.
+    """
+    double = np.abs(signed_double_areas(z, topology.corner))
+    total = double.sum()
+    corners = z[topology.corner]
+    centroid = (double * corners.mean(axis=0)).sum() / total
+    a, b, c = corners - centroid
+    centre = (a + b + c) / 3
+    second = (double * (a**2 + b**2 + c**2 + (a + b + c) ** 2)).sum()
+    turn = np.exp(-0.5j * np.angle(second))
+    if (double * (centre * turn).real ** 3).sum() < 0:
+        turn = -turn
+    return np.asarray((z - centroid) * turn * np.sqrt(2 * area / total))

@@ -1,0 +1,297 @@
+"""Connectivity of a triangle mesh: half-edges, boundary loops, the virtual-vertex map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..errors import MeshError, some
+
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+ComplexArray = NDArray[np.complex128]
+
+NEXT = [1, 2, 0]  # corner k + 1: where the left angle beta of corner k's fan is
+PREV = [2, 0, 1]  # corner k + 2: where the right angle gamma is
+
+
+def sum_by(index: IntArray, values: FloatArray, n: int) -> FloatArray:
+    """Sum `values` over equal `index`, 0 .. n - 1."""
+    return np.asarray(np.bincount(index.ravel(), weights=values.ravel(), minlength=n), dtype=np.float64)
+
+
+@dataclass(frozen=True, eq=False)
+class Topology:
+    """Connectivity of an oriented manifold surface in which every vertex has a face.
+
+    Arrays over corners have the shape (3, #F). Half-edge `(k, t)` is the side of
+    triangle `t` opposite to its corner `k`, from `tail[k, t]` to `head[k, t]`.
+
+    Attributes
+    ----------
+    n : int
+        Number of vertices.
+    corner, tail, head : (3, #F) int64
+        Vertices of the corners (`F` transposed) and of the half-edges' ends.
+    edges : (#E, 2) int64
+        End vertices of each edge, in the direction of its first half-edge.
+    sides : (2, #E) int64
+        Its two half-edges, numbered k #F + t; -1 for the missing one on the boundary.
+    loops : tuple of int64 arrays
+        Boundary loops, the mesh on their left; the first is the outer one, by default the one of
+        the most edges.
+    row : (#V,) int64
+        The virtual-vertex map: the constraint row of each vertex. Interior vertices have
+        a row each, all vertices of a hole share one, those of the outer loop have -1.
+    target : (#rows,) float64
+        What the angles of a row sum to: 2 pi at an interior vertex, (m + 2) pi around
+        a hole of m vertices.
+    """
+
+    n: int
+    corner: IntArray
+    tail: IntArray
+    head: IntArray
+    edges: IntArray
+    sides: IntArray
+    loops: tuple[IntArray, ...]
+    row: IntArray
+    target: FloatArray
+
+    def sum_at_vertices(self, values: FloatArray) -> FloatArray:
+        """Sum (3, #F) corner values over the corners of each vertex."""
+        return sum_by(self.corner, values, self.n)
+
+    def sum_at_edges(self, values: FloatArray) -> FloatArray:
+        """Sum (3, #F) values, each of the half-edge opposite to a corner, over the edges' sides."""
+        first, second = np.append(values, 0.0)[self.sides]  # a missing side reads the zero at the end
+        return np.asarray(first + second)
+
+    def sum_at_rows(self, values: FloatArray) -> FloatArray:
+        """Sum (#V,) vertex values over the vertices of each row."""
+        inside = self.row >= 0
+        return sum_by(self.row[inside], values[inside], len(self.target))
+
+
+def topology_of(F: IntArray, vertices: IntArray) -> Topology:
+    """Connectivity of an oriented manifold mesh with any number of pieces, loops and handles.
+
+    Parameters
+    ----------
+    F : (#F, 3) int64
+        Triangles over `0 .. len(vertices) - 1`, each used.
+    vertices : (#V,) int64
+        What the caller calls these vertices, for the messages.
+
+    Raises
+    ------
+    MeshError
+        An edge has more than two faces, or two of opposite orientation; two fans of faces with
+        boundaries meet in a vertex.
+    """
+    n = len(vertices)
+    corner = np.ascontiguousarray(F.T)
+    tail, head = corner[NEXT], corner[PREV]
+    edge, first, second, count = _undirected(tail, head, n)
+    t, h = tail.ravel(), head.ravel()
+    edges = np.column_stack((t[first], h[first]))
+    _check_edges(F, edges, edge, t, second, count, vertices)
+    boundary = first[count == 1]
+    loops = _trace_loops(t[boundary], h[boundary])
+    if loops is None:
+        check_fans(F, np.stack((first, second)), vertices)
+    row, target = virtual_vertices(n, loops or ())
+    return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops or (), row, target)
+
+
+def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
+    """Connectivity of a mesh that is one disk, or a disk with holes; parameters as in `topology_of`.
+
+    Raises
+    ------
+    MeshError
+        As `topology_of`, and: several components; a vertex where fans meet; no boundary; handles.
+    """
+    topology = topology_of(F, vertices)
+    chi = len(vertices) - len(topology.edges) + len(F)
+    loops = len(topology.loops)
+    # In one piece across edges, with chi = 2 - loops, it has no handle: taken apart at vertices
+    # where fans meet, it would have a larger chi than the 2 - loops - 2 genus of such a piece.
+    if not (loops and chi == 2 - loops and _in_one_piece(topology)):
+        _explain(F, topology, chi, vertices)
+    return topology
+
+
+def with_outer(topology: Topology, outer: int) -> Topology:
+    """The same with another outer loop, `topology.loops[outer]`."""
+    loops = (topology.loops[outer], *topology.loops[:outer], *topology.loops[outer + 1 :])
+    row, target = virtual_vertices(topology.n, loops)
+    return replace(topology, loops=loops, row=row, target=target)
+
+
+def virtual_vertices(n: int, loops: tuple[IntArray, ...]) -> tuple[IntArray, FloatArray]:
+    """Constraint row of each vertex, and the angle sum that each row asks for.
+
+    `loops[0]` is the outer loop. A hole counts as one vertex, at which the angles of all
+    its m loop vertices sum to (m + 2) pi; m = 0 is an interior vertex.
+    """
+    row = np.zeros(n, dtype=np.int64)
+    for loop in loops:
+        row[loop] = -1
+    interior = row == 0
+    n_interior = int(np.count_nonzero(interior))
+    row[interior] = np.arange(n_interior)
+    holes = loops[1:]
+    for i, loop in enumerate(holes):
+        row[loop] = n_interior + i
+    target = np.full(n_interior + len(holes), 2 * np.pi)
+    target[n_interior:] += [np.pi * len(loop) for loop in holes]
+    return row, target
+
+
+def _undirected(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+    """The edge of each half-edge; the first two half-edges of each edge (or -1), and how many it has."""
+    key = (np.minimum(tail, head) * n + np.maximum(tail, head)).ravel()
+    order = np.argsort(key, kind="stable")
+    key = key[order]
+    starts = np.ones(len(key), dtype=bool)
+    np.not_equal(key[1:], key[:-1], out=starts[1:])
+    begin = np.flatnonzero(starts)
+    count = np.diff(begin, append=len(key))
+    second = np.where(count > 1, order[np.minimum(begin + 1, len(key) - 1)], -1)
+    edge = np.empty_like(order)
+    edge[order] = np.cumsum(starts) - 1
+    return edge, order[begin], second, count
+
+
+def _trace_loops(tail: IntArray, head: IntArray) -> tuple[IntArray, ...] | None:
+    """Chain boundary half-edges into loops, the longest first; None where two leave one vertex."""
+    start, index = np.unique(tail, return_index=True)
+    if len(start) < len(tail):
+        return None
+    following = np.searchsorted(start, head)[index].tolist()
+    loops, seen = [], bytearray(len(start))
+    for i in range(len(start)):
+        loop = []
+        while not seen[i]:
+            seen[i] = 1
+            loop.append(i)
+            i = following[i]
+        if loop:
+            loops.append(start[loop])
+    return tuple(sorted(loops, key=len, reverse=True))
+
+
+def _in_one_piece(topology: Topology) -> bool:
+    """Whether every face can be reached from face 0 across edges."""
+    m = topology.corner.shape[1]
+    first, second = topology.sides
+    neighbour = np.arange(3 * m) % m  # a half-edge on the boundary leads back to its own face
+    inside = second >= 0
+    a, b = first[inside], second[inside]
+    neighbour[a], neighbour[b] = b % m, a % m
+    neighbour = neighbour.reshape(3, m).T
+    graph = sparse.csr_array(
+        (
+            np.ones(3 * m, dtype=np.int8),
+            np.ascontiguousarray(neighbour, dtype=np.int32).ravel(),
+            np.arange(0, 3 * m + 1, 3, dtype=np.int32),
+        ),
+        shape=(m, m),
+    )
+    reached = csgraph.breadth_first_order(graph, 0, directed=True, return_predecessors=False)
+    return bool(len(reached) == m)
+
+
+def _check_edges(
+    F: IntArray,
+    edges: IntArray,
+    edge: IntArray,
+    tail: IntArray,
+    second: IntArray,
+    count: IntArray,
+    vertices: IntArray,
+) -> None:
+    """Raise where an edge has more than two faces, or two that run along it the same way."""
+    same_way = (second >= 0) & (tail[second] == edges[:, 0])
+    crowded, turned = np.flatnonzero(count > 2), np.flatnonzero(same_way & (count == 2))
+    if not (len(crowded) or len(turned)):
+        return
+    _, first, copies = np.unique(np.sort(F, axis=1), axis=0, return_index=True, return_counts=True)
+    if copies.max() > 1:
+        original = first[np.argmax(copies > 1)]
+        same = np.flatnonzero((np.sort(F, axis=1) == np.sort(F[original])).all(axis=1))
+        raise MeshError(
+            f"faces {some(same)} are the same triangle of vertices {vertices[F[original]].tolist()} "
+            f"({np.count_nonzero(copies > 1)} such triangles in all): keep one of each"
+        )
+    if len(crowded):
+        faces = np.flatnonzero(edge == crowded[0]) % len(F)
+        raise MeshError(
+            f"edges {some(vertices[edges[crowded]])} have more than two faces "
+            f"(the first: faces {some(np.sort(faces))}): separate the sheets there, as "
+            "igl.split_nonmanifold does, or remove the extra faces"
+        )
+    a, b = np.sort(np.flatnonzero(edge == turned[0]) % len(F))
+    raise MeshError(
+        f"faces {a} and {b} have opposite orientation: both run from vertex "
+        f"{vertices[edges[turned[0], 0]]} to {vertices[edges[turned[0], 1]]} ({len(turned)} such edges in "
+        "all): orient the faces consistently, as igl.bfs_orient does"
+    )
+
+
+def _explain(F: IntArray, topology: Topology, chi: int, vertices: IntArray) -> None:
+    """Raise the `MeshError` that says why a mesh is not a disk, nor one with holes."""
+    n, edges, loops = topology.n, topology.edges, topology.loops
+    ones = np.ones(len(edges), dtype=np.int8)
+    pieces, label = csgraph.connected_components(
+        sparse.csr_array((ones, (edges[:, 0], edges[:, 1])), shape=(n, n)), directed=False
+    )
+    if pieces > 1:
+        size = np.bincount(label[F[:, 0]], minlength=pieces)
+        first = vertices[np.unique(label, return_index=True)[1]]
+        raise MeshError(
+            f"the mesh has {pieces} components, of {some(size)} faces, with vertices {some(first)}: "
+            "use igl_linabf.unwrap, which makes a chart of each, or flatten them one by one"
+        )
+    check_fans(F, topology.sides, vertices)
+    if not loops:
+        raise MeshError(
+            f"the mesh is closed (no boundary, Euler characteristic {chi}, genus {(2 - chi) // 2}): "
+            "use igl_linabf.unwrap, which cuts it open and makes an atlas, or flatten what "
+            "igl_linabf.cut makes of it along the seams of igl_linabf.find_seams"
+        )
+    genus = (2 - len(loops) - chi) // 2
+    raise MeshError(
+        f"the mesh has {genus} handle{'s' * (genus > 1)} (Euler characteristic {chi} with "
+        f"{len(loops)} boundary loop{'s' * (len(loops) > 1)}, the longest through vertex "
+        f"{vertices[loops[0][0]]}): use igl_linabf.unwrap, which cuts handles open and makes an atlas, or "
+        "flatten what igl_linabf.cut makes of it along the seams of igl_linabf.find_seams"
+    )
+
+
+def check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
+    """Raise where the faces around a vertex are more than one edge-connected fan."""
+    m = len(F)
+    a, b = sides[:, sides[1] >= 0]
+    # half-edge (k, t) has its ends at corners k + 1 and k + 2; across an edge, end meets start
+    ka, ta, kb, tb = a // m, a % m, b // m, b % m
+    i = np.concatenate((ta * 3 + (ka + 1) % 3, ta * 3 + (ka + 2) % 3))
+    j = np.concatenate((tb * 3 + (kb + 2) % 3, tb * 3 + (kb + 1) % 3))
+    graph = sparse.csr_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(3 * m, 3 * m))
+    number, label = csgraph.connected_components(graph, directed=False)
+    fan_vertex = np.empty(number, dtype=np.int64)
+    fan_vertex[label] = F.ravel()
+    fans = np.bincount(fan_vertex, minlength=len(vertices))
+    bad = np.flatnonzero(fans > 1)
+    if len(bad):
+        raise MeshError(
+            f"at vertices {some(vertices[bad])} several fans of faces meet in one point "
+            f"(a bowtie; {fans[bad[0]]} fans at the first): give each fan a vertex of its own, "
+            "as igl.split_nonmanifold does"
+        )
