@@ -9,9 +9,15 @@ from . import io
 from .charts import Atlas, Chart, cut, find_seams, texture_seams, unwrap
 from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
 from .flattening import (
+    ABF,
+    DNCP,
+    LSCM,
+    SCP,
     Comparison,
     Flattening,
     Hole,
+    LinABF,
+    OneStepABFpp,
     Outcome,
     Residuals,
     abf,
@@ -26,14 +32,20 @@ from .measures import Quality, distortion, overlaps, quality
 from .remesh import QuadGrid, quad_grid, write_grid
 
 __all__ = [
+    "ABF",
+    "DNCP",
+    "LSCM",
+    "SCP",
     "Atlas",
     "Chart",
     "Comparison",
     "FallbackWarning",
     "Flattening",
     "Hole",
+    "LinABF",
     "MeshError",
     "MeshWarning",
+    "OneStepABFpp",
     "Outcome",
     "OutcomeWarning",
     "QuadGrid",

@@ -12,6 +12,14 @@ class MeshError(ValueError):
     """The mesh, the pins or the angles cannot be used; the text says why, where and what to do."""
 
 
+class SingularSystemError(MeshError):
+    """A linear system is singular in double precision; the text names the thinnest faces."""
+
+
+class MemoryLimitError(MeshError):
+    """The work does not fit into the memory that is free; the text says how much it takes."""
+
+
 class MeshWarning(UserWarning):
     """The input was accepted, but part of it was left out; the text says which."""
 

@@ -1,23 +1,45 @@
-"""Room: angles."""
+"""The paper's sections 4 and 6: from a surface's angles to those of a flat mesh.
 
-from .closure import Border
-from .constraints import CAP_ANGLE, Residual, closure_of, corner_angles, initial_estimate, opened, residual
-from .converged import ABF, SMALLEST
+In: a checked mesh, its angles. Out: target angles, the steps made, residuals (eq. 5-16).
+Zayer, Levy, Seidel 2007; converged ABF is Sheffer and de Sturler 2001, by the same steps.
+"""
+
+from .closure import ClosingRows
+from .constraints import Constraints, Residual, constraints_of, residual
+from .converged import LEAST_SHARE, AbfResult, converge, converge_feasibly
+from .estimate import CAP_ANGLE, corner_angles, initial_estimate, opened
+from .iterations import State, active_set, chord_step, linear_step
+from .linear_step import AngleProblem, Direction, Iterate, Linearised, Step, advance, linearise, solve
+from .loops import Closure, closure_of
 from .reduced import System
-from .steps import AngleSolver, Step
 
 __all__ = [
-    "ABF",
     "CAP_ANGLE",
-    "SMALLEST",
-    "AngleSolver",
-    "Border",
+    "LEAST_SHARE",
+    "AbfResult",
+    "AngleProblem",
+    "ClosingRows",
+    "Closure",
+    "Constraints",
+    "Direction",
+    "Iterate",
+    "Linearised",
     "Residual",
+    "State",
     "Step",
     "System",
+    "active_set",
+    "advance",
+    "chord_step",
     "closure_of",
+    "constraints_of",
+    "converge",
+    "converge_feasibly",
     "corner_angles",
     "initial_estimate",
+    "linear_step",
+    "linearise",
     "opened",
     "residual",
+    "solve",
 ]

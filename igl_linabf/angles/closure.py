@@ -1,4 +1,4 @@
-"""Translation closure of holes: two more rows of the angle system for each, beside the others."""
+"""Translation closure of holes: two more rows of the angle system for each, B the others."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from scipy import linalg, sparse
 
 from ..linalg import NotPositiveDefiniteError
 from ..surface import NEXT, PREV, FloatArray, Topology, sum_by
-from .constraints import Closure
+from .loops import Closure
 from .reduced import System
 
 Solve = Callable[[FloatArray], FloatArray]
 
 
-class Border:
+class ClosingRows:
     """The rows T that close the holes' loops, and the angle system bordered by them.
 
     With q_v = p_v less its mean over the loop (`Closure`), the gap of a hole changes by
 
         d tau = sum_v q_v (d log-ratio_v + i d turning_v) = -sum_v q_v (wheel_v + i vertex_v) e,
 
-    wheel_v and vertex_v the rows of the single loop vertices (design, section 3). So T^T y gives
+    wheel_v and vertex_v the rows of the single loop vertices (docs/holes.md). So T^T y gives
     the vertex rows Im(q conj(y)) and the wheel rows -Re(q conj(y)), and the system becomes
 
         [ S    B ] [x]        B = M P T^T,  D = T P T^T.
@@ -36,10 +36,10 @@ class Border:
     def __init__(self, system: System, closure: Closure) -> None:
         self._topology, self._cot, self._closure = system.topology, system.cot, closure
         self.size = 2 * len(closure.gap)
-        self._n = 2 * len(system.topology.target)
+        self._n = 2 * system.constraints.n
         self._metrics = _products(system, closure)
         self._shape = (self._n, self.size)
-        self.beside, self.own = self._take(system.projection)
+        self.B, self.D = self._take(system.projection)
 
     def _take(self, metric: Callable[..., FloatArray]) -> tuple[sparse.csr_array, FloatArray]:
         faces, transposed, merged, closing = self._metrics
@@ -52,7 +52,7 @@ class Border:
     def matvec(self, S: Solve, z: FloatArray) -> FloatArray:
         """The bordered matrix times z, from S's product."""
         x, y = z[: self._n], z[self._n :]
-        return np.concatenate((S(x) + self.beside @ y, self.beside.T @ x + self.own @ y))
+        return np.concatenate((S(x) + self.B @ y, self.B.T @ x + self.D @ y))
 
     def at_vertices(self, y: FloatArray) -> FloatArray:
         """T^T y before it is spread over the fans: (#V, 2) multipliers of vertex and wheel rows."""
@@ -71,14 +71,12 @@ class Border:
         parts = [sum_by(c.hole, part, len(c.gap)) for part in (moved.real, moved.imag)]
         return np.column_stack(parts).ravel()
 
-    def solver(
-        self, inner: Solve, beside: sparse.csr_array | None = None, own: FloatArray | None = None
-    ) -> Solve:
+    def solver(self, inner: Solve, B: sparse.csr_array | None = None, D: FloatArray | None = None) -> Solve:
         """Solve the bordered system, given the `inner` solve of its first block, (2 #rows, k)."""
-        beside = self.beside if beside is None else beside
-        own = self.own if own is None else own
-        across = inner(beside.toarray())
-        schur = own - beside.T @ across
+        B = self.B if B is None else B
+        D = self.D if D is None else D
+        across = inner(B.toarray())
+        schur = D - B.T @ across
         try:
             factor = linalg.cho_factor((schur + schur.T) / 2)
         except linalg.LinAlgError:
@@ -86,7 +84,7 @@ class Border:
 
         def solve(r: FloatArray) -> FloatArray:
             x = inner(r[: self._n, None])[:, 0]
-            y = linalg.cho_solve(factor, r[self._n :] - beside.T @ x)
+            y = linalg.cho_solve(factor, r[self._n :] - B.T @ x)
             return np.concatenate((x - across @ y, y))
 
         return solve
@@ -126,10 +124,11 @@ def _products(
         shape=(2 * topology.n, 2 * len(closure.gap)),
     )
     transposed = (single @ weights).tocsr()
-    inside = np.flatnonzero(topology.row >= 0)
+    row_of = system.constraints.row
+    inside = np.flatnonzero(row_of >= 0)
     pair = np.concatenate((2 * inside, 2 * inside + 1))
-    row = np.concatenate((2 * topology.row[inside], 2 * topology.row[inside] + 1))
+    row = np.concatenate((2 * row_of[inside], 2 * row_of[inside] + 1))
     merge = sparse.csr_array(
-        (np.ones(len(pair)), (row, pair)), shape=(2 * len(topology.target), 2 * topology.n)
+        (np.ones(len(pair)), (row, pair)), shape=(2 * system.constraints.n, 2 * topology.n)
     )
     return faces, transposed, (merge @ single.T).tocsr(), transposed.T.tocsr()

@@ -2,27 +2,55 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
+
 import numpy as np
 
-from ..errors import MeshError
+from .._runtime import progress
+from ..errors import SingularSystemError
 from ..surface import NEXT, PREV, BoolArray, FloatArray
-from .steps import AngleSolver
+from .iterations import State
+from .linear_step import Direction, Step, linearise, solve
 
-INNER = 0.03  # relative reduction of what an anchored step's multipliers miss
-EXACT = 0.01  # and of a feasible or restoring step's
-PLAIN = 30  # anchored steps at most
+ANCHORED_RTOL = 0.03  # relative reduction of what an anchored step's multipliers miss
+FEASIBLE_RTOL = 0.01  # and of a feasible or restoring step's
+MAX_ANCHORED = 30  # anchored steps at most
 STALLED = 5  # of them without progress before the feasible form takes over
-FEASIBLE = 60  # steps of the feasible form at most
-SMALLEST = 0.01  # share of its initial value below which the feasible form lets no angle fall
-RESTORE = 4  # restoring steps at most after each
+MAX_FEASIBLE = 60  # steps of the feasible form at most
+LEAST_SHARE = 0.01  # of its initial value, below which the feasible form lets no angle fall
+MAX_RESTORING = 4  # restoring steps at most after each
 HELD = 1e-12  # weight of an angle that is held at its bound, relative to a free one's
 LEAST_SCALE = 1e-7  # of a feasible step
-RESIDUAL, ACTIVE_SET = 1e-9, 20  # residual of the start of the feasible form, steps to it at most
-CURVATURE = 0.2  # share of the objective's curvature below which none is believed
+START_RESIDUAL, START_STEPS = 1e-9, 20  # residual of the start of the feasible form, steps to it at most
+LEAST_CURVATURE = 0.2  # share of the objective's curvature below which none is believed
 
 
-class ABF:
-    """Minimise sum ((alpha - alpha_0) / alpha_0)^2 over the angles of flat meshes.
+@dataclass(frozen=True, eq=False)
+class AbfResult:
+    """Where the iterations of converged ABF ended.
+
+    Attributes
+    ----------
+    state : State
+    converged : bool
+        Whether the change of every angle and the residual are within the tolerance.
+    held : (3, #F) bool
+        The angles at their lower bound, which only the feasible form has.
+    """
+
+    state: State
+    converged: bool
+    held: BoolArray
+
+
+def objective(state: State) -> float:
+    """sum ((alpha - alpha_0) / alpha_0)^2, eq. 1 with the paper's weights."""
+    anchor = state.problem.estimate
+    return float((((state.at.alpha - anchor) / anchor) ** 2).sum())
+
+
+def converge(state: State, tol: float) -> AbfResult:
+    """Minimise sum ((alpha - alpha_0) / alpha_0)^2 over the angles of flat meshes, by anchored steps.
 
     That is the objective of Sheffer and de Sturler, under the constraints of eq. 5, 6 and of eq. 10
     before its linearisation. An *anchored* step is linear ABF's with weights alpha_0^2 and the
@@ -30,134 +58,129 @@ class ABF:
     is the minimiser. The factor of the Laplacian at alpha_0 serves all of them, and conjugate
     gradients go on from the last multipliers.
 
-    Where that does not converge, the *feasible* form takes over from a converged active set. Its
-    weights have the curvature of the wheel constraints in them, which is diagonal,
-    |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)| by the multipliers of the two wheels that an
-    angle is in; each step is followed by steps that restore
-    the constraints, and halved until the objective falls. Angles are bounded below by a hundredth
-    of alpha_0: on hard meshes the least objective is otherwise where some vanish.
-
     Parameters
     ----------
-    angles : AngleSolver
+    state : State
         At the initial estimate alpha_0.
     tol : float
         Largest relative change of an angle, and largest residual, at which to end.
-
-    Attributes
-    ----------
-    converged : bool
-    feasible : bool
-        Whether the feasible form was needed.
-    bound : (3, #F) bool
-        The angles at their lower bound.
     """
-
-    def __init__(self, angles: AngleSolver, tol: float) -> None:
-        self._angles, self._tol = angles, tol
-        self._anchor = angles.alpha
-        self._weights = self._anchor**2
-        self.converged = self.feasible = False
-        self.bound: BoolArray = np.zeros(self._anchor.shape, dtype=bool)
-
-    def run(self, *, feasibly: bool = True) -> None:
-        """Iterate until converged, or until it is clear that it does not; then on in the feasible form."""
+    problem, x, lin = state.problem, None, state.lin
+    weights, free = problem.estimate**2, np.zeros(problem.estimate.shape, dtype=bool)
+    best, stalled = np.inf, 0
+    for k in range(MAX_ANCHORED):
         try:
-            self._run_anchored()
-        except MeshError:  # it left what double precision solves; the feasible form keeps away from there
-            self.converged = False
-        self.feasible = feasibly and not self.converged
-        if self.feasible:
-            self._run_feasible()
+            lin = linearise(problem, state.at, weights, lin, close=k > 0, same_factor=k > 0)
+            direction = solve(lin, state.at, ANCHORED_RTOL, _gradient(state), x)
+        except SingularSystemError:
+            break  # it left what double precision solves; the feasible form keeps away from there
+        state = state.advanced(direction, "anchored")
+        lin, x = state.lin, direction.x
+        change, residual = _change(direction.e, state), state.at.residual.largest
+        if max(change, residual) <= tol:
+            return AbfResult(state, True, free)
+        best, stalled = (
+            (max(change, residual), 0) if max(change, residual) < 0.7 * best else (best, stalled + 1)
+        )
+        if stalled > STALLED or (k > 1 and state.steps[-1].limited):
+            break
+    return AbfResult(state, False, free)
 
-    @property
-    def objective(self) -> float:
-        """sum ((alpha - alpha_0) / alpha_0)^2 at the present angles."""
-        return float((((self._angles.alpha - self._anchor) / self._anchor) ** 2).sum())
 
-    def _gradient(self) -> FloatArray:
-        return np.asarray((self._angles.alpha - self._anchor) / self._weights)
+def converge_feasibly(state: State, tol: float) -> AbfResult:
+    """The same minimum where anchored steps do not converge, from a converged active set.
 
-    def _ends(self, p: FloatArray) -> bool:
-        """Whether errors `p` and the residual are within the tolerance."""
-        change = np.abs(p / self._angles.alpha).max()
-        self.converged = bool(change <= self._tol and self._angles.residual.largest <= self._tol)
-        return self.converged
+    Its weights have the curvature of the wheel constraints in them, which is diagonal,
+    |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)| by the multipliers of the two wheels that an
+    angle is in. Each step is followed by steps that restore the constraints, and halved until the
+    objective falls. Angles are bounded below by a hundredth of alpha_0: on hard meshes the least
+    objective is otherwise where some vanish.
 
-    def _run_anchored(self) -> None:
-        angles, multipliers = self._angles, None
-        best, stalled = np.inf, 0
-        for k in range(PLAIN):
-            angles.take_system(self._weights, keep_factor=k > 0, close=k > 0)
-            p, inner, multipliers = angles.direction(INNER, self._gradient(), multipliers)
-            angles.move("anchored", p, inner)
-            if self._ends(p):
-                return
-            merit = max(float(np.abs(p / angles.alpha).max()), angles.residual.largest)
-            best, stalled = (merit, 0) if merit < 0.7 * best else (best, stalled + 1)
-            if stalled > STALLED or (k > 1 and angles.steps[-1].limited):
-                return
+    Parameters
+    ----------
+    state, tol
+        As for `converge`.
+    """
+    held = np.zeros(state.at.alpha.shape, dtype=bool)
+    state = _restored(state.back_to_start(), held, START_RESIDUAL, START_STEPS)
+    x: FloatArray | None = None
+    scale = 1.0
+    for _ in range(MAX_FEASIBLE):
+        direction, inner_steps, held = _feasible_direction(state, x, held)
+        state, x = replace(state, lin=direction.lin), direction.x
+        change = _change(np.where(held, 0.0, direction.e), state)
+        if change <= tol and state.at.residual.largest <= tol:
+            return AbfResult(state, True, held)
+        state, scale = _searched(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
+        if scale < LEAST_SCALE:
+            break
+    return AbfResult(state, False, held)
 
-    def _run_feasible(self) -> None:
-        angles = self._angles
-        angles.place(self._anchor)
-        self._restore(RESIDUAL, ACTIVE_SET)
-        multipliers = np.zeros(0)
-        scale = 1.0
-        for _ in range(FEASIBLE):
-            p, inner, multipliers = self._feasible_direction(multipliers)
-            if self._ends(np.where(self.bound, 0.0, p)):
-                return
-            scale = self._search(p, inner, min(1.0, 2 * scale))
-            if scale < LEAST_SCALE:
-                return
 
-    def _feasible_direction(self, multipliers: FloatArray) -> tuple[FloatArray, int, FloatArray]:
-        """Direction at feasible angles, those at their bound that want to fall being held."""
-        angles, gradient, inner = self._angles, self._gradient(), 0
-        curvature = 1 / self._weights
-        if len(multipliers):
-            wheel = angles.at_vertices(multipliers)[angles.topology.corner, 1]
-            curvature += (wheel[PREV] - wheel[NEXT]) / np.sin(angles.alpha) ** 2
-        weights = 1 / np.maximum(np.abs(curvature), CURVATURE / self._weights)
-        low = angles.alpha <= (1 + 1e-6) * SMALLEST * self._anchor
-        self.bound = self.bound & low
-        for _ in range(RESTORE):
-            held = np.where(self.bound, HELD * weights, weights)
-            angles.take_system(held, keep_slivers=False)
-            p, steps, multipliers = angles.direction(EXACT, gradient, multipliers)
-            inner += steps
-            falling = low & (p < 0)
-            if (falling == self.bound).all():
-                break
-            self.bound = falling
-        return p, inner, multipliers
+def _gradient(state: State) -> FloatArray:
+    anchor = state.problem.estimate
+    return np.asarray((state.at.alpha - anchor) / anchor**2)
 
-    def _search(self, p: FloatArray, inner: int, scale: float) -> float:
-        """Go along `p` and back to the constraints, by so much that the objective falls."""
-        angles = self._angles
-        start, before = angles.alpha, self.objective
-        slope = 2 * float((self._gradient() * p).sum())
-        # so exactly that what is missing does not hide the change of the objective
-        exact = max(1e-11, 1e-3 * min(float(np.abs(p / start).max()), 1e-3) ** 2)
-        while scale >= LEAST_SCALE:
-            trial = np.maximum(start + scale * p, np.minimum(start, SMALLEST * self._anchor))
-            angles.place(trial * (np.pi / trial.sum(axis=0)), "feasible", inner)
-            self._restore(exact, RESTORE)
-            after = self.objective
-            if after <= before + 1e-4 * scale * slope or abs(after - before) <= 1e-13 * before:
-                return scale
-            inner, scale = 0, scale / 2
-        angles.place(start)
-        return scale
 
-    def _restore(self, exact: float, most: int) -> None:
-        """Active-set steps, which measure from the present angles, until the residual is `exact`."""
-        angles = self._angles
-        for _ in range(most):
-            if angles.residual.largest <= exact:
-                return
-            weights = np.where(self.bound, HELD, 1.0) * angles.alpha**2
-            angles.take_system(weights, keep_slivers=False)
-            p, inner, _ = angles.direction(EXACT)
-            angles.move("restoration", p, inner)
+def _change(e: FloatArray, state: State) -> float:
+    """Largest relative change of an angle by errors `e`."""
+    return float(np.abs(e / state.at.alpha).max())
+
+
+def _feasible_direction(
+    state: State, x: FloatArray | None, held: BoolArray
+) -> tuple[Direction, int, BoolArray]:
+    """Direction at feasible angles, those at their bound that want to fall being held."""
+    anchor, alpha = state.problem.estimate, state.at.alpha
+    gradient, inner_steps, lin = _gradient(state), 0, state.lin
+    curvature = 1 / anchor**2
+    if x is not None and lin is not None:
+        wheel = lin.at_vertices(x)[state.problem.constraints.topology.corner, 1]
+        curvature += (wheel[PREV] - wheel[NEXT]) / np.sin(alpha) ** 2
+    weights = 1 / np.maximum(np.abs(curvature), LEAST_CURVATURE / anchor**2)
+    low = alpha <= (1 + 1e-6) * LEAST_SHARE * anchor
+    held = held & low
+    for _ in range(MAX_RESTORING):
+        w = np.where(held, HELD * weights, weights)
+        lin = linearise(state.problem, state.at, w, lin, same_slivers=False)
+        direction = solve(lin, state.at, FEASIBLE_RTOL, gradient, x)
+        lin, x = direction.lin, direction.x
+        inner_steps += direction.inner_steps
+        falling = low & (direction.e < 0)
+        if (falling == held).all():
+            break
+        held = falling
+    return direction, inner_steps, held
+
+
+def _searched(
+    state: State, e: FloatArray, inner_steps: int, held: BoolArray, scale: float
+) -> tuple[State, float]:
+    """Go along `e` and back to the constraints, by so much that the objective falls."""
+    problem, start, before = state.problem, state.at, objective(state)
+    anchor, alpha = problem.estimate, start.alpha
+    slope = 2 * float((_gradient(state) * e).sum())
+    # so exactly that what is missing does not hide the change of the objective
+    exact = max(1e-11, 1e-3 * min(float(np.abs(e / alpha).max()), 1e-3) ** 2)
+    while scale >= LEAST_SCALE:
+        trial = np.maximum(alpha + scale * e, np.minimum(alpha, LEAST_SHARE * anchor))
+        at = problem.at(trial * (np.pi / trial.sum(axis=0)))
+        step = Step("feasible", inner_steps, 0, at.residual.largest)
+        progress.advance("feasible", 0.05)
+        state = _restored(replace(state, at=at, steps=(*state.steps, step)), held, exact, MAX_RESTORING)
+        after = objective(state)
+        if after <= before + 1e-4 * scale * slope or abs(after - before) <= 1e-13 * before:
+            return state, scale
+        inner_steps, scale = 0, scale / 2
+    return replace(state, at=start), scale
+
+
+def _restored(state: State, held: BoolArray, exact: float, most: int) -> State:
+    """Active-set steps, which measure from the present angles, until the residual is `exact`."""
+    for _ in range(most):
+        if state.at.residual.largest <= exact:
+            break
+        weights = np.where(held, HELD, 1.0) * state.at.alpha**2
+        lin = linearise(state.problem, state.at, weights, state.lin, same_slivers=False)
+        state = state.advanced(solve(lin, state.at, FEASIBLE_RTOL), "restoration")
+    return state

@@ -8,13 +8,14 @@ import numpy as np
 from scipy import sparse
 
 from ..linalg import Pattern, Symmetric
-from ..surface import NEXT, PREV, FloatArray, IntArray, Topology
+from ..surface import NEXT, PREV, FloatArray, IntArray
+from .constraints import Constraints
 
 SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is corrected for
 
 
 class System:
-    """The reduced linear system of the angle errors at `alpha` (design, section 2).
+    """The reduced linear system of the angle errors at `alpha` (docs/method.md).
 
     The paper minimises sum (e / alpha)^2 subject to A e = b, that is (A W A^T) x = b and
     e = W A^T x with W = diag(alpha^2) (eq. 11-16). Its triangle rows are mutually W-orthogonal.
@@ -28,17 +29,17 @@ class System:
     """
 
     def __init__(
-        self, topology: Topology, pattern: Pattern, alpha: FloatArray, w: FloatArray | None = None
+        self, constraints: Constraints, pattern: Pattern, alpha: FloatArray, w: FloatArray | None = None
     ) -> None:
-        self.topology, self.pattern = topology, pattern
+        self.constraints, self.topology, self.pattern = constraints, constraints.topology, pattern
         self.w = alpha**2 if w is None else w
         self.d = self.w.sum(axis=0)
         self.cot = 1 / np.tan(alpha)
-        self._rows = topology.row[topology.corner]
+        self._rows = constraints.row[self.topology.corner]
 
     def at_vertices(self, x: FloatArray) -> FloatArray:
         """(#V, 2) multipliers of the vertices' own rows from those of their rows, (#rows, 2)."""
-        return np.vstack((x, np.zeros((1, 2))))[self.topology.row]  # a missing row, -1, reads the zeros
+        return np.vstack((x, np.zeros((1, 2))))[self.constraints.row]  # a missing row, -1, reads the zeros
 
     def at_corners(self, x: FloatArray) -> FloatArray:
         """M^T x: (3, #F) values from (#V, 2) multipliers of the vertices' own rows."""
@@ -83,8 +84,8 @@ class System:
     def rows(self, e: FloatArray) -> FloatArray:
         """M e: (#rows, 2) sums of (3, #F) angles."""
         t, q = self.topology, self.cot * e
-        vertex = t.sum_at_rows(t.sum_at_vertices(e))
-        wheel = t.sum_at_rows(t.sum_at_vertices(q[NEXT] - q[PREV]))
+        vertex = self.constraints.sum_at_rows(t.sum_at_vertices(e))
+        wheel = self.constraints.sum_at_rows(t.sum_at_vertices(q[NEXT] - q[PREV]))
         return np.column_stack((vertex, wheel))
 
     def matrix(self) -> Symmetric:
@@ -98,7 +99,7 @@ class System:
             beside_p * cp - beside_n * cn,
             opposite * (cn + cp) ** 2 + beside_n * cn**2 + beside_p * cp**2,
         )
-        vertex, mixed, wheel = (t.sum_at_rows(t.sum_at_vertices(values)) for values in own)
+        vertex, mixed, wheel = (self.constraints.sum_at_rows(t.sum_at_vertices(values)) for values in own)
         diagonal = np.stack((vertex, mixed, mixed, wheel))
         # between the corners a, b at tail and head of the half-edge opposite to corner k, as
         # (vertex, vertex), (vertex, wheel), (wheel, vertex), (wheel, wheel)

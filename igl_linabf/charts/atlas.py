@@ -5,14 +5,13 @@ from __future__ import annotations
 import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import Progress, aligned, part, reporting
 from ..errors import FallbackWarning, MeshError, OutcomeWarning, some, stack_level
-from ..flattening import Flattening, Outcome, flatten
+from ..flattening import Flattening, Method, Outcome, flatten, guaranteed, method_of
 from ..measures import Quality, overlaps, quality
 from ..measures import charts as components
 from ..surface import (
@@ -151,14 +150,13 @@ def unwrap(
     V: ArrayLike,
     F: ArrayLike,
     seams: ArrayLike | None = None,
-    method: str = "linabf",
+    method: str | Method = "linabf",
     *,
     trade: float = TRADE,
     holes: bool = False,
     bijective: bool = False,
     margin: float = 0.005,
     progress: Progress = None,
-    **options: Any,
 ) -> Atlas:
     """Cut any surface into charts, flatten them without overlaps, and pack them.
 
@@ -171,7 +169,7 @@ def unwrap(
     seams : (#E, 2) int or (#F, 3) bool, optional
         Where to cut, as `cut` takes them; by default what `find_seams` finds, and more of it where
         a chart comes out with flipped faces, and `guarantee="injective"` where none helps.
-    method : str
+    method : str or method object
         As in `flatten`.
     trade : float
         Of `find_seams`: seam length against distortion.
@@ -184,8 +182,6 @@ def unwrap(
         Between charts, and at the border, as a share of the unit square's side.
     progress : callable or False, optional
         As in `flatten`.
-    **options
-        Those of the method.
 
     Returns
     -------
@@ -221,7 +217,7 @@ def unwrap(
                 seams = find_seams(positions, faces, trade=trade, holes=holes)
         waiting = _pieces(positions, faces, np.arange(len(faces)), np.arange(len(positions)), seams, 0)
         done, pieces = _charts(
-            list(waiting), method, options, trade=trade, grow=grow, holes=holes, bijective=bijective
+            list(waiting), method_of(method), trade=trade, grow=grow, holes=holes, bijective=bijective
         )
         with part("packing", 1.0):
             atlas = _packed(positions, faces, done, pieces, margin)
@@ -261,8 +257,7 @@ def _parts(piece: _Piece, seams: IntArray) -> Iterator[_Piece]:
 
 def _charts(
     waiting: list[_Piece],
-    method: str,
-    options: dict[str, Any],
+    method: Method,
     *,
     trade: float,
     grow: bool,
@@ -277,12 +272,12 @@ def _charts(
         piece = waiting.pop(0)
         reached = total - sum(len(other.faces) for other in waiting)
         with part("charts", SEAMS + (PACKING - SEAMS) * reached / total):
-            result = _flatten(piece, method, options)
+            result = _flatten(piece, method)
             if len(result.flipped) and grow:  # double precision does not hold the map so little cut
                 if piece.splits < ROUNDS and len(opened := _leaves(piece, trade, holes)):
                     waiting = [*_parts(piece, opened), *waiting]
                     continue
-                result = _forced(piece, result, method, options)
+                result = _forced(piece, result, method)
             pairs, cost = overlaps(result.uv, piece.F), 0.0
             if len(pairs) and bijective and not result.holes:
                 result, cost = _apart(piece, result)
@@ -298,7 +293,7 @@ def _charts(
     return done, pieces
 
 
-def _flatten(piece: _Piece, method: str, options: dict[str, Any]) -> Flattening:
+def _flatten(piece: _Piece, method: Method) -> Flattening:
     where = f"the chart of faces {some(piece.faces)}"
     topology = topology_of(piece.F, piece.origin)
     loops = len(topology.loops)
@@ -307,7 +302,7 @@ def _flatten(piece: _Piece, method: str, options: dict[str, Any]) -> Flattening:
         raise MeshError(f"{where} is closed: give more seams, or none, so that they are found")
     if genus:
         raise MeshError(f"{where} has {genus} handles: give more seams, or none, so that they are found")
-    return flatten(piece.V, piece.F, method, **options)
+    return flatten(piece.V, piece.F, method)
 
 
 def _leaves(piece: _Piece, trade: float, holes: bool) -> IntArray:
@@ -317,9 +312,10 @@ def _leaves(piece: _Piece, trade: float, holes: bool) -> IntArray:
     return next((seams for seams in found if len(seams)), np.zeros((0, 2), dtype=np.int64))
 
 
-def _forced(piece: _Piece, result: Flattening, method: str, options: dict[str, Any]) -> Flattening:
+def _forced(piece: _Piece, result: Flattening, method: Method) -> Flattening:
     """The map without flipped triangles where no seam is found that would help."""
-    if method not in ("linabf", "abf") or "guarantee" in options:
+    surer = guaranteed(method)
+    if surer is None:
         return result
     warnings.warn(
         f"no seams keep the chart of faces {some(piece.faces)} from flipping: it is flattened with "
@@ -327,7 +323,7 @@ def _forced(piece: _Piece, result: Flattening, method: str, options: dict[str, A
         FallbackWarning,
         stacklevel=stack_level(),
     )
-    return _flatten(piece, method, {**options, "guarantee": "injective"})
+    return _flatten(piece, surer)
 
 
 def _split(piece: _Piece, pairs: IntArray, holes: bool) -> Iterator[_Piece]:

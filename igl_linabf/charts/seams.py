@@ -305,7 +305,5 @@ def _log_scale(piece: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> 
     if len(free):
         lower = sparse.tril(piece.laplacian[free][:, free]).tocsc()
         lower.sort_indices()
-        factor = Solvers().laplacian(lower)
-        factor.factor(lower)
-        u[free] = factor.solve(-curvature[free])
+        u[free] = Solvers().laplacian(lower).factor(lower).solve(-curvature[free])
     return np.clip(u, -LARGEST, LARGEST)

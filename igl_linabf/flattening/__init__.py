@@ -1,27 +1,41 @@
-"""Room: flattening."""
+"""The verbs: a disk, or a disk with holes, becomes a flat map.
+
+In: V, F, a method, pins. Out: uv, or a Flattening with its angles, residuals, ladder and outcome.
+Zayer, Levy, Seidel 2007; ABF, LSCM, SCP, DNCP and one step of ABF++ to compare with.
+"""
 
 from .baselines import bare_lscm, far_pins
-from .comparison import LABELS, Comparison, Entry, compare, medians
-from .result import Flattening, Hole, Outcome, Residuals, Rung
-from .verbs import METHODS, abf, flatten, linabf, linabf_angles, lscm
+from .comparison import Comparison, Entry, compare, medians
+from .methods import ABF, DNCP, LSCM, METHODS, SCP, LinABF, Method, OneStepABFpp, guaranteed, method_of
+from .result import Flattening, Hole, Outcome, Residuals, Rung, Status
+from .verbs import abf, flatten, linabf, linabf_angles, lscm
 
 __all__ = [
-    "LABELS",
+    "ABF",
+    "DNCP",
+    "LSCM",
     "METHODS",
+    "SCP",
     "Comparison",
     "Entry",
     "Flattening",
     "Hole",
+    "LinABF",
+    "Method",
+    "OneStepABFpp",
     "Outcome",
     "Residuals",
     "Rung",
+    "Status",
     "abf",
     "bare_lscm",
     "compare",
     "far_pins",
     "flatten",
+    "guaranteed",
     "linabf",
     "linabf_angles",
     "lscm",
     "medians",
+    "method_of",
 ]

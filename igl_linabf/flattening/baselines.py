@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from time import perf_counter
 
 import igl
@@ -10,9 +11,9 @@ import igl.spectra
 import numpy as np
 from scipy import sparse
 
-from ..angles import corner_angles, residual
+from ..angles import Constraints, Step, constraints_of, corner_angles, residual
 from ..errors import MeshError, some
-from ..layouts import LayoutName, far_apart, least_squares
+from ..layouts import far_apart, least_squares
 from ..linalg import NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
     NEXT,
@@ -21,7 +22,6 @@ from ..surface import (
     FloatArray,
     Mesh,
     Pins,
-    Topology,
     centred,
     complex_positions,
     coordinates,
@@ -29,7 +29,7 @@ from ..surface import (
     flipped_faces,
     placed_at,
 )
-from .ladder import Attempt
+from .ladder import Candidate, Problem, Tried, drawn
 from .result import Flattening, Hole, Outcome, Residuals
 
 
@@ -56,7 +56,7 @@ def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
     return _report("scp", mesh, z, "igl.spectra.lscm", start, pinned)
 
 
-def dncp(mesh: Mesh, pinned: Pins | None, *, solver: SolverName = "auto") -> Flattening:
+def dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flattening:
     """Discrete natural conformal parameterization (Desbrun, Meyer, Alliez 2002), natural boundary.
 
     The Dirichlet energy by the surface's own cotangents minus the area of the map: the least
@@ -72,53 +72,45 @@ def dncp(mesh: Mesh, pinned: Pins | None, *, solver: SolverName = "auto") -> Fla
     return _report("dncp", mesh, z, name, start, pinned)
 
 
-def one_step_abfpp(
-    mesh: Mesh,
-    pinned: Pins | None,
-    *,
-    layout: LayoutName = "auto",
-    threshold: float = 1.0,
-    solver: SolverName = "auto",
-) -> Flattening:
+def newton_step(problem: Problem, tried: Tried) -> Candidate:
     """A single Newton step of ABF++ (Sheffer et al. 2005), the non-linear problem in angles.
 
     At multipliers of zero the Hessian is diag(2 / alpha_0^2), so that the step is the least norm
     solution of the linearised constraints, as linear ABF's is, but with the wheel constraint in
     its product form, prod sin(beta) - prod sin(gamma) = 0.
     """
-    attempt = Attempt(mesh, pinned, layout, threshold, solver, safeguard=False)
-    angles, topology = attempt.angles, mesh.topology
-    alpha, missing = angles.alpha, angles.residual
-    if len(topology.target):
-        M, wanted = _product_rows(topology, alpha)
-        wanted[0::2] = missing.vertex
+    state, constraints = problem.start, problem.angles.constraints
+    alpha, residual_there = state.at.alpha, state.at.residual
+    if constraints.n:
+        M, b = _product_rows(constraints, alpha)
+        b[0::2] = residual_there.vertex
         w = (alpha**2).T.ravel()
         m = alpha.shape[1]
         triangles = sparse.kron(sparse.eye_array(m), np.ones((1, 3))).tocsr()
         A = sparse.vstack((M, triangles)).tocsr()
         whole = (A @ sparse.diags_array(w) @ A.T).tocsc()
         lower = sparse.tril(whole).tocsc()
-        factor = Solvers(solver).whole(lower)
         try:
-            factor.factor(lower)
+            factored = problem.angles.solvers.whole(lower).factor(lower)
         except NotPositiveDefiniteError:
-            raise _failed(mesh, "the Newton step of ABF++") from None
-        x = factor.solve(np.concatenate((wanted, missing.triangle)))
-        angles.place(alpha + (w * (A.T @ x)).reshape(m, 3).T, "step")
-    attempt.draw("linear step")
-    return attempt.report("abf++1", reached=False)
+            raise _failed(problem.mesh, "the Newton step of ABF++") from None
+        x = factored.solve(np.concatenate((b, residual_there.triangle)))
+        at = problem.angles.at(alpha + (w * (A.T @ x)).reshape(m, 3).T)
+        state = replace(state, at=at, steps=(Step("step", 0, 0, at.residual.largest),))
+    return drawn(problem, "linear step", state, converged=False)
 
 
-def _product_rows(topology: Topology, alpha: FloatArray) -> tuple[sparse.csr_array, FloatArray]:
+def _product_rows(constraints: Constraints, alpha: FloatArray) -> tuple[sparse.csr_array, FloatArray]:
     """Vertex rows, and wheel rows in product form, on errors numbered 3 t + k; and their right side.
 
     The wheel row prod(beta) cot(beta) e_beta - prod(gamma) cot(gamma) e_gamma = prod(gamma) -
     prod(beta) is divided by the geometric mean of the products, which changes no solution.
     """
     log_sin = np.log(np.sin(alpha))
-    log_ratio = topology.sum_at_rows(topology.sum_at_vertices(log_sin[NEXT] - log_sin[PREV]))
+    topology = constraints.topology
+    log_ratio = constraints.sum_at_rows(topology.sum_at_vertices(log_sin[NEXT] - log_sin[PREV]))
     half = np.exp(log_ratio / 2)  # sqrt(prod sin(beta) / prod sin(gamma))
-    row = topology.row[topology.corner]
+    row = constraints.row[topology.corner]
     k, t = np.nonzero(row >= 0)
     row = row[k, t]
     left, right = (k + 1) % 3, (k + 2) % 3
@@ -126,10 +118,10 @@ def _product_rows(topology: Topology, alpha: FloatArray) -> tuple[sparse.csr_arr
     i = np.concatenate((2 * row, 2 * row + 1, 2 * row + 1))
     j = 3 * np.tile(t, 3) + np.concatenate((k, left, right))
     entry = np.concatenate((np.ones(len(k)), half[row] * cot[left, t], -cot[right, t] / half[row]))
-    n = len(topology.target)
-    wanted = np.zeros(2 * n)
-    wanted[1::2] = 1 / half - half
-    return sparse.csr_array((entry, (i, j)), shape=(2 * n, alpha.size)), wanted
+    n = constraints.n
+    b = np.zeros(2 * n)
+    b[1::2] = 1 / half - half
+    return sparse.csr_array((entry, (i, j)), shape=(2 * n, alpha.size)), b
 
 
 def far_pins(mesh: Mesh) -> Pins:
@@ -149,7 +141,7 @@ def _report(
     method: str, mesh: Mesh, z: ComplexArray, solver: str, start: float, pinned: Pins | None
 ) -> Flattening:
     """The result of a method that knows no target angles: those of its map stand for them."""
-    topology = mesh.topology
+    topology, constraints = mesh.topology, constraints_of(mesh.topology)
     if not np.isfinite(z).all():
         raise _failed(mesh, solver)
     if pinned is None:
@@ -157,7 +149,7 @@ def _report(
     seconds = {"layout": perf_counter() - start}
     alpha = flat_angles(z, topology.corner)
     flipped = flipped_faces(z, topology.corner)
-    missing = residual(topology, alpha)
+    b = residual(constraints, alpha)
     return Flattening(
         uv=coordinates(z),
         angles=np.ascontiguousarray(alpha.T),
@@ -170,9 +162,9 @@ def _report(
         repaired=np.empty(0, dtype=np.int64),
         ladder=(),
         steps=(),
-        before=Residuals.of(residual(topology, corner_angles(mesh))),
-        after=Residuals.of(missing),
-        holes=Hole.all_of(mesh, missing),
+        before=Residuals.of(residual(constraints, corner_angles(mesh))),
+        after=Residuals.of(b),
+        holes=Hole.all_of(mesh, constraints, b),
         gap=0.0,
         layout="least-squares",
         solver="none",

@@ -8,7 +8,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
-from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -18,17 +17,9 @@ from ..measures import Quality, quality
 from ..surface import FloatArray, planar, scatter
 from . import other_programs as peers
 from .baselines import bare_lscm
+from .methods import Method, method_of
 from .result import Flattening
-from .verbs import METHODS, flatten
-
-LABELS = {
-    "lscm": "igl.lscm",
-    "linabf": "linABF",
-    "abf": "ABF",
-    "abf++1": "ABF++, one step",
-    "scp": "igl.spectra.lscm",
-    "dncp": "DNCP",
-}
+from .verbs import flatten
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,12 +80,11 @@ class Comparison:
 def compare(
     V: ArrayLike,
     F: ArrayLike,
-    methods: Sequence[str] = ("lscm", "linabf", "abf"),
+    methods: Sequence[str | Method] = ("lscm", "linabf", "abf"),
     *,
     repeat: int = 3,
     others: bool = True,
     outer: int | None = None,
-    **options: Any,
 ) -> Comparison:
     """Flatten a disk, or one with holes, by several methods and lay their distortion and time side by side.
 
@@ -102,16 +92,14 @@ def compare(
     ----------
     V : (#V, 3) float
     F : (#F, 3) int
-    methods : sequence of str
-        Names that `flatten` takes.
+    methods : sequence of str or method object
+        As `flatten` takes them.
     repeat : int
         Timed runs of each, in turn, after one that is not timed.
     others : bool
         Add Blender's ABF and MeshLab's LSCM where `bpy` and `pymeshlab` are installed.
     outer : int, optional
         As in `flatten`.
-    **options
-        Those of `linabf`, for it.
 
     Returns
     -------
@@ -130,28 +118,24 @@ def compare(
     >>> list(table.entries), table.entries["linABF"].quality.flips
     (['igl.lscm', 'linABF'], 0)
     """
-    for method in methods:
-        if method not in METHODS:
-            raise ValueError(f"method is {method!r}: use some of {', '.join(map(repr, METHODS))}")
+    chosen = [method_of(method) for method in methods]
     if repeat < 1:
         raise ValueError(f"repeat is {repeat!r}: use an integer from 1 on")
-    given = {method: options if method == "linabf" else {} for method in methods}
-    first = {method: flatten(V, F, method, outer=outer, **given[method]) for method in methods}
+    first = [flatten(V, F, method, outer=outer) for method in chosen]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # they were given for the runs above
         mesh = planar(V, F, outer)
         calls: list[Callable[[], object]] = [bare_lscm(mesh)]
-        calls += [
-            partial(flatten, V, F, method, outer=outer, progress=False, **given[method]) for method in methods
-        ]
+        calls += [partial(flatten, V, F, method, outer=outer, progress=False) for method in chosen]
         calls[0]()
         base, *seconds = medians(calls, repeat)
     entries = {}
-    for (method, result), taken in zip(first.items(), seconds, strict=True):
-        taken = base if method == "lscm" else taken
+    for method, result, taken in zip(chosen, first, seconds, strict=True):
+        taken = base if method.name == "lscm" else taken
         measured = quality(V, F, result.uv)
         iterations = result.iterations if result.steps else None
-        entries[LABELS[method]] = Entry(result.uv, measured, taken, taken / base, iterations, result)
+        label = method.label if method.label not in entries else str(method)
+        entries[label] = Entry(result.uv, measured, taken, taken / base, iterations, result)
     for name in peers.installed() if others else ():
         try:
             uv, taken = peers.run(name, mesh.V, mesh.faces)

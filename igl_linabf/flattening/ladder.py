@@ -1,25 +1,40 @@
-"""Linear and converged ABF of a checked mesh: how many steps, which layout, and how it ended."""
+"""The ladder: costlier stages in turn, until a map has no flipped triangle.
+
+A stage takes the problem and what was tried before it, and returns a `Candidate`. `climb` stops at the first
+good one; the best one is the map with the fewest flipped triangles.
+"""
 
 from __future__ import annotations
 
-import operator
 import warnings
-from dataclasses import dataclass, replace
-from time import perf_counter
-from typing import Literal
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .._runtime import advance
-from ..angles import ABF, CAP_ANGLE, AngleSolver, corner_angles, initial_estimate, opened, residual
+from .._runtime import progress, timed
+from ..angles import (
+    CAP_ANGLE,
+    AbfResult,
+    AngleProblem,
+    State,
+    active_set,
+    chord_step,
+    constraints_of,
+    converge,
+    converge_feasibly,
+    corner_angles,
+    initial_estimate,
+    linear_step,
+    opened,
+    residual,
+)
 from ..errors import FallbackWarning, MeshWarning, some, stack_level
-from ..layouts import GAP, Layout, LayoutName, check_method, develop_boundary, injective, lay_out, placed
+from ..layouts import GAP, Layout, LayoutName, develop_boundary, injective, lay_out, placed
 from ..linalg import SolverName, Solvers, memory
 from ..surface import (
     ALL_DIGITS,
-    BoolArray,
     ComplexArray,
-    FloatArray,
     IntArray,
     Mesh,
     Pins,
@@ -29,300 +44,311 @@ from ..surface import (
     span,
 )
 from .outcome import judge
-from .result import Flattening, Guarantee, Hole, Residuals, Rung, RungName
+from .result import Flattening, Hole, Residuals, Rung, RungName, Status
 
-Iterations = int | Literal["auto"]
-
-LOOSE = 0.1  # relative residual to which "auto" solves a step and its chord
-TIGHT = 0.01  # and to which a step that stands alone is solved
-MOST = 12  # re-anchored iterations after which "auto" gives up
+ACTIVE_SET_RTOL = 0.01  # relative residual to which a step that stands alone is solved
+MAX_ACTIVE_SET = 12  # re-anchored iterations after which "auto" gives up
 HOLE_GAP = 0.1  # relative gap of a hole's loop up to which "auto" leaves it to the least squares
-TOL = 1e-8  # residual of the constraints below which nothing is left to do
-DIVERGES = "it does not converge"
-NOT_FEASIBLY = "it did not converge in its feasible form"
-ABF_TOL = 1e-4  # tolerance of converged ABF below which F/3nt keeps its first five digits
+NO_FACES = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
-class _Drawn:
-    """A map, and the angles that it was laid out from."""
-
-    layout: Layout
-    alpha: FloatArray
-    flipped: IntArray
-    rung: Rung
-
-
-class Attempt:
-    """What the angle based methods share: from the initial estimate up the ladder to the report.
+class Problem:
+    """A checked mesh to be flattened by angles.
 
     Attributes
     ----------
-    angles : AngleSolver
-        At the initial estimate, until a method moves it.
-    ladder : list of Rung
-        What was tried so far.
+    mesh : Mesh
+    pinned : Pins or None
+    layout : str
+        How angles become coordinates.
+    angles : AngleProblem
+        With the initial estimate.
+    repaired : (#caps,) int64
+        Faces with an angle so near pi that another one is flattened in their stead.
     """
 
-    def __init__(
-        self,
-        mesh: Mesh,
-        pinned: Pins | None,
-        layout: LayoutName,
-        threshold: float,
-        solver: SolverName,
-        safeguard: bool = True,
-    ) -> None:
-        check_method(layout)
-        if not threshold >= 0:
-            raise ValueError(f"threshold is {threshold!r}: use a number of radians from 0 on")
-        start = perf_counter()
+    mesh: Mesh
+    pinned: Pins | None
+    layout: LayoutName
+    angles: AngleProblem
+    repaired: IntArray
+
+    @property
+    def start(self) -> State:
+        """At the initial estimate."""
+        return State(self.angles, self.angles.start)
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """What came of a stage.
+
+    Attributes
+    ----------
+    stage : str
+    status : Status
+    detail : str
+        The status in words; "" where it is good.
+    state : State
+        Its angles, and all steps so far.
+    converged : bool
+        Whether its angles satisfy the constraints to the method's tolerance.
+    note : str
+        What came of iterating, to be said where that was to no avail.
+    remark : str
+        What else is to be known of the map.
+    layout : Layout or None
+        None where the stage was given up before its layout.
+    flipped : (#flips,) int64
+    """
+
+    stage: RungName
+    status: Status
+    detail: str
+    state: State
+    converged: bool = False
+    note: str = ""
+    remark: str = ""
+    layout: Layout | None = None
+    flipped: IntArray = field(default_factory=lambda: NO_FACES)
+
+    @property
+    def rung(self) -> Rung:
+        """What the result tells of it."""
+        flips = None if self.layout is None else len(self.flipped)
+        return Rung(self.stage, self.status, flips, self.state.at.residual.largest, self.detail)
+
+
+Tried = tuple[Candidate, ...]
+Stage = Callable[[Problem, Tried], Candidate | None]
+
+
+def posed(
+    mesh: Mesh,
+    pinned: Pins | None,
+    layout: LayoutName,
+    threshold: float,
+    solver: SolverName,
+    safeguard: bool = True,
+) -> Problem:
+    """The problem at its initial estimate (section 4.2).
+
+    Raises
+    ------
+    MemoryLimitError
+        The mesh would not fit into memory.
+
+    Warns
+    -----
+    MeshWarning
+        Some faces have an angle too near pi.
+    """
+    solvers = Solvers(solver)
+    with timed("estimate"):
         least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1
-        factor = memory.factor_bytes(mesh.topology.n, 16) if least_squares else 0
-        memory.check(len(mesh.double_area), factor)
-        self.mesh, self._pinned, self._layout, self._solvers = mesh, pinned, layout, Solvers(solver)
-        alpha, self._caps = opened(corner_angles(mesh))
-        if len(self._caps):
+        memory.check(len(mesh.double_area), memory.factor_bytes(mesh.topology.n, 16) if least_squares else 0)
+        alpha, caps = opened(corner_angles(mesh))
+        if len(caps):
             warnings.warn(
-                f"faces {some(self._caps)} have an angle within {CAP_ANGLE:g} rad of pi: they are "
+                f"faces {some(caps)} have an angle within {CAP_ANGLE:g} rad of pi: they are "
                 "flattened as if it were that far from pi; collapse them, or flip their longest edges",
                 MeshWarning,
                 stacklevel=stack_level(),
             )
-        self.estimate = initial_estimate(mesh.topology, alpha, threshold, to_triangles=safeguard)
-        self._seconds = {"estimate": perf_counter() - start, "layout": 0.0}
-        self.angles = AngleSolver(mesh.topology, self.estimate, self._solvers, limit=safeguard)
-        self._before = Residuals.of(self.angles.residual)
-        self.ladder: list[Rung] = []
-        self._best: _Drawn | None = None
+        estimate = initial_estimate(mesh.topology, alpha, threshold, to_triangles=safeguard)
+    with timed("assembly"):
+        angles = AngleProblem(constraints_of(mesh.topology), estimate, solvers, safeguard)
+        return Problem(mesh, pinned, layout, angles, caps)
 
-    def leave(self, rung: RungName, failed: str) -> None:
-        """Give up a rung before its layout."""
-        self.ladder.append(Rung(rung, None, self.angles.residual.largest, failed))
 
-    def draw(self, rung: RungName) -> bool:
-        """Lay out the present angles; whether no triangle is flipped.
+def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
+    """Try stages in turn, until one is good; what was tried."""
+    tried: Tried = ()
+    for stage in stages:
+        made = stage(problem, tried)
+        if made is not None:
+            tried = (*tried, made)
+            if made.status is Status.GOOD:
+                break
+    return tried
 
-        The map with the fewest flips is kept, of equal ones the latest, whose angles fit best.
-        """
-        layout, alpha = self._laid_out(), self.angles.alpha
-        flipped = flipped_faces(layout.z, self.mesh.topology.corner)
-        flips = len(flipped)
-        failed = f"{flips} flipped triangle{'s' * (flips > 1)}" if flips else ""
-        self.ladder.append(Rung(rung, flips, self.angles.residual.largest, failed))
-        if self._best is None or flips <= len(self._best.flipped):
-            self._best = _Drawn(layout, alpha, flipped, self.ladder[-1])
-        return not flips
 
-    def force(self) -> None:
-        """Make a map without flipped triangles of the best one, if that has some."""
-        best = self.settle()
-        if not len(best.flipped):
-            return
-        start, mesh = perf_counter(), self.mesh
+def best_of(tried: Tried) -> tuple[Candidate, Layout]:
+    """The map with the fewest flips; of equal ones the latest, whose angles fit best."""
+    drawn = [(made, made.layout) for made in tried if made.layout is not None]
+    return min(reversed(drawn), key=lambda pair: len(pair[0].flipped))
 
-        def place(z: ComplexArray) -> ComplexArray:
-            return placed(mesh.topology, z, mesh.area, self._pinned)
 
-        made = injective(mesh, best.layout.z, place, self._solvers)
-        self._seconds["injective"] = perf_counter() - start
-        if made is None:
-            self.leave("injective", "every start has flipped triangles in double precision")
-            return
-        alpha = flat_angles(made.z, mesh.topology.corner)
-        how = f"{made.iterations} iterations from {made.start}"
-        slim = replace(best.layout, z=made.z, method="SLIM", solver=f"igl's SLIM, {how}")
-        self.angles.place(alpha)
-        self.ladder.append(Rung("injective", 0, self.angles.residual.largest, ""))
-        self._best = _Drawn(slim, alpha, np.empty(0, dtype=np.int64), self.ladder[-1])
-
-    def settle(self) -> _Drawn:
-        """The map with the fewest flipped triangles, to whose angles `angles` goes back."""
-        assert self._best is not None
-        if self.angles.alpha is not self._best.alpha:
-            self.angles.place(self._best.alpha)
-        return self._best
-
-    def report(self, method: str, reached: bool, tried: str = "") -> Flattening:
-        """The result, from the best map and whether the method's tolerance was reached.
-
-        `tried` says what was done to reach it, where it was not and should have been.
-        """
-        angles, best = self.angles, self.settle()
-        made = best.layout
-        outcome, message = judge(angles, self.mesh, made, best.flipped, reached, tried)
-        return Flattening(
-            uv=coordinates(made.z),
-            angles=np.ascontiguousarray(best.alpha.T),
-            method=method,
-            outcome=outcome,
-            message=message,
-            flipped=best.flipped,
-            repaired=self._caps,
-            ladder=tuple(self.ladder),
-            steps=tuple(angles.steps),
-            before=self._before,
-            after=Residuals.of(angles.residual),
-            holes=Hole.all_of(self.mesh, angles.residual),
-            gap=made.gap,
-            layout=made.method,
-            solver=angles.solver,
-            layout_solver=made.solver,
-            seconds={**self._seconds, **angles.seconds},
-        )
-
-    def _laid_out(self) -> Layout:
-        start, angles = perf_counter(), self.angles
-        alpha, missing, topology = angles.alpha, angles.residual, self.mesh.topology
-        if angles.invalid.any():
-            alpha = _repaired(alpha, self.estimate, angles.invalid)
-            missing = residual(topology, alpha)
-        made = lay_out(
-            topology,
+def drawn(
+    problem: Problem, stage: RungName, state: State, *, converged: bool, note: str = "", remark: str = ""
+) -> Candidate:
+    """Lay out the angles of a state."""
+    mesh, angles, at = problem.mesh, problem.angles, state.at
+    with timed("layout"):
+        alpha, b, invalid = at.alpha, at.residual, angles.invalid(at)
+        if invalid.any():
+            warnings.warn(
+                f"the target angles of faces {some(np.flatnonzero(invalid))} are not within (0, pi): "
+                "they are laid out with their initial angles",
+                FallbackWarning,
+                stacklevel=stack_level(),
+            )
+            alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
+            b = residual(angles.constraints, alpha)
+        layout = lay_out(
+            mesh.topology,
             alpha,
-            missing,
-            self._layout,
-            self._pinned,
-            self.mesh.area,
-            self._solvers,
+            b,
+            problem.layout,
+            problem.pinned,
+            mesh.area,
+            angles.solvers,
             angles.pattern,
-            angles.laplacian,
+            None if state.lin is None else state.lin.laplacian,
         )
-        self._seconds["layout"] += perf_counter() - start
-        advance("layout", 0.5)
-        return made
+    progress.advance("layout", 0.5)
+    flipped = flipped_faces(layout.z, mesh.topology.corner)
+    flips = len(flipped)
+    status, detail = Status.GOOD, ""
+    if flips:
+        status, detail = Status.FLIPPED, f"{flips} flipped triangle{'s' * (flips > 1)}"
+    return Candidate(stage, status, detail, state, converged, note, remark, layout, flipped)
 
 
-def linear_abf(
-    mesh: Mesh,
-    pinned: Pins | None,
-    *,
-    iterations: Iterations = "auto",
-    layout: LayoutName = "auto",
-    rtol: float | None = None,
-    tol: float = TOL,
-    threshold: float = 1.0,
-    safeguard: bool = True,
-    guarantee: Guarantee | None = None,
-    solver: SolverName = "auto",
-) -> Flattening:
-    """Linear ABF of a checked mesh; the options are those of `linabf`."""
-    count = _count(iterations)
-    _check_guarantee(guarantee)
-    if rtol is not None and not rtol > 0:
-        raise ValueError(f"rtol is {rtol!r}: use a positive number")
-    attempt = Attempt(mesh, pinned, layout, threshold, solver, safeguard)
-    angles = attempt.angles
+def one_system(rtol: float, tol: float) -> Stage:
+    """The linear step, and the second solve with its system (a step, where holes are to be closed)."""
 
-    def iterate(most: int) -> None:
-        for _ in range(most):
-            if angles.residual.largest <= tol or angles.invalid.any():
-                return
-            angles.step(rtol or TIGHT)
+    def stage(problem: Problem, tried: Tried) -> Candidate:
+        state, holes = problem.start, len(problem.mesh.topology.loops) > 1
+        if state.at.residual.largest > tol:
+            state = linear_step(state, rtol, close=False)
+            # a chord that starts from cut-short steps ends with far smaller angles than a step
+            if not state.steps[-1].limited:
+                if holes:  # least squares lays out, which draws no loop
+                    state = linear_step(state, rtol)
+                    gap, allowed = float(np.abs(state.at.residual.closure.gap).max()), HOLE_GAP
+                else:
+                    state = chord_step(state, rtol)
+                    gap, allowed = develop_boundary(problem.mesh.topology, state.at.residual).gap, GAP
+                if gap > allowed:
+                    detail = f"a boundary loop fails to close by {gap:.1%} of its length"
+                    return Candidate("linear step", Status.OPEN_LOOP, detail, state)
+            if limited := state.steps[-1].limited:
+                detail = f"the full step would take angles of {limited} triangles to zero"
+                return Candidate("linear step", Status.CUT_SHORT, detail, state)
+        return drawn(problem, "linear step", state, converged=state.at.residual.largest <= tol)
 
-    tried, converged = "", False
-    if count is not None:
-        iterate(count)
-        attempt.draw("linear step" if len(angles.steps) <= 1 else "active set")
-    elif not _first_rung(attempt, rtol or LOOSE, tol):
-        iterate(MOST)
-        reached = angles.residual.largest <= tol
-        tried = "converged angles flip more" if reached else f"it did not converge after {MOST} iterations"
-        good = attempt.draw("active set")
-        if not good and safeguard and not (reached and span(mesh, attempt.settle().layout.z) > ALL_DIGITS):
-            angles.place(attempt.estimate)
-            abf = ABF(angles, ABF_TOL)
-            abf.run(feasibly=not reached)  # flips of converged angles are those of rounding
-            if abf.converged or abf.feasible:
-                attempt.draw("feasible ABF" if abf.feasible else "converged ABF")
-            else:
-                attempt.leave("converged ABF", DIVERGES)
-            if attempt.settle().rung is attempt.ladder[-1]:
-                tried, converged = NOT_FEASIBLY, abf.converged
-    if guarantee:
-        attempt.force()
-    attempt.settle()
-    reached = converged or angles.residual.largest <= tol
-    return attempt.report("linabf", reached, "" if reached else tried)
+    return stage
 
 
-def _first_rung(attempt: Attempt, rtol: float, tol: float) -> bool:
-    """The linear step, and the second solve with its system; whether that is enough."""
-    angles, topology = attempt.angles, attempt.mesh.topology
-    if angles.residual.largest > tol:
-        angles.step(rtol)
-        # a chord that starts from cut-short steps ends with far smaller angles than a step
-        if not angles.limited:
-            if len(topology.loops) == 1:
-                angles.chord(rtol)
-                gap, allowed = develop_boundary(topology, angles.residual).gap, GAP
-            else:  # least squares lays out, which draws no loop
-                angles.step(rtol)
-                gap, allowed = float(np.abs(angles.residual.closure.gap).max()), HOLE_GAP
-            if gap > allowed:
-                attempt.leave("linear step", f"a loop misses its beginning by {gap:.1%} of its length")
-                return False
-        limited = angles.steps[-1].limited
-        if limited:
-            attempt.leave("linear step", f"the whole of it takes angles of {limited} triangles to zero")
-            return False
-    return attempt.draw("linear step")
+def iterated(rtol: float, tol: float, most: int, note: bool = True) -> Stage:
+    """Active-set iterations from where the last stage ended (section 6).
+
+    With `note` the candidate says that iterating did not help, where it did not.
+    """
+
+    def stage(problem: Problem, tried: Tried) -> Candidate:
+        state = active_set(tried[-1].state if tried else problem.start, rtol, tol, most)
+        reached = state.at.residual.largest <= tol
+        said = "converged angles flip more" if reached else f"it did not converge after {most} iterations"
+        name: RungName = "active set" if tried or len(state.steps) > 1 else "linear step"
+        return drawn(problem, name, state, converged=reached, note=said if note else "")
+
+    return stage
 
 
-def converged_abf(
-    mesh: Mesh,
-    pinned: Pins | None,
-    *,
-    layout: LayoutName = "auto",
-    tol: float = ABF_TOL,
-    threshold: float = 1.0,
-    guarantee: Guarantee | None = None,
-    solver: SolverName = "auto",
-) -> Flattening:
-    """Converged ABF of a checked mesh; the options are those of `abf`."""
-    _check_guarantee(guarantee)
-    if not tol > 0:
-        raise ValueError(f"tol is {tol!r}: use a positive number, 1e-10 at the least")
-    attempt = Attempt(mesh, pinned, layout, threshold, solver)
-    abf = ABF(attempt.angles, tol)
-    abf.run()
-    if abf.feasible:
-        attempt.leave("converged ABF", DIVERGES)
-    attempt.draw("feasible ABF" if abf.feasible else "converged ABF")
-    if guarantee:
-        attempt.force()
-    result = attempt.report("abf", abf.converged, "" if abf.converged else NOT_FEASIBLY)
-    held = np.flatnonzero(abf.bound.any(axis=0))
-    if len(held) and result.layout != "SLIM":
-        note = f"; angles of faces {some(held)} are held at a hundredth of their initial value"
-        result = replace(result, message=result.message + note)
-    return result
+def anchored(tol: float, residual_tol: float = 0.0) -> Stage:
+    """Converged ABF by anchored steps."""
+
+    def stage(problem: Problem, tried: Tried) -> Candidate | None:
+        if not problem.angles.safeguard:
+            return None
+        if tried and tried[-1].converged and span(problem.mesh, best_of(tried)[1].z) > ALL_DIGITS:
+            return None  # no angles help where lengths differ by all digits
+        result = converge(tried[-1].state.back_to_start() if tried else problem.start, tol)
+        if not result.converged:
+            return Candidate("converged ABF", Status.DIVERGED, "it does not converge", result.state)
+        return _abf_drawn(problem, "converged ABF", result, residual_tol)
+
+    return stage
 
 
-def _repaired(alpha: FloatArray, estimate: FloatArray, invalid: BoolArray) -> FloatArray:
-    """The initial angles, as triangles', where the bare scheme left (0, pi)."""
-    bad = np.flatnonzero(invalid)
-    warnings.warn(
-        f"the target angles of faces {some(bad)} are not within (0, pi): "
-        "they are laid out with their initial angles",
-        FallbackWarning,
-        stacklevel=stack_level(),
+def feasible(tol: float, residual_tol: float = 0.0) -> Stage:
+    """Converged ABF in its feasible form, where anchored steps diverged."""
+
+    def stage(problem: Problem, tried: Tried) -> Candidate | None:
+        # flips of converged angles are those of rounding
+        if tried[-1].status is not Status.DIVERGED or any(made.converged for made in tried):
+            return None
+        return _abf_drawn(problem, "feasible ABF", converge_feasibly(tried[-1].state, tol), residual_tol)
+
+    return stage
+
+
+def _abf_drawn(problem: Problem, stage: RungName, result: AbfResult, residual_tol: float) -> Candidate:
+    held = np.flatnonzero(result.held.any(axis=0))
+    remark = f"; angles of faces {some(held)} are held at a hundredth of their initial value"
+    return drawn(
+        problem,
+        stage,
+        result.state,
+        converged=result.converged or result.state.at.residual.largest <= residual_tol,
+        note="it did not converge in its feasible form",
+        remark=remark if len(held) else "",
     )
-    return np.where(invalid, np.pi * estimate / estimate.sum(axis=0), alpha)
 
 
-def _count(iterations: Iterations) -> int | None:
-    if iterations == "auto":
-        return None
-    try:
-        count = operator.index(iterations)
-    except TypeError:
-        count = 0
-    if count < 1:
-        raise ValueError(f"iterations is {iterations!r}: use 'auto' or an integer from 1 on")
-    return count
+def injective_map(problem: Problem, tried: Tried) -> Candidate:
+    """A map without flipped triangles from the best one so far, by SLIM."""
+    mesh, last = problem.mesh, tried[-1]
+    _, layout = best_of(tried)
+
+    def place(z: ComplexArray) -> ComplexArray:
+        return placed(mesh.topology, z, mesh.area, problem.pinned)
+
+    with timed("injective"):
+        made = injective(mesh, layout.z, place, problem.angles.solvers)
+    if made is None:
+        detail = "every start has flipped triangles in double precision"
+        return Candidate("injective", Status.NO_VALID_START, detail, last.state)
+    alpha = flat_angles(made.z, mesh.topology.corner)
+    how = f"igl's SLIM, {made.iterations} iterations from {made.start}"
+    state = replace(last.state, at=problem.angles.at(alpha))
+    slim = replace(layout, z=made.z, method="SLIM", solver=how)
+    return Candidate("injective", Status.GOOD, "", state, layout=slim)
 
 
-def _check_guarantee(guarantee: str | None) -> None:
-    if guarantee not in (None, "injective"):
-        raise ValueError(f"guarantee is {guarantee!r}: use 'injective' or None")
+def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float]) -> Flattening:
+    """The result: the best map, and what is known of it."""
+    best, layout = best_of(tried)
+    at, angles = best.state.at, problem.angles
+    note = next((made.note for made in (best, *tried) if made.note), "")
+    outcome, message = judge(
+        problem.mesh,
+        layout,
+        best.flipped,
+        at.residual.largest,
+        np.flatnonzero(angles.invalid(at)),
+        converged=best.converged,
+        note=note,
+    )
+    return Flattening(
+        uv=coordinates(layout.z),
+        angles=np.ascontiguousarray(at.alpha.T),
+        method=method,
+        outcome=outcome,
+        message=message + best.remark,
+        flipped=best.flipped,
+        repaired=problem.repaired,
+        ladder=tuple(made.rung for made in tried),
+        steps=tried[-1].state.steps,
+        before=Residuals.of(angles.start.residual),
+        after=Residuals.of(at.residual),
+        holes=Hole.all_of(problem.mesh, angles.constraints, at.residual),
+        gap=layout.gap,
+        layout=layout.method,
+        solver=tried[-1].state.how,
+        layout_solver=layout.solver,
+        seconds=seconds,
+    )

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..angles import Residual, Step
+from ..angles import Constraints, Residual, Step
 from ..errors import some
 from ..surface import FloatArray, IntArray, Mesh
 
@@ -59,13 +59,24 @@ class Residuals:
     closure: float
 
     @classmethod
-    def of(cls, missing: Residual) -> Residuals:
-        families = (missing.vertex, missing.triangle, missing.wheel, missing.closure.gap)
+    def of(cls, b: Residual) -> Residuals:
+        families = (b.vertex, b.triangle, b.wheel, b.closure.gap)
         return cls(*(float(np.abs(r).max(initial=0.0)) for r in families))
 
     @property
     def largest(self) -> float:
         return max(self.vertex, self.triangle, self.wheel, self.closure)
+
+
+class Status(Enum):
+    """What came of one rung of the ladder."""
+
+    GOOD = "a map without flipped triangles"
+    FLIPPED = "a map with flipped triangles"
+    OPEN_LOOP = "the target angles draw a boundary loop that does not close"
+    CUT_SHORT = "the full step would take some angles to zero"
+    DIVERGED = "the angles do not converge"
+    NO_VALID_START = "no map without flipped triangles was found to start from"
 
 
 @dataclass(frozen=True)
@@ -75,15 +86,17 @@ class Rung:
     Attributes
     ----------
     name : {"linear step", "active set", "converged ABF", "feasible ABF", "injective"}
+    status : Status
     flips : int or None
-        Flipped triangles of its map; None where it was given up before its layout.
+        Flipped triangles of its map; None where the stage ended before its layout.
     residual : float
         Largest residual of its angles.
     failed : str
-        Why the next rung was tried, or what is wrong at the end; "" where nothing is.
+        The status in words; "" where it is good.
     """
 
     name: RungName
+    status: Status
     flips: int | None
     residual: float
     failed: str
@@ -121,11 +134,11 @@ class Hole:
         return max(self.rotation, self.scale, self.translation)
 
     @classmethod
-    def all_of(cls, mesh: Mesh, missing: Residual) -> tuple[Hole, ...]:
-        """Every hole of the mesh, the angles missing `missing`."""
+    def all_of(cls, mesh: Mesh, constraints: Constraints, b: Residual) -> tuple[Hole, ...]:
+        """Every hole of the mesh, the residual of the angles being `b`."""
         loops = mesh.topology.loops[1:]
-        row = [mesh.topology.row[loop[0]] for loop in loops]
-        parts = (missing.vertex[row], missing.wheel[row], missing.closure.gap)
+        row = [constraints.row[loop[0]] for loop in loops]
+        parts = (b.vertex[row], b.wheel[row], b.closure.gap)
         return tuple(
             cls(int(mesh.vertices[loop[0]]), len(loop), *(float(abs(part[i])) for part in parts))
             for i, loop in enumerate(loops)

@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
-from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -15,18 +13,8 @@ from ..errors import OutcomeWarning, stack_level
 from ..layouts import LayoutName
 from ..linalg import SolverName
 from ..surface import FloatArray, pins, planar, scatter
-from . import baselines as reference
-from .ladder import ABF_TOL, TOL, Iterations, converged_abf, linear_abf
+from .methods import ABF, ABF_TOL, TOL, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
-
-METHODS: dict[str, Callable[..., Flattening]] = {
-    "linabf": linear_abf,
-    "abf": converged_abf,
-    "abf++1": reference.one_step_abfpp,
-    "lscm": reference.lscm,
-    "scp": reference.scp,
-    "dncp": reference.dncp,
-}
 
 
 def linabf(
@@ -81,6 +69,9 @@ def linabf(
     safeguard : bool
         Keep every triangle a triangle: the estimate's angles scaled to sum to pi, steps cut short
         before an angle vanishes. False is the paper's bare scheme.
+    guarantee : {"injective"}, optional
+        Where triangles are flipped still, make a map without flipped triangles of the best one, of
+        more distortion (SLIM from a valid start).
     solver : {"auto", "cholmod", "multigrid", "direct"}
         "cholmod" and "multigrid" solve by conjugate gradients with a CHOLMOD factor of one
         Laplacian, or a PyAMG V-cycle, as the preconditioner; "auto" is the first of them where
@@ -109,24 +100,8 @@ def linabf(
     >>> linabf(V, F[1:]).shape
     (12, 2)
     """
-    return _told(
-        flatten(
-            V,
-            F,
-            "linabf",
-            b,
-            bc,
-            outer=outer,
-            iterations=iterations,
-            layout=layout,
-            rtol=rtol,
-            tol=tol,
-            threshold=threshold,
-            safeguard=safeguard,
-            guarantee=guarantee,
-            solver=solver,
-        )
-    ).uv
+    method = LinABF(iterations, layout, rtol, tol, threshold, safeguard, guarantee, solver)
+    return _told(flatten(V, F, method, b, bc, outer=outer)).uv
 
 
 def abf(
@@ -179,19 +154,8 @@ def abf(
     >>> abf(V, F[1:], tol=1e-10).shape
     (12, 2)
     """
-    result = flatten(
-        V,
-        F,
-        "abf",
-        b,
-        bc,
-        outer=outer,
-        layout=layout,
-        tol=tol,
-        threshold=threshold,
-        guarantee=guarantee,
-        solver=solver,
-    )
+    method = ABF(layout, tol, threshold, guarantee, solver)
+    result = flatten(V, F, method, b, bc, outer=outer)
     if result.outcome is Outcome.NOT_CONVERGED:
         warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
     return _told(result).uv
@@ -231,15 +195,25 @@ def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike |
     return _told(flatten(V, F, "lscm", b, bc)).uv
 
 
-def linabf_angles(V: ArrayLike, F: ArrayLike, **options: Any) -> FloatArray:
+def linabf_angles(
+    V: ArrayLike,
+    F: ArrayLike,
+    *,
+    iterations: Iterations = "auto",
+    outer: int | None = None,
+    rtol: float | None = None,
+    tol: float = TOL,
+    threshold: float = 1.0,
+    safeguard: bool = True,
+    guarantee: Guarantee | None = None,
+    solver: SolverName = "auto",
+) -> FloatArray:
     """Angles of the flat map: what `layout` makes the map of `linabf` from.
 
     Parameters
     ----------
-    V, F
+    V, F, iterations, outer, rtol, tol, threshold, safeguard, guarantee, solver
         As in `linabf`.
-    **options
-        Those of `linabf`, pins and layout excepted.
 
     Returns
     -------
@@ -259,7 +233,8 @@ def linabf_angles(V: ArrayLike, F: ArrayLike, **options: Any) -> FloatArray:
     >>> bool(abs(angles.sum(axis=1) - 3.141592653589793).max() < 1e-12)
     True
     """
-    return _told(flatten(V, F, "linabf", **options)).angles
+    method = LinABF(iterations, "auto", rtol, tol, threshold, safeguard, guarantee, solver)
+    return _told(flatten(V, F, method, outer=outer)).angles
 
 
 def _told(result: Flattening) -> Flattening:
@@ -272,13 +247,12 @@ def _told(result: Flattening) -> Flattening:
 def flatten(
     V: ArrayLike,
     F: ArrayLike,
-    method: str = "linabf",
+    method: str | Method = "linabf",
     b: ArrayLike | None = None,
     bc: ArrayLike | None = None,
     *,
     outer: int | None = None,
     progress: Progress = None,
-    **options: Any,
 ) -> Flattening:
     """Flatten a disk, or one with holes, and tell how.
 
@@ -288,10 +262,12 @@ def flatten(
         Vertex positions.
     F : (#F, 3) int
         Oriented triangles of one disk, or of one with holes, which are not cut.
-    method : str
+    method : str or method object
         "linabf", linear angle based parameterization; "abf", its converged form; and for comparison
         "abf++1", a single Newton step of ABF++; "lscm", `igl.lscm`; "scp", the spectral
-        `igl.spectra.lscm`, which needs no pins; "dncp", LSCM's energy from the cotangent side.
+        `igl.spectra.lscm`, which needs no pins; "dncp", LSCM's energy from the cotangent side. A name
+        is the method with its default options; `igl_linabf.LinABF(iterations=1)`,
+        `igl_linabf.ABF(tol=1e-7)` and the like have others.
     b, bc : (2,) int and (2, 2) float, optional
         Two pinned vertices and their positions, as in `igl.lscm`.
     outer : int, optional
@@ -301,9 +277,6 @@ def flatten(
         Called with the name of a stage and the fraction done, from 0 to 1; what it raises ends
         the work. By default a bar is shown on a terminal once it takes two seconds; False shows
         nothing.
-    **options
-        Those of `linabf`; for "abf" those of `abf`; for "abf++1" `layout`, `threshold` and
-        `solver`; for "dncp" `solver`; "lscm" and "scp" have none.
 
     Returns
     -------
@@ -325,15 +298,13 @@ def flatten(
     >>> result.outcome.value, len(result.flipped), result.layout
     ('valid', 0, 'boundary')
     """
-    start = perf_counter()
-    if method not in METHODS:
-        raise ValueError(f"method is {method!r}: use one of {', '.join(map(repr, METHODS))}")
+    start, chosen = perf_counter(), method_of(method)
     with reporting(progress):
         mesh = planar(V, F, outer)
         pinned = pins(b, bc, mesh.vertices, mesh.n_given)
         checked = perf_counter() - start
         advance("check", 0.05)
-        made = METHODS[method](mesh, pinned, **options)
+        made = chosen.run(mesh, pinned)
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
     seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
     return replace(made, uv=uv, seconds=seconds)

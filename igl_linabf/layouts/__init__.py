@@ -1,22 +1,18 @@
-"""Room: layouts."""
+"""From target angles to a flat map.
 
+In: a disk's topology, its target angles. Out: complex positions of the vertices, and how they were made.
+Zayer, Levy, Seidel 2007, section 5; Tutte 1963 and Floater 2003 (embeddings); Rabinovich et al. 2017 (SLIM).
+"""
+
+from .boundary import develop_boundary
+from .choice import GAP, Layout, LayoutName, check_method, lay_out, layout, placed
+from .conformal_energy import far_apart, least_squares
 from .convex import on_circle
-from .coordinates import (
-    GAP,
-    Layout,
-    LayoutName,
-    check_method,
-    develop_boundary,
-    far_apart,
-    lay_out,
-    layout,
-    least_squares,
-    placed,
-)
-from .slim import injective
+from .slim import Injective, injective
 
 __all__ = [
     "GAP",
+    "Injective",
     "Layout",
     "LayoutName",
     "check_method",

@@ -46,9 +46,7 @@ def patched(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iterator[C
     has to be looked at.
     """
     bad = ~(signed_double_areas(z, topology.corner) > 0)
-    inside = np.ones(topology.n, dtype=bool)
-    for loop in topology.loops:
-        inside[loop] = False
+    inside = topology.interior
     near = np.zeros(topology.n, dtype=bool)
     near[topology.corner[:, bad]] = True
     rings = 0
@@ -87,12 +85,11 @@ def _combined(
     pattern = Pattern(topology, row, n_free)
     held = np.where(free, 0, z)
     lower = pattern.laplacian(weight)
-    factor = solvers.whole(lower)
     try:
-        factor.factor(lower)
+        factored = solvers.whole(lower).factor(lower)
     except NotPositiveDefiniteError:
         return None
-    x = factor.solve(pattern.pull(weight, held[topology.edges.T]))
+    x = factored.solve(pattern.pull(weight, held[topology.edges.T]))
     return np.where(free, np.append(x @ [1, 1j], 0)[row], z)
 
 

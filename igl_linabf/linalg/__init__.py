@@ -1,24 +1,29 @@
-"""Room: linalg."""
+"""Sparse linear algebra.
 
+In: Hermitian matrices over a mesh's vertices, by their lower triangles. Out: factors, solutions.
+CHOLMOD (Chen et al. 2008), PyAMG's smoothed aggregation (Vanek et al. 1996), SuperLU, conjugate gradients.
+"""
+
+from . import memory
+from .choice import HOW_TO_GET, SolverName, Solvers, blas_of_cholmod
 from .factors import (
-    HOW_TO_GET,
-    MAX_CG_STEPS,
-    Factor,
+    Analysis,
+    Array,
+    Factored,
     NotConvergedError,
     NotPositiveDefiniteError,
-    SolverName,
-    Solvers,
     SuperLU,
-    blas_of_cholmod,
-    conjugate_gradients,
     has_cholmod,
 )
+from .krylov import MAX_CG_STEPS, conjugate_gradients
 from .sparsity import Pattern, Rows, Symmetric
 
 __all__ = [
     "HOW_TO_GET",
     "MAX_CG_STEPS",
-    "Factor",
+    "Analysis",
+    "Array",
+    "Factored",
     "NotConvergedError",
     "NotPositiveDefiniteError",
     "Pattern",
@@ -30,4 +35,5 @@ __all__ = [
     "blas_of_cholmod",
     "conjugate_gradients",
     "has_cholmod",
+    "memory",
 ]

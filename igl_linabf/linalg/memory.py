@@ -8,7 +8,7 @@ from pathlib import Path
 
 import psutil
 
-from ..errors import MeshError
+from ..errors import MemoryLimitError
 
 PER_FACE = 1000  # bytes at the peak, all arrays and the multigrid hierarchy (benchmarks/memory.py)
 FILL = 3.0  # entries of a planar Laplacian's factor over n log2 n at most; 1.8 to 2.2 were measured
@@ -46,7 +46,7 @@ def check(faces: int, factor: int = 0) -> None:
     """Raise where so many faces do not fit, with a factor of so many bytes that has to be."""
     wanted = PER_FACE * faces + factor
     if not fits(wanted):
-        raise MeshError(
+        raise MemoryLimitError(
             f"{faces:,} faces take about {gigabytes(wanted)}, and {gigabytes(available() or 0)} of memory "
             "are free: decimate the mesh (igl.qslim), cut it into parts (igl_linabf.cut), or use a machine "
             "with more memory"

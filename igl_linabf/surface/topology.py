@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -45,12 +46,6 @@ class Topology:
     loops : tuple of int64 arrays
         Boundary loops, the mesh on their left; the first is the outer one, by default the one of
         the most edges.
-    row : (#V,) int64
-        The virtual-vertex map: the constraint row of each vertex. Interior vertices have
-        a row each, all vertices of a hole share one, those of the outer loop have -1.
-    target : (#rows,) float64
-        What the angles of a row sum to: 2 pi at an interior vertex, (m + 2) pi around
-        a hole of m vertices.
     """
 
     n: int
@@ -60,8 +55,6 @@ class Topology:
     edges: IntArray
     sides: IntArray
     loops: tuple[IntArray, ...]
-    row: IntArray
-    target: FloatArray
 
     def sum_at_vertices(self, values: FloatArray) -> FloatArray:
         """Sum (3, #F) corner values over the corners of each vertex."""
@@ -72,10 +65,13 @@ class Topology:
         first, second = np.append(values, 0.0)[self.sides]  # a missing side reads the zero at the end
         return np.asarray(first + second)
 
-    def sum_at_rows(self, values: FloatArray) -> FloatArray:
-        """Sum (#V,) vertex values over the vertices of each row."""
-        inside = self.row >= 0
-        return sum_by(self.row[inside], values[inside], len(self.target))
+    @cached_property
+    def interior(self) -> BoolArray:
+        """(#V,) bool: the vertices on no boundary loop."""
+        inside = np.ones(self.n, dtype=bool)
+        for loop in self.loops:
+            inside[loop] = False
+        return inside
 
 
 def topology_of(F: IntArray, vertices: IntArray) -> Topology:
@@ -105,8 +101,7 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     loops = _trace_loops(t[boundary], h[boundary])
     if loops is None:
         check_fans(F, np.stack((first, second)), vertices)
-    row, target = virtual_vertices(n, loops or ())
-    return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops or (), row, target)
+    return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops or ())
 
 
 def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
@@ -130,28 +125,7 @@ def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
 def with_outer(topology: Topology, outer: int) -> Topology:
     """The same with another outer loop, `topology.loops[outer]`."""
     loops = (topology.loops[outer], *topology.loops[:outer], *topology.loops[outer + 1 :])
-    row, target = virtual_vertices(topology.n, loops)
-    return replace(topology, loops=loops, row=row, target=target)
-
-
-def virtual_vertices(n: int, loops: tuple[IntArray, ...]) -> tuple[IntArray, FloatArray]:
-    """Constraint row of each vertex, and the angle sum that each row asks for.
-
-    `loops[0]` is the outer loop. A hole counts as one vertex, at which the angles of all
-    its m loop vertices sum to (m + 2) pi; m = 0 is an interior vertex.
-    """
-    row = np.zeros(n, dtype=np.int64)
-    for loop in loops:
-        row[loop] = -1
-    interior = row == 0
-    n_interior = int(np.count_nonzero(interior))
-    row[interior] = np.arange(n_interior)
-    holes = loops[1:]
-    for i, loop in enumerate(holes):
-        row[loop] = n_interior + i
-    target = np.full(n_interior + len(holes), 2 * np.pi)
-    target[n_interior:] += [np.pi * len(loop) for loop in holes]
-    return row, target
+    return replace(topology, loops=loops)
 
 
 def _undirected(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
