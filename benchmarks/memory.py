@@ -14,13 +14,13 @@ import sys
 import igl
 from meshes import cortex
 
-from igl_linabf import flatten
+from igl_linabf import LinABF, flatten
 from igl_linabf.linalg import memory
 
 RUNS = {
-    "multigrid": {"solver": "multigrid"},
-    "CHOLMOD": {"solver": "cholmod"},
-    "CHOLMOD, least squares": {"solver": "cholmod", "layout": "least-squares"},
+    "multigrid": LinABF(solver="multigrid"),
+    "CHOLMOD": LinABF(solver="cholmod"),
+    "CHOLMOD, least squares": LinABF(solver="cholmod", layout="least-squares"),
 }
 
 
@@ -32,7 +32,7 @@ def run(name: str, times: int) -> None:
     for _ in range(times):
         V, F = igl.upsample(V, F)
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    flatten(V, F, **RUNS[name])
+    flatten(V, F, RUNS[name])
     taken = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)  # Linux counts in KiB
     itemsizes = {"multigrid": [], "CHOLMOD": [8], "CHOLMOD, least squares": [8, 16]}[name]
     reckoned = memory.PER_FACE * len(F) + sum(memory.factor_bytes(len(V), size) for size in itemsizes)

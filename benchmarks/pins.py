@@ -14,13 +14,13 @@ import igl
 import numpy as np
 from meshes import brain, shared
 
-from igl_linabf import flatten, layout, quality
+from igl_linabf import LinABF, flatten, layout, quality
 from igl_linabf.plot import fit
 
 
 def spread(V: np.ndarray, F: np.ndarray, iterations: int) -> tuple[float, float, float, float]:
     """Worst root mean square and largest distance, and the extremes of F/3nt, over pairs of pins."""
-    angles = flatten(V, F, iterations=iterations).angles
+    angles = flatten(V, F, LinABF(iterations=iterations)).angles
     default = layout(F, angles, method="least-squares")
     size = np.ptp(default, axis=0).max()
     loop = np.array(igl.boundary_loop(F))

@@ -13,7 +13,7 @@ from functools import partial
 
 from meshes import crown, shared
 
-from igl_linabf import OutcomeWarning, abf, flatten, linabf, quality
+from igl_linabf import LinABF, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.flattening import bare_lscm, medians
 from igl_linabf.surface import planar
 
@@ -37,7 +37,7 @@ def main() -> None:
         medians(calls, 1)  # a warm-up
         lscm, *times = medians(calls, options.repeat)
         results = [flatten(V, F, "lscm")]
-        results += [flatten(V, F, iterations=iterations) for iterations in (1, "auto", 12)]
+        results += [flatten(V, F, LinABF(iterations=iterations)) for iterations in (1, "auto", 12)]
         results += [flatten(V, F, "abf")]
         cells = []
         for result, seconds in zip(results, (lscm, *times), strict=True):

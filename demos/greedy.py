@@ -21,7 +21,7 @@ from cortex import cortex
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from igl_linabf import flatten, layout, quality
+from igl_linabf import LinABF, flatten, layout, quality
 from igl_linabf.io import read_mesh, replacing
 from igl_linabf.plot import fit, plot_compare
 
@@ -38,7 +38,7 @@ def depths(F: np.ndarray, seed: int) -> np.ndarray:
 
 def compare_layouts(V: np.ndarray, F: np.ndarray, iterations: int) -> tuple[np.ndarray, np.ndarray, list]:
     """Both maps, and (flipped, rms distance) of greedy by the distance from its seed, in bands."""
-    angles = flatten(V, F, iterations=iterations).angles
+    angles = flatten(V, F, LinABF(iterations=iterations)).angles
     greedy, least = (layout(F, angles, method=method) for method in ("greedy", "least-squares"))
     depth = depths(F, int(np.argmax(angles.min(axis=1))))
     greedy = fit(greedy, least)

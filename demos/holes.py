@@ -19,7 +19,7 @@ import numpy as np
 from compare_lscm import show
 from high_curvature import crown, rings
 
-from igl_linabf import flatten, layout
+from igl_linabf import LinABF, flatten, layout
 from igl_linabf.io import read_mesh
 from igl_linabf.plot import fit
 
@@ -39,7 +39,7 @@ if __name__ == "__main__":
         V, F = crown_without_tips()
         name = "holes"
     measured = show(V, F, Path("out") / name)
-    one, converged = (flatten(V, F, iterations=iterations) for iterations in (1, 12))
+    one, converged = (flatten(V, F, LinABF(iterations=iterations)) for iterations in (1, 12))
     print("\nhole of vertex  vertices  rotation    scale  translation: one step, then converged")
     for first, last in zip(one.holes, converged.holes, strict=True):
         print(f"{first.vertex:14}  {first.size:8}", end="")

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from igl_linabf import flatten
+from igl_linabf import ABF, LinABF, flatten
 from igl_linabf.io import replacing
 from igl_linabf.plot import fit, plot_compare
 
@@ -44,8 +44,8 @@ if __name__ == "__main__":
         print(f"{method:8} flipped triangles with each pair of pins: {flips}")
         assert min(flips) > 0
         maps[method] = flatten(V, F, method).uv
-    abf = flatten(V, F, "abf", tol=1e-10)
-    for label, result in (("linABF", flatten(V, F, iterations=1)), ("ABF", abf)):
+    abf = flatten(V, F, ABF(tol=1e-10))
+    for label, result in (("linABF", flatten(V, F, LinABF(iterations=1))), ("ABF", abf)):
         uv = fit(result.uv, abf.uv)
         far = np.linalg.norm(uv - abf.uv, axis=1).max() / np.ptp(abf.uv, axis=0).max()
         angle = np.degrees(np.abs(result.angles - abf.angles).max())
@@ -57,7 +57,7 @@ if __name__ == "__main__":
         assert far < 1e-3
         maps[label] = result.uv
     for name, threshold in (("with", 1.0), ("without", 7.0)):
-        step = flatten(V, F, iterations=1, threshold=threshold)
+        step = flatten(V, F, LinABF(iterations=1, threshold=threshold))
         left = step.after.vertex
         print(f"{name} the switch, what one step leaves of the {DEFICIT} rad: {left:.1e}")
         assert (left < 1e-4) if name == "with" else (left > 0.5)

@@ -16,7 +16,7 @@ from pathlib import Path
 import igl
 import numpy as np
 
-from igl_linabf import flatten
+from igl_linabf import LinABF, flatten
 from igl_linabf.io import replacing
 from igl_linabf.plot import plot_compare
 
@@ -39,7 +39,8 @@ if __name__ == "__main__":
     maps, flips = {}, []
     for iterations in (1, 2, 3):
         greedy, least = (
-            flatten(V, F, iterations=iterations, layout=layout) for layout in ("greedy", "least-squares")
+            flatten(V, F, LinABF(iterations=iterations, layout=layout))
+            for layout in ("greedy", "least-squares")
         )
         flips.append((len(greedy.flipped), len(least.flipped)))
         print(f"{iterations:10}  {greedy.after.wheel:14.1e}  {flips[-1][0]:15}  {flips[-1][1]:22}")

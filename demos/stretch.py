@@ -18,7 +18,7 @@ import numpy as np
 from pymeshfix import MeshFix
 from pymeshfix.examples import bunny_scan
 
-from igl_linabf import cut, find_seams, flatten, quality
+from igl_linabf import LinABF, cut, find_seams, flatten, quality
 from igl_linabf.io import read_mesh, replacing
 from igl_linabf.plot import plot_compare
 
@@ -48,7 +48,7 @@ if __name__ == "__main__":
         V, F, _ = cut(V, F, find_seams(V, F))
         maps = {
             "igl.lscm": flatten(V, F, "lscm").uv,
-            "linABF, one step": flatten(V, F, iterations=1).uv,
+            "linABF, one step": flatten(V, F, LinABF(iterations=1)).uv,
             "linABF": flatten(V, F).uv,
             "ABF": flatten(V, F, "abf").uv,
         }

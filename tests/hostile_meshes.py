@@ -188,9 +188,9 @@ def refusing(work: Callable[[], str]) -> str:
             )
 
 
-def check_disk(disk: Disk, method: str = "linabf", **options: object) -> str:
+def check_disk(disk: Disk, method: str | il.LinABF = "linabf", **where: object) -> str:
     V, F = disk.made()
-    return refusing(lambda: check_flattened(V, F, il.flatten(V, F, method, **options)))
+    return refusing(lambda: check_flattened(V, F, il.flatten(V, F, method, **where)))
 
 
 def check_unwrap(disk: Disk) -> str:
@@ -323,9 +323,10 @@ def check_options(seed: int) -> str:
         "outer": int(rng.integers(len(V))),
     }
     chosen = {name: value for name, value in options.items() if rng.random() < 0.3}
+    where = {"outer": chosen.pop("outer")} if "outer" in chosen else {}
     if rng.random() < 0.3:
-        chosen |= {"b": rng.choice(len(V), 2, replace=False), "bc": rng.normal(size=(2, 2))}
-    return check_disk(disk, **chosen)
+        where |= {"b": rng.choice(len(V), 2, replace=False), "bc": rng.normal(size=(2, 2))}
+    return check_disk(disk, il.LinABF(**chosen), **where)
 
 
 def check_dtypes(seed: int) -> str:

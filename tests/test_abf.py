@@ -9,7 +9,7 @@ from conftest import DISKS, STRESS, load
 from paper import right_hand_sides, rows
 from scipy import sparse
 
-from igl_linabf import Outcome, OutcomeWarning, abf, flatten, linabf, quality
+from igl_linabf import ABF, Outcome, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.angles import SMALLEST, corner_angles, initial_estimate
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import planar
@@ -57,7 +57,7 @@ def test_it_converges_to_a_flat_mesh_where_the_objective_is_stationary(name: str
     if name.endswith("face.obj") and not has_cholmod():
         pytest.skip("SuperLU takes minutes for the full system of face")
     V, F = cone(1.0) if name == "cone" else load(name)
-    result = flatten(V, F, "abf", tol=1e-9)
+    result = flatten(V, F, ABF(tol=1e-9))
     assert result.outcome is Outcome.CONVERGED
     assert result.iterations <= (16 if name.startswith("disk") else 60)
     vertex_and_wheel, triangle = right_hand_sides(planar(V, F).topology, result.angles.T)
@@ -86,8 +86,8 @@ def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) ->
     alpha = igl.internal_angles(V, F)
     # of the angles, since rounding moves those of a map whose scale varies as lion_o's does
     default, exact = (
-        float((((flatten(V, F, "abf", **tol).angles - alpha) / alpha) ** 2).mean())
-        for tol in ({}, {"tol": 1e-10})
+        float((((flatten(V, F, method).angles - alpha) / alpha) ** 2).mean())
+        for method in ("abf", ABF(tol=1e-10))
     )
     assert abs(default / exact - 1) <= 5e-5
 
@@ -105,7 +105,7 @@ def test_it_says_where_it_did_not_converge() -> None:
     V, F = load("bumps")
     with pytest.warns(OutcomeWarning, match="did not converge in its feasible form"):
         uv = abf(V, F, tol=1e-17)
-    assert flatten(V, F, "abf", tol=1e-17).outcome is Outcome.NOT_CONVERGED
+    assert flatten(V, F, ABF(tol=1e-17)).outcome is Outcome.NOT_CONVERGED
     assert np.allclose(uv, abf(V, F, tol=1e-9), atol=1e-6)
 
 

@@ -10,7 +10,7 @@ import pytest
 from conftest import load, pixels
 from test_cli import run
 
-from igl_linabf import FallbackWarning, MeshError, compare, flatten, quality
+from igl_linabf import FallbackWarning, LinABF, MeshError, compare, flatten, quality
 from igl_linabf.flattening import LABELS, METHODS
 from igl_linabf.flattening import other_programs as peers
 
@@ -41,7 +41,9 @@ def test_every_method_has_its_row_with_its_figures() -> None:
 def test_options_reach_linear_abf_and_vertices_of_no_face_stay_out() -> None:
     V, F = load("bumps")
     with pytest.warns(UserWarning, match="belong to no face"):
-        table = compare(np.vstack(([[9, 9, 9]], V)), F + 1, repeat=1, others=False, iterations=3)
+        table = compare(
+            np.vstack(([[9, 9, 9]], V)), F + 1, ["lscm", LinABF(iterations=3), "abf"], repeat=1, others=False
+        )
     assert table.entries["linABF"].iterations == 3
     for uv in table.maps.values():
         assert np.isnan(uv[0]).all()

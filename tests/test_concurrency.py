@@ -18,7 +18,7 @@ import pytest
 from conftest import ROOT, bumps
 from hostile_meshes import Disk, doubled
 
-from igl_linabf import flatten, unwrap
+from igl_linabf import LinABF, flatten, unwrap
 from igl_linabf.io import write_obj
 from igl_linabf.linalg import has_cholmod
 
@@ -36,8 +36,7 @@ def fingerprint(kind: str, seed: int) -> str:
         arrays = [atlas.TC, atlas.FTC, atlas.seams]
     else:
         V, F = Disk(n=len(V), holes=seed % 3, seed=seed).made() if seed % 2 else (V, F)
-        options = {"solver": kind} if kind in ("multigrid", "direct") else {}
-        result = flatten(V, F, kind if kind in ("abf", "lscm") else "linabf", **options)
+        result = flatten(V, F, LinABF(solver=kind) if kind in ("multigrid", "direct") else kind)
         arrays = [result.uv, result.angles]
     digest = hashlib.sha256()
     for array in arrays:

@@ -8,7 +8,7 @@ import pytest
 from conftest import HOLES, best_fit_distance, load
 from high_curvature import rings
 
-from igl_linabf import MeshError, Outcome, abf, flatten, layout, linabf, quality
+from igl_linabf import ABF, LinABF, MeshError, Outcome, abf, flatten, layout, linabf, quality
 from igl_linabf.angles import (
     AngleSolver,
     Border,
@@ -73,7 +73,7 @@ def test_a_flat_plate_with_holes_comes_back_as_itself(name: str, method: str) ->
 @pytest.mark.parametrize("name", CURVED)
 def test_every_closure_residual_vanishes_within_twelve_iterations(name: str) -> None:
     V, F = surface(name)
-    result = flatten(V, F, iterations=12)
+    result = flatten(V, F, LinABF(iterations=12))
     assert result.outcome is Outcome.CONVERGED
     assert result.iterations <= 12
     assert result.holes
@@ -85,7 +85,7 @@ def test_every_closure_residual_vanishes_within_twelve_iterations(name: str) -> 
 @pytest.mark.parametrize("name", CURVED)
 def test_converged_angles_make_a_single_valued_map_around_every_hole(name: str) -> None:
     V, F = surface(name)
-    for angles in (flatten(V, F, iterations=12).angles, flatten(V, F, "abf", tol=1e-9).angles):
+    for angles in (flatten(V, F, LinABF(iterations=12)).angles, flatten(V, F, ABF(tol=1e-9)).angles):
         least, greedy = (layout(F, angles, method=method) for method in ("least-squares", "greedy"))
         assert best_fit_distance(greedy, least) < 1e-5
         assert np.abs(igl.internal_angles(least, F) - angles).max() < 1e-5
@@ -193,10 +193,10 @@ def test_the_outer_loop_is_the_longest_or_the_one_that_is_asked_for() -> None:
     found = igl.boundary_loop_all(F)
     length = [np.linalg.norm(V[loop] - V[np.roll(loop, 1)], axis=1).sum() for loop in found]
     loops = [found[i] for i in np.argsort(length)]
-    default = flatten(V, F, iterations=12)
+    default = flatten(V, F, LinABF(iterations=12))
     assert {hole.vertex in loops[-1] for hole in default.holes} == {False}
     small = int(loops[0][1])
-    other = flatten(V, F, iterations=12, outer=small)
+    other = flatten(V, F, LinABF(iterations=12), outer=small)
     assert sum(hole.vertex in loops[-1] for hole in other.holes) == 1
     assert not any(hole.vertex in loops[0] for hole in other.holes)
     assert max(hole.largest for hole in other.holes) < 1e-8

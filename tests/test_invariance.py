@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conftest import load
 
-from igl_linabf import abf, flatten, linabf
+from igl_linabf import LinABF, abf, flatten, linabf
 
 NAMES = ("bumps", "cortex", "disk__igl_camel_b.obj", "disk__igl_lion.off", "stress__optcuts_golf.obj")
 
@@ -36,9 +36,9 @@ def test_numbering_of_vertices_faces_and_corners(name: str, layout: str) -> None
     renumbered = np.empty_like(V)
     renumbered[new] = V
     # one exact step, so that the angles contradict each other and the layouts have to agree on how
-    options = {"layout": layout, "iterations": 1, "rtol": 1e-10}
-    a = flatten(V, F, **options)
-    b = flatten(renumbered, new[turned][rng.permutation(len(F))], **options)
+    method = LinABF(layout=layout, iterations=1, rtol=1e-10)
+    a = flatten(V, F, method)
+    b = flatten(renumbered, new[turned][rng.permutation(len(F))], method)
     assert a.layout == b.layout
     assert np.abs(b.uv[new] - a.uv).max() <= 1e-7 * size(a.uv)
 
@@ -64,7 +64,7 @@ def test_pins_do_not_depend_on_numbering(name: str) -> None:
         options = {"layout": layout, "rtol": 1e-10}
         uv = linabf(V, F, b, bc, **options)
         assert np.abs(uv[b] - bc).max() <= 1e-12
-        again = linabf(renumbered, new[F], new[b], bc, **options)[new]
+        again = linabf(renumbered, new[F], new[b], bc, method)[new]
         assert np.abs(again - uv).max() <= 1e-6 * size(uv)
 
 

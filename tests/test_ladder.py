@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import numpy as np
 import pytest
 from conftest import HOLES, STRESS, load, tree_cut
 
-from igl_linabf import Outcome, abf, flatten, quality
+from igl_linabf import ABF, LinABF, Outcome, abf, flatten, quality
 from igl_linabf.layouts import injective, on_circle
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import centred, planar, signed_double_areas
@@ -39,7 +40,7 @@ def test_no_flips_on_closed_surfaces_cut_with_few_leaves(name: str, leaves: int)
 
 def test_the_guarantee_leaves_no_flips_on_deer() -> None:
     V, F = load(DEER)
-    default, sure = flatten(V, F), flatten(V, F, guarantee="injective")
+    default, sure = flatten(V, F), flatten(V, F, LinABF(guarantee="injective"))
     assert default.outcome is Outcome.FLIPPED
     assert sure.outcome is Outcome.VALID
     assert sure.layout == "SLIM"
@@ -56,7 +57,7 @@ def test_rungs_are_climbed_only_as_far_as_needed() -> None:
     }
     for name, expected in names.items():
         V, F = load(name)
-        result = flatten(V, F, guarantee="injective")
+        result = flatten(V, F, LinABF(guarantee="injective"))
         assert [rung.name for rung in result.ladder] == expected
         assert all(rung.failed for rung in result.ladder[:-1])
         assert result.ladder[-1].flips == 0
@@ -67,15 +68,15 @@ def test_the_guarantee_changes_nothing_where_nothing_is_flipped() -> None:
     for name in ("bumps", *STRESS):
         if name != DEER:
             V, F = load(name)
-            assert (flatten(V, F).uv == flatten(V, F, guarantee="injective").uv).all()
+            assert (flatten(V, F).uv == flatten(V, F, LinABF(guarantee="injective")).uv).all()
 
 
 def test_the_guarantee_helps_the_paper_s_step_and_abf() -> None:
     V, F = tree_cut(*load("closed__igl_cow.off"), 2, seed=0)
     b, bc = [0, 17], [[1.0, 2.0], [3.0, 2.0]]
-    for options in ({"iterations": 1}, {"method": "abf"}):
-        bare = flatten(V, F, **options)
-        sure = flatten(V, F, b=b, bc=bc, guarantee="injective", **options)
+    for method in (LinABF(iterations=1), ABF()):
+        bare = flatten(V, F, method)
+        sure = flatten(V, F, replace(method, guarantee="injective"), b, bc)
         assert len(bare.flipped)
         assert exactly_flipped(sure.uv, F) == 0
         assert np.allclose(sure.uv[b], bc)
@@ -106,4 +107,4 @@ def test_embeddings_in_a_circle_are_valid(name: str) -> None:
 
 def test_what_guarantee_may_be_is_said() -> None:
     with pytest.raises(ValueError, match="guarantee is 'bijective'"):
-        flatten(*load("bumps"), guarantee="bijective")
+        LinABF(guarantee="bijective")

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import DISKS, best_fit_distance, load
 
-from igl_linabf import MeshError, flatten, layout, linabf, linabf_angles
+from igl_linabf import LinABF, MeshError, flatten, layout, linabf, linabf_angles
 
 METHODS = ("boundary", "least-squares", "greedy")
 
@@ -28,7 +28,7 @@ def test_all_layouts_agree_on_consistent_angles(name: str) -> None:
 def test_a_flat_mesh_comes_back_as_itself(name: str, method: str) -> None:
     V, F = load(name)
     flat = V * [1, 1, 0]
-    result = flatten(flat, F, layout=method)
+    result = flatten(flat, F, LinABF(layout=method))
     assert best_fit_distance(result.uv, flat[:, :2]) <= 1e-6
     assert result.outcome.value == "converged"
     assert result.iterations == 0
@@ -70,7 +70,7 @@ def test_pins_matter_little_after_one_step_and_not_after_convergence() -> None:
 
 def test_auto_takes_the_boundary_only_where_it_closes() -> None:
     V, F = load("disk__igl_camel_b.obj")
-    one = flatten(V, F, iterations=1)
+    one = flatten(V, F, LinABF(iterations=1))
     assert one.gap > 1e-2
     assert one.layout == "least-squares"
     both = flatten(V, F)

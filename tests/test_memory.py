@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from conftest import bumps, load
 
-from igl_linabf import FallbackWarning, MeshError, flatten
+from igl_linabf import FallbackWarning, LinABF, MeshError, flatten
 from igl_linabf.linalg import has_cholmod, memory
 
 LIMITED = """
@@ -42,12 +42,12 @@ def bytes_free(monkeypatch):
 @pytest.mark.skipif(not has_cholmod(), reason="scikit-sparse is not installed: there is no factor")
 def test_multigrid_takes_over_where_the_factor_does_not_fit(bytes_free, monkeypatch) -> None:
     V, F = bumps(8000)
-    expected = flatten(V, F, rtol=1e-10)
+    expected = flatten(V, F, LinABF(rtol=1e-10))
     assert "CHOLMOD" in expected.solver
     monkeypatch.setattr(memory, "PER_FACE", 1)
     bytes_free(memory.factor_bytes(len(V) // 2, 8))
     with pytest.warns(FallbackWarning, match="memory.*multigrid is used instead"):
-        result = flatten(V, F, rtol=1e-10)
+        result = flatten(V, F, LinABF(rtol=1e-10))
     assert result.outcome.good
     assert "PyAMG, for want of memory" in result.solver
     assert "PyAMG, for want of memory" in result.layout_solver
@@ -62,7 +62,7 @@ def test_what_does_not_fit_at_all_is_refused_with_the_estimate(bytes_free) -> No
     # least squares needs a factor in any case
     bytes_free(memory.PER_FACE * len(F) + 1)
     with pytest.raises(MeshError, match="decimate the mesh"):
-        flatten(V, F, layout="least-squares")
+        flatten(V, F, LinABF(layout="least-squares"))
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="limits of the address space are Linux's")

@@ -7,7 +7,7 @@ import pytest
 from conftest import load
 from scipy import sparse
 
-from igl_linabf import FallbackWarning, MeshError, flatten, layout, linabf
+from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, layout, linabf
 from igl_linabf.linalg import NotPositiveDefiniteError, Solvers, SuperLU
 from igl_linabf.linalg import factors as solver
 
@@ -17,7 +17,9 @@ needs_cholmod = pytest.mark.skipif(not solver.has_cholmod(), reason="scikit-spar
 @pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_camelhead.off"])
 def test_every_solver_gives_the_same_map(name: str) -> None:
     V, F = load(name)
-    maps = {s: flatten(V, F, iterations=1, rtol=1e-11, solver=s) for s in ("auto", "multigrid", "direct")}
+    maps = {
+        s: flatten(V, F, LinABF(iterations=1, rtol=1e-11, solver=s)) for s in ("auto", "multigrid", "direct")
+    }
     first = maps["auto"].uv
     for result in maps.values():
         assert np.abs(result.uv - first).max() <= 1e-7 * np.ptp(first)
@@ -37,7 +39,7 @@ def test_without_scikit_sparse_all_works_with_one_warning(monkeypatch) -> None:
             assert np.abs(without - uv).max() <= 1e-7 * np.ptp(uv)
     assert len(caught) == 1
     assert caught[0].filename == __file__
-    direct = flatten(V, F, iterations=1, solver="direct")
+    direct = flatten(V, F, LinABF(iterations=1, solver="direct"))
     assert direct.solver == "direct, SuperLU"
     with pytest.raises(ImportError, match="libsuitesparse-dev"):
         linabf(V, F, solver="cholmod")
@@ -66,7 +68,7 @@ def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> No
     assert factored == [n, slivers, n]  # the last is the layout's
     analysed.clear()
     factored.clear()
-    result = flatten(V, F, iterations=12)
+    result = flatten(V, F, LinABF(iterations=12))
     assert analysed == [n, slivers]
     assert factored == [n, slivers] * result.iterations + [n]
 
@@ -75,18 +77,18 @@ def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> No
 @pytest.mark.parametrize("metis_from", [0, 10**9])
 def test_supernodal_and_simplicial_factors_agree(monkeypatch, metis_from: int) -> None:
     V, F = load("cortex")
-    uv = flatten(V, F, rtol=1e-11).uv
+    uv = flatten(V, F, LinABF(rtol=1e-11)).uv
     monkeypatch.setattr(solver, "SIMPLICIAL_UP_TO", 0)
     monkeypatch.setattr(solver, "METIS_FROM", metis_from)
-    assert np.abs(flatten(V, F, rtol=1e-11).uv - uv).max() <= 1e-9 * np.ptp(uv)
+    assert np.abs(flatten(V, F, LinABF(rtol=1e-11)).uv - uv).max() <= 1e-9 * np.ptp(uv)
 
 
 def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkeypatch) -> None:
     V, F = load("cortex")
-    expected = flatten(V, F, iterations=2, solver="direct")
+    expected = flatten(V, F, LinABF(iterations=2, solver="direct"))
     monkeypatch.setattr(solver.conjugate_gradients, "__defaults__", (2,))
     with pytest.warns(FallbackWarning, match="did not converge") as caught:
-        result = flatten(V, F, iterations=2, rtol=1e-10, layout="greedy")
+        result = flatten(V, F, LinABF(iterations=2, rtol=1e-10, layout="greedy"))
     assert len([w for w in caught if "did not converge" in str(w.message)]) == 1
     assert result.solver.startswith("direct")
     assert "after conjugate gradients" in result.solver
@@ -131,7 +133,7 @@ def test_complex_hermitian_systems_are_factored(name: str) -> None:
 
 def test_where_multigrid_does_not_reach_the_layout_it_is_factored(monkeypatch) -> None:
     V, F = load("cortex")
-    angles = flatten(V, F, iterations=12).angles
+    angles = flatten(V, F, LinABF(iterations=12)).angles
     expected = layout(F, angles)
     monkeypatch.setattr(solver.conjugate_gradients, "__defaults__", (3,))
     with pytest.warns(FallbackWarning, match="PyAMG did not solve the layout"):
@@ -142,7 +144,7 @@ def test_where_multigrid_does_not_reach_the_layout_it_is_factored(monkeypatch) -
 @pytest.mark.filterwarnings("ignore:PyAMG did not solve the layout")
 def test_maps_that_need_all_digits_get_them_without_cholmod() -> None:
     V, F = load("disk__optcuts_lion_o_f10000.obj")
-    result = flatten(V, F, solver="multigrid")
+    result = flatten(V, F, LinABF(solver="multigrid"))
     assert len(result.flipped) == 0
     assert result.layout_solver == "SuperLU"
 
@@ -156,6 +158,6 @@ def test_a_singular_layout_is_an_error_with_a_place(monkeypatch) -> None:
     for kind in (SuperLU, solver.Cholmod):
         monkeypatch.setattr(kind, "factor", singular)
     with pytest.raises(MeshError, match=r"singular in double precision.*faces \d+.*remove"):
-        flatten(V * [1, 1, 0], F, layout="least-squares")
+        flatten(V * [1, 1, 0], F, LinABF(layout="least-squares"))
     with pytest.warns(FallbackWarning), pytest.raises(MeshError, match=r"singular.*faces \d+.*rad"):
         flatten(V, F)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from conftest import DISKS, STRESS, load
 
-from igl_linabf import FallbackWarning, Outcome, OutcomeWarning, flatten, linabf, quality
+from igl_linabf import FallbackWarning, LinABF, Outcome, OutcomeWarning, flatten, linabf, quality
 
 # F/3nt of one iteration (design, section 6; within 2 %)
 ONE_ITERATION = {
@@ -23,7 +23,7 @@ HOLDS_FLIPS = "stress__flipfree_deer.obj"  # its map spans more than double prec
 @pytest.mark.parametrize("name", ONE_ITERATION)
 def test_one_iteration_reaches_the_angle_distortion_of_the_design(name: str) -> None:
     V, F = load(name)
-    result = flatten(V, F, iterations=1)
+    result = flatten(V, F, LinABF(iterations=1))
     measured = quality(V, F, result.uv)
     assert result.iterations == 1
     assert measured.flips == 0
@@ -35,7 +35,7 @@ def test_no_flips_by_default_and_residual_gone_when_converged(name: str) -> None
     if name == HOLDS_FLIPS:
         pytest.skip("tested below")
     V, F = load(name)
-    auto, converged = flatten(V, F), flatten(V, F, iterations=12)
+    auto, converged = flatten(V, F), flatten(V, F, LinABF(iterations=12))
     for result in (auto, converged):
         assert quality(V, F, result.uv).flips == 0
         assert result.outcome.good
@@ -93,20 +93,20 @@ def test_auto_goes_on_only_where_it_must() -> None:
 def test_the_bare_scheme_leaves_the_triangles_where_the_safeguard_does_not() -> None:
     V, F = load("stress__optcuts_male_body_i_f10000.obj")
     with pytest.warns(FallbackWarning, match="not within|factored"):
-        bare = flatten(V, F, iterations=1, safeguard=False)
+        bare = flatten(V, F, LinABF(iterations=1, safeguard=False))
     assert bare.outcome is Outcome.ANGLES_INVALID
     assert (bare.angles <= 0).any()
-    safe = flatten(V, F, iterations=1)
+    safe = flatten(V, F, LinABF(iterations=1))
     assert safe.outcome is Outcome.VALID
     assert (safe.angles > 0).all()
     V, F = load("cortex")
-    assert flatten(V, F, iterations=1, safeguard=False).outcome is Outcome.VALID
+    assert flatten(V, F, LinABF(iterations=1, safeguard=False)).outcome is Outcome.VALID
 
 
 @pytest.mark.parametrize("options", [{"iterations": 0}, {"iterations": 1.5}, {"rtol": 0}, {"layout": "x"}])
 def test_options_that_mean_nothing_are_refused(options: dict) -> None:
     V, F = load("bumps")
     with pytest.raises(ValueError, match="use"):
-        flatten(V, F, **options)
+        flatten(V, F, LinABF(**options))
     with pytest.raises(ValueError, match="use one of"):
         flatten(V, F, "nonesuch")

@@ -118,7 +118,7 @@ def compare(
     >>> list(table.entries), table.entries["linABF"].quality.flips
     (['igl.lscm', 'linABF'], 0)
     """
-    chosen = [method_of(method) for method in methods]
+    chosen = [method_of(method, several=True) for method in methods]
     if repeat < 1:
         raise ValueError(f"repeat is {repeat!r}: use an integer from 1 on")
     first = [flatten(V, F, method, outer=outer) for method in chosen]

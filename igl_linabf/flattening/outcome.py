@@ -36,8 +36,8 @@ def judge(
     fit = f"largest angle residual {residual:.1e}"
     if len(invalid):
         return Outcome.ANGLES_INVALID, (
-            f"the target angles of faces {some(invalid)} left (0, pi), and {len(flipped)} triangles of the map "
-            "are flipped: use linear ABF with its safeguard, or converged ABF"
+            f"the target angles of faces {some(invalid)} left (0, pi), and {len(flipped)} triangles of the "
+            "map are flipped: use linear ABF with its safeguard, or converged ABF"
         )
     ratio = span(mesh, made.z)
     wide = f"area scale varies by a factor of {ratio:.0e}{' or more' if ratio > ALL_DIGITS else ''}"

@@ -1,0 +1,51 @@
+"""The angles to start from: those of the surface, and the paper's initial estimate (section 4.2)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..surface import FloatArray, IntArray, Mesh, Topology
+
+CAP_ANGLE = 1e-7  # radians below pi above which a triangle's largest angle is too large
+
+
+def corner_angles(mesh: Mesh) -> FloatArray:
+    """Angles of the surface's triangles, (3, #F) radians."""
+    return np.arctan2(mesh.double_area, mesh.dot)
+
+
+def opened(alpha: FloatArray, least: float = CAP_ANGLE) -> tuple[FloatArray, IntArray]:
+    """Angles (3, #F) with no angle within `least` of pi, and the faces where that took a repair.
+
+    The two small angles of such a cap are scaled to sum to `least`. Beyond that, double precision
+    does not hold its cotangents beside those of the faces around; needles, with one small angle,
+    are no trouble.
+    """
+    rest = alpha.sum(axis=0) - alpha.max(axis=0)
+    caps = np.flatnonzero(rest < least)
+    if not len(caps):
+        return alpha, caps
+    alpha = alpha.copy()
+    small = alpha[:, caps] < np.pi / 2
+    alpha[:, caps] = np.where(small, alpha[:, caps] * (least / rest[caps]), np.pi - least)
+    return alpha, caps
+
+
+def initial_estimate(
+    topology: Topology, alpha: FloatArray, threshold: float = 1.0, to_triangles: bool = True
+) -> FloatArray:
+    """The paper's initial estimate (section 4.2), (3, #F) radians.
+
+    Around an interior vertex whose angles miss 2 pi by more than `threshold` radians they are
+    scaled to sum to 2 pi (the exponential map of the one-ring); elsewhere, and on the boundary,
+    they stay. With `to_triangles` each triangle's angles are then scaled to sum to pi, so that
+    the estimate is one of real triangles and the linearisation is taken at a sound point.
+    """
+    estimate = alpha
+    total = topology.sum_at_vertices(alpha)
+    far = topology.interior & (np.abs(total - 2 * np.pi) > threshold)
+    if far.any():
+        estimate = alpha * np.where(far, 2 * np.pi / total, 1.0)[topology.corner]
+        if to_triangles:
+            estimate *= np.pi / estimate.sum(axis=0)
+    return estimate

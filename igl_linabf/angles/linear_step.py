@@ -1,0 +1,379 @@
+"""One step of linear ABF: linearise the constraints, solve for the angle errors, add them.
+
+    lin = linearise(problem, at)            # the system at the angles, factored
+    direction = solve(lin, at, rtol)        # the errors e
+    at, step = advance(problem, at, direction, "step")
+
+Nothing of this is changed afterwards. A chord is another `solve` with the same `lin`.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import linalg
+
+from .._runtime import progress, timed
+from ..errors import FallbackWarning, SingularSystemError, some, stack_level
+from ..linalg import (
+    MAX_CG_STEPS,
+    Analysis,
+    Factored,
+    NotPositiveDefiniteError,
+    Pattern,
+    Solvers,
+    Symmetric,
+    conjugate_gradients,
+)
+from ..surface import BoolArray, FloatArray
+from .closure import ClosingRows
+from .constraints import Constraints, Residual, residual
+from .preconditioner import SliverRows, Solve, conformal_inverse, corrected
+from .reduced import System
+
+REACH = 0.7  # share of the way to a vanishing angle that a triangle's step may go
+
+Kind = Literal["step", "chord", "anchored", "feasible", "restoration"]
+
+
+@dataclass(frozen=True, eq=False)
+class AngleProblem:
+    """The angles of a flat mesh are looked for, near an initial estimate.
+
+    Attributes
+    ----------
+    constraints : Constraints
+    estimate : (3, #F) float64
+        The initial estimate alpha_0, radians.
+    solvers : Solvers
+    safeguard : bool
+        Cut a triangle's step short so that its angles stay positive; False is the paper's bare scheme.
+    """
+
+    constraints: Constraints
+    estimate: FloatArray
+    solvers: Solvers
+    safeguard: bool = True
+
+    @cached_property
+    def pattern(self) -> Pattern:
+        """The graph of the rows."""
+        return Pattern(self.constraints.topology, self.constraints.row, self.constraints.n)
+
+    @cached_property
+    def start(self) -> Iterate:
+        """The initial estimate."""
+        return self.at(self.estimate)
+
+    def at(self, alpha: FloatArray) -> Iterate:
+        """Given angles, (3, #F) radians."""
+        return Iterate(alpha, residual(self.constraints, alpha))
+
+    def invalid(self, at: Iterate) -> BoolArray:
+        """Triangles with an angle outside (0, pi), which only the bare scheme makes, (#F,)."""
+        if self.safeguard:
+            return np.zeros(at.alpha.shape[1], dtype=bool)
+        return np.asarray(~((at.alpha > 0) & (at.alpha < np.pi)).all(axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class Iterate:
+    """Angles on their way to a flat mesh, (3, #F) radians, and what they miss of the constraints."""
+
+    alpha: FloatArray
+    residual: Residual
+
+
+@dataclass(frozen=True)
+class Step:
+    """What one linear solve did.
+
+    Attributes
+    ----------
+    kind : str
+        "step": the system was taken at the angles before it, which also weigh the errors; "chord":
+        kept from the last step; "anchored", "feasible" and "restoration": converged ABF's.
+    inner_steps : int
+        Conjugate gradient steps; 0 where the system was factored.
+    limited : int
+        Triangles whose step was cut short because all of it would have taken an angle to zero.
+    residual : float
+        Largest residual of the three constraint families after it.
+    """
+
+    kind: Kind
+    inner_steps: int
+    limited: int
+    residual: float
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """The constraints linearised at some angles, and what solves them.
+
+    Attributes
+    ----------
+    problem : AngleProblem
+    system : System
+    S : Symmetric
+        The reduced matrix.
+    closing : ClosingRows or None
+        The rows that close the loops of holes.
+    laplacian : Analysis or None
+        Of the Laplacians over the problem's pattern; the layout's is one of them.
+    inverse : callable or None
+        The preconditioner's L_s^-1, for one or several right-hand sides.
+    slivers : SliverRows or None
+        The rows that are corrected for.
+    precondition : callable or None
+        diag(L_s, L_s)^-1, bordered and corrected.
+    whole : Factored or None
+        The factor of S, where it was factored as a whole.
+    whole_analysis : Analysis or None
+    how : str
+        What solves it.
+    fallback : str
+        Why S was factored here or earlier, though that was not asked for; "" where it was not.
+    """
+
+    problem: AngleProblem
+    system: System
+    S: Symmetric
+    closing: ClosingRows | None
+    laplacian: Analysis | None = None
+    inverse: Solve | None = None
+    slivers: SliverRows | None = None
+    precondition: Solve | None = None
+    whole: Factored | None = None
+    whole_analysis: Analysis | None = None
+    how: str = "none"
+    fallback: str = ""
+
+    def product(self, x: FloatArray) -> FloatArray:
+        """The system's matrix times x."""
+        return self.S.matvec(x) if self.closing is None else self.closing.matvec(self.S.matvec, x)
+
+    def at_vertices(self, x: FloatArray) -> FloatArray:
+        """Multipliers of the vertex and the wheel constraint of each single vertex, (#V, 2)."""
+        n = 2 * self.problem.constraints.n
+        own = self.system.at_vertices(x[:n].reshape(-1, 2))
+        return own if self.closing is None else own + self.closing.at_vertices(x[n:])
+
+
+@dataclass(frozen=True, eq=False)
+class Direction:
+    """The errors that the linearised constraints ask for.
+
+    Attributes
+    ----------
+    e : (3, #F) float64
+    x : (2 #rows + 2 #holes,) float64
+        The multipliers.
+    inner_steps : int
+    lin : Linearised
+        What solved it in the end, to go on with.
+    """
+
+    e: FloatArray
+    x: FloatArray
+    inner_steps: int
+    lin: Linearised
+
+
+def linearise(
+    problem: AngleProblem,
+    at: Iterate,
+    weights: FloatArray | None = None,
+    reuse: Linearised | None = None,
+    *,
+    close: bool = True,
+    same_factor: bool = False,
+    same_slivers: bool = True,
+) -> Linearised:
+    """Linearise the constraints at some angles, and prepare to solve for errors weighed by `weights`.
+
+    Parameters
+    ----------
+    problem : AngleProblem
+    at : Iterate
+    weights : (3, #F) float64, optional
+        The w of sum e^2 / w; by default alpha^2 (eq. 11).
+    reuse : Linearised, optional
+        An earlier one, of which the analyses are kept.
+    close : bool
+        With the rows that close the loops of holes.
+    same_factor : bool
+        Precondition by the factor of `reuse`.
+    same_slivers : bool
+        Correct for the same rows as `reuse`.
+
+    Raises
+    ------
+    SingularSystemError
+    """
+    with timed("assembly"):
+        system = System(problem.constraints, problem.pattern, at.alpha, weights)
+        S = system.matrix() if problem.constraints.n else Symmetric(sparse.csr_array((0, 0)))
+        closure = at.residual.closure
+        closing = ClosingRows(system, closure) if close and len(closure.gap) else None
+    lin = Linearised(problem, system, S, closing)
+    if not problem.constraints.n:
+        return lin  # every vertex is on the boundary: the estimate is flat
+    if reuse is not None:
+        slivers = reuse.slivers if same_slivers else None
+        lin = replace(
+            lin,
+            laplacian=reuse.laplacian,
+            inverse=reuse.inverse if same_factor else None,
+            slivers=slivers,
+            whole_analysis=reuse.whole_analysis,
+            fallback=reuse.fallback,
+        )
+    if problem.solvers.direct:
+        return _factored(lin, at)
+    try:
+        return _preconditioned(lin)
+    except NotPositiveDefiniteError:
+        return _fallen_back(lin, at, "the preconditioner is singular in double precision")
+
+
+def _preconditioned(lin: Linearised) -> Linearised:
+    """With diag(L_s, L_s)^-1, bordered by the closing rows, and corrected on the rows of slivers."""
+    solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
+    # the closing rows' Schur complement needs the Laplacian of these very angles
+    if laplacian is None or inverse is None or lin.closing is not None:
+        with timed("assembly"):
+            lower = lin.system.laplacian()
+        with timed("analysis"):
+            laplacian = laplacian or solvers.laplacian(lower)
+        with timed("factor"):
+            inverse = laplacian.preconditioner(lower)
+    with timed("factor"):
+        precondition = conformal_inverse(lin.system, lin.closing, inverse)
+        slivers = lin.slivers or SliverRows.of(lin.system, lin.S, solvers)
+        precondition = corrected(precondition, slivers, lin.S, lin.closing)
+    return replace(
+        lin,
+        laplacian=laplacian,
+        inverse=inverse,
+        slivers=slivers,
+        precondition=precondition,
+        how=f"conjugate gradients, {laplacian.name}",
+    )
+
+
+def _factored(lin: Linearised, at: Iterate) -> Linearised:
+    """With the factor of S."""
+    with timed("analysis"):
+        lower = lin.S.lower()
+        analysis = lin.whole_analysis or lin.problem.solvers.whole(lower)
+    try:
+        with timed("factor"):
+            whole = analysis.factor(lower)
+    except NotPositiveDefiniteError as error:
+        raise _singular(lin.problem, at, lin.problem.constraints.row == error.row // 2) from None
+    return replace(lin, whole=whole, whole_analysis=analysis, how=f"direct, {whole.name}")
+
+
+def _fallen_back(lin: Linearised, at: Iterate, reason: str) -> Linearised:
+    if not lin.fallback:
+        warnings.warn(f"{reason}: the whole system is factored", FallbackWarning, stacklevel=stack_level())
+    lin = _factored(replace(lin, fallback=reason), at)
+    return replace(lin, how=f"{lin.how}, after {reason}")
+
+
+def _singular(problem: AngleProblem, at: Iterate, vertices: BoolArray) -> SingularSystemError:
+    """What is said where the rows of some vertices cannot be told apart in double precision."""
+    faces = np.flatnonzero(vertices[problem.constraints.topology.corner].any(axis=0))
+    thin = faces[np.argsort(at.alpha[:, faces].min(axis=0), kind="stable")]
+    return SingularSystemError(
+        f"the angle system is singular in double precision at faces {some(thin)} (the thinnest has an "
+        f"angle of {at.alpha[:, thin[0]].min():.1e} rad): remove the degenerate ones, or cut the mesh"
+    )
+
+
+def solve(
+    lin: Linearised,
+    at: Iterate,
+    rtol: float,
+    gradient: FloatArray | None = None,
+    start: FloatArray | None = None,
+) -> Direction:
+    """Solve for the errors e that the linearised constraints ask for at the angles `at`.
+
+    They minimise sum e^2 / (2 w) + gradient e under A e = b (eq. 11-16, reduced):
+    S x = r - M e0, e = e0 + P M^T x.
+
+    Parameters
+    ----------
+    lin : Linearised
+    at : Iterate
+    rtol : float
+        Relative residual of conjugate gradients.
+    gradient : (3, #F) float64, optional
+    start : float64 array, optional
+        Multipliers to begin at; `rtol` then is relative to what is missing there.
+    """
+    if not lin.problem.constraints.n:
+        return Direction(np.zeros_like(at.alpha), np.empty(0), 0, lin)
+    b, system = at.residual, lin.system
+    with timed("assembly"):
+        e0 = system.w * (b.triangle / system.d)
+        if gradient is not None:
+            e0 = e0 - system.projected(gradient)
+        rhs = (np.column_stack((b.vertex, b.wheel)) - system.rows(e0)).ravel()
+        if lin.closing is not None:
+            gap = b.closure.gap
+            rhs = np.concatenate((rhs, -np.column_stack((gap.real, gap.imag)).ravel() - lin.closing.rows(e0)))
+        if start is not None:
+            start = np.append(start, np.zeros(len(rhs) - len(start)))  # where the closing rows are new
+            rhs -= lin.product(start)
+    with timed("solve"):
+        x, inner_steps, lin = _multipliers(lin, at, rhs, rtol)
+    with timed("assembly"):
+        if start is not None:
+            x = start + x
+        e = e0 + system.projected(system.at_corners(lin.at_vertices(x)))
+    return Direction(e, x, inner_steps, lin)
+
+
+def _multipliers(
+    lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float
+) -> tuple[FloatArray, int, Linearised]:
+    if lin.whole is None:
+        assert lin.precondition is not None
+        matrix = linalg.LinearOperator((len(rhs),) * 2, matvec=lin.product, dtype=np.float64)
+        x, inner_steps, converged = conjugate_gradients(matrix, rhs, lin.precondition, rtol)
+        if converged:
+            return x, inner_steps, lin
+        lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")
+        assert lin.whole is not None
+    direct: Callable[[FloatArray], FloatArray] = lin.whole.solve
+    if lin.closing is not None:
+        try:
+            direct = lin.closing.solver(lin.whole.solve)
+        except NotPositiveDefiniteError:
+            topology = lin.problem.constraints.topology
+            at_holes = np.isin(np.arange(topology.n), np.concatenate(topology.loops[1:]))
+            raise _singular(lin.problem, at, at_holes) from None
+    return direct(rhs), 0, lin
+
+
+def advance(problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind) -> tuple[Iterate, Step]:
+    """Add the errors, in each triangle as much of them as keeps its angles positive."""
+    limited, e = 0, direction.e
+    with timed("assembly"):
+        if problem.safeguard:
+            with np.errstate(divide="ignore"):  # how many times each triangle could take its errors
+                reach = np.where(e < 0, at.alpha / -e, np.inf).min(axis=0)
+            limited = int(np.count_nonzero(reach <= 1))
+            e = e * np.minimum(REACH * reach, 1.0)
+        at = problem.at(at.alpha + e)
+    progress.advance(kind, 0.2)
+    return at, Step(kind, direction.inner_steps, limited, at.residual.largest)

@@ -1,0 +1,72 @@
+"""What preconditions the reduced system: one scalar Laplacian, the closing rows, and a local correction."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from ..linalg import Analysis, Array, Rows, Solvers, Symmetric
+from ..surface import FloatArray, IntArray
+from .closure import ClosingRows
+from .reduced import System
+
+Solve = Callable[[Array], Array]
+
+
+def conformal_inverse(system: System, closing: ClosingRows | None, inverse: Solve) -> Solve:
+    """diag(L_s, L_s)^-1 from the `inverse` of L_s; with closing rows, that of the bordered system."""
+
+    def scalar(r: FloatArray) -> FloatArray:
+        pairs = r.reshape(len(r) // 2, -1)  # the two rows of a vertex, for each right-hand side
+        return inverse(pairs).reshape(r.shape)
+
+    return scalar if closing is None else closing.preconditioner(system, scalar)
+
+
+@dataclass(frozen=True, eq=False)
+class SliverRows:
+    """The rows of slivers, in which P_t and s_t K_t differ much, and the analysis of their small system.
+
+    Attributes
+    ----------
+    index : (#s,) int64
+    rows : Rows or None
+        They as rows of S; None where there are none.
+    analysis : Analysis or None
+    """
+
+    index: IntArray
+    rows: Rows | None
+    analysis: Analysis | None
+
+    @classmethod
+    def of(cls, system: System, S: Symmetric, solvers: Solvers) -> SliverRows:
+        rows = system.sliver_rows()
+        index = np.sort(np.concatenate((2 * rows, 2 * rows + 1)))
+        if not len(index):
+            return cls(index, None, None)
+        own = Rows(S, index)
+        return cls(index, own, solvers.whole(own.lower(S)))
+
+
+def corrected(conformal: Solve, slivers: SliverRows, S: Symmetric, closing: ClosingRows | None) -> Solve:
+    """The `conformal` preconditioner with S^-1 on the rows of slivers before and after it (Schwarz)."""
+    index = slivers.index
+    if slivers.rows is None or slivers.analysis is None:
+        return conformal
+    beside = slivers.rows.of(S)  # S is symmetric: its columns as well
+    local = slivers.analysis.factor(slivers.rows.lower(S)).solve
+    if closing is not None:
+        beside = sparse.hstack((beside, closing.B[index])).tocsr()
+
+    def apply(r: FloatArray) -> FloatArray:
+        first = local(r[index])
+        z = conformal(r - beside.T @ first)
+        z[index] += first
+        z[index] += local(r[index] - beside @ z)
+        return z
+
+    return apply

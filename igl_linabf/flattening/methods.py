@@ -1,0 +1,268 @@
+"""The methods that `flatten` knows: a small frozen object each, which holds its options."""
+
+from __future__ import annotations
+
+import operator
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from typing import Any, Literal
+
+from .._runtime import stopwatch
+from ..layouts import LayoutName, check_method
+from ..linalg import SolverName
+from ..surface import Mesh, Pins
+from . import baselines
+from .ladder import (
+    ACTIVE_SET_RTOL,
+    MAX_ACTIVE_SET,
+    Stage,
+    anchored,
+    climb,
+    feasible,
+    injective_map,
+    iterated,
+    one_system,
+    posed,
+    report,
+)
+from .result import Flattening, Guarantee
+
+Iterations = int | Literal["auto"]
+
+ONE_SYSTEM_RTOL = 0.1  # relative residual to which "auto" solves a step and its chord
+TOL = 1e-8  # residual of the constraints below which nothing is left to do
+ABF_TOL = 1e-4  # tolerance of converged ABF below which F/3nt keeps its first five digits
+STAGES = ("estimate", "layout", "assembly", "analysis", "factor", "solve")
+
+
+class Method:
+    """What the methods share; a misspelt option is an error that names the right ones."""
+
+    name: str
+    label: str  # in tables
+
+    def __new__(cls, *_: object, **options: object) -> Method:
+        known = [field.name for field in fields(cls)]  # type: ignore[arg-type]
+        unknown = [option for option in options if option not in known]
+        if unknown:
+            has = f"its options are {', '.join(known)}" if known else "it has no options"
+            raise TypeError(f"{cls.__name__} has no option {unknown[0]!r}: {has}")
+        return super().__new__(cls)
+
+    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+        """Flatten a checked mesh, with checked pins."""
+        raise NotImplementedError
+
+
+@dataclass(frozen=True)
+class LinABF(Method):
+    """Linear angle based parameterization (Zayer, Levy, Seidel, SGP 2007).
+
+    Parameters
+    ----------
+    iterations, layout, rtol, tol, threshold, safeguard, guarantee, solver
+        As in `igl_linabf.linabf`.
+
+    Raises
+    ------
+    ValueError
+        An option has a value that means nothing.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> igl_linabf.flatten(V, F[1:], LinABF(iterations=3)).iterations
+    3
+    """
+
+    name = "linabf"
+    label = "linABF"
+
+    iterations: Iterations = "auto"
+    layout: LayoutName = "auto"
+    rtol: float | None = None
+    tol: float = TOL
+    threshold: float = 1.0
+    safeguard: bool = True
+    guarantee: Guarantee | None = None
+    solver: SolverName = "auto"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "iterations", _count(self.iterations))
+        _check(self.guarantee, self.layout, self.threshold)
+        if self.rtol is not None and not self.rtol > 0:
+            raise ValueError(f"rtol is {self.rtol!r}: use a positive number")
+
+    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+        rtol = self.rtol or ACTIVE_SET_RTOL
+        if self.iterations == "auto":
+            stages = [
+                one_system(self.rtol or ONE_SYSTEM_RTOL, self.tol),
+                iterated(rtol, self.tol, MAX_ACTIVE_SET),
+                anchored(ABF_TOL, self.tol),
+                feasible(ABF_TOL, self.tol),
+            ]
+        else:
+            stages = [iterated(rtol, self.tol, self.iterations, note=False)]
+        return _climbed(self, mesh, pinned, stages, self.safeguard)
+
+
+@dataclass(frozen=True)
+class ABF(Method):
+    """Converged angle based flattening (Sheffer, de Sturler 2001).
+
+    Parameters
+    ----------
+    layout, tol, threshold, guarantee, solver
+        As in `igl_linabf.abf`.
+
+    Raises
+    ------
+    ValueError
+        An option has a value that means nothing.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> igl_linabf.flatten(V, F[1:], ABF(tol=1e-7)).outcome.value
+    'converged'
+    """
+
+    name = "abf"
+    label = "ABF"
+
+    layout: LayoutName = "auto"
+    tol: float = ABF_TOL
+    threshold: float = 1.0
+    guarantee: Guarantee | None = None
+    solver: SolverName = "auto"
+
+    def __post_init__(self) -> None:
+        _check(self.guarantee, self.layout, self.threshold)
+        if not self.tol > 0:
+            raise ValueError(f"tol is {self.tol!r}: use a positive number, 1e-10 at the least")
+
+    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+        return _climbed(self, mesh, pinned, [anchored(self.tol), feasible(self.tol)])
+
+
+@dataclass(frozen=True)
+class OneStepABFpp(Method):
+    """A single Newton step of ABF++ (Sheffer et al. 2005), to compare with.
+
+    Parameters
+    ----------
+    layout, threshold, solver
+        As in `igl_linabf.linabf`.
+    """
+
+    name = "abf++1"
+    label = "ABF++, one step"
+
+    layout: LayoutName = "auto"
+    threshold: float = 1.0
+    solver: SolverName = "auto"
+
+    def __post_init__(self) -> None:
+        _check(None, self.layout, self.threshold)
+
+    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+        with stopwatch(*STAGES) as seconds:
+            problem = posed(mesh, pinned, self.layout, self.threshold, self.solver, safeguard=False)
+            tried = climb(problem, [baselines.newton_step])
+            return report(problem, self.name, tried, seconds)
+
+
+@dataclass(frozen=True)
+class LSCM(Method):
+    """`igl.lscm`, with two far boundary vertices as the default pins."""
+
+    name = "lscm"
+    label = "igl.lscm"
+
+    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+        return baselines.lscm(mesh, pinned)
+
+
+@dataclass(frozen=True)
+class SCP(Method):
+    """`igl.spectra.lscm`: the spectral, pin-free conformal map (Mullen et al. 2008)."""
+
+    name = "scp"
+    label = "igl.spectra.lscm"
+
+    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+        return baselines.scp(mesh, pinned)
+
+
+@dataclass(frozen=True)
+class DNCP(Method):
+    """Discrete natural conformal parameterization (Desbrun, Meyer, Alliez 2002).
+
+    Parameters
+    ----------
+    solver
+        As in `igl_linabf.linabf`.
+    """
+
+    name = "dncp"
+    label = "DNCP"
+
+    solver: SolverName = "auto"
+
+    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+        return baselines.dncp(mesh, pinned, self.solver)
+
+
+METHODS: dict[str, Callable[..., Method]] = {
+    method.name: method for method in (LinABF, ABF, OneStepABFpp, LSCM, SCP, DNCP)
+}
+
+
+def method_of(method: str | Method, several: bool = False) -> Method:
+    """The method itself, or that of a name with its default options."""
+    if isinstance(method, Method):
+        return method
+    if method not in METHODS:
+        amount = "some" if several else "one"
+        raise ValueError(f"method is {method!r}: use {amount} of {', '.join(map(repr, METHODS))}")
+    return METHODS[method]()
+
+
+def guaranteed(method: Method) -> Method | None:
+    """The same method with guarantee='injective'; None where it has it already, or no such option."""
+    if not isinstance(method, LinABF | ABF) or method.guarantee is not None:
+        return None
+    return replace(method, guarantee="injective")
+
+
+def _climbed(
+    method: LinABF | ABF, mesh: Mesh, pinned: Pins | None, stages: list[Stage], safeguard: bool = True
+) -> Flattening:
+    if method.guarantee:
+        stages = [*stages, injective_map]
+    with stopwatch(*STAGES) as seconds:
+        problem = posed(mesh, pinned, method.layout, method.threshold, method.solver, safeguard)
+        return report(problem, method.name, climb(problem, stages), seconds)
+
+
+def _check(guarantee: str | None, layout: LayoutName, threshold: float) -> None:
+    check_method(layout)
+    if guarantee not in (None, "injective"):
+        raise ValueError(f"guarantee is {guarantee!r}: use 'injective' or None")
+    if not threshold >= 0:
+        raise ValueError(f"threshold is {threshold!r}: use a number of radians from 0 on")
+
+
+def _count(iterations: Any) -> Iterations:
+    if iterations == "auto":
+        return "auto"
+    try:
+        count = operator.index(iterations)
+    except TypeError:
+        count = 0
+    if count < 1:
+        raise ValueError(f"iterations is {iterations!r}: use 'auto' or an integer from 1 on")
+    return count

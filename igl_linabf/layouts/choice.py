@@ -1,0 +1,201 @@
+"""From angles to coordinates: which layout, and where its map is put."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..angles import Residual, constraints_of, residual
+from ..errors import MeshError, SingularSystemError, some
+from ..linalg import Analysis, NotPositiveDefiniteError, Pattern, SolverName, Solvers
+from ..surface import (
+    ComplexArray,
+    FloatArray,
+    Pins,
+    Topology,
+    centred,
+    compact,
+    complex_positions,
+    coordinates,
+    face_array,
+    loop_through,
+    pins,
+    placed_at,
+    planar_topology,
+    scatter,
+    vertex_array,
+    with_outer,
+)
+from .boundary import develop_boundary, harmonic
+from .conformal_energy import far_apart, least_squares
+from .greedily import greedy
+
+LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
+
+GAP = 2.5e-3  # relative gap of the developed boundary up to which "auto" trusts it
+
+
+def placed(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
+    """The map where its pins want it, or else scaled to `area`, centred and turned."""
+    return centred(topology, z, area) if pinned is None else placed_at(z, pinned)
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """A map, how it was made, and by how much its boundary failed to close."""
+
+    z: ComplexArray
+    method: str
+    gap: float
+    solver: str
+
+
+def lay_out(
+    topology: Topology,
+    alpha: FloatArray,
+    b: Residual,
+    method: LayoutName,
+    pinned: Pins | None,
+    area: float,
+    solvers: Solvers,
+    pattern: Pattern | None = None,
+    laplacian: Analysis | None = None,
+) -> Layout:
+    """Lay out triangles' angles, (3, #F) radians.
+
+    `pattern` and `laplacian` are those of the interior vertices, where they are there already.
+    """
+    boundary = develop_boundary(topology, b)
+    cot = 1 / np.tan(alpha)
+    solver, made = "none", method
+    holes = len(topology.loops) > 1
+    if method == "auto":
+        made = "boundary" if boundary.gap <= GAP and not holes else "least-squares"
+    elif method == "boundary" and holes:
+        raise MeshError(
+            f"layout='boundary' draws one boundary loop, and the mesh has {len(topology.loops)}: use "
+            "layout='least-squares' or 'auto'"
+        )
+    try:
+        if made == "boundary":
+            pattern = pattern or _interior_pattern(topology)
+            z, solver = harmonic(topology, boundary, cot, pattern, laplacian, solvers)
+        elif made == "least-squares":
+            ends = far_apart(coordinates(boundary.z))
+            index, position = topology.loops[0][ends], boundary.z[ends]
+            if pinned is not None:
+                index, position = pinned[0], complex_positions(pinned[1])
+            z, solver = least_squares(topology, cot, index, position, solvers)
+        else:
+            z = greedy(topology, alpha)
+    except NotPositiveDefiniteError:
+        thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
+        raise SingularSystemError(
+            f"the {made} layout is singular in double precision; the thinnest target triangles are faces "
+            f"{some(thin)} (smallest angle {alpha[:, thin[0]].min():.1e} rad): remove degenerate faces, "
+            "cut the mesh, or use layout='greedy'"
+        ) from None
+    if pinned is None or made != "least-squares":
+        z = placed(topology, z, area, pinned)
+    return Layout(z, made, boundary.gap, solver)
+
+
+def _interior_pattern(topology: Topology) -> Pattern:
+    constraints = constraints_of(topology)
+    return Pattern(topology, constraints.row, constraints.n)
+
+
+def layout(
+    F: ArrayLike,
+    angles: ArrayLike,
+    b: ArrayLike | None = None,
+    bc: ArrayLike | None = None,
+    *,
+    method: LayoutName = "auto",
+    outer: int | None = None,
+    solver: SolverName = "auto",
+) -> FloatArray:
+    """Flat map of triangles with given angles.
+
+    Parameters
+    ----------
+    F : (#F, 3) int
+        Triangles of one disk, or of one with holes.
+    angles : (#F, 3) float
+        Target angles in radians, `angles[t, k]` at vertex `F[t, k]` as `igl.internal_angles`
+        returns them; in (0, pi), each row summing to pi.
+    b, bc : (2,) int and (2, 2) float, optional
+        Two pinned vertices and their positions, as in `igl.lscm`.
+    method : {"auto", "boundary", "least-squares", "greedy"}
+        "boundary" draws the boundary loop as the angles at it say, and both coordinates harmonic
+        inside; "least-squares" minimises the conformal energy from the triangles with these angles
+        (section 5 of the paper); "greedy" sets triangle to triangle (there, too). "auto" is the
+        first where there are no holes and the drawn loop closes to 2.5e-3 of its length, and
+        else the second.
+    outer : int, optional
+        A vertex of the outer boundary loop; by default that is the loop of the most edges. The
+        default pins of "least-squares" are on it.
+    solver : {"auto", "cholmod", "multigrid", "direct"}
+        See `linabf`.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        With pins, they are where `bc` says: constraints of "least-squares", and reached by a
+        similarity otherwise. Without, the map has the area 1, its centroid at the origin and its
+        principal axes along x and y. NaN at vertices that no face refers to.
+
+    Raises
+    ------
+    MeshError
+        `F` is not one oriented manifold disk or one with holes, the angles are not those of
+        triangles, or the pins are not two different vertices.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> F = np.array([[0, 1, 2]])
+    >>> layout(F, np.deg2rad([[90, 45, 45]]), b=[1, 2], bc=[[1, 0], [0, 1]]).round(12) + 0.0
+    array([[0., 0.],
+           [1., 0.],
+           [0., 1.]])
+    """
+    check_method(method)
+    faces = face_array(F)
+    n = int(faces.max()) + 1
+    vertices, compacted = compact(faces, n)
+    topology = planar_topology(compacted, vertices)
+    if outer is not None:
+        topology = with_outer(topology, loop_through(topology, outer, vertices))
+    alpha = checked_angles(angles, len(faces))
+    pinned = pins(b, bc, vertices, n)
+    made = lay_out(
+        topology, alpha, residual(constraints_of(topology), alpha), method, pinned, 1.0, Solvers(solver)
+    )
+    return scatter(coordinates(made.z), vertices, n)
+
+
+def check_method(method: str) -> None:
+    """Raise where `method` is not the name of a layout."""
+    if method not in get_args(LayoutName):
+        names = ", ".join(map(repr, get_args(LayoutName)))
+        raise ValueError(f"the layout is {method!r}: use one of {names}")
+
+
+def checked_angles(angles: ArrayLike, m: int) -> FloatArray:
+    """Angles as (3, #F), if they are those of triangles."""
+    array = vertex_array(angles, 3, "angles")
+    if len(array) != m:
+        raise MeshError(f"angles has {len(array)} rows for {m} faces: pass three angles a face")
+    bad = np.flatnonzero(
+        ~((array > 0) & (array < np.pi)).all(axis=1) | ~(np.abs(array.sum(axis=1) - np.pi) < 1e-6)
+    )
+    if len(bad):
+        raise MeshError(
+            f"the angles of faces {some(bad)} are not those of a triangle (face {bad[0]}: "
+            f"{array[bad[0]].tolist()} rad): they must be within (0, pi) and sum to pi"
+        )
+    return np.ascontiguousarray(array.T)

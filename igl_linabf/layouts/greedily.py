@@ -1,0 +1,45 @@
+"""The greedy layout: triangle set to triangle over a breadth-first tree (section 5)."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from ..surface import ComplexArray, FloatArray, Topology
+
+
+def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
+    """Triangle after triangle over a breadth-first tree (the paper's section 5); errors add up.
+
+    The seed is the triangle whose smallest angle is the largest; among equally short ways the
+    tree takes the one across the smaller opposite angles, so that the numbering plays no part.
+    """
+    m = alpha.shape[1]
+    angle = alpha.ravel()
+    inside = topology.sides[:, topology.sides[1] >= 0]
+    here, there = np.concatenate((inside, inside[::-1]), axis=1)  # half-edges, k m + t, and their twins
+    weight = 1 + 1e-3 / m * (angle[here] + angle[there])
+    graph = sparse.csr_array((weight, (here % m, there % m)), shape=(m, m))
+    seed = int(np.argmax(alpha.min(axis=0)))
+    depth, parent = csgraph.dijkstra(graph, indices=seed, return_predecessors=True)
+    # every triangle in a frame of its own: corner 0 at 0, corner 1 on the real axis
+    sine = np.sin(alpha)
+    local = np.stack((np.zeros(m), sine[2], sine[1] * np.exp(1j * alpha[0])))
+    # z -> ratio z + shift takes a triangle's frame to its parent's; their sides run in opposite ways
+    tree = parent[there % m] == here % m
+    k, t, c, child = here[tree] // m, here[tree] % m, there[tree] // m, there[tree] % m
+    tail, head = local[(k + 1) % 3, t], local[(k + 2) % 3, t]
+    child_tail, child_head = local[(c + 2) % 3, child], local[(c + 1) % 3, child]
+    ratio, shift = np.ones(m, dtype=np.complex128), np.zeros(m, dtype=np.complex128)
+    ratio[child] = (head - tail) / (child_head - child_tail)
+    shift[child] = tail - ratio[child] * child_tail
+    above = np.where(parent < 0, seed, parent)
+    while (above != seed).any():  # each round composes the way to an ancestor twice as far up
+        shift = ratio[above] * shift + shift[above]
+        ratio = ratio[above] * ratio
+        above = above[above]
+    placed = (ratio * local + shift).ravel()
+    nearest = np.argsort(np.tile(depth, 3), kind="stable")
+    first = np.unique(topology.corner.ravel()[nearest], return_index=True)[1]
+    return np.asarray(placed[nearest[first]])

@@ -1,0 +1,139 @@
+"""Which solver a system gets: decided once by what is installed, and for each system by its size."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal, get_args
+
+from scipy import sparse
+
+from ..errors import FallbackWarning, MemoryLimitError, stack_level
+from . import memory
+from .factors import SIMPLICIAL_UP_TO, Analysis, Cholmod, Multigrid, SuperLU, has_cholmod
+
+SolverName = Literal["auto", "cholmod", "multigrid", "direct"]
+
+
+@dataclass(frozen=True)
+class Solvers:
+    """Which implementations a computation uses.
+
+    Parameters
+    ----------
+    solver : {"auto", "cholmod", "multigrid", "direct"}
+        "cholmod" and "multigrid" precondition conjugate gradients by a CHOLMOD factor or a PyAMG
+        V-cycle. "auto" is "cholmod" where scikit-sparse is installed, and else "multigrid".
+        "direct" factors the whole system, with CHOLMOD where it is there.
+    """
+
+    solver: SolverName = "auto"
+
+    def __post_init__(self) -> None:
+        if self.solver not in get_args(SolverName):
+            raise ValueError(f"solver is {self.solver!r}: use 'auto', 'cholmod', 'multigrid' or 'direct'")
+        if self.solver == "cholmod" and not has_cholmod():
+            raise ImportError(f"solver='cholmod' needs scikit-sparse, which is not installed: {HOW_TO_GET}")
+        if not has_cholmod() and self.solver != "multigrid":
+            warn_of_missing_cholmod()
+
+    @property
+    def direct(self) -> bool:
+        """Whether the angle system is factored as a whole."""
+        return self.solver == "direct"
+
+    @property
+    def _cholmod(self) -> bool:
+        return has_cholmod() and self.solver != "multigrid"
+
+    def laplacian(self, lower: sparse.csc_array) -> Analysis:
+        """For the scalar Laplacians: the preconditioner and the harmonic layout."""
+        if not self._cholmod:
+            return SuperLU(lower) if self.direct else Multigrid()
+        wanted = _bytes_of(lower)
+        if self.direct or memory.fits(wanted):
+            return _cholmod(lower)
+        warnings.warn(
+            f"CHOLMOD's factor of {lower.shape[0]:,} rows would take about {memory.gigabytes(wanted)} of "
+            "memory, which are not free: multigrid is used instead",
+            FallbackWarning,
+            stacklevel=stack_level(),
+        )
+        return Multigrid("PyAMG, for want of memory")
+
+    def whole(self, lower: sparse.csc_array) -> Analysis:
+        """For systems that are factored as a whole.
+
+        Raises
+        ------
+        MemoryLimitError
+            The factor would not fit into memory.
+        """
+        wanted = _bytes_of(lower)
+        if not memory.fits(wanted):
+            raise MemoryLimitError(
+                f"the factor of a system of {lower.shape[0]:,} rows would take about "
+                f"{memory.gigabytes(wanted)} of memory, which are not free: decimate the mesh (igl.qslim), "
+                "cut it into parts (igl_linabf.cut), or use a machine with more memory"
+            )
+        return _cholmod(lower) if self._cholmod else SuperLU(lower)
+
+
+def _cholmod(lower: sparse.csc_array) -> Cholmod:
+    if lower.shape[0] > SIMPLICIAL_UP_TO:
+        warn_of_slow_blas()
+    return Cholmod(lower)
+
+
+def _bytes_of(lower: sparse.csc_array) -> int:
+    """What the factor takes; a system with two rows a vertex has four times the entries of half its rows."""
+    rows, entries = lower.shape[0], lower.nnz
+    block = 2 if entries > 5 * rows else 1  # a planar Laplacian's lower triangle has up to 4 in each row
+    return block**2 * memory.factor_bytes(rows // block, lower.dtype.itemsize)
+
+
+HOW_TO_GET = (
+    "install SuiteSparse (Debian: apt install libsuitesparse-dev libopenblas0-pthread; macOS: brew install "
+    "suite-sparse; conda: conda install scikit-sparse) and then pip install 'igl-linabf[cholmod]'"
+)
+
+
+@cache
+def warn_of_missing_cholmod() -> None:
+    """Say once that CHOLMOD is absent, and how to get it."""
+    warnings.warn(
+        "scikit-sparse is not installed: PyAMG and SciPy's SuperLU are used instead of CHOLMOD, with the "
+        f"same results in two to four times the time. To get it, {HOW_TO_GET}",
+        FallbackWarning,
+        stacklevel=stack_level(),
+    )
+
+
+@cache
+def warn_of_slow_blas() -> None:
+    """Say once that supernodal CHOLMOD runs on the reference BLAS."""
+    blas = blas_of_cholmod()
+    if blas is not None and "reference" in blas:
+        warnings.warn(
+            f"CHOLMOD uses the {blas}, three times slower than OpenBLAS on meshes of this size: "
+            "install OpenBLAS (Debian: apt install libopenblas0-pthread)",
+            FallbackWarning,
+            stacklevel=stack_level(),
+        )
+
+
+def blas_of_cholmod() -> str | None:
+    """The BLAS that CHOLMOD calls, as far as the loaded libraries tell; None where they do not."""
+    if not has_cholmod() or not os.path.exists("/proc/self/maps"):
+        return None
+    with open("/proc/self/maps") as maps:
+        loaded = {line.split()[-1] for line in maps if line.count("/") > 1}
+    # NumPy and SciPy bring an OpenBLAS of their own, libscipy_openblas
+    for path in sorted(loaded):
+        name = os.path.basename(path)
+        if name.startswith(("libopenblas", "libmkl_rt", "libblis", "libflexiblas", "libblas.so")):
+            fast = any(word in path for word in ("openblas", "mkl", "blis", "flexiblas", "atlas"))
+            return path if fast else f"reference BLAS ({path})"
+    return None
