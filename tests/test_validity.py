@@ -8,7 +8,7 @@ from conftest import DISKS, STRESS, load
 
 from igl_linabf import FallbackWarning, Outcome, OutcomeWarning, flatten, linabf, quality
 
-# F/3nt of one iteration (design, section 6; within 2 %)
+# F/3nt of one iteration, within 2 % (docs/results.md, "The paper's Table 1")
 ONE_ITERATION = {
     "disk__igl_camel_b.obj": 7.38e-3,
     "disk__igl_camelhead.off": 2.03e-3,
