@@ -21,7 +21,7 @@ HOLDS_FLIPS = "stress__flipfree_deer.obj"  # its map spans more than double prec
 
 
 @pytest.mark.parametrize("name", ONE_ITERATION)
-def test_one_iteration_reaches_the_angle_distortion_of_the_design(name: str) -> None:
+def test_one_iteration_reaches_the_angle_distortion_of_table_1(name: str) -> None:
     V, F = load(name)
     result = flatten(V, F, iterations=1)
     measured = quality(V, F, result.uv)
