@@ -1,18 +1,17 @@
-"""The paper's full system (eq. 11-16), written out to be read beside it.
+"""The paper's full system (eq. 11-16), in the paper's own form.
 
-The angles are alpha + e. A disk is flat if its angles fulfil, at each interior vertex v and in
-each triangle t, the errors e and the angles alpha summed over the corners of v or of t,
+alpha are the angles at hand, alpha + e those of a flat mesh. At each corner of an interior vertex's
+fan, the triangle has a *left* angle beta and a *right* angle gamma. The errors e satisfy
 
-    sum e                          = 2 pi - sum alpha                           (eq. 5, vertex)
-    e_1 + e_2 + e_3                = pi - (alpha_1 + alpha_2 + alpha_3)         (eq. 6, triangle)
-    sum cot(b) e_b - cot(c) e_c    = sum log sin(c) - log sin(b)                (eq. 10, wheel)
+    sum e                                      =  2 pi - sum alpha                      vertex (eq. 5)
+    e_1 + e_2 + e_3                            =  pi - (alpha_1 + alpha_2 + alpha_3)    triangle (eq. 6)
+    sum e_beta cot(beta) - e_gamma cot(gamma)  =  sum log sin(gamma) - log sin(beta)    wheel (eq. 10)
 
-b is the *left* angle of a corner of v's fan, c the *right* one. These are fewer equations A e = b
-than angles. Of all solutions the paper takes the one of the least relative change (eq. 11-16).
+The sums run over the fan. There are fewer of these equations, A e = b, than angles: of all solutions
+the paper takes the one of the least relative change e / alpha (eq. 11-16).
 
-What the package solves is the reduced system (`igl_linabf.angles.System`), which is much smaller. The
-tests hold it against this one. In all matrices column 3 t + k is corner k of triangle t; arrays of
-angles are (3, #F).
+The package solves an equivalent smaller system, `igl_linabf.angles.System`. The tests compare the two.
+In the matrices here, column 3 t + k is corner k of triangle t. Arrays of angles are (3, #F).
 """
 
 from __future__ import annotations
@@ -25,20 +24,20 @@ from scipy import sparse
 from ..linalg import Solvers
 from ..surface import FloatArray, IntArray, Topology
 
-OWN, LEFT, RIGHT = 0, 1, 2  # of corner k of a triangle: its angle, that at k + 1, that at k + 2
+OWN, LEFT, RIGHT = 0, 1, 2  # angles alpha, beta, gamma of a corner k: at k, k + 1 and k + 2
 
 
 def fan_rows(topology: Topology, values: FloatArray, which: int) -> sparse.csr_array:
-    """Rows that sum over the fan of each interior vertex, (#rows, 3 #F).
+    """Sum over the fan of each interior vertex: a row for each.
 
     Parameters
     ----------
     topology : Topology
-        The mesh. The vertices of a hole share a row, which sums over all their fans.
+        The mesh. The vertices of a hole share one row, which sums over all their fans.
     values : (3, #F) float64
-        What the errors are multiplied with.
+        Coefficients of the errors.
     which : int
-        `OWN` sums over the vertex's own angles, `LEFT` over the left ones, `RIGHT` over the right ones.
+        Which angles of the fan are summed: `OWN`, `LEFT` or `RIGHT`.
 
     Returns
     -------
@@ -51,29 +50,29 @@ def fan_rows(topology: Topology, values: FloatArray, which: int) -> sparse.csr_a
 
 
 def vertex_rows(topology: Topology) -> sparse.csr_array:
-    """Left side of eq. 5: sum e around each interior vertex."""
+    """Left side of eq. 5, (#rows, 3 #F): sum e."""
     return fan_rows(topology, np.ones(topology.corner.shape), OWN)  # eq. 5
 
 
 def wheel_rows(topology: Topology, alpha: FloatArray) -> sparse.csr_array:
-    """Left side of eq. 10: sum cot(left) e_left - cot(right) e_right around each interior vertex."""
+    """Left side of eq. 10, (#rows, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
     cot = 1 / np.tan(alpha)
     return fan_rows(topology, cot, LEFT) - fan_rows(topology, cot, RIGHT)  # eq. 10
 
 
 def triangle_rows(topology: Topology) -> sparse.csr_array:
-    """Left side of eq. 6: e_1 + e_2 + e_3 in each triangle."""
+    """Left side of eq. 6, (#F, 3 #F): e_1 + e_2 + e_3."""
     return sparse.kron(sparse.eye_array(topology.corner.shape[1]), np.ones((1, 3))).tocsr()  # eq. 6
 
 
 def interior_rows(topology: Topology, alpha: FloatArray) -> sparse.csr_array:
-    """Left sides of eq. 5 and 10, the vertex row and the wheel row of a vertex next to each other."""
+    """Left sides of eq. 5 and 10, (2 #rows, 3 #F): the two rows of a vertex are next to each other."""
     both = sparse.vstack((vertex_rows(topology), wheel_rows(topology, alpha))).tocsr()
     return both[np.arange(both.shape[0]).reshape(2, -1).T.ravel()]
 
 
 def right_hand_sides(topology: Topology, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Right sides of the rows of `interior_rows` (eq. 5 and 10), and of `triangle_rows` (eq. 6)."""
+    """Right sides of `interior_rows`, (2 #rows,) (eq. 5 and 10), and of `triangle_rows`, (#F,) (eq. 6)."""
     log_sin = np.log(np.sin(alpha))
     _, target = _constraints(topology)
     vertex = target - vertex_rows(topology) @ alpha.T.ravel()  # eq. 5
@@ -122,7 +121,7 @@ def least_norm(
 
 
 def full_step(topology: Topology, alpha: FloatArray) -> FloatArray:
-    """One step of linear ABF, by the paper's full system.
+    """Take one step of linear ABF by the full system.
 
     Parameters
     ----------
