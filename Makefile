@@ -9,6 +9,7 @@ test: .venv/ready
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
+	.venv/bin/lint-imports --no-logo --no-cache
 	$(PY) -m pytest -n 2 --dist loadfile
 
 docs: .venv/ready

@@ -6,11 +6,11 @@ import igl
 import numpy as np
 import pytest
 from conftest import DISKS, STRESS, load
-from paper import right_hand_sides, rows
 from scipy import sparse
 
 from igl_linabf import ABF, Outcome, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.angles import SMALLEST, corner_angles, initial_estimate
+from igl_linabf.angles.full_system import interior_rows, right_hand_sides, triangle_rows
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import planar
 
@@ -37,9 +37,8 @@ def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
     start = initial_estimate(mesh.topology, corner_angles(mesh)).T.ravel()
     alpha = angles.ravel()
     gradient = (alpha - start) / start  # times alpha_0
-    m = len(angles)
-    triangles = sparse.kron(sparse.eye_array(m), np.ones((1, 3)))
-    A = sparse.vstack((rows(mesh.topology, angles.T), triangles)).tocsr() @ sparse.diags_array(start)
+    rows = interior_rows(mesh.topology, angles.T), triangle_rows(mesh.topology)
+    A = sparse.vstack(rows).tocsr() @ sparse.diags_array(start)
     free = alpha > (1 + 1e-5) * SMALLEST * start
     C = A[:, free]
     lower = sparse.tril(C @ C.T).tocsc()

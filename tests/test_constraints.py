@@ -6,11 +6,11 @@ import igl
 import numpy as np
 import pytest
 from conftest import DISKS, HOLES, load
-from paper import full_step, right_hand_sides, rows
 from scipy import sparse
 
 from igl_linabf import LinABF, flatten, linabf_angles
 from igl_linabf.angles import AngleSolver, System, corner_angles, initial_estimate, residual
+from igl_linabf.angles.full_system import full_step, interior_rows, right_hand_sides, triangle_rows
 from igl_linabf.linalg import Pattern, Solvers, has_cholmod
 from igl_linabf.surface import Topology, measure, planar, topology_of
 
@@ -53,9 +53,9 @@ def test_a_hole_is_one_more_row_of_the_same_system(name: str) -> None:
     double_area, dot = measure(V, topology.corner, vertices)
     alpha = np.arctan2(double_area, dot)
     system = System(topology, pattern_of(topology), alpha)
-    M = rows(topology, alpha)
+    M = interior_rows(topology, alpha)
     w = (alpha**2).T.ravel()
-    triangles = sparse.kron(sparse.eye_array(alpha.shape[1]), np.ones((1, 3))).tocsr()
+    triangles = triangle_rows(topology)
     W = sparse.diags_array(w)
     MWT = M @ W @ triangles.T
     S = M @ W @ M.T - MWT @ sparse.diags_array(1 / (triangles @ w)) @ MWT.T
@@ -78,7 +78,7 @@ def test_in_the_conformal_metric_the_system_is_two_laplacians(name: str) -> None
         element[:, k, k] = (c[i] + c[j]) / 2
     m = len(element)
     K = sparse.bsr_array((element, np.arange(m), np.arange(m + 1)), shape=(3 * m, 3 * m))
-    M = rows(mesh.topology, alpha)
+    M = interior_rows(mesh.topology, alpha)
     S = (M @ K @ M.T).tocsr()
     inside = mesh.topology.row >= 0
     L = -igl.cotmatrix(V, F)[inside][:, inside]

@@ -8,7 +8,7 @@ from conftest import DISKS, STRESS, load
 
 from igl_linabf import FallbackWarning, LinABF, Outcome, OutcomeWarning, flatten, linabf, quality
 
-# F/3nt of one iteration (design, section 6; within 2 %)
+# F/3nt of one iteration, within 2 % (docs/results.md, "The paper's Table 1")
 ONE_ITERATION = {
     "disk__igl_camel_b.obj": 7.38e-3,
     "disk__igl_camelhead.off": 2.03e-3,
@@ -21,7 +21,7 @@ HOLDS_FLIPS = "stress__flipfree_deer.obj"  # its map spans more than double prec
 
 
 @pytest.mark.parametrize("name", ONE_ITERATION)
-def test_one_iteration_reaches_the_angle_distortion_of_the_design(name: str) -> None:
+def test_one_iteration_reaches_the_angle_distortion_of_table_1(name: str) -> None:
     V, F = load(name)
     result = flatten(V, F, LinABF(iterations=1))
     measured = quality(V, F, result.uv)
