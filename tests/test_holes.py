@@ -10,15 +10,20 @@ from high_curvature import rings
 
 from igl_linabf import ABF, LinABF, MeshError, Outcome, abf, flatten, layout, linabf, quality
 from igl_linabf.angles import (
-    AngleSolver,
-    Border,
+    AngleProblem,
+    ClosingRows,
+    Linearised,
+    State,
     System,
     closure_of,
+    constraints_of,
     corner_angles,
     initial_estimate,
+    linear_step,
+    linearise,
     residual,
 )
-from igl_linabf.linalg import Pattern, Solvers
+from igl_linabf.linalg import Solvers
 from igl_linabf.surface import planar
 
 Surface = tuple[np.ndarray, np.ndarray]
@@ -109,13 +114,14 @@ def test_no_flips_and_less_distortion_than_igl_lscm(name: str) -> None:
 def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
     mesh = planar(*surface("wavy plate"))
     topology = mesh.topology
+    constraints = constraints_of(topology)
     alpha = initial_estimate(topology, corner_angles(mesh))
-    system = System(topology, Pattern(topology, topology.row, len(topology.target)), alpha)
-    closure = residual(topology, alpha).closure
-    border = Border(system, closure)
+    system = System(constraints, alpha)
+    closure = residual(constraints, alpha).closure
+    border = ClosingRows(system, closure)
     e = np.random.default_rng(0).normal(size=alpha.shape)
     h = 1e-6
-    gaps = [residual(topology, alpha + d * e).closure.gap for d in (h, -h)]
+    gaps = [residual(constraints, alpha + d * e).closure.gap for d in (h, -h)]
     numeric = (gaps[0] - gaps[1]) / (2 * h)
     exact = border.rows(e).reshape(-1, 2) @ [1, 1j]
     # they differ where the loop does not close: by its length's change, and by where drawing begins
@@ -126,7 +132,7 @@ def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
 
 def test_the_drawn_loops_do_not_depend_on_where_drawing_begins() -> None:
     mesh = planar(*surface("wavy plate"))
-    missing = residual(mesh.topology, corner_angles(mesh))
+    missing = residual(constraints_of(mesh.topology), corner_angles(mesh))
     turned = planar(mesh.V, mesh.faces)
     loops = (turned.topology.loops[0], *(np.roll(loop, 3) for loop in turned.topology.loops[1:]))
     object.__setattr__(turned.topology, "loops", loops)
@@ -134,34 +140,33 @@ def test_the_drawn_loops_do_not_depend_on_where_drawing_begins() -> None:
     assert np.allclose(np.abs(again.gap), np.abs(missing.closure.gap), atol=1e-12)
 
 
-def bordered() -> AngleSolver:
+def bordered() -> Linearised:
     """The system of a wavy plate, past the first step."""
     mesh = planar(*surface("wavy plate"))
-    angles = AngleSolver(mesh.topology, initial_estimate(mesh.topology, corner_angles(mesh)), Solvers("auto"))
-    angles.step(1e-3)
-    angles.take_system()
-    return angles
+    estimate = initial_estimate(mesh.topology, corner_angles(mesh))
+    problem = AngleProblem(constraints_of(mesh.topology), estimate, Solvers("auto"))
+    state = linear_step(State(problem, problem.start), 1e-3, close=False)
+    return linearise(problem, state.at, reuse=state.lin)
 
 
 def test_the_bordered_system_is_its_definition() -> None:
-    angles = bordered()
-    system, border = angles.system, angles._border
-    z = np.random.default_rng(1).normal(size=2 * len(angles.topology.target) + border.size)
-    e = system.projected(system.at_corners(angles.at_vertices(z)))
+    lin = bordered()
+    system, border = lin.system, lin.closing
+    z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.size)
+    e = system.projected(system.at_corners(lin.at_vertices(z)))
     expected = np.concatenate((system.rows(e).ravel(), border.rows(e)))
-    assert np.abs(angles._product(z) - expected).max() <= 1e-10 * np.abs(expected).max()
+    assert np.abs(lin.product(z) - expected).max() <= 1e-10 * np.abs(expected).max()
 
 
 def test_in_the_conformal_metric_the_bordered_system_is_solved_exactly() -> None:
-    angles = bordered()
-    system, border = angles.system, angles._border
-    system.__dict__["_conformal_scale"] = np.ones(angles.alpha.shape[1])  # K_t itself
-    z = np.random.default_rng(1).normal(size=2 * len(angles.topology.target) + border.size)
-    y = system.at_corners(angles.at_vertices(z))
+    lin = bordered()
+    system, border = lin.system, lin.closing
+    system.__dict__["_conformal_scale"] = np.ones(system.w.shape[1])  # K_t itself
+    z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.size)
+    y = system.at_corners(lin.at_vertices(z))
     e = np.einsum("tij,jt->it", system.conformal(np.arange(y.shape[1])), y)
     r = np.concatenate((system.rows(e).ravel(), border.rows(e)))
-    L = Solvers("direct").whole(system.laplacian())
-    L.factor(system.laplacian())
+    L = Solvers("direct").whole(system.laplacian()).factor(system.laplacian())
 
     def inner(x: np.ndarray) -> np.ndarray:
         return L.solve(x.reshape(len(x) // 2, -1)).reshape(x.shape)

@@ -64,7 +64,7 @@ def test_pins_do_not_depend_on_numbering(name: str) -> None:
         options = {"layout": layout, "rtol": 1e-10}
         uv = linabf(V, F, b, bc, **options)
         assert np.abs(uv[b] - bc).max() <= 1e-12
-        again = linabf(renumbered, new[F], new[b], bc, method)[new]
+        again = linabf(renumbered, new[F], new[b], bc, **options)[new]
         assert np.abs(again - uv).max() <= 1e-6 * size(uv)
 
 

@@ -87,7 +87,7 @@ def test_one_step_of_abfpp_is_newtons_step_of_the_problem_in_products() -> None:
     V, F = igl.icosahedron()
     V, F = igl.upsample(V * [1, 1.5, 0.7], F[2:], 1)
     mesh = planar(V, F)
-    interior = np.flatnonzero(mesh.topology.row >= 0)
+    interior = np.flatnonzero(mesh.topology.interior)
     start = initial_estimate(mesh.topology, corner_angles(mesh), to_triangles=False).T
     h = 1e-6
     jacobian = np.stack(

@@ -10,8 +10,7 @@ import pytest
 from conftest import Surface, load
 
 from igl_linabf import MeshError, MeshWarning, flatten, quality
-from igl_linabf.angles import CAP_ANGLE, System
-from igl_linabf.linalg import Pattern
+from igl_linabf.angles import CAP_ANGLE, System, constraints_of
 from igl_linabf.surface import planar_topology
 
 
@@ -79,14 +78,14 @@ def test_the_system_keeps_its_digits_beside_angles_near_pi() -> None:
     V, F = with_points("caps", 1e-7, 40)
     topology = planar_topology(F, np.arange(len(V)))
     alpha = igl.internal_angles(V, F).T
-    pattern = Pattern(topology, topology.row, len(topology.target))
-    ours = System(topology, pattern, alpha).matrix().whole().diagonal().reshape(-1, 2)
-    wanted = [[Fraction(0), Fraction(0)] for _ in topology.target]
+    constraints = constraints_of(topology)
+    ours = System(constraints, alpha).matrix().whole().diagonal().reshape(-1, 2)
+    wanted = [[Fraction(0), Fraction(0)] for _ in constraints.target]
     cot = 1 / np.tan(alpha)
     for t, corners in enumerate(F):
         w = [Fraction(x) ** 2 for x in alpha[:, t].tolist()]
         c = [Fraction(x) for x in cot[:, t].tolist()]
-        for k, row in enumerate(topology.row[corners]):
+        for k, row in enumerate(constraints.row[corners]):
             if row >= 0:
                 n, p = (k + 1) % 3, (k + 2) % 3
                 wanted[row][0] += w[k] - w[k] ** 2 / sum(w)

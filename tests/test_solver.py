@@ -8,7 +8,7 @@ from conftest import load
 from scipy import sparse
 
 from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, layout, linabf
-from igl_linabf.linalg import NotPositiveDefiniteError, Solvers, SuperLU
+from igl_linabf.linalg import NotPositiveDefiniteError, Solvers, SuperLU, choice, conjugate_gradients
 from igl_linabf.linalg import factors as solver
 
 needs_cholmod = pytest.mark.skipif(not solver.has_cholmod(), reason="scikit-sparse is not installed")
@@ -32,7 +32,7 @@ def test_without_scikit_sparse_all_works_with_one_warning(monkeypatch) -> None:
     V, F = load("cortex")
     expected = {layout: linabf(V, F, layout=layout, rtol=1e-11) for layout in ("auto", "least-squares")}
     monkeypatch.setattr(solver, "cholmod", None)
-    solver.warn_of_missing_cholmod.cache_clear()
+    choice.warn_of_missing_cholmod.cache_clear()
     with pytest.warns(FallbackWarning, match="libsuitesparse-dev") as caught:
         for layout, uv in expected.items():
             without = linabf(V, F, layout=layout, rtol=1e-11)
@@ -49,18 +49,18 @@ def test_without_scikit_sparse_all_works_with_one_warning(monkeypatch) -> None:
 def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> None:
     V, F = load("cortex")
     analysed, factored = [], []
-    analyse, factor = solver.Cholmod.__init__, solver.Cholmod.factor
+    analyse, factor = solver.Cholmod.__init__, solver.Cholmod._numeric
 
     def counted(self, lower) -> None:
         analysed.append(lower.shape[0])
         analyse(self, lower)
 
-    def counted_factor(self, lower) -> None:
+    def counted_factor(self, lower):
         factored.append(lower.shape[0])
-        factor(self, lower)
+        return factor(self, lower)
 
     monkeypatch.setattr(solver.Cholmod, "__init__", counted)
-    monkeypatch.setattr(solver.Cholmod, "factor", counted_factor)
+    monkeypatch.setattr(solver.Cholmod, "_numeric", counted_factor)
     flatten(V, F)
     # the Laplacian, and the small system of the slivers; step and chord share one factor of each
     n, slivers = analysed
@@ -86,7 +86,7 @@ def test_supernodal_and_simplicial_factors_agree(monkeypatch, metis_from: int) -
 def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkeypatch) -> None:
     V, F = load("cortex")
     expected = flatten(V, F, LinABF(iterations=2, solver="direct"))
-    monkeypatch.setattr(solver.conjugate_gradients, "__defaults__", (2,))
+    monkeypatch.setattr(conjugate_gradients, "__defaults__", (2,))
     with pytest.warns(FallbackWarning, match="did not converge") as caught:
         result = flatten(V, F, LinABF(iterations=2, rtol=1e-10, layout="greedy"))
     assert len([w for w in caught if "did not converge" in str(w.message)]) == 1
@@ -105,17 +105,18 @@ def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: boo
         bad = good.copy()
         bad[20, 20] = bad_value
         bad[20, 19] = bad[21, 20] = 0.0
-        factor = kind(good)
+        analysis = kind(good)
         with pytest.raises(NotPositiveDefiniteError) as caught:
-            factor.factor(bad)
+            analysis.factor(bad)
         assert caught.value.row == 20 or (bad_value == 0 and kind is SuperLU)
-        factor.factor(good)
+        factored, precondition = analysis.factor(good), analysis.preconditioner(good)
         b = np.arange(100.0).reshape(50, 2)
         full = good + sparse.tril(good, -1).T
-        assert np.allclose(full @ factor.solve(b), b)
-        assert np.allclose(full @ factor.precondition(b), b)
-        factor.factor(2 * good)
-        assert np.allclose(2 * full @ factor.solve(b[:, 0]), b[:, 0])
+        assert np.allclose(full @ factored.solve(b), b)
+        assert np.allclose(full @ precondition(b), b)
+        twice = analysis.factor(2 * good)
+        assert np.allclose(2 * full @ twice.solve(b[:, 0]), b[:, 0])
+        assert np.allclose(full @ factored.solve(b), b)  # not changed under another's hands
 
 
 @pytest.mark.parametrize("name", ["multigrid", "auto"])
@@ -125,8 +126,7 @@ def test_complex_hermitian_systems_are_factored(name: str) -> None:
     A = A @ A.conj().T + np.eye(30)
     A[np.diag_indices(30)] = A.diagonal().real  # CHOLMOD wants it exactly real
     lower = sparse.tril(sparse.csc_array(A)).tocsc()
-    factor = Solvers(name).whole(lower)
-    factor.factor(lower)
+    factor = Solvers(name).whole(lower).factor(lower)
     b = rng.normal(size=30) + 1j * rng.normal(size=30)
     assert np.allclose(A @ factor.solve(b), b)
 
@@ -135,7 +135,7 @@ def test_where_multigrid_does_not_reach_the_layout_it_is_factored(monkeypatch) -
     V, F = load("cortex")
     angles = flatten(V, F, LinABF(iterations=12)).angles
     expected = layout(F, angles)
-    monkeypatch.setattr(solver.conjugate_gradients, "__defaults__", (3,))
+    monkeypatch.setattr(conjugate_gradients, "__defaults__", (3,))
     with pytest.warns(FallbackWarning, match="PyAMG did not solve the layout"):
         uv = layout(F, angles, solver="multigrid")
     assert np.abs(uv - expected).max() <= 1e-9 * np.ptp(expected)
@@ -157,6 +157,7 @@ def test_a_singular_layout_is_an_error_with_a_place(monkeypatch) -> None:
 
     for kind in (SuperLU, solver.Cholmod):
         monkeypatch.setattr(kind, "factor", singular)
+        monkeypatch.setattr(kind, "preconditioner", singular)
     with pytest.raises(MeshError, match=r"singular in double precision.*faces \d+.*remove"):
         flatten(V * [1, 1, 0], F, LinABF(layout="least-squares"))
     with pytest.warns(FallbackWarning), pytest.raises(MeshError, match=r"singular.*faces \d+.*rad"):

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from ..linalg import Pattern
 from ..surface import NEXT, PREV, FloatArray, IntArray, Topology
 from .loops import Closure, closure_of
 
@@ -33,6 +35,11 @@ class Constraints:
     def n(self) -> int:
         """Number of rows."""
         return len(self.target)
+
+    @cached_property
+    def pattern(self) -> Pattern:
+        """The graph of the rows."""
+        return Pattern(self.topology, self.row, self.n)
 
     def sum_at_rows(self, values: FloatArray) -> FloatArray:
         """Sum (#V,) values over the vertices of each row."""

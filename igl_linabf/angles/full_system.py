@@ -22,18 +22,19 @@ import numpy as np
 from scipy import sparse
 
 from ..linalg import Solvers
-from ..surface import FloatArray, IntArray, Topology
+from ..surface import FloatArray
+from .constraints import Constraints
 
 OWN, LEFT, RIGHT = 0, 1, 2  # angles alpha, beta, gamma of a corner k: at k, k + 1 and k + 2
 
 
-def fan_rows(topology: Topology, values: FloatArray, which: int) -> sparse.csr_array:
+def fan_rows(constraints: Constraints, values: FloatArray, which: int) -> sparse.csr_array:
     """Sum over the fan of each interior vertex: a row for each.
 
     Parameters
     ----------
-    topology : Topology
-        The mesh. The vertices of a hole share one row, which sums over all their fans.
+    constraints : Constraints
+        Of the mesh. The vertices of a hole share one row, which sums over all their fans.
     values : (3, #F) float64
         Coefficients of the errors.
     which : int
@@ -43,40 +44,41 @@ def fan_rows(topology: Topology, values: FloatArray, which: int) -> sparse.csr_a
     -------
     (#rows, 3 #F) sparse array
     """
-    row, target = _constraints(topology)
+    row = constraints.row[constraints.topology.corner]
     k, t = np.nonzero(row >= 0)
     j = (k + which) % 3
-    return sparse.csr_array((values[j, t], (row[k, t], 3 * t + j)), shape=(len(target), values.size))
+    return sparse.csr_array((values[j, t], (row[k, t], 3 * t + j)), shape=(constraints.n, values.size))
 
 
-def vertex_rows(topology: Topology) -> sparse.csr_array:
+def vertex_rows(constraints: Constraints) -> sparse.csr_array:
     """Left side of eq. 5, (#rows, 3 #F): sum e."""
-    return fan_rows(topology, np.ones(topology.corner.shape), OWN)  # eq. 5
+    return fan_rows(constraints, np.ones(constraints.topology.corner.shape), OWN)  # eq. 5
 
 
-def wheel_rows(topology: Topology, alpha: FloatArray) -> sparse.csr_array:
+def wheel_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
     """Left side of eq. 10, (#rows, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
     cot = 1 / np.tan(alpha)
-    return fan_rows(topology, cot, LEFT) - fan_rows(topology, cot, RIGHT)  # eq. 10
+    return fan_rows(constraints, cot, LEFT) - fan_rows(constraints, cot, RIGHT)  # eq. 10
 
 
-def triangle_rows(topology: Topology) -> sparse.csr_array:
+def triangle_rows(constraints: Constraints) -> sparse.csr_array:
     """Left side of eq. 6, (#F, 3 #F): e_1 + e_2 + e_3."""
-    return sparse.kron(sparse.eye_array(topology.corner.shape[1]), np.ones((1, 3))).tocsr()  # eq. 6
+    return sparse.kron(
+        sparse.eye_array(constraints.topology.corner.shape[1]), np.ones((1, 3))
+    ).tocsr()  # eq. 6
 
 
-def interior_rows(topology: Topology, alpha: FloatArray) -> sparse.csr_array:
+def interior_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
     """Left sides of eq. 5 and 10, (2 #rows, 3 #F): the two rows of a vertex are next to each other."""
-    both = sparse.vstack((vertex_rows(topology), wheel_rows(topology, alpha))).tocsr()
+    both = sparse.vstack((vertex_rows(constraints), wheel_rows(constraints, alpha))).tocsr()
     return both[np.arange(both.shape[0]).reshape(2, -1).T.ravel()]
 
 
-def right_hand_sides(topology: Topology, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
+def right_hand_sides(constraints: Constraints, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Right sides of `interior_rows`, (2 #rows,) (eq. 5 and 10), and of `triangle_rows`, (#F,) (eq. 6)."""
     log_sin = np.log(np.sin(alpha))
-    _, target = _constraints(topology)
-    vertex = target - vertex_rows(topology) @ alpha.T.ravel()  # eq. 5
-    wheel = fan_rows(topology, log_sin, RIGHT) - fan_rows(topology, log_sin, LEFT)  # eq. 10
+    vertex = constraints.target - vertex_rows(constraints) @ alpha.T.ravel()  # eq. 5
+    wheel = fan_rows(constraints, log_sin, RIGHT) - fan_rows(constraints, log_sin, LEFT)  # eq. 10
     triangle = np.pi - alpha.sum(axis=0)  # eq. 6
     return np.column_stack((vertex, wheel.sum(axis=1))).ravel(), triangle
 
@@ -110,23 +112,21 @@ def least_norm(
     scale = sparse.diags_array(alpha.T.ravel())
     C = A @ scale  # eq. 11-16
     lower = sparse.tril(C @ C.T).tocsc()
-    factor = solvers.whole(lower)
-    factor.factor(lower)
+    factored = solvers.whole(lower).factor(lower)
 
     def errors(b: FloatArray) -> FloatArray:
-        x = factor.solve(b)  # eq. 16: (C C^T) x = b
+        x = factored.solve(b)  # eq. 16: (C C^T) x = b
         return np.asarray(scale @ (C.T @ x))  # f = C^T x, e = diag(alpha) f
 
     return errors
 
 
-def full_step(topology: Topology, alpha: FloatArray) -> FloatArray:
+def full_step(constraints: Constraints, alpha: FloatArray) -> FloatArray:
     """Take one step of linear ABF by the full system.
 
     Parameters
     ----------
-    topology : Topology
-        The mesh.
+    constraints : Constraints
     alpha : (3, #F) float64
         The angles at which the system is taken, radians.
 
@@ -135,14 +135,9 @@ def full_step(topology: Topology, alpha: FloatArray) -> FloatArray:
     (3, #F) float64
         The errors e. Exact but for rounding: the solution is refined once.
     """
-    A = sparse.vstack((interior_rows(topology, alpha), triangle_rows(topology))).tocsr()
-    b = np.concatenate(right_hand_sides(topology, alpha))
+    A = sparse.vstack((interior_rows(constraints, alpha), triangle_rows(constraints))).tocsr()
+    b = np.concatenate(right_hand_sides(constraints, alpha))
     errors = least_norm(A, alpha, Solvers("direct"))
     e = errors(b)
     e = e + errors(b - A @ e)
     return np.asarray(e.reshape(-1, 3).T)
-
-
-def _constraints(topology: Topology) -> tuple[IntArray, FloatArray]:
-    """The row of each corner's vertex, (3, #F), -1 where it has none; the angle sum that a row asks for."""
-    return topology.row[topology.corner], topology.target

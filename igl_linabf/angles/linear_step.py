@@ -26,7 +26,6 @@ from ..linalg import (
     Analysis,
     Factored,
     NotPositiveDefiniteError,
-    Pattern,
     Solvers,
     Symmetric,
     conjugate_gradients,
@@ -60,11 +59,6 @@ class AngleProblem:
     estimate: FloatArray
     solvers: Solvers
     safeguard: bool = True
-
-    @cached_property
-    def pattern(self) -> Pattern:
-        """The graph of the rows."""
-        return Pattern(self.constraints.topology, self.constraints.row, self.constraints.n)
 
     @cached_property
     def start(self) -> Iterate:
@@ -218,7 +212,7 @@ def linearise(
     SingularSystemError
     """
     with timed("assembly"):
-        system = System(problem.constraints, problem.pattern, at.alpha, weights)
+        system = System(problem.constraints, at.alpha, weights)
         S = system.matrix() if problem.constraints.n else Symmetric(sparse.csr_array((0, 0)))
         closure = at.residual.closure
         closing = ClosingRows(system, closure) if close and len(closure.gap) else None

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from ..linalg import Pattern, Symmetric
+from ..linalg import Symmetric
 from ..surface import NEXT, PREV, FloatArray, IntArray
 from .constraints import Constraints
 
@@ -28,10 +28,8 @@ class System:
     otherwise: converged ABF takes alpha_0^2.
     """
 
-    def __init__(
-        self, constraints: Constraints, pattern: Pattern, alpha: FloatArray, w: FloatArray | None = None
-    ) -> None:
-        self.constraints, self.topology, self.pattern = constraints, constraints.topology, pattern
+    def __init__(self, constraints: Constraints, alpha: FloatArray, w: FloatArray | None = None) -> None:
+        self.constraints, self.topology, self.pattern = constraints, constraints.topology, constraints.pattern
         self.w = alpha**2 if w is None else w
         self.d = self.w.sum(axis=0)
         self.cot = 1 / np.tan(alpha)

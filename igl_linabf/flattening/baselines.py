@@ -11,15 +11,13 @@ import igl.spectra
 import numpy as np
 from scipy import sparse
 
-from ..angles import Constraints, Step, constraints_of, corner_angles, residual
+from ..angles import Step, constraints_of, corner_angles, residual
+from ..angles.full_system import LEFT, RIGHT, fan_rows, least_norm, triangle_rows, vertex_rows
 from ..errors import MeshError, some
 from ..layouts import far_apart, least_squares
 from ..linalg import NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
-    NEXT,
-    PREV,
     ComplexArray,
-    FloatArray,
     Mesh,
     Pins,
     centred,
@@ -77,51 +75,26 @@ def newton_step(problem: Problem, tried: Tried) -> Candidate:
 
     At multipliers of zero the Hessian is diag(2 / alpha_0^2), so that the step is the least norm
     solution of the linearised constraints, as linear ABF's is, but with the wheel constraint in
-    its product form, prod sin(beta) - prod sin(gamma) = 0.
+    its product form, prod sin(beta) - prod sin(gamma) = 0: its row
+    prod(beta) cot(beta) e_beta - prod(gamma) cot(gamma) e_gamma = prod(gamma) - prod(beta) is
+    divided by the geometric mean of the products, which changes no solution.
     """
     state, constraints = problem.start, problem.angles.constraints
-    alpha, residual_there = state.at.alpha, state.at.residual
+    alpha, b = state.at.alpha, state.at.residual
     if constraints.n:
-        M, b = _product_rows(constraints, alpha)
-        b[0::2] = residual_there.vertex
-        w = (alpha**2).T.ravel()
-        m = alpha.shape[1]
-        triangles = sparse.kron(sparse.eye_array(m), np.ones((1, 3))).tocsr()
-        A = sparse.vstack((M, triangles)).tocsr()
-        whole = (A @ sparse.diags_array(w) @ A.T).tocsc()
-        lower = sparse.tril(whole).tocsc()
+        cot = 1 / np.tan(alpha)
+        half = np.exp(-b.wheel / 2)  # sqrt(prod sin(beta) / prod sin(gamma))
+        left, right = (fan_rows(constraints, cot, which) for which in (LEFT, RIGHT))
+        wheel = sparse.diags_array(half) @ left - sparse.diags_array(1 / half) @ right
+        A = sparse.vstack((vertex_rows(constraints), wheel, triangle_rows(constraints))).tocsr()
         try:
-            factored = problem.angles.solvers.whole(lower).factor(lower)
+            errors = least_norm(A, alpha, problem.angles.solvers)
         except NotPositiveDefiniteError:
             raise _failed(problem.mesh, "the Newton step of ABF++") from None
-        x = factored.solve(np.concatenate((b, residual_there.triangle)))
-        at = problem.angles.at(alpha + (w * (A.T @ x)).reshape(m, 3).T)
+        e = errors(np.concatenate((b.vertex, 1 / half - half, b.triangle)))
+        at = problem.angles.at(alpha + e.reshape(-1, 3).T)
         state = replace(state, at=at, steps=(Step("step", 0, 0, at.residual.largest),))
     return drawn(problem, "linear step", state, converged=False)
-
-
-def _product_rows(constraints: Constraints, alpha: FloatArray) -> tuple[sparse.csr_array, FloatArray]:
-    """Vertex rows, and wheel rows in product form, on errors numbered 3 t + k; and their right side.
-
-    The wheel row prod(beta) cot(beta) e_beta - prod(gamma) cot(gamma) e_gamma = prod(gamma) -
-    prod(beta) is divided by the geometric mean of the products, which changes no solution.
-    """
-    log_sin = np.log(np.sin(alpha))
-    topology = constraints.topology
-    log_ratio = constraints.sum_at_rows(topology.sum_at_vertices(log_sin[NEXT] - log_sin[PREV]))
-    half = np.exp(log_ratio / 2)  # sqrt(prod sin(beta) / prod sin(gamma))
-    row = constraints.row[topology.corner]
-    k, t = np.nonzero(row >= 0)
-    row = row[k, t]
-    left, right = (k + 1) % 3, (k + 2) % 3
-    cot = 1 / np.tan(alpha)
-    i = np.concatenate((2 * row, 2 * row + 1, 2 * row + 1))
-    j = 3 * np.tile(t, 3) + np.concatenate((k, left, right))
-    entry = np.concatenate((np.ones(len(k)), half[row] * cot[left, t], -cot[right, t] / half[row]))
-    n = constraints.n
-    b = np.zeros(2 * n)
-    b[1::2] = 1 / half - half
-    return sparse.csr_array((entry, (i, j)), shape=(2 * n, alpha.size)), b
 
 
 def far_pins(mesh: Mesh) -> Pins:

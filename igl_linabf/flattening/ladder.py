@@ -197,14 +197,13 @@ def drawn(
             alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
             b = residual(angles.constraints, alpha)
         layout = lay_out(
-            mesh.topology,
+            angles.constraints,
             alpha,
             b,
             problem.layout,
             problem.pinned,
             mesh.area,
             angles.solvers,
-            angles.pattern,
             None if state.lin is None else state.lin.laplacian,
         )
     progress.advance("layout", 0.5)

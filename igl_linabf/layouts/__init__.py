@@ -8,6 +8,7 @@ from .boundary import develop_boundary
 from .choice import GAP, Layout, LayoutName, check_method, lay_out, layout, placed
 from .conformal_energy import far_apart, least_squares
 from .convex import on_circle
+from .greedily import greedy
 from .slim import Injective, injective
 
 __all__ = [
@@ -18,6 +19,7 @@ __all__ = [
     "check_method",
     "develop_boundary",
     "far_apart",
+    "greedy",
     "injective",
     "lay_out",
     "layout",

@@ -8,9 +8,9 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..angles import Residual, constraints_of, residual
+from ..angles import Constraints, Residual, constraints_of, residual
 from ..errors import MeshError, SingularSystemError, some
-from ..linalg import Analysis, NotPositiveDefiniteError, Pattern, SolverName, Solvers
+from ..linalg import Analysis, NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
     ComplexArray,
     FloatArray,
@@ -54,20 +54,20 @@ class Layout:
 
 
 def lay_out(
-    topology: Topology,
+    constraints: Constraints,
     alpha: FloatArray,
     b: Residual,
     method: LayoutName,
     pinned: Pins | None,
     area: float,
     solvers: Solvers,
-    pattern: Pattern | None = None,
     laplacian: Analysis | None = None,
 ) -> Layout:
     """Lay out triangles' angles, (3, #F) radians.
 
-    `pattern` and `laplacian` are those of the interior vertices, where they are there already.
+    `laplacian` is the analysis of the constraints' pattern, where it is there already.
     """
+    topology = constraints.topology
     boundary = develop_boundary(topology, b)
     cot = 1 / np.tan(alpha)
     solver, made = "none", method
@@ -81,8 +81,7 @@ def lay_out(
         )
     try:
         if made == "boundary":
-            pattern = pattern or _interior_pattern(topology)
-            z, solver = harmonic(topology, boundary, cot, pattern, laplacian, solvers)
+            z, solver = harmonic(topology, boundary, cot, constraints.pattern, laplacian, solvers)
         elif made == "least-squares":
             ends = far_apart(coordinates(boundary.z))
             index, position = topology.loops[0][ends], boundary.z[ends]
@@ -101,11 +100,6 @@ def lay_out(
     if pinned is None or made != "least-squares":
         z = placed(topology, z, area, pinned)
     return Layout(z, made, boundary.gap, solver)
-
-
-def _interior_pattern(topology: Topology) -> Pattern:
-    constraints = constraints_of(topology)
-    return Pattern(topology, constraints.row, constraints.n)
 
 
 def layout(
@@ -172,9 +166,9 @@ def layout(
         topology = with_outer(topology, loop_through(topology, outer, vertices))
     alpha = checked_angles(angles, len(faces))
     pinned = pins(b, bc, vertices, n)
-    made = lay_out(
-        topology, alpha, residual(constraints_of(topology), alpha), method, pinned, 1.0, Solvers(solver)
-    )
+    constraints = constraints_of(topology)
+    residual_there = residual(constraints, alpha)
+    made = lay_out(constraints, alpha, residual_there, method, pinned, 1.0, Solvers(solver))
     return scatter(coordinates(made.z), vertices, n)
 
 
