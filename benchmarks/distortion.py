@@ -16,7 +16,7 @@ from igl_linabf import Flattening, OutcomeWarning, flatten, quality
 
 def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
-    print("Each cell: F/3nt, L2 stretch, flips; then linear solves (conjugate gradient steps in all), layout.\n")
+    print("Each cell: F/3nt, L2 stretch, flips; linear solves (conjugate gradient steps), layout.\n")
     print("| mesh | triangles | igl.lscm | one iteration | default | converged |")
     print("|---|---|---|---|---|---|")
     for name, V, F in [brain(), *shared("disk", "flat2d", "stress")]:

@@ -37,7 +37,7 @@ def main() -> None:
     options = parser.parse_args()
     warnings.simplefilter("ignore", OutcomeWarning)
     others = [name for name in peers.installed() if name.endswith("ABF")]
-    print("Times are ratios to igl.lscm. linABF runs one iteration; ABF runs to its default tolerance, and to 1e-7.\n")
+    print("Times over igl.lscm's. linABF: one iteration. ABF: to its default tolerance, and to 1e-7.\n")
     heads = [*COLUMNS, *(f"{name}: time, F/3nt" for name in others)]
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     for name, V, F in [brain(), *shared("disk")]:

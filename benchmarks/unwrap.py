@@ -59,7 +59,7 @@ def by_xatlas(V: np.ndarray, F: np.ndarray) -> str:
 
 def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
-    print("Seams: total length over the diagonal of the bounding box. s: seconds of one run. igl.lscm: F/3nt, flips.\n")
+    print("Seams: length over the diagonal of the bounding box. s: seconds. igl.lscm: F/3nt, flips.\n")
     heads = "mesh | triangles | charts | splits | overlaps | seams | F/3nt | L2 stretch | flips | s"
     other = " | igl.lscm, same cut"
     if find_spec("xatlas"):
