@@ -2,7 +2,8 @@
 
     python benchmarks/distortion.py
 
-On the cortex and the disks, flat and stress meshes under IGL_LINABF_MESHES; prints Markdown.
+The meshes are the cortex and those of the kinds disk, flat2d and stress in IGL_LINABF_MESHES.
+Prints Markdown.
 """
 
 from __future__ import annotations

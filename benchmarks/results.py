@@ -1,4 +1,4 @@
-"""Write docs/results.md anew: the output of the other benchmarks, under the command of each.
+"""Write docs/results.md: the output of the other benchmarks, each under its command.
 
 python benchmarks/results.py
 """

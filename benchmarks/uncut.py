@@ -2,7 +2,7 @@
 
     python benchmarks/uncut.py [--repeat 5]
 
-On the demo's crown and the meshes of kind `holes` under IGL_LINABF_MESHES; prints Markdown.
+The meshes are the demo's crown and those of kind `holes` in IGL_LINABF_MESHES. Prints Markdown.
 """
 
 from __future__ import annotations
