@@ -2,7 +2,8 @@
 
     python benchmarks/distortion.py
 
-On the cortex and the disks, flat and stress meshes under IGL_LINABF_MESHES; prints Markdown.
+The meshes are the cortex and those of the kinds disk, flat2d and stress in IGL_LINABF_MESHES.
+Prints Markdown.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from igl_linabf import Flattening, LinABF, OutcomeWarning, flatten, quality
 
 def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
-    print("Each cell: F/3nt, L2 stretch, flipped triangles; then solves (inner steps), layout.\n")
+    print("Each cell: F/3nt, L2 stretch, flips; linear solves (conjugate gradient steps), layout.\n")
     print("| mesh | triangles | igl.lscm | one iteration | default | converged |")
     print("|---|---|---|---|---|---|")
     for name, V, F in [brain(), *shared("disk", "flat2d", "stress")]:

@@ -1,8 +1,8 @@
-"""Ten thousand hostile cases, and what came of them, as a Markdown table (docs/promises.md).
+"""Run ten thousand hostile cases and print how they end, as a Markdown table (docs/promises.md).
 
     .venv/bin/python benchmarks/fuzz.py [--cases 10000] [--first 0]
 
-Exit code 1 where a promise was broken; the cases are listed then.
+Exit code 1 if a promise was broken; the cases are then listed on stderr.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from fuzzing import KINDS, run
 
 
 def families(count: Counter[str]) -> str:
-    """The ends of a row; what refusals say is told apart in the tests."""
+    """How the cases of a row end. The texts of refusals are checked in the tests."""
     short: Counter[str] = Counter()
     for end, number in count.items():
         short[end.split(":")[0]] += number

@@ -1,9 +1,9 @@
-"""Memory at the peak, for each face: what `igl_linabf.memory` reckons with.
+"""Peak memory per face, measured, beside the estimate of `igl_linabf.linalg.memory`.
 
     python benchmarks/memory.py [TIMES]
 
-The cortex of nilearn's wheel, subdivided TIMES times (2 by default), is flattened with each solver, in
-a process of its own.
+The mesh is the cortex of nilearn's wheel, subdivided TIMES times (2 by default). It is flattened with each
+solver, each time in a new process.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ RUNS = {
 
 
 def run(name: str, times: int) -> None:
-    """Flatten, and print a row of the table."""
+    """Flatten with one solver and print a row of the table."""
     import resource
 
     V, F, _ = cortex()

@@ -1,4 +1,4 @@
-"""Meshes that the benchmarks run on."""
+"""The meshes of the benchmarks."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Mesh = tuple[str, np.ndarray, np.ndarray]
 
 
 def shared(*kinds: str) -> Iterator[Mesh]:
-    """Meshes of these kinds under IGL_LINABF_MESHES, by name."""
+    """Meshes of these kinds in the folder IGL_LINABF_MESHES, with their names."""
     folder = os.environ.get("IGL_LINABF_MESHES")
     if folder is None:
         print(

@@ -1,11 +1,11 @@
-"""How much another pair of pins changes the least-squares map, after the best similarity.
+"""How much another pair of pins changes the least-squares map, up to the best similarity.
 
     python benchmarks/pins.py
 
-For each disk: root mean square and largest distance between the default map and those of ten other
-pairs of boundary vertices, the worst pair, relative to the map's size; and the spread of F/3nt.
-After one step the target angles contradict each other a little, so that the pins matter; after
-convergence they do not.
+For each disk, ten other pairs of boundary vertices are pinned. Printed are the root mean square and the
+largest distance to the default map, relative to the map's size, of the worst pair; and the range of
+F/3nt. After one step the target angles are not quite those of a flat mesh, so the pins matter a
+little. After convergence they do not.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from igl_linabf.plot import fit
 
 
 def spread(V: np.ndarray, F: np.ndarray, iterations: int) -> tuple[float, float, float, float]:
-    """Worst root mean square and largest distance, and the extremes of F/3nt, over pairs of pins."""
+    """Largest rms and largest maximal distance, and the range of F/3nt, over all pairs of pins."""
     angles = flatten(V, F, LinABF(iterations=iterations)).angles
     default = layout(F, angles, method="least-squares")
     size = np.ptp(default, axis=0).max()

@@ -1,4 +1,4 @@
-"""Write docs/results.md anew: the output of the other benchmarks, under the command of each.
+"""Write docs/results.md: the output of the other benchmarks, each under its command.
 
 python benchmarks/results.py
 """
@@ -12,9 +12,9 @@ from pathlib import Path
 ROOT = Path(__file__).parent.parent
 HEAD = """# Results
 
-`make results` writes this page: every table below is the output of the command above it, on the
-meshes of the folder that `IGL_LINABF_MESHES` names (files `kind__name.obj`) and on the cortex of
-nilearn's wheel. Times are ratios to `igl.lscm` within one process, medians, checks included.
+`make results` writes this page. Each table is the output of the command above it. The meshes are the
+cortex of nilearn's wheel and those of the folder that `IGL_LINABF_MESHES` names (files `kind__name.obj`).
+Times are ratios to `igl.lscm` within one process: medians, with the checks of the input included.
 """
 SECTIONS = [
     ("The paper's Table 1", "table1.py"),

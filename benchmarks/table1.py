@@ -2,8 +2,8 @@
 
     python benchmarks/table1.py [--repeat 5]
 
-On the cortex and every disk under IGL_LINABF_MESHES; prints Markdown. Times are ratios to igl.lscm
-in the same process, medians. Blender's ABF joins where `bpy` is installed.
+The meshes are the cortex and every disk in IGL_LINABF_MESHES. Times are medians, as ratios to igl.lscm in the
+same process. Blender's ABF is added if `bpy` is installed. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def main() -> None:
     options = parser.parse_args()
     warnings.simplefilter("ignore", OutcomeWarning)
     others = [name for name in peers.installed() if name.endswith("ABF")]
-    print("Time over igl.lscm; linABF is one iteration, ABF its default tolerance and 1e-7.\n")
+    print("Times relative to igl.lscm. linABF: one iteration. ABF: to its default tolerance, and to 1e-7.\n")
     heads = [*COLUMNS, *(f"{name}: time, F/3nt" for name in others)]
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     for name, V, F in [brain(), *shared("disk")]:

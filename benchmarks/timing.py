@@ -1,9 +1,9 @@
-"""Time of linabf over that of igl.lscm: one process, medians, after a warm-up, checks included.
+"""Time of linabf relative to igl.lscm: medians in one process, after a warm-up, with input checks.
 
     python benchmarks/timing.py [--repeat 5] [--solver auto|multigrid|direct] [--large] [MESH ...]
 
-Without MESH: lion, face and camelhead from IGL_LINABF_MESHES, the cortex, and face subdivided
-once (and twice with --large, 827 k triangles). Prints Markdown.
+Without MESH, the meshes are the cortex, lion, face and camelhead from IGL_LINABF_MESHES, and face
+subdivided once (with --large also twice, 827 k triangles). Prints Markdown.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layou
 
 
 def chosen(options: argparse.Namespace) -> Iterator[Mesh]:
-    """The meshes asked for, or the default ones."""
+    """The meshes of the command line, or the default ones."""
     if options.mesh:
         for path in options.mesh:
             yield path.stem, *read_mesh(path)

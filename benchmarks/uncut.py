@@ -2,7 +2,7 @@
 
     python benchmarks/uncut.py [--repeat 5]
 
-On the demo's crown and the meshes of kind `holes` under IGL_LINABF_MESHES; prints Markdown.
+The meshes are the demo's crown and those of kind `holes` in IGL_LINABF_MESHES. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=5)
     options = parser.parse_args()
     warnings.simplefilter("ignore", OutcomeWarning)
-    print("F/3nt and flips; then, for ours, iterations, largest closure residual, time over igl.lscm.\n")
+    print("Each cell: F/3nt, flips; iterations, largest closure residual, **time over igl.lscm**.\n")
     print("| mesh | triangles | holes | igl.lscm | one step | default | converged | ABF |")
     print("|---|---|---|---|---|---|---|---|")
     for name, V, F in [crown(), *shared("holes")]:

@@ -1,9 +1,9 @@
-"""Atlases of closed surfaces, handles and pieces: distortion, seams and time; xatlas beside them.
+"""Atlases of any surfaces: distortion, seams and time, beside xatlas.
 
     python benchmarks/unwrap.py
 
-On the bunny and the meshes of the kinds closed, handles and multi under IGL_LINABF_MESHES; prints
-Markdown. xatlas joins where it is installed.
+The meshes are the bunny and those of the kinds closed, handles and multi in IGL_LINABF_MESHES. xatlas is
+added if it is installed. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -19,13 +19,13 @@ from igl_linabf import OutcomeWarning, flatten, quality, texture_seams, unwrap
 
 
 def seam_length(V: np.ndarray, F: np.ndarray, FTC: np.ndarray) -> float:
-    """Of existing texture coordinates, over the diagonal of the bounding box."""
+    """Seam length of texture coordinates, relative to the diagonal of the bounding box."""
     a, b = V[texture_seams(F, FTC).T]
     return float(np.linalg.norm(a - b, axis=1).sum() / np.linalg.norm(np.ptp(V, axis=0)))
 
 
 def lscm_on(V: np.ndarray, F: np.ndarray, FTC: np.ndarray, origin: np.ndarray) -> str:
-    """F/3nt of igl.lscm on the charts of an atlas, and its flips."""
+    """F/3nt and flips of igl.lscm on the charts of an atlas."""
     total, flips = 0.0, 0
     _, chart = np.unique(components(FTC), return_inverse=True)
     for i in range(chart.max() + 1):
@@ -59,7 +59,7 @@ def by_xatlas(V: np.ndarray, F: np.ndarray) -> str:
 
 def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
-    print("Seam lengths over the diagonal of the bounding box; F/3nt and flips; seconds of one run.\n")
+    print("Seams: length over the diagonal of the bounding box. s: seconds. igl.lscm: F/3nt, flips.\n")
     heads = "mesh | triangles | charts | splits | overlaps | seams | F/3nt | L2 stretch | flips | s"
     other = " | igl.lscm, same cut"
     if find_spec("xatlas"):

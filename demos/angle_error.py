@@ -2,10 +2,12 @@
 Where the angle error is, before and after
 ==========================================
 
-Above, what a triangle mesh misses of being flat: at each interior vertex the largest of the
-residuals of equations 5 and 10, of its own angles and after linear ABF's default two solves.
-Below, what that costs: the squared relative angle change of each triangle, in the map of igl.lscm
-and in that of linear ABF. Each row has one scale.
+The upper row shows how far the angles are from those of a flat mesh: at each interior vertex the
+larger residual of the vertex constraint (equation 5) and the wheel constraint (equation 10). On the
+left the angles are the surface's own, on the right those after linear ABF's default two solves.
+
+The lower row shows the squared relative angle change of each triangle, in the map of igl.lscm and in
+that of linear ABF. Both pictures of a row have the same scale.
 """
 
 from __future__ import annotations
@@ -23,7 +25,7 @@ from igl_linabf.plot import colour_scale, fit, plot_uv
 
 
 def residuals(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """By how much angles (#F, 3) miss the vertex and the wheel condition, the larger, at each vertex."""
+    """The larger residual of the vertex and the wheel constraint at each vertex, for angles (#F, 3)."""
     corner, log_sin = F.ravel(), np.log(np.sin(angles))
     around = np.bincount(corner, angles.ravel(), len(V)) - 2 * np.pi
     wheel = np.bincount(corner, (np.roll(log_sin, -1, 1) - np.roll(log_sin, 1, 1)).ravel(), len(V))

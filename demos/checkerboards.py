@@ -2,9 +2,9 @@
 Checkerboards on six surfaces
 =============================
 
-What a flat map does is seen on the surface: squares that stay squares say that angles are kept,
-their size how areas change. A disk, disks with holes, and closed surfaces with the seams drawn that
-open them; each is flattened by linear ABF.
+A checkerboard on the surface shows the distortion of a flat map. Where the squares stay squares, angles
+are preserved; their size shows how areas change. The surfaces are disks, a disk with holes, and
+closed surfaces, whose seams are drawn. Linear ABF flattens each.
 """
 
 from __future__ import annotations

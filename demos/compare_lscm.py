@@ -1,12 +1,12 @@
 """Methods side by side
 ====================
 
-Flatten a mesh by igl.lscm, linear ABF and ABF: two tables, one picture, one OBJ::
+Flatten a mesh by igl.lscm, linear ABF and ABF, and print their quality and time::
 
     python demos/compare_lscm.py MESH [FOLDER]
 
-writes MESH's name with .obj (linear ABF's map as texture coordinates) and .png into FOLDER, `out`
-by default. `igl-linabf compare MESH` prints the first table only.
+This prints two tables. It writes MESH's name with .obj (linear ABF's map as texture coordinates) and
+with .png into FOLDER, by default `out`. `igl-linabf compare MESH` prints only the first table.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from igl_linabf.plot import plot_compare
 def show(
     V: np.ndarray, F: np.ndarray, stem: Path, others: Mapping[str, np.ndarray] | None = None
 ) -> dict[str, Quality]:
-    """Print and draw igl.lscm, linear ABF, ABF and `others`; returns the qualities by name."""
+    """Print and draw igl.lscm, linear ABF, ABF and `others`; return the qualities by name."""
     comparison = compare(V, F)
     maps = comparison.maps | dict(others or {})
     measured = {name: quality(V, F, uv) for name, uv in maps.items()}

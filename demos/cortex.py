@@ -3,8 +3,8 @@
 
 Flatten the left cortical hemisphere of fsaverage5, cut as FreeSurfer's experts cut it.
 
-The disk and its coordinates come with nilearn's wheel: `flat_left` has the faces that are left
-after the cuts (and a flat map of them, for comparison), `pial_left` the surface in 3-D.
+The mesh comes with nilearn's wheel. `pial_left` is the surface in 3-D. `flat_left` has the faces that
+remain after the cuts, and a flat map of them, which is shown for comparison.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from nilearn.surface import load_surf_mesh
 
 
 def cortex() -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Surface (#V, 3), faces (#F, 3) and the flat map (#V, 2) that is shipped with it, in mm."""
+    """Surface (#V, 3), faces (#F, 3) and the flat map (#V, 2) that comes with it, in mm."""
     fsaverage = fetch_surf_fsaverage("fsaverage5")
     flat, pial = (load_surf_mesh(fsaverage[key]) for key in ("flat_left", "pial_left"))
     V, F, _, used = igl.remove_unreferenced(

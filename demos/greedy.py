@@ -5,9 +5,10 @@ Section 5 of the paper: both layouts of the same angles, on a large mesh::
 
     python demos/greedy.py [MESH]
 
-By default the cortex with every triangle split into sixteen (298,464). After one linear step the
-angles contradict each other a little. Greedy layout adds the errors up along its tree of triangles:
-the farther from the seed, the farther from the least-squares map. After convergence they agree.
+The default mesh is the cortex with every triangle split into sixteen (298,464 triangles). After one
+linear step the angles are not quite those of a flat mesh. Greedy layout accumulates these errors along
+its tree of triangles: the farther from the seed, the farther its map is from the least-squares map.
+After convergence both maps agree.
 """
 
 from __future__ import annotations
@@ -37,7 +38,7 @@ def depths(F: np.ndarray, seed: int) -> np.ndarray:
 
 
 def compare_layouts(V: np.ndarray, F: np.ndarray, iterations: int) -> tuple[np.ndarray, np.ndarray, list]:
-    """Both maps, and (flipped, rms distance) of greedy by the distance from its seed, in bands."""
+    """Both maps, and for bands of distance from the seed: depth, flipped triangles, rms distance."""
     angles = flatten(V, F, LinABF(iterations=iterations)).angles
     greedy, least = (layout(F, angles, method=method) for method in ("greedy", "least-squares"))
     depth = depths(F, int(np.argmax(angles.min(axis=1))))

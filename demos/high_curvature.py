@@ -3,9 +3,9 @@
 
 Figure 3 of the paper: high Gauss curvature, on a spiky surface of revolution and on a crown.
 
-The angle sum at a tip misses 2 pi by far more than a radian, so that the exponential-map switch of
-section 4.2 fires there. On the crown LSCM turns triangles over; linear ABF never does, and is
-nearer to ABF. Both surfaces are heights over a round plate.
+At a tip the angle sum misses 2 pi by far more than a radian, so the exponential map of section 4.2 is
+used there. On the crown LSCM flips triangles. Linear ABF flips none, and its map is nearer to that of
+ABF. Both surfaces are height fields over a round plate.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from compare_lscm import show
 
 
 def rings(count: int, height: Callable[[np.ndarray], np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
-    """A round plate of `count` rings of triangles, lifted by a `height` of its points (as complex)."""
+    """A round plate of `count` rings of triangles, lifted by a `height` function of complex positions."""
     z, F, first = [np.zeros(1)], [], 0
     for k in range(1, count + 1):
         z.append(k / count * np.exp(2j * np.pi * np.arange(6 * k) / (6 * k)))
@@ -34,7 +34,7 @@ def rings(count: int, height: Callable[[np.ndarray], np.ndarray]) -> tuple[np.nd
 
 
 def spike(distance: np.ndarray, height: float, width: float) -> np.ndarray:
-    """A spike or a ridge of a half `width`, by the distance from its top."""
+    """Height of a spike or a ridge of half `width`, at a distance from its top."""
     return height * np.maximum(0, 1 - distance / width)
 
 

@@ -5,8 +5,9 @@ A crown whose tips are cut off, flattened by igl.lscm, linear ABF and ABF::
 
     python demos/holes.py [MESH]
 
-The constraints at interior vertices alone leave the map multivalued around a hole. Here each hole
-turns once and keeps its scale from the first step on, and its loop closes from the second one on.
+The constraints at interior vertices alone leave the map multivalued around a hole. igl_linabf adds
+constraints for each hole: from the first step on, its loop turns once and ends at the scale with which
+it began; from the second step on, it closes.
 """
 
 from __future__ import annotations

@@ -1,12 +1,12 @@
 """In the browser
 ==============
 
-The flattened cortex as a page that any browser opens, without a server: turn both views with the
-mouse::
+Write the flattened cortex as an HTML page. Any browser opens it, without a server; turn both views with
+the mouse::
 
     python demos/in_the_browser.py [MESH]
 
-The page is pyvista's HTML export of the scene, 2 MB with the viewer in it.
+The page is pyvista's HTML export of the scene. It has 2 MB and includes the viewer.
 """
 
 from __future__ import annotations

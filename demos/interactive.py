@@ -2,8 +2,9 @@
 A window on the surface and its flat map
 ========================================
 
-A click marks the same point on both sides; keys change the method, the iterations, the board and the
-distortion shown (h lists them). Where there is no display, the window's picture goes to ``out/``::
+A click marks the same point on both sides. Keys change the method, the iterations, the checkerboard and
+the distortion that is shown; h lists them. Without a display, a picture of the window is written to
+``out/``::
 
     python demos/interactive.py [MESH]
 

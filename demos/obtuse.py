@@ -3,8 +3,8 @@
 
 Figure 4 of the paper: three triangles around a vertex with an angular deficit of 4.56.
 
-The exponential-map switch of section 4.2 fires. LSCM and DNCP turn a triangle over whichever two
-boundary vertices are pinned; linear ABF gives the valid map, the same as ABF.
+The deficit is so large that the exponential map of section 4.2 is used. LSCM and DNCP flip a triangle,
+whichever two boundary vertices are pinned. Linear ABF gives a valid map, the same as ABF.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ DEFICIT = 4.56
 
 
 def obtuse() -> np.ndarray:
-    """The four vertices: three spokes with the angles between them that the deficit leaves."""
+    """The four vertices: the middle one, and the ends of three spokes with the given deficit."""
     a, b = BETWEEN
     c = 2 * np.pi - DEFICIT - a - b
     x, y = np.cos(c), (np.cos(b) - np.cos(a) * np.cos(c)) / np.sin(a)

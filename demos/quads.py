@@ -2,10 +2,11 @@
 Quadrangular remeshing from the map
 ===================================
 
-The use of figure 6 of the paper: iso-lines of the flat map, drawn back on the surface, are a mesh of
-quadrangles with nearly right angles, as far as the map keeps angles. Two disks, one with seven holes,
-and a closed surface through its atlas; whole cells are light, those that a boundary or a seam cuts
-dark. Each is written as an OBJ of polygons::
+The application in figure 6 of the paper. The iso-lines of the flat map, drawn on the surface, form a mesh
+of quadrangles. Their angles are nearly right, because the map nearly preserves angles.
+
+The surfaces are the cortex, a disk with seven holes, and a closed surface, which is unwrapped first. Whole
+cells are light; cells that a boundary or a seam cuts are dark. Each mesh is written as an OBJ of polygons::
 
     python demos/quads.py [MESH]
 """
@@ -30,7 +31,7 @@ CELLS = 4000
 
 
 def grid_of(V: np.ndarray, F: np.ndarray) -> QuadGrid:
-    """About `CELLS` cells; a closed surface is unwrapped."""
+    """A grid of about `CELLS` cells; a closed surface is unwrapped first."""
     if len(igl.boundary_facets(F)[0]):
         uv = linabf(V, F)
     else:
@@ -40,7 +41,7 @@ def grid_of(V: np.ndarray, F: np.ndarray) -> QuadGrid:
 
 
 def corner_angles(grid: QuadGrid) -> np.ndarray:
-    """Of the whole cells, (#Q, 4), in degrees."""
+    """Angles of the whole cells, (#Q, 4), in degrees."""
     corners = grid.V[grid.quads]
     ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     cosine = (ahead * back).sum(axis=2) / np.linalg.norm(ahead, axis=2) / np.linalg.norm(back, axis=2)

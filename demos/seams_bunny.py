@@ -1,9 +1,11 @@
 """The bunny, unwrapped
 ====================
 
-Unwrap the Stanford bunny, or any surface: seams found, flattened, packed, written as OBJ and GLB::
+Unwrap the Stanford bunny, or any surface: find seams, flatten, pack, write OBJ and GLB::
 
     python demos/seams_bunny.py [MESH]
+
+Three values of `trade` show how longer seams lower the stretch.
 
 `igl-linabf unwrap MESH -o OUT.obj` does the same for one file.
 """

@@ -3,10 +3,12 @@
 
 Figure 5 of the paper: one iteration fails on a one-ring, and a second one fixes it.
 
-The one-ring has an obtuse solid angle (10.6 radians around its vertex) and sheared triangles. It
-was found by random search; most such one-rings need one iteration only. Greedy layout draws the
-triangles as their angles say: after one step the wheel constraint, which is not linear, misses by
-so much that the last triangle comes out turned over. Least squares spreads that over the triangles.
+The one-ring has an obtuse solid angle (10.6 radians around its vertex) and sheared triangles. It was
+found by random search; most such one-rings need only one iteration.
+
+Greedy layout places each triangle with its target angles. After one step the residual of the wheel
+constraint, which is nonlinear, is so large that the last triangle is flipped. Least-squares layout
+distributes the residual over all triangles.
 """
 
 from __future__ import annotations

@@ -1,11 +1,11 @@
 """Stretch
 =======
 
-The table of the paper's section 6: stretch of ABF against linear ABF, on horse and dino.
+The table of the paper's section 6: stretch of ABF and of linear ABF, on horse and dino.
 
-The models are looked up by name under IGL_LINABF_MESHES; one that is not there is said to be
-missing. The Stanford bunny, a scan that pymeshfix brings along and repairs, is always there. All
-are closed: `find_seams` finds where to cut them open.
+The models are looked up by name in the folder IGL_LINABF_MESHES; a model that is not there is skipped with
+a message. The Stanford bunny is always there: it is a scan that comes with pymeshfix, which repairs it.
+All models are closed, and `find_seams` finds where to cut them open.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ def bunny() -> tuple[np.ndarray, np.ndarray]:
 
 
 def models() -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
-    """Horse and dino where they are, and the bunny."""
+    """Horse and dino, if they are there, and the bunny."""
     folder = Path(os.environ.get("IGL_LINABF_MESHES", "."))
     for name in ("horse", "dino"):
         found = sorted(p for p in folder.glob(f"*{name}*") if p.suffix in (".obj", ".off", ".ply"))
