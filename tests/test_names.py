@@ -105,7 +105,7 @@ def test_the_map_shows_every_room_and_every_file_that_it_names_is_there() -> Non
     rooms = [name.rstrip("/") for row in rows_of("CONTRIBUTING.md", "room") for name in named(row[0])]
     check([f"igl_linabf.{name}" for name in rooms])
     assert set(rooms) == {module.name for module in pkgutil.iter_modules(igl_linabf.__path__)}
-    for folders, files, *_ in rows_of("CONTRIBUTING.md", "beside `igl_linabf/`"):
+    for folders, files, *_ in rows_of("CONTRIBUTING.md", "folder"):
         (folder,) = named(folders)
         missing = [n for n in named(files) if n.endswith(".py") and not (ROOT / folder / n).is_file()]
         assert not missing, missing

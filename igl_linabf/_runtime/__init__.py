@@ -1,11 +1,10 @@
 """Room: _runtime."""
 
-from . import progress
 from .child_process import Arrays, run_apart, serve
 from .cleanup import undone_at_once
 from .progress import Progress, advance, part, reporting
-from .stopwatch import stopwatch, timed
 from .text import aligned
+from .timing import stopwatch, timed
 
 __all__ = [
     "Arrays",
@@ -13,7 +12,6 @@ __all__ = [
     "advance",
     "aligned",
     "part",
-    "progress",
     "reporting",
     "run_apart",
     "serve",

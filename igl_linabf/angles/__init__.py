@@ -8,14 +8,17 @@ from .closure import ClosingRows
 from .constraints import Constraints, Residual, constraints_of, residual
 from .converged import LEAST_SHARE, AbfResult, converge, converge_feasibly
 from .estimate import CAP_ANGLE, corner_angles, initial_estimate, opened
+from .full_system import LEFT, RIGHT, fan_rows, least_norm, triangle_rows, vertex_rows
 from .iterations import State, active_set, chord_step, linear_step
-from .linear_step import AngleProblem, Direction, Iterate, Linearised, Step, advance, linearise, solve
+from .linearised import AngleProblem, Direction, Iterate, Linearised, Step, advance, linearise, solve
 from .loops import Closure, closure_of
 from .reduced import System
 
 __all__ = [
     "CAP_ANGLE",
     "LEAST_SHARE",
+    "LEFT",
+    "RIGHT",
     "AbfResult",
     "AngleProblem",
     "ClosingRows",
@@ -36,10 +39,14 @@ __all__ = [
     "converge",
     "converge_feasibly",
     "corner_angles",
+    "fan_rows",
     "initial_estimate",
+    "least_norm",
     "linear_step",
     "linearise",
     "opened",
     "residual",
     "solve",
+    "triangle_rows",
+    "vertex_rows",
 ]

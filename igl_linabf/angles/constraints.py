@@ -99,13 +99,13 @@ def residual(constraints: Constraints, alpha: FloatArray) -> Residual:
     log_sin = np.sin(alpha)
     np.abs(log_sin, out=log_sin)
     np.maximum(log_sin, np.finfo(np.float64).tiny, out=log_sin)
-    np.log(log_sin, out=log_sin)
+    np.log(log_sin, out=log_sin)  # eq. 7: the wheel constraint in logarithms
     total = topology.sum_at_vertices(alpha)
     log_ratio = topology.sum_at_vertices(log_sin[PREV] - log_sin[NEXT])
     turning = np.pi - total
     return Residual(
         vertex=constraints.target - constraints.sum_at_rows(total),  # eq. 5
-        wheel=constraints.sum_at_rows(log_ratio),  # eq. 10
+        wheel=constraints.sum_at_rows(log_ratio),  # eq. 8-10
         triangle=np.pi - alpha.sum(axis=0),  # eq. 6
         turning=turning,
         log_ratio=log_ratio,

@@ -6,11 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .._runtime import progress
+from .._runtime import advance
 from ..errors import SingularSystemError
 from ..surface import NEXT, PREV, BoolArray, FloatArray
 from .iterations import State
-from .linear_step import Direction, Step, linearise, solve
+from .linearised import Direction, Step, linearise, solve
 
 ANCHORED_RTOL = 0.03  # relative reduction of what an anchored step's multipliers miss
 FEASIBLE_RTOL = 0.01  # and of a feasible or restoring step's
@@ -52,8 +52,8 @@ def objective(state: State) -> float:
 def converge(state: State, tol: float) -> AbfResult:
     """Minimise sum ((alpha - alpha_0) / alpha_0)^2 over the angles of flat meshes, by anchored steps.
 
-    That is the objective of Sheffer and de Sturler, under the constraints of eq. 5, 6 and of eq. 10
-    before its linearisation. An *anchored* step is linear ABF's with weights alpha_0^2 and the
+    That is the objective of Sheffer and de Sturler under their constraints (eq. 1-4), the wheel
+    constraint not linearised. An *anchored* step is linear ABF's with weights alpha_0^2 and the
     change since alpha_0 as its gradient: a Gauss-Newton step of the constraints, whose fixed point
     is the minimiser. The factor of the Laplacian at alpha_0 serves all of them, and conjugate
     gradients go on from the last multipliers.
@@ -88,7 +88,7 @@ def converge(state: State, tol: float) -> AbfResult:
 
 
 def converge_feasibly(state: State, tol: float) -> AbfResult:
-    """The same minimum where anchored steps do not converge, from a converged active set.
+    """The same minimum (eq. 1-4) where anchored steps do not converge, from a converged active set.
 
     Its weights have the curvature of the wheel constraints in them, which is diagonal,
     |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)| by the multipliers of the two wheels that an
@@ -166,7 +166,7 @@ def _searched(
         trial = np.maximum(alpha + scale * e, np.minimum(alpha, LEAST_SHARE * anchor))
         at = problem.at(trial * (np.pi / trial.sum(axis=0)))
         step = Step("feasible", inner_steps, 0, at.residual.largest)
-        progress.advance("feasible", 0.05)
+        advance("feasible", 0.05)
         state = _restored(replace(state, at=at, steps=(*state.steps, step)), held, exact, MAX_RESTORING)
         after = objective(state)
         if after <= before + 1e-4 * scale * slope or abs(after - before) <= 1e-13 * before:

@@ -58,7 +58,7 @@ def vertex_rows(constraints: Constraints) -> sparse.csr_array:
 def wheel_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
     """Left side of eq. 10, (#rows, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
     cot = 1 / np.tan(alpha)
-    return fan_rows(constraints, cot, LEFT) - fan_rows(constraints, cot, RIGHT)  # eq. 10
+    return fan_rows(constraints, cot, LEFT) - fan_rows(constraints, cot, RIGHT)  # eq. 8-10
 
 
 def triangle_rows(constraints: Constraints) -> sparse.csr_array:

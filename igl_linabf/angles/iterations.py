@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from .linear_step import AngleProblem, Direction, Iterate, Kind, Linearised, Step, advance, linearise, solve
+from .linearised import AngleProblem, Direction, Iterate, Kind, Linearised, Step, advance, linearise, solve
 
 
 @dataclass(frozen=True, eq=False)

@@ -82,8 +82,8 @@ class System:
     def rows(self, e: FloatArray) -> FloatArray:
         """M e: (#rows, 2) sums of (3, #F) angles."""
         t, q = self.topology, self.cot * e
-        vertex = self.constraints.sum_at_rows(t.sum_at_vertices(e))
-        wheel = self.constraints.sum_at_rows(t.sum_at_vertices(q[NEXT] - q[PREV]))
+        vertex = self.constraints.sum_at_rows(t.sum_at_vertices(e))  # eq. 5
+        wheel = self.constraints.sum_at_rows(t.sum_at_vertices(q[NEXT] - q[PREV]))  # eq. 8-10
         return np.column_stack((vertex, wheel))
 
     def matrix(self) -> Symmetric:

@@ -11,8 +11,18 @@ import igl.spectra
 import numpy as np
 from scipy import sparse
 
-from ..angles import Step, constraints_of, corner_angles, residual
-from ..angles.full_system import LEFT, RIGHT, fan_rows, least_norm, triangle_rows, vertex_rows
+from ..angles import (
+    LEFT,
+    RIGHT,
+    Step,
+    constraints_of,
+    corner_angles,
+    fan_rows,
+    least_norm,
+    residual,
+    triangle_rows,
+    vertex_rows,
+)
 from ..errors import MeshError, some
 from ..layouts import far_apart, least_squares
 from ..linalg import NotPositiveDefiniteError, SolverName, Solvers

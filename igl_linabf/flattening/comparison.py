@@ -50,7 +50,13 @@ class Entry:
 
 @dataclass(frozen=True, eq=False)
 class Comparison:
-    """Entries by label; `print` shows them as a table."""
+    """Methods side by side; `print` shows them as a table.
+
+    Attributes
+    ----------
+    entries : dict of str to Entry
+        By label.
+    """
 
     entries: dict[str, Entry]
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from .._runtime import progress, timed
+from .._runtime import advance, timed
 from ..angles import (
     CAP_ANGLE,
     AbfResult,
@@ -31,7 +31,7 @@ from ..angles import (
 )
 from ..errors import FallbackWarning, MeshWarning, some, stack_level
 from ..layouts import GAP, Layout, LayoutName, develop_boundary, injective, lay_out, placed
-from ..linalg import SolverName, Solvers, memory
+from ..linalg import SolverName, Solvers, check_memory, factor_bytes
 from ..surface import (
     ALL_DIGITS,
     ComplexArray,
@@ -147,7 +147,7 @@ def posed(
     solvers = Solvers(solver)
     with timed("estimate"):
         least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1
-        memory.check(len(mesh.double_area), memory.factor_bytes(mesh.topology.n, 16) if least_squares else 0)
+        check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 16) if least_squares else 0)
         alpha, caps = opened(corner_angles(mesh))
         if len(caps):
             warnings.warn(
@@ -206,7 +206,7 @@ def drawn(
             angles.solvers,
             None if state.lin is None else state.lin.laplacian,
         )
-    progress.advance("layout", 0.5)
+    advance("layout", 0.5)
     flipped = flipped_faces(layout.z, mesh.topology.corner)
     flips = len(flipped)
     status, detail = Status.GOOD, ""

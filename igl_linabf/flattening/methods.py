@@ -60,7 +60,7 @@ class LinABF(Method):
 
     Parameters
     ----------
-    iterations, layout, rtol, tol, threshold, safeguard, guarantee, solver
+    iterations, layout, rtol, tol, threshold, safeguard, guarantee, solver : see `linabf`
         As in `igl_linabf.linabf`.
 
     Raises
@@ -114,7 +114,7 @@ class ABF(Method):
 
     Parameters
     ----------
-    layout, tol, threshold, guarantee, solver
+    layout, tol, threshold, guarantee, solver : see `linabf`
         As in `igl_linabf.abf`.
 
     Raises
@@ -154,7 +154,7 @@ class OneStepABFpp(Method):
 
     Parameters
     ----------
-    layout, threshold, solver
+    layout, threshold, solver : see `linabf`
         As in `igl_linabf.linabf`.
     """
 
@@ -203,7 +203,7 @@ class DNCP(Method):
 
     Parameters
     ----------
-    solver
+    solver : str
         As in `igl_linabf.linabf`.
     """
 

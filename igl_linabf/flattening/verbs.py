@@ -126,11 +126,13 @@ def abf(
 
     Parameters
     ----------
-    V, F, b, bc, layout, outer, threshold, guarantee, solver
+    V, F, b, bc, layout, outer : see `linabf`
         As in `linabf`.
     tol : float
         Largest relative change of an angle and largest residual of the constraints at which to
         end, down to 1e-10. At 1e-4 F/3nt has its first five digits.
+    threshold, guarantee, solver : see `linabf`
+        As in `linabf`.
 
     Returns
     -------
@@ -166,7 +168,7 @@ def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike |
 
     Parameters
     ----------
-    V, F, b, bc
+    V, F, b, bc : array_like
         As in `linabf`. The default pins are the two boundary vertices half the loop apart that are
         farthest from each other; the map is then scaled, centred and turned as `linabf`'s is.
 
@@ -212,7 +214,7 @@ def linabf_angles(
 
     Parameters
     ----------
-    V, F, iterations, outer, rtol, tol, threshold, safeguard, guarantee, solver
+    V, F, iterations, outer, rtol, tol, threshold, safeguard, guarantee, solver : see `linabf`
         As in `linabf`.
 
     Returns

@@ -4,7 +4,6 @@ In: Hermitian matrices over a mesh's vertices, by their lower triangles. Out: fa
 CHOLMOD (Chen et al. 2008), PyAMG's smoothed aggregation (Vanek et al. 1996), SuperLU, conjugate gradients.
 """
 
-from . import memory
 from .choice import HOW_TO_GET, SolverName, Solvers, blas_of_cholmod
 from .factors import (
     Analysis,
@@ -16,6 +15,7 @@ from .factors import (
     has_cholmod,
 )
 from .krylov import MAX_CG_STEPS, conjugate_gradients
+from .memory import check_memory, factor_bytes
 from .sparsity import Pattern, Rows, Symmetric
 
 __all__ = [
@@ -33,7 +33,8 @@ __all__ = [
     "SuperLU",
     "Symmetric",
     "blas_of_cholmod",
+    "check_memory",
     "conjugate_gradients",
+    "factor_bytes",
     "has_cholmod",
-    "memory",
 ]

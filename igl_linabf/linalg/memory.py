@@ -42,7 +42,7 @@ def fits(wanted: int) -> bool:
     return free is None or wanted <= free
 
 
-def check(faces: int, factor: int = 0) -> None:
+def check_memory(faces: int, factor: int = 0) -> None:
     """Raise where so many faces do not fit, with a factor of so many bytes that has to be."""
     wanted = PER_FACE * faces + factor
     if not fits(wanted):

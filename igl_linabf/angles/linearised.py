@@ -19,7 +19,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import linalg
 
-from .._runtime import progress, timed
+from .._runtime import advance as tell_progress
+from .._runtime import timed
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..linalg import (
     MAX_CG_STEPS,
@@ -369,5 +370,5 @@ def advance(problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
             limited = int(np.count_nonzero(reach <= 1))
             e = e * np.minimum(REACH * reach, 1.0)
         at = problem.at(at.alpha + e)
-    progress.advance(kind, 0.2)
+    tell_progress(kind, 0.2)
     return at, Step(kind, direction.inner_steps, limited, at.residual.largest)
