@@ -69,76 +69,78 @@ def _parser() -> Parser:
     parser = Parser(prog="igl-linabf", description="Linear angle based parameterization of triangle meshes.")
     parser.add_argument("--version", action="version", version=metadata.version("igl-linabf"))
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    command = commands.add_parser(
+
+    def command(run: Callable[[argparse.Namespace], int], name: str, help: str, description: str) -> Add:
+        made = commands.add_parser(name, help=help, description=description)
+        made.set_defaults(run=run)
+        made.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
+        return made.add_argument
+
+    def method(add: Add) -> None:
+        add("--method", choices=sorted(METHODS), default="linabf")
+
+    def outputs(add: Add, name: str, help: str) -> None:
+        add("-o", "--output", metavar=name, type=Path, required=True, help=help)
+        picture(add, "--picture", "checkerboard picture to write")
+
+    def picture(add: Add, name: str, help: str) -> None:
+        add(name, metavar="OUT.png", type=Path, help=help)
+
+    add = command(
+        _flatten,
         "flatten",
-        help="flatten a disk or one with holes, write it with texture coordinates, print the map's quality",
-        description="Flatten a disk, or one with holes. Exit code 1: written, but with flipped triangles.",
+        "flatten a disk or one with holes, write it with texture coordinates, print the map's quality",
+        "Flatten a disk, or one with holes. Exit code 1: written, but with flipped triangles.",
     )
-    command.set_defaults(run=_flatten)
-    command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
-    command.add_argument(
-        "-o", "--output", metavar="OUT.obj", type=Path, required=True, help="OBJ file to write"
-    )
-    command.add_argument("--picture", metavar="OUT.png", type=Path, help="checkerboard picture to write")
-    command.add_argument("--method", choices=sorted(METHODS), default="linabf")
-    command.add_argument("--iterations", metavar="N", default="auto", help="number of iterations, or auto")
-    command.add_argument("--layout", choices=("auto", "boundary", "least-squares", "greedy"), default="auto")
-    command.add_argument("--outer", metavar="VERTEX", type=int, help="a vertex of the outer boundary loop")
-    command.add_argument("--solver", choices=("auto", "cholmod", "multigrid", "direct"), default="auto")
-    command.add_argument(
-        "--guarantee", choices=("injective",), help="a last step where triangles are flipped, without flips"
-    )
-    command.add_argument(
+    outputs(add, "OUT.obj", "OBJ file to write")
+    method(add)
+    add("--iterations", metavar="N", default="auto", help="number of iterations, or auto")
+    add("--layout", choices=("auto", "boundary", "least-squares", "greedy"), default="auto")
+    add("--outer", metavar="VERTEX", type=int, help="a vertex of the outer boundary loop")
+    add("--solver", choices=("auto", "cholmod", "multigrid", "direct"), default="auto")
+    add("--guarantee", choices=("injective",), help="a last step where triangles are flipped, without flips")
+    add(
         "--units",
         choices=("square", "mesh"),
         default="square",
         help="scale of the texture coordinates: into the unit square, or in the mesh's own units of length",
     )
-    command = commands.add_parser(
+    add = command(
+        _compare,
         "compare",
-        help="flatten it by several methods, and print their quality and time side by side",
-        description="Compare methods on a disk, or one with holes: distortion, flips, time over igl.lscm's.",
+        "flatten it by several methods, and print their quality and time side by side",
+        "Compare methods on a disk, or one with holes: distortion, flips, time over igl.lscm's.",
     )
-    command.set_defaults(run=_compare)
-    command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
-    command.add_argument(
-        "--methods",
-        default="lscm,linabf,abf",
-        help=f"some of {', '.join(METHODS)}, with commas between (default: %(default)s)",
-    )
-    command.add_argument("--picture", metavar="OUT.png", type=Path, help="checkerboards to write")
-    command.add_argument("--repeat", metavar="N", type=int, default=3, help="timed runs of each (default: 3)")
-    command = commands.add_parser(
+    known = f"some of {', '.join(METHODS)}, with commas between (default: %(default)s)"
+    add("--methods", default="lscm,linabf,abf", help=known)
+    picture(add, "--picture", "checkerboards to write")
+    add("--repeat", metavar="N", type=int, default=3, help="timed runs of each (default: 3)")
+    add = command(
+        _unwrap,
         "unwrap",
-        help="cut any surface into charts, flatten them without overlaps, pack them, and write the atlas",
-        description="Unwrap any oriented manifold surface. Exit code 1: written, but with flips or overlaps.",
+        "cut any surface into charts, flatten them without overlaps, pack them, and write the atlas",
+        "Unwrap any oriented manifold surface. Exit code 1: written, but with flips or overlaps.",
     )
-    command.set_defaults(run=_unwrap)
-    command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
-    command.add_argument(
-        "-o", "--output", metavar="OUT", type=Path, required=True, help="OBJ, PLY or GLB file to write"
-    )
-    command.add_argument("--picture", metavar="OUT.png", type=Path, help="checkerboard picture to write")
-    command.add_argument(
+    outputs(add, "OUT", "OBJ, PLY or GLB file to write")
+    add(
         "--seams",
         default="auto",
         help="auto, uv (those of the OBJ's texture coordinates), or a text file of vertex pairs from 0 on",
     )
-    command.add_argument("--trade", type=float, default=TRADE, help="seam length against distortion: 0 short")
-    command.add_argument("--holes", action="store_true", help="leave holes uncut")
-    command.add_argument("--bijective", action="store_true", help="move overlaps apart instead of splitting")
-    command.add_argument("--method", choices=sorted(METHODS), default="linabf")
-    command = commands.add_parser(
+    add("--trade", type=float, default=TRADE, help="seam length against distortion: 0 short")
+    add("--holes", action="store_true", help="leave holes uncut")
+    add("--bijective", action="store_true", help="move overlaps apart instead of splitting")
+    method(add)
+    add = command(
+        _view,
         "view",
-        help="open a window with the surface and its flat map side by side",
-        description="Show any surface beside its flat map. In the window, h lists the keys.",
+        "open a window with the surface and its flat map side by side",
+        "Show any surface beside its flat map. In the window, h lists the keys.",
     )
-    command.set_defaults(run=_view)
-    command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
-    command.add_argument("--method", choices=sorted(METHODS), default="linabf")
-    command.add_argument("--measure", choices=MEASURES, help="distortion to show instead of the checkerboard")
-    command.add_argument("--frequency", metavar="N", type=float, default=30.0, help="squares of the board")
-    command.add_argument("--screenshot", metavar="OUT.png", type=Path, help="write a picture, open no window")
+    method(add)
+    add("--measure", choices=MEASURES, help="distortion to show instead of the checkerboard")
+    add("--frequency", metavar="N", type=float, default=30.0, help="squares of the board")
+    picture(add, "--screenshot", "write a picture, open no window")
     doctor = commands.add_parser("doctor", help="print what is installed and what the solvers use")
     doctor.set_defaults(run=_doctor)
     return parser

@@ -1,7 +1,7 @@
 """Room: _runtime."""
 
 from .child_process import Arrays, run_apart, serve
-from .cleanup import undone_at_once
+from .cleanup import replacing, undone_at_once
 from .progress import Progress, advance, part, reporting
 from .text import aligned
 
@@ -11,6 +11,7 @@ __all__ = [
     "advance",
     "aligned",
     "part",
+    "replacing",
     "reporting",
     "run_apart",
     "serve",
