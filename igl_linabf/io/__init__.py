@@ -5,13 +5,12 @@ coordinates. One module a format; `files` has the public functions, `parsing` wh
 """
 
 from .._runtime import replacing
-from .files import WRITERS, parse, read_mesh, read_texture, unit_square, write_grid, write_mesh, write_obj
+from .files import WRITERS, read_mesh, read_texture, unit_square, write_grid, write_mesh, write_obj
 
 SUFFIXES = tuple(WRITERS)
 
 __all__ = [
     "SUFFIXES",
-    "parse",
     "read_mesh",
     "read_texture",
     "replacing",

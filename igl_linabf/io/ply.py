@@ -25,7 +25,8 @@ TYPES = {
     **dict.fromkeys(("double", "float64"), "f8"),
 }
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-ROW_LIMIT = 2**40
+WHOLE = [name for name, kind in TYPES.items() if kind[0] != "f"]
+ROW_DIGITS = 12  # of a number of rows, at most
 
 
 class Element(NamedTuple):
@@ -72,26 +73,25 @@ def _header(data: bytes) -> tuple[str, list[Element], int, int]:
         text = data[start : end if end >= 0 else start + 200]
         words = text.decode("latin-1").split()
         start = end + 1
-        if line == 1:
-            if words != ["ply"]:
-                raise Damaged("it does not begin with the line ply")
-        elif end < 0:
+        if line == 1 and words != ["ply"]:
+            raise Damaged("it does not begin with the line ply")
+        if end < 0:
             raise Damaged("its head has no end_header")
-        elif words[:1] == ["format"] and len(words) == 3 and words[1] in ORDERS:
-            order = ORDERS[words[1]]
-        elif (
-            words[:1] == ["element"]
-            and len(words) == 3
-            and words[2].isdecimal()
-            and int(words[2]) < ROW_LIMIT
-        ):
-            elements.append(Element(words[1], int(words[2]), []))
-        elif words[:1] == ["property"] and elements and (of := _property(words[1:])):
-            elements[-1].properties.append(of)
-        elif words == ["end_header"]:
-            break
-        elif words and words[0] not in ("comment", "obj_info"):
-            refuse(line, text, "is not understood")
+        match words:
+            case ["format", form, _] if form in ORDERS:
+                order = ORDERS[form]
+            case ["element", name, rows] if rows.isdecimal() and len(rows) <= ROW_DIGITS:
+                elements.append(Element(name, int(rows), []))
+            case ["property", kind, name] if elements and kind in TYPES:
+                elements[-1].properties.append(Property(name, TYPES[kind]))
+            case ["property", "list", length, kind, name] if elements and length in WHOLE and kind in TYPES:
+                elements[-1].properties.append(Property(name, TYPES[kind], TYPES[length]))
+            case ["end_header"]:
+                break
+            case [] | ["comment" | "obj_info", *_]:
+                pass
+            case _ if line > 1:
+                refuse(line, text, "is not understood")
     if order is None:
         raise Damaged("its head has no line format")
     for element in elements:
@@ -101,14 +101,6 @@ def _header(data: bytes) -> tuple[str, list[Element], int, int]:
     if len({element.name for element in elements}) < len(elements):
         raise Damaged("it has two elements of one name")
     return order, elements, start, line
-
-
-def _property(words: list[str]) -> Property | None:
-    if len(words) == 2 and words[0] in TYPES:
-        return Property(words[1], TYPES[words[0]])
-    if len(words) == 4 and words[0] == "list" and TYPES.get(words[1], "f")[0] != "f" and words[2] in TYPES:
-        return Property(words[3], TYPES[words[2]], TYPES[words[1]])
-    return None
 
 
 def _text(data: bytes, elements: list[Element], before: int) -> dict[str, Columns]:
