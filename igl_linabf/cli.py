@@ -33,7 +33,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         "metavar": "OUT",
         "type": Path,
         "required": True,
-        "help": "file to write: OBJ; of unwrap OBJ, PLY or GLB",
+        "help": "OBJ to write; of unwrap, PLY or GLB, too",
     },
     "picture": {**PICTURE, "help": "checkerboard picture to write"},
     "screenshot": {**PICTURE, "help": "write a picture, open no window"},
@@ -54,7 +54,7 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     "units": {
         "choices": ("square", "mesh"),
         "default": "square",
-        "help": "scale of the texture coordinates: into the unit square, or in the mesh's own units of length",
+        "help": "scale of the texture coordinates: into the unit square, or in the mesh's units of length",
     },
     "seams": {
         "default": "auto",
