@@ -1,6 +1,6 @@
 """Readers of mesh files side by side, as two Markdown tables (docs/readers.md): time, and damaged files.
 
-    python benchmarks/readers.py [--files 1000] [--times 7]
+    python benchmarks/readers.py [--files 300] [--times 7]
 
 igl's reader and this package's are always among them; plyfile, meshio, trimesh and numpy-stl where they
 are installed. The time is that of an icosahedron subdivided TIMES times. The damaged files are those of
@@ -10,7 +10,6 @@ are installed. The time is that of an icosahedron subdivided TIMES times. The da
 from __future__ import annotations
 
 import argparse
-import builtins
 import contextlib
 import io
 import logging
@@ -33,7 +32,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
-from fuzzing import child, run_all
+import fuzzing
 from hostile_files import files_of, good_files, mutated
 
 from igl_linabf.io import read_mesh
@@ -92,6 +91,8 @@ FORMS = {
 FOLDER = Path(tempfile.gettempdir())
 MEMORY = 4 << 30  # bytes of a child's: a file may promise billions of rows
 RUNS = 5
+PACKAGES = {MODULES.get(name, name) for name in READERS}
+REFUSALS = (ValueError, RuntimeError, OSError, NotImplementedError)  # and what a package has of its own
 SEPARATOR = " reads "  # in the kind of a case
 PLACE = re.compile(r"\b(line|row|face|triangle|vert|element|byte)\w*\b.{0,30}?\d|\b(head|begin|end)", re.I)
 ENDS = {
@@ -99,8 +100,8 @@ ENDS = {
     "place": "refused with the place",
     "no place": "refused without",
     "inner": "inner error",
-    "other": "read otherwise",
-    "impossible": "impossible mesh",
+    "other": "read as another mesh",
+    "impossible": "read as no mesh",
     "crash": "crash, hang or exit",
 }
 
@@ -140,8 +141,8 @@ def _end(name: str, suffix: str, seed: int) -> str:
     except SystemExit:
         return "crash"
     except Exception as error:
-        own = not hasattr(builtins, type(error).__name__)
-        if not own and type(error) not in (ValueError, OSError, NotImplementedError):
+        package = type(error).__module__.partition(".")[0]
+        if package not in PACKAGES and type(error) not in REFUSALS:
             return "inner"
         return "place" if PLACE.search(str(error)) else "no place"
     if found is None or not np.isfinite(found).all():
@@ -153,16 +154,16 @@ def _end(name: str, suffix: str, seed: int) -> str:
 def seconds(installed: list[str], times: int) -> None:
     """Print the table of times."""
     files = files_of(*igl.upsample(*igl.icosahedron(), times))
-    print(f"| {20 * 4**times:,} triangles | seconds, libigl | " + " | ".join(f"{n} /" for n in installed[1:]))
+    heads = " | ".join(f"{name} / libigl" for name in installed[1:])
+    print(f"| {20 * 4**times:,} triangles | seconds, libigl | {heads} |")
     print("|---|" + "---|" * len(installed))
     for label, (suffix, form) in FORMS.items():
-        readers = {n: partial(_corners, READERS[n][0]) for n in installed if suffix in READERS[n][1]}
-        taken: dict[str, list[float]] = {name: [] for name in readers}
+        taken: dict[str, list[float]] = {name: [] for name in installed if suffix in READERS[name][1]}
         with tempfile.TemporaryDirectory() as folder:
             path = Path(folder) / f"mesh.{suffix}"
             path.write_bytes(files[suffix][form])
             for _ in range(RUNS):
-                for name in readers:
+                for name in taken:
                     start = perf_counter()
                     READERS[name][0](str(path))
                     taken[name].append(perf_counter() - start)
@@ -181,7 +182,7 @@ def damage(installed: list[str], files: int) -> None:
             if suffix not in READERS[name][1]:
                 continue
             kind = f"{name}{SEPARATOR}{suffix}"
-            count, broken = run_all([(kind, seed) for seed in range(files)], __file__)[kind]
+            count, broken = fuzzing.run_all([(kind, seed) for seed in range(files)], __file__)[kind]
             count += Counter(crash=len(broken))
             cells = " | ".join(f"{count[end]:,}" for end in ENDS)
             print(f"| {suffix.upper()}, {name} | {cells} |", flush=True)
@@ -189,11 +190,13 @@ def damage(installed: list[str], files: int) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--files", type=int, default=1000)
+    parser.add_argument("--files", type=int, default=300)
     parser.add_argument("--times", type=int, default=7)
     options = parser.parse_args()
+    fuzzing.LIMIT = 10.0  # seconds of one file
     installed = [name for name in READERS if find_spec(MODULES.get(name, name)) is not None]
-    print(", ".join(f"{name} {metadata.version(name)}" for name in installed if name != "igl_linabf"), "\n")
+    print(", ".join(f"{name} {metadata.version(name)}" for name in installed if name != "igl_linabf"))
+    print()
     seconds(installed, options.times)
     print()
     damage(installed, options.files)
@@ -202,6 +205,6 @@ def main() -> None:
 if __name__ == "__main__":
     if sys.argv[1:2] and sys.argv[1].endswith(".json"):
         kinds = {f"{name}{SEPARATOR}{suffix}": (name, suffix) for name in READERS for suffix in EVERY}
-        child({kind: partial(_end, *of) for kind, of in kinds.items()})
+        fuzzing.child({kind: partial(_end, *of) for kind, of in kinds.items()})
     else:
         main()

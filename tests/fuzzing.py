@@ -1,7 +1,7 @@
 """Hostile cases in a child process, so that a crash or a hang is seen, and of which case it was.
 
-`python tests/fuzzing.py CASES.json ENDS.txt SECONDS` is the child: it writes how each case ends. A script with
-cases of its own is a child in the same way, by `child`.
+`python tests/fuzzing.py CASES.json ENDS.txt SECONDS` is the child: it writes how each case ends. A script
+with cases of its own is a child in the same way, by `child`.
 """
 
 from __future__ import annotations

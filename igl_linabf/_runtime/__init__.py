@@ -1,6 +1,10 @@
-"""Room: _runtime."""
+"""What any computation may need around it: in come callbacks and files, out comes nothing half done.
 
-from .child_process import Arrays, run_apart, serve
+Progress as a callback or a bar; what Ctrl-C has to undo, and files that are whole or not there; work in child
+processes, for code that may crash or hang; tables as text.
+"""
+
+from .child_process import Arrays, run_as_child_process, run_in_child_process
 from .cleanup import replacing, undone_at_once
 from .progress import Progress, advance, part, reporting
 from .text import aligned
@@ -13,7 +17,7 @@ __all__ = [
     "part",
     "replacing",
     "reporting",
-    "run_apart",
-    "serve",
+    "run_as_child_process",
+    "run_in_child_process",
     "undone_at_once",
 ]

@@ -6,7 +6,6 @@ import os
 import secrets
 import shutil
 import signal
-import subprocess
 import sys
 import tempfile
 import threading
@@ -14,6 +13,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
+from subprocess import DEVNULL, PIPE, Popen, TimeoutExpired
 from types import FrameType
 from typing import Any
 
@@ -24,35 +24,29 @@ from .cleanup import undone_at_once
 Arrays = dict[str, Any]  # of NumPy arrays
 
 
-def run_apart(module: str, name: str, arrays: Arrays, timeout: float | None = None) -> Arrays:
-    """Run `python -m MODULE NAME IN.npz OUT.npz`; `serve` is its other side.
+def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float | None = None) -> Arrays:
+    """Run `python -m MODULE NAME IN.npz OUT.npz`; `run_as_child_process` is its other side.
 
     Raises
     ------
     RuntimeError
         It failed, with what it said last, or took longer than `timeout` seconds.
     """
-    started: list[subprocess.Popen[str]] = []
-    with _temporary_folder() as folder, undone_at_once(partial(_end, started)):
+    started: list[Popen[str]] = []
+    with _temporary_folder() as folder, undone_at_once(partial(_kill, started)):
         given, made = folder / "in.npz", folder / "out.npz"
         np.savez(given, **arrays)
         command = [sys.executable, "-m", module, name, str(given), str(made)]
         try:
-            with _held_back():
-                process = subprocess.Popen(
-                    command,
-                    stdin=subprocess.DEVNULL,
-                    stdout=subprocess.DEVNULL,
-                    stderr=subprocess.PIPE,
-                    text=True,
-                )
+            with _interrupts_held_back():
+                process = Popen(command, stdin=DEVNULL, stdout=DEVNULL, stderr=PIPE, text=True)
                 started.append(process)
             _, stderr = process.communicate(timeout=timeout)
         except BaseException as error:
             for process in started:
                 process.kill()
                 process.communicate()
-            if isinstance(error, subprocess.TimeoutExpired):
+            if isinstance(error, TimeoutExpired):
                 raise RuntimeError(f"{name} did not end within {timeout:g} seconds") from None
             raise
         if process.returncode != 0 or not made.exists():
@@ -75,7 +69,7 @@ def _temporary_folder() -> Iterator[Path]:
             remove()
 
 
-def _end(started: list[subprocess.Popen[str]]) -> None:
+def _kill(started: list[Popen[str]]) -> None:
     """Not by `wait`, whose lock the interrupted thread may hold."""
     for process in started:
         process.kill()
@@ -84,7 +78,7 @@ def _end(started: list[subprocess.Popen[str]]) -> None:
 
 
 @contextmanager
-def _held_back() -> Iterator[None]:
+def _interrupts_held_back() -> Iterator[None]:
     """Ctrl-C takes effect after the block: a process is not started and lost before it has a name."""
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):
@@ -100,8 +94,8 @@ def _held_back() -> Iterator[None]:
         before(*came[0])
 
 
-def serve(functions: dict[str, Callable[[Arrays], Arrays]]) -> None:
-    """Do what the command line of `run_apart` asks for."""
+def run_as_child_process(functions: dict[str, Callable[[Arrays], Arrays]]) -> None:
+    """Do what the command line of `run_in_child_process` asks for."""
     name, given, made = sys.argv[1:]
     with np.load(given) as arrays:
         result = functions[name](dict(arrays))
