@@ -80,6 +80,7 @@ def run_all(
                 cwd=ROOT,
                 capture_output=True,
                 text=True,
+                errors="replace",
             )
             said = [json.loads(line) for line in done.read_text().splitlines()] if done.exists() else []
         for (kind, seed), (good, end) in zip(cases, said, strict=False):

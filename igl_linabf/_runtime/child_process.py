@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import os
-import secrets
-import shutil
 import signal
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
-from subprocess import DEVNULL, PIPE, Popen, TimeoutExpired
+from subprocess import PIPE, Popen, TimeoutExpired
 from types import FrameType
 from typing import Any
 
@@ -25,23 +22,22 @@ Arrays = dict[str, Any]  # of NumPy arrays
 
 
 def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float | None = None) -> Arrays:
-    """Run `python -m MODULE NAME IN.npz OUT.npz`; `run_as_child_process` is its other side.
+    """Run `python -m MODULE NAME`, arrays going in and out by pipes; there `run_as_child_process` answers.
 
     Raises
     ------
     RuntimeError
         It failed, with what it said last, or took longer than `timeout` seconds.
     """
-    started: list[Popen[str]] = []
-    with _temporary_folder() as folder, undone_at_once(partial(_kill, started)):
-        given, made = folder / "in.npz", folder / "out.npz"
-        np.savez(given, **arrays)
-        command = [sys.executable, "-m", module, name, str(given), str(made)]
+    started: list[Popen[bytes]] = []
+    with undone_at_once(partial(_kill, started)):
         try:
             with _interrupts_held_back():
-                process = Popen(command, stdin=DEVNULL, stdout=DEVNULL, stderr=PIPE, text=True)
-                started.append(process)
-            _, stderr = process.communicate(timeout=timeout)
+                started.append(
+                    Popen([sys.executable, "-m", module, name], stdin=PIPE, stdout=PIPE, stderr=PIPE)
+                )
+            (process,) = started
+            made, said = process.communicate(_packed(arrays), timeout)
         except BaseException as error:
             for process in started:
                 process.kill()
@@ -49,27 +45,32 @@ def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float 
             if isinstance(error, TimeoutExpired):
                 raise RuntimeError(f"{name} did not end within {timeout:g} seconds") from None
             raise
-        if process.returncode != 0 or not made.exists():
-            said = (stderr.strip() or f"exit code {process.returncode}").splitlines()[-1]
-            raise RuntimeError(f"{name} failed: {said}")
-        with np.load(made) as result:
-            return dict(result)
+    if process.returncode != 0 or not made:
+        last = (said.decode(errors="replace").strip() or f"exit code {process.returncode}").splitlines()[-1]
+        raise RuntimeError(f"{name} failed: {last}")
+    return _unpacked(made)
 
 
-@contextmanager
-def _temporary_folder() -> Iterator[Path]:
-    """As tempfile's, but with a name from the beginning on, by which it can be removed."""
-    folder = Path(tempfile.gettempdir()) / f"igl_linabf-{secrets.token_hex(8)}"
-    remove = partial(shutil.rmtree, folder, ignore_errors=True)
-    with undone_at_once(remove):
-        folder.mkdir(mode=0o700)
-        try:
-            yield folder
-        finally:
-            remove()
+def run_as_child_process(functions: dict[str, Callable[[Arrays], Arrays]]) -> None:
+    """Do what the command line of `run_in_child_process` asks for."""
+    (name,) = sys.argv[1:]
+    with os.fdopen(os.dup(1), "wb") as out:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what libraries print is no part of the result
+        out.write(_packed(functions[name](_unpacked(sys.stdin.buffer.read()))))
 
 
-def _kill(started: list[Popen[str]]) -> None:
+def _packed(arrays: Arrays) -> bytes:
+    file = io.BytesIO()
+    np.savez(file, **arrays)
+    return file.getvalue()
+
+
+def _unpacked(data: bytes) -> Arrays:
+    with np.load(io.BytesIO(data)) as arrays:
+        return dict(arrays)
+
+
+def _kill(started: list[Popen[bytes]]) -> None:
     """Not by `wait`, whose lock the interrupted thread may hold."""
     for process in started:
         process.kill()
@@ -92,11 +93,3 @@ def _interrupts_held_back() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
     if came:
         before(*came[0])
-
-
-def run_as_child_process(functions: dict[str, Callable[[Arrays], Arrays]]) -> None:
-    """Do what the command line of `run_in_child_process` asks for."""
-    name, given, made = sys.argv[1:]
-    with np.load(given) as arrays:
-        result = functions[name](dict(arrays))
-    np.savez(made, **result)

@@ -53,6 +53,10 @@ class Property(NamedTuple):
     type: str
     length: str = ""
 
+    @property
+    def is_of_indices(self) -> bool:
+        return bool(self.length) and self.type[0] != "f"
+
 
 @dataclass(frozen=True, eq=False)
 class Column:
@@ -110,15 +114,14 @@ def rows_of(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
 
 def columns_of(rows: list[bytes], at: list[int], properties: Sequence[Property], what: str) -> Columns:
     """The columns of a table of text; `at` are its lines, and `what` is said of one that is wrong."""
-    lists = [of for of in properties if of.length]
-    if not lists:
+    if not any(of.length for of in properties):
         values = _table(rows, len(properties))
         if values is not None:
             return {of.name: Column(values[:, k]) for k, of in enumerate(properties)}
-    elif len(properties) == 1 and lists[0].type[0] != "f":
+    elif len(properties) == 1 and properties[0].is_of_indices:
         polygons = _lists_of_one_size(rows)
         if polygons is not None:
-            return {lists[0].name: polygons}
+            return {properties[0].name: polygons}
     return _row_by_row(rows, at, properties, what)
 
 
@@ -155,16 +158,17 @@ def _row_by_row(rows: list[bytes], at: list[int], properties: Sequence[Property]
                 (n,) = indices(words[k : k + 1], 1) or [-1]
                 size.append(n)
                 k += 1
-            read = indices if of.length and of.type[0] != "f" else numbers
+            read = indices if of.is_of_indices else numbers
             entry: Sequence[float] = read(words[k : k + n], n) if n >= 0 else []
             if len(entry) != n:
                 refuse(line, text, what)
             column.extend(entry)
             k += n
     return {
-        of.name: Column(np.array(column, dtype=np.int64), np.array(size, dtype=np.int64))
-        if of.length and of.type[0] != "f"
-        else Column(np.array(column, dtype=np.float64), np.array(size) if of.length else None)
+        of.name: Column(
+            np.array(column, dtype=np.int64 if of.is_of_indices else np.float64),
+            np.array(size, dtype=np.int64) if of.length else None,
+        )
         for of, column, size in zip(properties, values, sizes, strict=True)
     }
 

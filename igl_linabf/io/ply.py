@@ -172,15 +172,13 @@ def _sizes(data: bytes, start: int, element: Element, order: str, i: int) -> tup
         n = 1
         if of.length:
             count = np.dtype(order + of.length)
-            if start + count.itemsize > len(data):
-                break
-            n = int(np.frombuffer(data, count, 1, start)[0])
+            n = int(np.frombuffer(data[start : start + count.itemsize].ljust(count.itemsize), count)[0])
             start += count.itemsize
-            if not 0 <= n <= len(data) - start:
+            if start <= len(data) and not 0 <= n <= len(data) - start:
                 raise Damaged(f"row {i} of the element {element.name} has a list of {n} values")
-        start += n * np.dtype(of.type).itemsize
+        start += abs(n) * np.dtype(of.type).itemsize
         sizes.append(n)
-    if start > len(data) or len(sizes) < len(element.properties):
+    if start > len(data):
         raise Damaged(f"it ends in row {i} of the {element.rows} of the element {element.name}")
     return tuple(sizes)
 

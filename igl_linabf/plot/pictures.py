@@ -319,7 +319,7 @@ def plot_compare(
             caption = f"{name}: F/3nt {measured.angle_distortion:.3g}, {measured.flips} flipped"
             plotter.add_text(caption, font_size=CAPTION_SIZE)
             plotter.subplot(row, 1)
-            add_flat(plotter, flat_scene(drawn.uv, drawn.F), **colours[row])
+            add_flat(plotter, drawn.flat, **colours[row])
         return _shown(plotter, show, screenshot)
 
 

@@ -53,9 +53,9 @@ class Scene:
         return ~(signed_double_areas(complex_positions(self.uv), self.F.T) > 0)
 
     @property
-    def plane(self) -> FloatArray:
-        """The map in the plane z = 0, (#v, 3)."""
-        return np.insert(self.uv, 2, 0.0, axis=1)
+    def flat(self) -> Scene:
+        """The map as a surface in the plane z = 0."""
+        return flat_scene(self.uv, self.F)
 
     def fitted(self, onto: Scene) -> Scene:
         """With the map turned, scaled and moved to fit another one."""

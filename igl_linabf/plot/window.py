@@ -31,7 +31,6 @@ from .scene import (
     board,
     distortions,
     face_the_camera,
-    flat_scene,
     scene,
 )
 
@@ -108,9 +107,8 @@ class Viewer:
         self._pressed: tuple[int, int] = (0, 0)
         shown = self.shown
         with pv.vtk_verbosity("error"):
-            self.plotter = pv.Plotter(
-                shape=(1, 2), off_screen=off_screen, window_size=list(window_size), border=False, **options
-            )
+            options = {"window_size": list(window_size), "border": False, **options}
+            self.plotter = pv.Plotter(shape=(1, 2), off_screen=off_screen, **options)
         kind = self.plotter.render_window.GetClassName()
         if not off_screen and ("EGL" in kind or "OSOpenGL" in kind):
             self.plotter.close()
@@ -156,7 +154,7 @@ class Viewer:
             add_seams(self.plotter, drawn.seams, reset_camera=False)
         self.plotter.add_text(self.caption, font_size=10)
         self.plotter.subplot(0, 1)
-        add_flat(self.plotter, flat_scene(drawn.uv, drawn.F), **colours)
+        add_flat(self.plotter, drawn.flat, **colours)
         if self.help:
             self.plotter.add_text(HELP, font_size=10, font="courier", position="upper_left")
         self._mark()
@@ -210,7 +208,7 @@ class Viewer:
         """Mark the point under a pixel, counted from the window's lower left, on both sides."""
         drawn = self.shown.drawn
         side = int(x >= self.plotter.window_size[0] / 2)
-        points = drawn.V if side == 0 else drawn.plane
+        points = drawn.flat.V if side else drawn.V
         renderer = self.plotter.renderers[side]
         ends = [_world(renderer, x, y, depth) for depth in (0.0, 1.0)]
         surface = pv.PolyData.from_regular_faces(points, drawn.F)
@@ -225,7 +223,7 @@ class Viewer:
             return
         face, weights = self.picked
         drawn = self.shown.drawn
-        for side, points in enumerate((drawn.V, drawn.plane)):
+        for side, points in enumerate((drawn.V, drawn.flat.V)):
             self.plotter.subplot(0, side)
             radius = 0.012 * np.linalg.norm(np.ptp(points, axis=0))
             ball = pv.Sphere(radius=radius, center=weights @ points[drawn.F[face]])
