@@ -27,9 +27,10 @@ from .flattening import (
     linabf_angles,
     lscm,
 )
+from .io import write_grid
 from .layouts import layout
 from .measures import Quality, distortion, overlaps, quality
-from .remesh import QuadGrid, quad_grid, write_grid
+from .remesh import QuadGrid, quad_grid
 
 __all__ = [
     "ABF",

@@ -26,6 +26,46 @@ from .measures import MEASURES, quality
 from .surface import FloatArray, IntArray
 
 GOOD, NOT_VALID, ERROR = 0, 1, 2
+PICTURE = {"metavar": "OUT.png", "type": Path}
+ARGUMENTS: dict[str, dict[str, Any]] = {
+    "mesh": {"metavar": "MESH", "type": Path, "help": "OBJ, OFF, PLY or STL file"},
+    "output": {
+        "metavar": "OUT",
+        "type": Path,
+        "required": True,
+        "help": "OBJ to write; of unwrap, PLY or GLB, too",
+    },
+    "picture": {**PICTURE, "help": "checkerboard picture to write"},
+    "screenshot": {**PICTURE, "help": "write a picture, open no window"},
+    "method": {"choices": sorted(METHODS), "default": "linabf"},
+    "methods": {
+        "default": "lscm,linabf,abf",
+        "help": f"some of {', '.join(METHODS)}, with commas between (default: %(default)s)",
+    },
+    "repeat": {"metavar": "N", "type": int, "default": 3, "help": "timed runs of each (default: 3)"},
+    "iterations": {"metavar": "N", "default": "auto", "help": "number of iterations, or auto"},
+    "layout": {"choices": ("auto", "boundary", "least-squares", "greedy"), "default": "auto"},
+    "outer": {"metavar": "VERTEX", "type": int, "help": "a vertex of the outer boundary loop"},
+    "solver": {"choices": ("auto", "cholmod", "multigrid", "direct"), "default": "auto"},
+    "guarantee": {
+        "choices": ("injective",),
+        "help": "a last step where triangles are flipped, without flips",
+    },
+    "units": {
+        "choices": ("square", "mesh"),
+        "default": "square",
+        "help": "scale of the texture coordinates: into the unit square, or in the mesh's units of length",
+    },
+    "seams": {
+        "default": "auto",
+        "help": "auto, uv (those of the OBJ's texture coordinates), or a text file of vertex pairs from 0 on",
+    },
+    "trade": {"type": float, "default": TRADE, "help": "seam length against distortion: 0 short"},
+    "holes": {"action": "store_true", "help": "leave holes uncut"},
+    "bijective": {"action": "store_true", "help": "move overlaps apart instead of splitting"},
+    "measure": {"choices": MEASURES, "help": "distortion to show instead of the checkerboard"},
+    "frequency": {"metavar": "N", "type": float, "default": 30.0, "help": "squares of the board"},
+}
 
 
 class Parser(argparse.ArgumentParser):
@@ -69,78 +109,38 @@ def _parser() -> Parser:
     parser = Parser(prog="igl-linabf", description="Linear angle based parameterization of triangle meshes.")
     parser.add_argument("--version", action="version", version=metadata.version("igl-linabf"))
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
-    command = commands.add_parser(
-        "flatten",
-        help="flatten a disk or one with holes, write it with texture coordinates, print the map's quality",
-        description="Flatten a disk, or one with holes. Exit code 1: written, but with flipped triangles.",
-    )
-    command.set_defaults(run=_flatten)
-    command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
-    command.add_argument(
-        "-o", "--output", metavar="OUT.obj", type=Path, required=True, help="OBJ file to write"
-    )
-    command.add_argument("--picture", metavar="OUT.png", type=Path, help="checkerboard picture to write")
-    command.add_argument("--method", choices=sorted(METHODS), default="linabf")
-    command.add_argument("--iterations", metavar="N", default="auto", help="number of iterations, or auto")
-    command.add_argument("--layout", choices=("auto", "boundary", "least-squares", "greedy"), default="auto")
-    command.add_argument("--outer", metavar="VERTEX", type=int, help="a vertex of the outer boundary loop")
-    command.add_argument("--solver", choices=("auto", "cholmod", "multigrid", "direct"), default="auto")
-    command.add_argument(
-        "--guarantee", choices=("injective",), help="a last step where triangles are flipped, without flips"
-    )
-    command.add_argument(
-        "--units",
-        choices=("square", "mesh"),
-        default="square",
-        help="scale of the texture coordinates: into the unit square, or in the mesh's own units of length",
-    )
-    command = commands.add_parser(
-        "compare",
-        help="flatten it by several methods, and print their quality and time side by side",
-        description="Compare methods on a disk, or one with holes: distortion, flips, time over igl.lscm's.",
-    )
-    command.set_defaults(run=_compare)
-    command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
-    command.add_argument(
-        "--methods",
-        default="lscm,linabf,abf",
-        help=f"some of {', '.join(METHODS)}, with commas between (default: %(default)s)",
-    )
-    command.add_argument("--picture", metavar="OUT.png", type=Path, help="checkerboards to write")
-    command.add_argument("--repeat", metavar="N", type=int, default=3, help="timed runs of each (default: 3)")
-    command = commands.add_parser(
-        "unwrap",
-        help="cut any surface into charts, flatten them without overlaps, pack them, and write the atlas",
-        description="Unwrap any oriented manifold surface. Exit code 1: written, but with flips or overlaps.",
-    )
-    command.set_defaults(run=_unwrap)
-    command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
-    command.add_argument(
-        "-o", "--output", metavar="OUT", type=Path, required=True, help="OBJ, PLY or GLB file to write"
-    )
-    command.add_argument("--picture", metavar="OUT.png", type=Path, help="checkerboard picture to write")
-    command.add_argument(
-        "--seams",
-        default="auto",
-        help="auto, uv (those of the OBJ's texture coordinates), or a text file of vertex pairs from 0 on",
-    )
-    command.add_argument("--trade", type=float, default=TRADE, help="seam length against distortion: 0 short")
-    command.add_argument("--holes", action="store_true", help="leave holes uncut")
-    command.add_argument("--bijective", action="store_true", help="move overlaps apart instead of splitting")
-    command.add_argument("--method", choices=sorted(METHODS), default="linabf")
-    command = commands.add_parser(
-        "view",
-        help="open a window with the surface and its flat map side by side",
-        description="Show any surface beside its flat map. In the window, h lists the keys.",
-    )
-    command.set_defaults(run=_view)
-    command.add_argument("mesh", metavar="MESH", type=Path, help="OBJ, OFF, PLY or STL file")
-    command.add_argument("--method", choices=sorted(METHODS), default="linabf")
-    command.add_argument("--measure", choices=MEASURES, help="distortion to show instead of the checkerboard")
-    command.add_argument("--frequency", metavar="N", type=float, default=30.0, help="squares of the board")
-    command.add_argument("--screenshot", metavar="OUT.png", type=Path, help="write a picture, open no window")
-    doctor = commands.add_parser("doctor", help="print what is installed and what the solvers use")
-    doctor.set_defaults(run=_doctor)
+    for run, names, line, description in (
+        (
+            _flatten,
+            "mesh output picture method iterations layout outer solver guarantee units",
+            "flatten a disk or one with holes, write it with texture coordinates, print the map's quality",
+            "Flatten a disk, or one with holes. Exit code 1: written, but with flipped triangles.",
+        ),
+        (
+            _compare,
+            "mesh methods picture repeat",
+            "flatten it by several methods, and print their quality and time side by side",
+            "Compare methods on a disk, or one with holes: distortion, flips, time over igl.lscm's.",
+        ),
+        (
+            _unwrap,
+            "mesh output picture seams trade holes bijective method",
+            "cut any surface into charts, flatten them without overlaps, pack them, and write the atlas",
+            "Unwrap any oriented manifold surface. Exit code 1: written, but with flips or overlaps.",
+        ),
+        (
+            _view,
+            "mesh method measure frequency screenshot",
+            "open a window with the surface and its flat map side by side",
+            "Show any surface beside its flat map. In the window, h lists the keys.",
+        ),
+        (_doctor, "", "print what is installed and what the solvers use", None),
+    ):
+        command = commands.add_parser(run.__name__[1:], help=line, description=description)
+        command.set_defaults(run=run)
+        for name in names.split():
+            flags = {"mesh": ["mesh"], "output": ["-o", "--output"]}.get(name, [f"--{name}"])
+            command.add_argument(*flags, **ARGUMENTS[name])
     return parser
 
 
@@ -154,28 +154,29 @@ def _check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] 
         if not os.access(path.parent, os.W_OK):
             raise OSError(None, "the folder is missing or cannot be written to", str(path.parent))
     if png is not None:
-        pass  # says how to get pyvista where it is missing
-
-
-def _picture(path: str, V: FloatArray, F: IntArray, maps: Mapping[str, FloatArray]) -> None:
-    from .plot.pictures import plot_compare
-
-    plot_compare(V, F, maps, off_screen=True, screenshot=path).close()
+        from . import plot  # noqa: F401  # says how to get pyvista where it is missing
 
 
 def _hand_out(
-    text: str, settled: Callable[[], object], writers: Mapping[Path | None, Callable[[str], None]]
+    options: argparse.Namespace,
+    text: str,
+    pictured: tuple[FloatArray, IntArray, Mapping[str, FloatArray]],
+    write: Callable[[str], None] | None = None,
 ) -> None:
     """Write all files beside their places, print the text, and only then put the files there."""
     with contextlib.ExitStack() as stack:
-        for path, write in writers.items():
-            if path is not None:
-                write(stack.enter_context(replacing(path)))
+        if write is not None:
+            write(stack.enter_context(replacing(options.output)))
+        if options.picture is not None:
+            from .plot import plot_compare
+
+            path = stack.enter_context(replacing(options.picture))
+            plot_compare(*pictured, off_screen=True, screenshot=path).close()
         try:
             print(text, flush=True)
         except OSError as error:
             raise OSError(error.errno, error.strerror, "standard output") from None
-        settled()
+        options.settled()
 
 
 def _compare(options: argparse.Namespace) -> int:
@@ -183,8 +184,7 @@ def _compare(options: argparse.Namespace) -> int:
     _check_outputs(None, options.picture)
     V, F = read_mesh(options.mesh)
     comparison = compare(V, F, methods, repeat=options.repeat)
-    picture = partial(_picture, V=V, F=F, maps=comparison.maps)
-    _hand_out(str(comparison), options.settled, {options.picture: picture})
+    _hand_out(options, str(comparison), (V, F, comparison.maps))
     return GOOD
 
 
@@ -196,20 +196,12 @@ def _unwrap(options: argparse.Namespace) -> int:
         seams = texture_seams(F, read_texture(options.mesh)[1])
     elif options.seams != "auto":
         seams = _pairs(options.seams)
+    settings = {name: getattr(options, name) for name in ("trade", "holes", "bijective")}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
-        atlas = unwrap(
-            V,
-            F,
-            seams,
-            options.method,
-            trade=options.trade,
-            holes=options.holes,
-            bijective=options.bijective,
-        )
-    mesh = partial(write_mesh, V=V, F=F, TC=atlas.TC, FTC=atlas.FTC)
-    picture = partial(_picture, V=V[atlas.origin], F=atlas.FTC, maps={options.method: atlas.TC})
-    _hand_out(str(atlas), options.settled, {options.output: mesh, options.picture: picture})
+        atlas = unwrap(V, F, seams, options.method, **settings)
+    pictured = V[atlas.origin], atlas.FTC, {options.method: atlas.TC}
+    _hand_out(options, str(atlas), pictured, partial(write_mesh, V=V, F=F, TC=atlas.TC, FTC=atlas.FTC))
     for message in atlas.troubles:
         print(f"igl-linabf: {message}", file=sys.stderr)
     return GOOD if atlas.good else NOT_VALID
@@ -217,7 +209,7 @@ def _unwrap(options: argparse.Namespace) -> int:
 
 def _view(options: argparse.Namespace) -> int:
     _check_outputs(None, options.screenshot)
-    from .plot.window import view
+    from .plot import view
 
     V, F = read_mesh(options.mesh)
     settings = {"measure": options.measure, "frequency": options.frequency}
@@ -243,27 +235,19 @@ def _pairs(path: str) -> IntArray:
 
 def _flatten(options: argparse.Namespace) -> int:
     _check_outputs(options.output, options.picture)
-    settings: dict[str, Any] = {}
-    asked = {
-        "iterations": _iterations(options.iterations),
-        "layout": options.layout,
-        "solver": options.solver,
-        "guarantee": options.guarantee,
-    }
+    asked = {name: getattr(options, name) for name in ("layout", "solver", "guarantee")}
+    asked["iterations"] = _iterations(options.iterations)
     taken = {"linabf": set(asked), "abf": set(asked) - {"iterations"}, "abf++1": {"layout", "solver"}}
+    settings = {name: asked[name] for name in taken.get(options.method, set())}
     for name, value in asked.items():
-        if name in taken.get(options.method, set()):
-            settings[name] = value
-        elif value not in ("auto", None):
+        if name not in settings and value not in ("auto", None):
             raise ValueError(f"--{name} means nothing to the method {options.method}: leave it out")
     V, F = read_mesh(options.mesh)
     result = flatten(V, F, options.method, outer=options.outer, **settings)
     uv = unit_square(result.uv) if options.units == "square" else result.uv
-    mesh = partial(write_obj, V=V, F=F, uv=uv)
-    picture = partial(_picture, V=V, F=F, maps={options.method: result.uv})
     measured = quality(V, F, uv)
-    text = f"{measured}\n\n{result}"
-    _hand_out(text, options.settled, {options.output: mesh, options.picture: picture})
+    pictured = V, F, {options.method: result.uv}
+    _hand_out(options, f"{measured}\n\n{result}", pictured, partial(write_obj, V=V, F=F, uv=uv))
     if not result.outcome.good:
         print(f"igl-linabf: {result.message}", file=sys.stderr)
         return NOT_VALID
@@ -278,10 +262,8 @@ def _flatten(options: argparse.Namespace) -> int:
 
 
 def _iterations(text: str) -> int | str:
-    if text == "auto":
-        return text
     try:
-        return int(text)
+        return text if text == "auto" else int(text)
     except ValueError:
         raise ValueError(f"--iterations is {text!r}: use 'auto' or an integer from 1 on") from None
 
@@ -293,10 +275,10 @@ def _doctor(options: argparse.Namespace) -> int:
             print(f"  {name} {metadata.version(name)}")
         except metadata.PackageNotFoundError:
             print(f"  {name} not installed")
-    if not has_cholmod():
-        print(f"CHOLMOD: no; PyAMG and SuperLU are used. To get it, {HOW_TO_GET}")
-    else:
+    if has_cholmod():
         print(f"CHOLMOD: yes, with {blas_of_cholmod() or 'an unknown BLAS'}")
+    else:
+        print(f"CHOLMOD: no; PyAMG and SuperLU are used. To get it, {HOW_TO_GET}")
     if find_spec("pyvista") is None:
         print("Pictures: no; pip install 'igl-linabf[viz]'")
     return GOOD

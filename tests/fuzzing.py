@@ -1,6 +1,7 @@
 """Hostile cases in a child process, so that a crash or a hang is seen, and of which case it was.
 
-`python tests/fuzzing.py CASES.json ENDS.txt SECONDS` is the child: it writes how each case ends.
+`python tests/fuzzing.py CASES.json ENDS.txt SECONDS` is the child: it writes how each case ends. A script
+with cases of its own is a child in the same way, by `child`.
 """
 
 from __future__ import annotations
@@ -65,7 +66,9 @@ def run(kind: str, seeds: range) -> tuple[Counter[str], list[str]]:
     return run_all([(kind, seed) for seed in seeds])[kind]
 
 
-def run_all(cases: list[tuple[str, int]]) -> dict[str, tuple[Counter[str], list[str]]]:
+def run_all(
+    cases: list[tuple[str, int]], script: str = __file__
+) -> dict[str, tuple[Counter[str], list[str]]]:
     """The same of cases of several kinds in one child, or in as many as crash."""
     ends: dict[str, tuple[Counter[str], list[str]]] = {kind: (Counter(), []) for kind, _ in cases}
     while cases:
@@ -73,10 +76,11 @@ def run_all(cases: list[tuple[str, int]]) -> dict[str, tuple[Counter[str], list[
             todo, done = Path(folder) / "cases.json", Path(folder) / "ends.txt"
             todo.write_text(json.dumps(cases))
             child = subprocess.run(
-                [sys.executable, __file__, str(todo), str(done), str(LIMIT)],
+                [sys.executable, script, str(todo), str(done), str(LIMIT)],
                 cwd=ROOT,
                 capture_output=True,
                 text=True,
+                errors="replace",
             )
             said = [json.loads(line) for line in done.read_text().splitlines()] if done.exists() else []
         for (kind, seed), (good, end) in zip(cases, said, strict=False):
@@ -94,10 +98,10 @@ def run_all(cases: list[tuple[str, int]]) -> dict[str, tuple[Counter[str], list[
     return ends
 
 
-def main() -> None:
+def child(work: dict[str, Callable[[int], str]]) -> None:
+    """Do the cases that the command line names, and write how each ends."""
     todo, done, limit = sys.argv[1:]
     faulthandler.enable()
-    work = {**BROKEN, **{kind: check for kind, (check, _) in KINDS.items()}}
     with open(done, "w") as file:
         for kind, seed in json.loads(Path(todo).read_text()):
             faulthandler.dump_traceback_later(float(limit), exit=True)
@@ -114,4 +118,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    child({**BROKEN, **{kind: check for kind, (check, _) in KINDS.items()}})

@@ -19,7 +19,11 @@ from igl_linabf.io import read_mesh, read_texture
 
 def good_files(rng: np.random.Generator) -> dict[str, list[bytes]]:
     """Small meshes in every form of the four formats."""
-    V, F = Disk(n=int(rng.integers(4, 40)), seed=int(rng.integers(2**32))).made()
+    return files_of(*Disk(n=int(rng.integers(4, 40)), seed=int(rng.integers(2**32))).made())
+
+
+def files_of(V: np.ndarray, F: np.ndarray) -> dict[str, list[bytes]]:
+    """The mesh in every form of the four formats."""
     V32, n, m = V.astype("<f4"), len(V), len(F)
 
     def lines(rows: np.ndarray, form: str) -> bytes:

@@ -12,7 +12,8 @@ from conftest import DISKS, FOLDER, HOLES, STRESS
 from hostile_files import good_files
 
 from igl_linabf import MeshError, MeshWarning
-from igl_linabf.io import parse, read_mesh
+from igl_linabf.io import read_mesh
+from igl_linabf.io.files import parse
 
 
 @pytest.mark.skipif(FOLDER is None, reason="IGL_LINABF_MESHES is not set")

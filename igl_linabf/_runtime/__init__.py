@@ -1,7 +1,11 @@
-"""Room: _runtime."""
+"""What any computation may need around it: in come callbacks and files, out comes nothing half done.
 
-from .child_process import Arrays, run_apart, serve
-from .cleanup import undone_at_once
+Progress as a callback or a bar; what Ctrl-C has to undo, and files that are whole or not there; work in child
+processes, for code that may crash or hang; tables as text.
+"""
+
+from .child_process import Arrays, run_as_child_process, run_in_child_process
+from .cleanup import replacing, undone_at_once
 from .progress import Progress, advance, part, reporting
 from .text import aligned
 from .timing import stopwatch, timed
@@ -12,9 +16,10 @@ __all__ = [
     "advance",
     "aligned",
     "part",
+    "replacing",
     "reporting",
-    "run_apart",
-    "serve",
+    "run_as_child_process",
+    "run_in_child_process",
     "stopwatch",
     "timed",
     "undone_at_once",

@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
+import io
 import os
-import secrets
-import shutil
 import signal
-import subprocess
 import sys
-import tempfile
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
-from pathlib import Path
+from subprocess import PIPE, Popen, TimeoutExpired
 from types import FrameType
 from typing import Any
 
@@ -24,58 +21,56 @@ from .cleanup import undone_at_once
 Arrays = dict[str, Any]  # of NumPy arrays
 
 
-def run_apart(module: str, name: str, arrays: Arrays, timeout: float | None = None) -> Arrays:
-    """Run `python -m MODULE NAME IN.npz OUT.npz`; `serve` is its other side.
+def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float | None = None) -> Arrays:
+    """Run `python -m MODULE NAME`, arrays going in and out by pipes; there `run_as_child_process` answers.
 
     Raises
     ------
     RuntimeError
         It failed, with what it said last, or took longer than `timeout` seconds.
     """
-    started: list[subprocess.Popen[str]] = []
-    with _temporary_folder() as folder, undone_at_once(partial(_end, started)):
-        given, made = folder / "in.npz", folder / "out.npz"
-        np.savez(given, **arrays)
-        command = [sys.executable, "-m", module, name, str(given), str(made)]
+    started: list[Popen[bytes]] = []
+    with undone_at_once(partial(_kill, started)):
         try:
-            with _held_back():
-                process = subprocess.Popen(
-                    command,
-                    stdin=subprocess.DEVNULL,
-                    stdout=subprocess.DEVNULL,
-                    stderr=subprocess.PIPE,
-                    text=True,
+            with _interrupts_held_back():
+                started.append(
+                    Popen([sys.executable, "-m", module, name], stdin=PIPE, stdout=PIPE, stderr=PIPE)
                 )
-                started.append(process)
-            _, stderr = process.communicate(timeout=timeout)
+            (process,) = started
+            made, said = process.communicate(_packed(arrays), timeout)
         except BaseException as error:
             for process in started:
                 process.kill()
                 process.communicate()
-            if isinstance(error, subprocess.TimeoutExpired):
+            if isinstance(error, TimeoutExpired):
                 raise RuntimeError(f"{name} did not end within {timeout:g} seconds") from None
             raise
-        if process.returncode != 0 or not made.exists():
-            said = (stderr.strip() or f"exit code {process.returncode}").splitlines()[-1]
-            raise RuntimeError(f"{name} failed: {said}")
-        with np.load(made) as result:
-            return dict(result)
+    if process.returncode != 0 or not made:
+        last = (said.decode(errors="replace").strip() or f"exit code {process.returncode}").splitlines()[-1]
+        raise RuntimeError(f"{name} failed: {last}")
+    return _unpacked(made)
 
 
-@contextmanager
-def _temporary_folder() -> Iterator[Path]:
-    """As tempfile's, but with a name from the beginning on, by which it can be removed."""
-    folder = Path(tempfile.gettempdir()) / f"igl_linabf-{secrets.token_hex(8)}"
-    remove = partial(shutil.rmtree, folder, ignore_errors=True)
-    with undone_at_once(remove):
-        folder.mkdir(mode=0o700)
-        try:
-            yield folder
-        finally:
-            remove()
+def run_as_child_process(functions: dict[str, Callable[[Arrays], Arrays]]) -> None:
+    """Do what the command line of `run_in_child_process` asks for."""
+    (name,) = sys.argv[1:]
+    with os.fdopen(os.dup(1), "wb") as out:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what libraries print is no part of the result
+        out.write(_packed(functions[name](_unpacked(sys.stdin.buffer.read()))))
 
 
-def _end(started: list[subprocess.Popen[str]]) -> None:
+def _packed(arrays: Arrays) -> bytes:
+    file = io.BytesIO()
+    np.savez(file, **arrays)
+    return file.getvalue()
+
+
+def _unpacked(data: bytes) -> Arrays:
+    with np.load(io.BytesIO(data)) as arrays:
+        return dict(arrays)
+
+
+def _kill(started: list[Popen[bytes]]) -> None:
     """Not by `wait`, whose lock the interrupted thread may hold."""
     for process in started:
         process.kill()
@@ -84,7 +79,7 @@ def _end(started: list[subprocess.Popen[str]]) -> None:
 
 
 @contextmanager
-def _held_back() -> Iterator[None]:
+def _interrupts_held_back() -> Iterator[None]:
     """Ctrl-C takes effect after the block: a process is not started and lost before it has a name."""
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):
@@ -98,11 +93,3 @@ def _held_back() -> Iterator[None]:
         signal.signal(signal.SIGINT, before)
     if came:
         before(*came[0])
-
-
-def serve(functions: dict[str, Callable[[Arrays], Arrays]]) -> None:
-    """Do what the command line of `run_apart` asks for."""
-    name, given, made = sys.argv[1:]
-    with np.load(given) as arrays:
-        result = functions[name](dict(arrays))
-    np.savez(made, **result)

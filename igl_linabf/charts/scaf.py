@@ -9,7 +9,7 @@ import igl.triangle
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import Arrays, run_apart, serve
+from .._runtime import Arrays, run_as_child_process, run_in_child_process
 from ..errors import MeshError, OutcomeWarning, some, stack_level
 from ..layouts import on_circle
 from ..linalg import Solvers
@@ -144,7 +144,7 @@ def _scaffolded(rest: FloatArray, topology: Topology, iterations: int, timeout: 
     start = coordinates(z) / np.sqrt(area.sum() / 2)
     arrays = {"rest": rest, "F": topology.corner.T, "start": start, "iterations": np.array(iterations)}
     try:
-        return np.asarray(run_apart("igl_linabf.charts.scaf", SCAF, arrays, timeout)["uv"])
+        return np.asarray(run_in_child_process("igl_linabf.charts.scaf", SCAF, arrays, timeout)["uv"])
     except RuntimeError as error:
         raise MeshError(f"{error}: cut the surface along separating_seams instead") from None
 
@@ -176,4 +176,4 @@ def _laid_on(uv: FloatArray, onto: FloatArray) -> FloatArray:
 
 
 if __name__ == "__main__":
-    serve({SCAF: _scaf})
+    run_as_child_process({SCAF: _scaf})

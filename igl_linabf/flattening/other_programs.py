@@ -11,7 +11,7 @@ from time import perf_counter
 
 import numpy as np
 
-from .._runtime import Arrays, run_apart, serve
+from .._runtime import Arrays, run_as_child_process, run_in_child_process
 from ..surface import FloatArray, IntArray
 
 
@@ -70,7 +70,7 @@ def run(name: str, V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
     RuntimeError
         The peer failed; with what it said last.
     """
-    result = run_apart("igl_linabf.flattening.other_programs", name, {"V": V, "F": F})
+    result = run_in_child_process("igl_linabf.flattening.other_programs", name, {"V": V, "F": F})
     return result["uv"], float(result["seconds"])
 
 
@@ -85,4 +85,4 @@ def _served(
 
 
 if __name__ == "__main__":
-    serve({name: _served(flatten) for name, (_, flatten) in PEERS.items()})
+    run_as_child_process({name: _served(flatten) for name, (_, flatten) in PEERS.items()})

@@ -1,25 +1,87 @@
-"""What the readers of mesh formats share: numbers in words, polygons into triangles, damage."""
+"""What the readers share: words as numbers, rows as columns, polygons as triangles, damage with its line."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from typing import Any, NamedTuple, NoReturn
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ..surface import FloatArray, IntArray
 
-DIGITS = 18  # of an index at most, which 64 bits hold
-MOST = 8  # vertices of the polygons that are read at once
+INDEX_DIGITS = 18  # at most, which 64 bits hold
 
 
 class Damaged(Exception):  # noqa: N818  # it is caught where the file's name is known
     """The file is not of its format; the text says where."""
 
 
+class Parsed(NamedTuple):
+    """What a file holds, polygons split into fans of triangles.
+
+    Attributes
+    ----------
+    V : (#V, 3) float64
+    F : (#F, 3) int64
+        Within `V`.
+    TC : (#TC, 2) float64
+        An OBJ's texture coordinates; no rows in the other formats.
+    FTC : (#F, 3) int64
+        Their indices at the corners as the file has them, -1 where it gives none.
+    """
+
+    V: FloatArray
+    F: IntArray
+    TC: FloatArray
+    FTC: IntArray
+
+
+class Property(NamedTuple):
+    """A number in each row, or a list of them; types as NumPy's.
+
+    Attributes
+    ----------
+    name : str
+    type : str
+    length : str
+        Type of the list's length; empty for a single number.
+    """
+
+    name: str
+    type: str
+    length: str = ""
+
+    @property
+    def is_of_indices(self) -> bool:
+        return bool(self.length) and self.type[0] != "f"
+
+
+@dataclass(frozen=True, eq=False)
+class Column:
+    """The values of one property in all rows; of lists, one after the other, with their sizes."""
+
+    values: NDArray[Any]
+    sizes: IntArray | None = None
+
+
+Columns = dict[str, Column]
+
+
+def untextured(V: FloatArray, F: IntArray) -> Parsed:
+    """A mesh without texture coordinates."""
+    return Parsed(V, F, np.empty((0, 2)), np.full(F.shape, -1))
+
+
+def refuse(line: int, text: bytes, what: str) -> NoReturn:
+    """Raise `Damaged` for what is wrong with a line."""
+    raise Damaged(f"line {line}, {shown(text)}, {what}")
+
+
 def shown(text: bytes, limit: int = 40) -> str:
     """The beginning of a damaged line, printable."""
-    whole = text.decode("utf-8", "backslashreplace")
+    whole = text.strip().decode("utf-8", "backslashreplace")
     return repr(whole if len(whole) <= limit else f"{whole[:limit]}...")
 
 
@@ -36,7 +98,7 @@ def numbers(words: Sequence[bytes], count: int) -> list[float]:
 def indices(words: Sequence[bytes], count: int) -> list[int]:
     """The words as `count` integers from 0 on; none where they are not."""
     text = b"".join(words)
-    if len(words) != count or not text.isdigit() or max(map(len, words)) > DIGITS:
+    if len(words) != count or not text.isdigit() or max(map(len, words)) > INDEX_DIGITS:
         return []
     return list(map(int, words))
 
@@ -50,53 +112,72 @@ def rows_of(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
     return [text for text in lines if text], [i for i, text in enumerate(lines, 1) if text]
 
 
-def table(lines: list[bytes], columns: int) -> FloatArray | None:
-    """The first `columns` words of each line as numbers, where all of them are: fast."""
-    if not lines:
+def columns_of(rows: list[bytes], at: list[int], properties: Sequence[Property], what: str) -> Columns:
+    """The columns of a table of text; `at` are its lines, and `what` is said of one that is wrong."""
+    if not any(of.length for of in properties):
+        values = _table(rows, len(properties))
+        if values is not None:
+            return {of.name: Column(values[:, k]) for k, of in enumerate(properties)}
+    elif len(properties) == 1 and properties[0].is_of_indices:
+        polygons = _lists_of_one_size(rows)
+        if polygons is not None:
+            return {properties[0].name: polygons}
+    return _row_by_row(rows, at, properties, what)
+
+
+def _table(rows: list[bytes], columns: int) -> FloatArray | None:
+    """The first `columns` words of each row as numbers, where all of them are: fast."""
+    if not rows:
         return np.empty((0, columns))
     try:
-        return np.loadtxt(lines, usecols=range(columns), ndmin=2, comments=None)
+        return np.loadtxt(rows, usecols=range(columns), ndmin=2, comments=None)
     except ValueError:
         return None
 
 
-def table_of_polygons(lines: list[bytes], exact: bool) -> tuple[IntArray, IntArray] | None:
-    """Vertices and sizes of polygons in lines `k v1 ... vk`, where all are of one k: fast.
-
-    `exact`: nothing may follow in a line.
-    """
-    (k,) = indices(lines[0].split()[:1], 1) or (0,) if lines else (0,)
-    if not 3 <= k <= MOST or (exact and any(len(text.split()) != k + 1 for text in lines)):
+def _lists_of_one_size(rows: list[bytes]) -> Column | None:
+    """Integers in rows `k v1 ... vk`, where all are of one k: fast."""
+    words = rows[0].split() if rows else []
+    (k,) = indices(words[:1], 1) or (0,)
+    table = _table(rows, k + 1) if 0 < k < len(words) else None
+    if table is None or not (np.abs(table) < 2.0**53).all():
         return None
-    rows = table(lines, k + 1)
-    if (
-        rows is None
-        or not (np.abs(rows) < 2.0**53).all()
-        or (rows != np.round(rows)).any()
-        or (rows[:, 0] != k).any()
-    ):
+    if (table != np.round(table)).any() or (table[:, 0] != k).any():
         return None
-    return rows[:, 1:].astype(np.int64).ravel(), np.full(len(rows), k)
+    return Column(table[:, 1:].astype(np.int64).ravel(), np.full(len(table), k))
 
 
-@dataclass
-class Polygons:
-    """Polygons one after the other: the vertices of all, and how many each has."""
+def _row_by_row(rows: list[bytes], at: list[int], properties: Sequence[Property], what: str) -> Columns:
+    values: list[list[float]] = [[] for _ in properties]
+    sizes: list[list[int]] = [[] for _ in properties]
+    for text, line in zip(rows, at, strict=True):
+        words, k = text.split(), 0
+        for of, column, size in zip(properties, values, sizes, strict=True):
+            n = 1
+            if of.length:
+                (n,) = indices(words[k : k + 1], 1) or [-1]
+                size.append(n)
+                k += 1
+            read = indices if of.is_of_indices else numbers
+            entry: Sequence[float] = read(words[k : k + n], n) if n >= 0 else []
+            if len(entry) != n:
+                refuse(line, text, what)
+            column.extend(entry)
+            k += n
+    return {
+        of.name: Column(
+            np.array(column, dtype=np.int64 if of.is_of_indices else np.float64),
+            np.array(size, dtype=np.int64) if of.length else None,
+        )
+        for of, column, size in zip(properties, values, sizes, strict=True)
+    }
 
-    corners: list[int] = field(default_factory=list)
-    sizes: list[int] = field(default_factory=list)
 
-    def add(self, corners: Sequence[int]) -> None:
-        self.corners.extend(corners)
-        self.sizes.append(len(corners))
-
-    def arrays(self) -> tuple[IntArray, IntArray]:
-        return np.array(self.corners, dtype=np.int64), np.array(self.sizes, dtype=np.int64)
-
-
-def fan(corners: IntArray, sizes: IntArray) -> tuple[IntArray, IntArray]:
-    """Triangles (#F, 3) as igl splits polygons, and the polygon that each is of."""
+def fan(polygons: Column, n: int) -> tuple[IntArray, IntArray]:
+    """Triangles (#F, 3) as igl splits polygons, and the polygons that name vertices outside of the `n`."""
+    corners, sizes = polygons.values.astype(np.int64), np.asarray(polygons.sizes, dtype=np.int64)
     of = np.repeat(np.arange(len(sizes)), sizes - 2)
     start = (np.cumsum(sizes) - sizes)[of]
     step = np.arange(len(of)) - (np.cumsum(sizes - 2) - (sizes - 2))[of]
-    return corners[np.column_stack((start, start + step + 1, start + step + 2))], of
+    F = corners[np.column_stack((start, start + step + 1, start + step + 2))]
+    return F, np.unique(of[((F < 0) | (n <= F)).any(axis=1)])

@@ -1,19 +1,18 @@
-"""PLY from bytes, in text or binary."""
+"""PLY: read in text and binary, with any elements and properties; written in binary."""
 
 from __future__ import annotations
 
 import itertools
-import struct
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from functools import cache
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ..errors import some
 from ..surface import FloatArray, IntArray
-from .parsing import Damaged, fan, indices, numbers, rows_of, shown, table, table_of_polygons
+from .one_index import single, split_at_seams
+from .parsing import Column, Columns, Damaged, Parsed, Property, columns_of, fan, refuse, rows_of, untextured
 
 TYPES = {
     **dict.fromkeys(("char", "int8"), "i1"),
@@ -25,37 +24,12 @@ TYPES = {
     **dict.fromkeys(("float", "float32"), "f4"),
     **dict.fromkeys(("double", "float64"), "f8"),
 }
-CODES = {"i1": "b", "u1": "B", "i2": "h", "u2": "H", "i4": "i", "u4": "I", "f4": "f", "f8": "d"}
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
-COUNT = 2**40  # rows at most
+WHOLE = [name for name, kind in TYPES.items() if kind[0] != "f"]
+ROW_DIGITS = 12  # of a number of rows, at most
 
 
-@dataclass(frozen=True, eq=False)
-class Column:
-    """The values of one property in all rows; of lists, one after the other, with their sizes."""
-
-    values: NDArray[Any]
-    sizes: IntArray | None
-
-
-Columns = dict[str, Column]
-
-
-@dataclass(frozen=True)
-class Property:
-    """One of an element's; `count` is the type of its list's length, empty for a scalar."""
-
-    name: str
-    type: str
-    count: str
-
-    @property
-    def whole(self) -> bool:
-        return self.type[0] != "f"
-
-
-@dataclass(frozen=True)
-class Element:
+class Element(NamedTuple):
     """A table of the file."""
 
     name: str
@@ -63,8 +37,8 @@ class Element:
     properties: list[Property]
 
 
-def parse_ply(data: bytes) -> tuple[FloatArray, IntArray]:
-    """Vertices (#V, 3) and triangles (#F, 3) of a PLY file, polygons split into fans.
+def parse_ply(data: bytes) -> Parsed:
+    """The mesh in the bytes of a PLY file.
 
     Raises
     ------
@@ -72,10 +46,10 @@ def parse_ply(data: bytes) -> tuple[FloatArray, IntArray]:
         With the line of a text, or the element of a binary file.
     """
     order, elements, start, line = _header(data)
-    columns = _text(data[start:], elements, line) if not order else _binary(data[start:], elements, order)
-    if "vertex" not in columns or "face" not in columns:
+    tables = _binary(data, start, elements, order) if order else _text(data[start:], elements, line)
+    if "vertex" not in tables or "face" not in tables:
         raise Damaged("its head has no element vertex, or no element face")
-    vertex, face = columns["vertex"], columns["face"]
+    vertex, face = tables["vertex"], tables["face"]
     if not all(axis in vertex and vertex[axis].sizes is None for axis in "xyz"):
         raise Damaged("its element vertex has not the properties x, y and z")
     V = np.column_stack([vertex[axis].values.astype(np.float64) for axis in "xyz"])
@@ -85,11 +59,10 @@ def parse_ply(data: bytes) -> tuple[FloatArray, IntArray]:
     small = np.flatnonzero(polygons.sizes < 3)
     if len(small):
         raise Damaged(f"faces {some(small)} have less than three vertices")
-    F, of = fan(polygons.values.astype(np.int64), polygons.sizes)
-    outside = np.unique(of[((F < 0) | (len(V) <= F)).any(axis=1)])
+    F, outside = fan(polygons, len(V))
     if len(outside):
         raise Damaged(f"faces {some(outside)} name vertices outside 0..{len(V) - 1}")
-    return V, F
+    return untextured(V, F)
 
 
 def _header(data: bytes) -> tuple[str, list[Element], int, int]:
@@ -100,21 +73,25 @@ def _header(data: bytes) -> tuple[str, list[Element], int, int]:
         text = data[start : end if end >= 0 else start + 200]
         words = text.decode("latin-1").split()
         start = end + 1
-        if line == 1:
-            if words != ["ply"]:
-                raise Damaged("it does not begin with the line ply")
-        elif end < 0:
+        if line == 1 and words != ["ply"]:
+            raise Damaged("it does not begin with the line ply")
+        if end < 0:
             raise Damaged("its head has no end_header")
-        elif words[:1] == ["format"] and len(words) == 3 and words[1] in ORDERS:
-            order = ORDERS[words[1]]
-        elif words[:1] == ["element"] and len(words) == 3 and words[2].isdecimal() and int(words[2]) < COUNT:
-            elements.append(Element(words[1], int(words[2]), []))
-        elif words[:1] == ["property"] and elements and (of := _property(words[1:])):
-            elements[-1].properties.append(of)
-        elif words == ["end_header"]:
-            break
-        elif words and words[0] not in ("comment", "obj_info"):
-            raise Damaged(f"line {line}, {shown(text)}, is not understood")
+        match words:
+            case ["format", form, _] if form in ORDERS:
+                order = ORDERS[form]
+            case ["element", name, rows] if rows.isdecimal() and len(rows) <= ROW_DIGITS:
+                elements.append(Element(name, int(rows), []))
+            case ["property", kind, name] if elements and kind in TYPES:
+                elements[-1].properties.append(Property(name, TYPES[kind]))
+            case ["property", "list", length, kind, name] if elements and length in WHOLE and kind in TYPES:
+                elements[-1].properties.append(Property(name, TYPES[kind], TYPES[length]))
+            case ["end_header"]:
+                break
+            case [] | ["comment" | "obj_info", *_]:
+                pass
+            case _ if line > 1:
+                refuse(line, text, "is not understood")
     if order is None:
         raise Damaged("its head has no line format")
     for element in elements:
@@ -126,127 +103,106 @@ def _header(data: bytes) -> tuple[str, list[Element], int, int]:
     return order, elements, start, line
 
 
-def _property(words: list[str]) -> Property | None:
-    if len(words) == 2 and words[0] in TYPES:
-        return Property(words[1], TYPES[words[0]], "")
-    if len(words) == 4 and words[0] == "list" and TYPES.get(words[1], "f")[0] != "f" and words[2] in TYPES:
-        return Property(words[3], TYPES[words[2]], TYPES[words[1]])
-    return None
-
-
 def _text(data: bytes, elements: list[Element], before: int) -> dict[str, Columns]:
     """Every row of every element, one a line."""
     rows, at = rows_of(data)
-    wanted = sum(element.rows for element in elements)
-    if len(rows) != wanted:
-        raise Damaged(f"its head promises {wanted} rows in all, and {len(rows)} lines follow")
-    columns, start = {}, 0
+    promised = sum(element.rows for element in elements)
+    if len(rows) != promised:
+        raise Damaged(f"its head promises {promised} rows in all, and {len(rows)} lines follow")
+    tables, start = {}, 0
     for element in elements:
         end = start + element.rows
-        columns[element.name] = _at_once(rows[start:end], element) or _one_by_one(
-            rows[start:end], [before + i for i in at[start:end]], element
-        )
+        lines = [before + i for i in at[start:end]]
+        what = f"is no row of the element {element.name}"
+        tables[element.name] = columns_of(rows[start:end], lines, element.properties, what)
         start = end
-    return columns
+    return tables
 
 
-def _at_once(rows: list[bytes], element: Element) -> Columns | None:
-    """The columns of a table of scalars, or of one list, as it mostly is: fast."""
-    properties = element.properties
-    if not any(of.count for of in properties):
-        values = table(rows, len(properties))
-        if values is not None:
-            return {of.name: Column(values[:, k], None) for k, of in enumerate(properties)}
-    elif len(properties) == 1 and properties[0].whole:
-        made = table_of_polygons(rows, exact=True)
-        if made is not None:
-            return {properties[0].name: Column(*made)}
-    return None
-
-
-def _one_by_one(rows: list[bytes], at: list[int], element: Element) -> Columns:
-    values: list[list[float]] = [[] for _ in element.properties]
-    sizes: list[list[int]] = [[] for _ in element.properties]
-    for text, line in zip(rows, at, strict=True):
-        words, k = text.split(), 0
-        for of, column, size in zip(element.properties, values, sizes, strict=True):
-            n = 1
-            if of.count:
-                (n,) = indices(words[k : k + 1], 1) or [-1]
-                size.append(n)
-                k += 1
-            read = indices if of.count and of.whole else numbers
-            entry: Sequence[float] = read(words[k : k + n], n) if n >= 0 else []
-            if len(entry) != n:
-                raise Damaged(f"line {line}, {shown(text)}, is no row of the element {element.name}")
-            column.extend(entry)
-            k += n
-    return {
-        of.name: Column(
-            np.array(column, dtype=np.int64 if of.count and of.whole else np.float64),
-            np.array(size, dtype=np.int64) if of.count else None,
-        )
-        for of, column, size in zip(element.properties, values, sizes, strict=True)
-    }
-
-
-def _binary(data: bytes, elements: list[Element], order: str) -> dict[str, Columns]:
-    columns, start = {}, 0
+def _binary(data: bytes, start: int, elements: list[Element], order: str) -> dict[str, Columns]:
+    tables = {}
     for element in elements:
-        columns[element.name], start = _table(data, start, element, order)
+        tables[element.name], start = _table(data, start, element, order)
     if start != len(data):
         raise Damaged(f"{len(data) - start} bytes follow after the rows that its head promises")
-    return columns
+    return tables
 
 
 def _table(data: bytes, start: int, element: Element, order: str) -> tuple[Columns, int]:
-    """The rows of an element, all lists being as long as in its first row; or else one by one."""
-    if not element.rows:
-        none = np.empty(0, dtype=np.int64)
-        return {of.name: Column(none, none if of.count else None) for of in element.properties}, start
-    first, _ = _row(data, start, element, order)
-    sizes = [len(entry) for entry in first]
-    dtype = np.dtype(
-        [
-            field
-            for k, (of, size) in enumerate(zip(element.properties, sizes, strict=True))
-            for field in ((f"{k} size", order + (of.count or "V0")), (str(k), order + of.type, (size,)))
-        ]
-    )
-    if len(data) - start >= element.rows * dtype.itemsize:
-        table = np.frombuffer(data, dtype, element.rows, start)
-        lists = [k for k, of in enumerate(element.properties) if of.count]
-        if all((table[f"{k} size"] == sizes[k]).all() for k in lists):
-            return {
-                of.name: Column(table[str(k)].ravel(), np.full(len(table), sizes[k]) if of.count else None)
-                for k, of in enumerate(element.properties)
-            }, start + element.rows * dtype.itemsize
-    rows = []
-    for i in range(element.rows):
-        row, start = _row(data, start, element, order, i)
-        rows.append(row)
+    """The columns of an element, by runs of rows whose lists are of the same sizes, and where it ends."""
+    runs: list[NDArray[Any]] = []
+    sizes: list[tuple[int, ...]] = []
+    done, ahead = 0, element.rows  # a run is looked for among so many rows
+    while done < element.rows:
+        sizes.append(_sizes(data, start, element, order, done))
+        dtype = _row_type(tuple(element.properties), sizes[-1], order)
+        n = min(ahead, element.rows - done, (len(data) - start) // dtype.itemsize)
+        run = np.frombuffer(data, dtype, n, start)
+        same = np.ones(n, dtype=bool)
+        for k, of in enumerate(element.properties):
+            if of.length:
+                same &= run[f"{k} size"] == sizes[-1][k]
+        length = n if same.all() else int(np.argmin(same))
+        runs.append(run[:length])
+        ahead = 4 * length
+        done += length
+        start += length * dtype.itemsize
+    lengths = list(map(len, runs))
     return {
         of.name: Column(
-            np.array([value for row in rows for value in row[k]], dtype=of.type),
-            np.array([len(row[k]) for row in rows]) if of.count else None,
+            np.concatenate([np.empty(0, of.type), *(run[str(k)].ravel() for run in runs)]),
+            np.repeat([row[k] for row in sizes], lengths).astype(np.int64) if of.length else None,
         )
         for k, of in enumerate(element.properties)
     }, start
 
 
-def _row(data: bytes, start: int, element: Element, order: str, i: int = 0) -> tuple[list[Any], int]:
-    """The values of each property in one row, and where the next row begins."""
-    row: list[Any] = []
-    try:
-        for of in element.properties:
-            size = 1
-            if of.count:
-                (size,) = struct.unpack_from(order + CODES[of.count], data, start)
-                start += int(of.count[1])
-            if not 0 <= size <= len(data) - start:
-                raise Damaged(f"row {i} of the element {element.name} has a list of {size} values")
-            row.append(struct.unpack_from(f"{order}{size}{CODES[of.type]}", data, start))
-            start += size * int(of.type[1])
-    except struct.error:
-        raise Damaged(f"it ends in row {i} of the {element.rows} of the element {element.name}") from None
-    return row, start
+@cache
+def _row_type(properties: tuple[Property, ...], sizes: tuple[int, ...], order: str) -> np.dtype[Any]:
+    fields: list[Any] = []
+    for k, (of, size) in enumerate(zip(properties, sizes, strict=True)):
+        fields += [(f"{k} size", order + (of.length or "V0")), (str(k), order + of.type, (size,))]
+    return np.dtype(fields)
+
+
+def _sizes(data: bytes, start: int, element: Element, order: str, i: int) -> tuple[int, ...]:
+    """How many values row `i`, at byte `start`, has of each property."""
+    sizes = []
+    for of in element.properties:
+        n = 1
+        if of.length:
+            count = np.dtype(order + of.length)
+            n = int(np.frombuffer(data[start : start + count.itemsize].ljust(count.itemsize), count)[0])
+            start += count.itemsize
+            if start <= len(data) and not 0 <= n <= len(data) - start:
+                raise Damaged(f"row {i} of the element {element.name} has a list of {n} values")
+        start += abs(n) * np.dtype(of.type).itemsize
+        sizes.append(n)
+    if start > len(data):
+        raise Damaged(f"it ends in row {i} of the {element.rows} of the element {element.name}")
+    return tuple(sizes)
+
+
+def save_ply(path: str, V: FloatArray, F: IntArray, TC: FloatArray, FTC: IntArray) -> None:
+    """Write triangles with texture coordinates s and t at the vertices."""
+    positions, map_, faces = split_at_seams(V, F, TC, FTC)
+    # MeshLab passes over s and t that are doubles
+    points = np.empty(len(positions), dtype=[("xyz", "<f8", 3), ("st", "<f4", 2)])
+    points["xyz"], points["st"] = positions, single(map_, "TC")
+    rows = np.empty(len(faces), dtype=[("count", "u1"), ("corner", "<i4", 3)])
+    rows["count"], rows["corner"] = 3, faces
+    header = [
+        "ply",
+        "format binary_little_endian 1.0",
+        "comment igl_linabf",
+        f"element vertex {len(points)}",
+        *(f"property double {name}" for name in "xyz"),
+        *(f"property float {name}" for name in "st"),
+        f"element face {len(rows)}",
+        "property list uchar int vertex_indices",
+        "end_header\n",
+    ]
+    with open(path, "wb") as file:
+        file.write("\n".join(header).encode())
+        file.write(points.tobytes())
+        file.write(rows.tobytes())

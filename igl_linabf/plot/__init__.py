@@ -1,7 +1,16 @@
-"""Room: plot."""
+"""Pictures and a window: in come a surface and its flat map, an atlas or a grid; out come pyvista's plotters.
 
-from .pictures import checker_texture, plot_checkerboard, plot_compare, plot_distortion, plot_grid, plot_uv
-from .scene import DARK, LIGHT, SEAM, WARNING, colour_scale, fit
+`pictures` has the functions that draw, `window` the one that waits for keys and clicks, `scene` what both are
+made of: textures, colour scales, cameras, lines. Needs pyvista.
+"""
+
+try:
+    import pyvista  # noqa: F401
+except ImportError as error:
+    raise ImportError("igl_linabf.plot needs pyvista: pip install 'igl-linabf[viz]'") from error
+
+from .pictures import plot_checkerboard, plot_compare, plot_distortion, plot_grid, plot_uv
+from .scene import DARK, LIGHT, SEAM, WARNING, checker_texture, colour_scale, fit
 from .window import MARK, Shown, Viewer, has_display, view
 
 __all__ = [

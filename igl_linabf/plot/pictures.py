@@ -10,49 +10,30 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import pyvista as pv
 from numpy.typing import ArrayLike
-
-try:
-    import pyvista as pv
-except ImportError as error:
-    raise ImportError("igl_linabf.plot needs pyvista: pip install 'igl-linabf[viz]'") from error
 
 from ..charts import Atlas
 from ..errors import MeshError
-from ..measures import Measure, distortion, quality
+from ..measures import Measure, quality
 from ..remesh import QuadGrid
 from ..surface import FloatArray, vertex_array
 from .scene import (
     DARK,
     LIGHT,
-    WARNING,
     Scene,
     add_flat,
     add_seams,
     add_surface,
-    checker_texture,
-    colour_scale,
+    board,
+    distortions,
     face_the_camera,
-    fit,
     flat_scene,
     look_at_the_plane,
     scene,
 )
 
-__all__ = [
-    "DARK",
-    "LIGHT",
-    "WARNING",
-    "checker_texture",
-    "fit",
-    "plot_checkerboard",
-    "plot_compare",
-    "plot_distortion",
-    "plot_grid",
-    "plot_uv",
-]
-
-CAPTION = 14  # font size
+CAPTION_SIZE = 14
 
 
 def plot_checkerboard(
@@ -109,13 +90,8 @@ def plot_checkerboard(
     (200, 300, 3)
     >>> plotter.close()
     """
-    drawn = scene(V, F, uv, seams)
-    target, alone = _target(plotter)
-    add_surface(target, drawn, **{**_board(frequency, texture), **kwargs})
-    add_seams(target, drawn.seams)
-    if alone:
-        face_the_camera(target, drawn.V, drawn.F)
-    return _shown(target, show, screenshot)
+    colours = {**board(frequency, texture), **kwargs}
+    return _surface(scene(V, F, uv, seams), colours, plotter, show, screenshot)
 
 
 def plot_uv(
@@ -165,7 +141,7 @@ def plot_uv(
     """
     drawn = flat_scene(uv, F)
     target, _ = _target(plotter)
-    colours = _board(frequency, texture) if scalars is None else {"scalars": _used(scalars, uv, F)}
+    colours = board(frequency, texture) if scalars is None else {"scalars": _used(scalars, uv, F)}
     add_flat(target, drawn, **{**colours, **kwargs})
     return _shown(target, show, screenshot)
 
@@ -215,13 +191,8 @@ def plot_distortion(
     >>> plotter.close()
     """
     drawn = scene(V, F, uv, seams)
-    values = distortion(drawn.V, drawn.F, drawn.uv, measure)
-    target, alone = _target(plotter)
-    add_surface(target, drawn, **{"scalars": values, **colour_scale([values], measure), **kwargs})
-    add_seams(target, drawn.seams)
-    if alone:
-        face_the_camera(target, drawn.V, drawn.F)
-    return _shown(target, show, screenshot)
+    (colours,) = distortions([drawn], measure)
+    return _surface(drawn, {**colours, **kwargs}, plotter, show, screenshot)
 
 
 def plot_grid(
@@ -264,9 +235,8 @@ def plot_grid(
     for chosen, colour in ((grid.whole, LIGHT), (~grid.whole, DARK)):
         faces = [grid.faces[i] for i in np.flatnonzero(chosen)]
         if faces:
-            target.add_mesh(
-                pv.PolyData.from_irregular_faces(points, faces), color=colour, **options, **kwargs
-            )
+            cells = pv.PolyData.from_irregular_faces(points, faces)
+            target.add_mesh(cells, color=colour, **options, **kwargs)
     if flat:
         look_at_the_plane(target)
     elif alone:
@@ -331,56 +301,38 @@ def plot_compare(
     """
     if not maps:
         raise MeshError("maps is empty: give one flat map at least, by its name")
-    drawn = _fitted({name: scene(V, F, uv, seams) for name, uv in maps.items()}, maps)
+    scenes = [scene(V, F, uv, seams) for uv in maps.values()]
+    single = [i for i, uv in enumerate(maps.values()) if not isinstance(uv, Atlas)]
+    for i in single[1:]:
+        scenes[i] = scenes[i].fitted(scenes[single[0]])
+    options = {"window_size": list(window_size or (1400, 700 * len(maps))), "border": False, **kwargs}
     with pv.vtk_verbosity("error"):  # VTK warns where it finds no display, and goes on without
-        plotter = pv.Plotter(
-            shape=(len(maps), 2),
-            off_screen=off_screen,
-            window_size=list(window_size or (1400, 700 * len(maps))),
-            border=False,
-            **kwargs,
-        )
-        coloured: dict[str, dict[str, Any]] = {}
-        if measure is None:
-            coloured = dict.fromkeys(drawn, _board(frequency, texture))
-        else:
-            values = {name: distortion(d.V, d.F, d.uv, measure) for name, d in drawn.items()}
-            scale = colour_scale(values.values(), measure)
-            coloured = {name: {"scalars": values[name], **scale} for name in drawn}
-        for row, (name, d) in enumerate(drawn.items()):
-            _row(plotter, row, name, d, coloured[name])
+        plotter = pv.Plotter(shape=(len(maps), 2), off_screen=off_screen, **options)
+        board_colours = board(frequency, texture)
+        colours = [board_colours] * len(maps) if measure is None else distortions(scenes, measure)
+        for row, (name, drawn) in enumerate(zip(maps, scenes, strict=True)):
+            measured = quality(drawn.V, drawn.F, drawn.uv)
+            plotter.subplot(row, 0)
+            add_surface(plotter, drawn, **colours[row], show_scalar_bar=False)  # one a row, beside the map
+            add_seams(plotter, drawn.seams)
+            face_the_camera(plotter, drawn.V, drawn.F)
+            caption = f"{name}: F/3nt {measured.angle_distortion:.3g}, {measured.flips} flipped"
+            plotter.add_text(caption, font_size=CAPTION_SIZE)
+            plotter.subplot(row, 1)
+            add_flat(plotter, drawn.flat, **colours[row])
         return _shown(plotter, show, screenshot)
 
 
-def _row(plotter: pv.Plotter, row: int, name: str, drawn: Scene, colours: dict[str, Any]) -> None:
-    measured = quality(drawn.V, drawn.F, drawn.uv)
-    plotter.subplot(row, 0)
-    bar = {"show_scalar_bar": False} if "scalars" in colours else {}  # one a row, beside the map
-    add_surface(plotter, drawn, **colours, **bar)
-    add_seams(plotter, drawn.seams)
-    face_the_camera(plotter, drawn.V, drawn.F)
-    caption = f"{name}: F/3nt {measured.angle_distortion:.3g}, {measured.flips} flipped"
-    plotter.add_text(caption, font_size=CAPTION)
-    plotter.subplot(row, 1)
-    add_flat(plotter, flat_scene(drawn.uv, drawn.F), **colours)
-
-
-def _fitted(drawn: dict[str, Scene], maps: Mapping[str, ArrayLike | Atlas]) -> dict[str, Scene]:
-    """The maps but the atlases turned, scaled and moved to fit the first of them."""
-    single = [name for name, uv in maps.items() if not isinstance(uv, Atlas)]
-    return drawn | {
-        name: Scene(d.V, d.F, fit(d.uv, drawn[single[0]].uv), d.seams)
-        for name, d in drawn.items()
-        if name in single
-    }
-
-
-def _board(frequency: float, texture: pv.Texture | None) -> dict[str, Any]:
-    return {
-        "frequency": frequency,
-        "texture": checker_texture() if texture is None else texture,
-        "smooth_shading": True,
-    }
+def _surface(
+    drawn: Scene, colours: dict[str, Any], plotter: pv.Plotter | None, show: bool, screenshot: str | bool
+) -> pv.Plotter:
+    """The surface with its seams, in the caller's plotter or in one that looks at it."""
+    target, alone = _target(plotter)
+    add_surface(target, drawn, **colours)
+    add_seams(target, drawn.seams)
+    if alone:
+        face_the_camera(target, drawn.V, drawn.F)
+    return _shown(target, show, screenshot)
 
 
 def _used(scalars: ArrayLike, uv: ArrayLike, F: ArrayLike) -> FloatArray:

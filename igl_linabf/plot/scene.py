@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..charts import Atlas, seam_mask
 from ..errors import MeshError
-from ..measures import Measure
+from ..measures import Measure, distortion
 from ..surface import (
     BoolArray,
     FloatArray,
@@ -52,6 +52,15 @@ class Scene:
         """(#F,) bool; the collapsed faces, too."""
         return ~(signed_double_areas(complex_positions(self.uv), self.F.T) > 0)
 
+    @property
+    def flat(self) -> Scene:
+        """The map as a surface in the plane z = 0."""
+        return flat_scene(self.uv, self.F)
+
+    def fitted(self, onto: Scene) -> Scene:
+        """With the map turned, scaled and moved to fit another one."""
+        return replace(self, uv=fit(self.uv, onto.uv))
+
 
 def scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | None = None) -> Scene:
     """The surface and its map, or the atlas of it; of an atlas the seams, too."""
@@ -83,6 +92,19 @@ def flat_scene(uv: ArrayLike, F: ArrayLike) -> Scene:
     return scene(np.insert(vertex_array(uv, 2, "uv"), 2, 0.0, axis=1), F, uv)
 
 
+def board(frequency: float, texture: pv.Texture | None = None) -> dict[str, Any]:
+    """What `add_surface` takes for a checkerboard, or for another texture."""
+    texture = checker_texture() if texture is None else texture
+    return {"frequency": frequency, "texture": texture, "smooth_shading": True}
+
+
+def distortions(scenes: Iterable[Scene], measure: Measure) -> list[dict[str, Any]]:
+    """What `add_surface` takes for the distortion of each, with one scale for all."""
+    values = [distortion(one.V, one.F, one.uv, measure) for one in scenes]
+    scale = colour_scale(values, measure)
+    return [{"scalars": of, **scale} for of in values]
+
+
 def checker_texture(light: str = LIGHT, dark: str = DARK, resolution: int = 64) -> pv.Texture:
     """A repeating checkerboard of two by two squares.
 
@@ -103,12 +125,6 @@ def checker_texture(light: str = LIGHT, dark: str = DARK, resolution: int = 64) 
     texture = pv.Texture(colours[squares])
     texture.repeat = texture.interpolate = texture.mipmap = True
     return texture
-
-
-def board_coordinates(uv: FloatArray, frequency: float) -> FloatArray:
-    """Texture coordinates for `frequency` squares along the longer side of the map."""
-    # a texture is two squares wide
-    return np.asarray((uv - uv.min(axis=0)) * (frequency / 2 / np.ptp(uv, axis=0).max()))
 
 
 def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
@@ -134,7 +150,9 @@ def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
         if options.get("lighting", True):
             options.setdefault("ambient", 0.2)  # shadows must not pass for low values
     elif options.get("texture") is not None:
-        surface.active_texture_coordinates = board_coordinates(drawn.uv, frequency)
+        corner, size = drawn.uv.min(axis=0), np.ptp(drawn.uv, axis=0).max()
+        # `frequency` squares along the longer side; a texture is two squares wide
+        surface.active_texture_coordinates = (drawn.uv - corner) * (frequency / 2 / size)
     if surface.n_cells:
         plotter.add_mesh(surface, **options)
     if flipped.any():
@@ -188,26 +206,17 @@ def colour_scale(values: Iterable[FloatArray], measure: Measure) -> dict[str, An
     every = np.concatenate([np.ravel(v) for v in values])
     every = every[np.isfinite(every)]
     low, high = np.quantile(every, (0.02, 0.98)) if len(every) else (0.0, 0.0)
-    if measure == "angle":
-        high = max(high, 1e-8)
-        clim, log_scale = (max(low, 1e-4 * high), high), True
-    elif measure == "stretch":
-        clim, log_scale = (min(low, 0.99), max(high, 1.01)), True
-    elif measure == "conformal":
-        clim, log_scale = (1.0, max(high, 1.001)), False
-    else:
-        most = max(abs(low), abs(high), 0.01)
-        clim, log_scale = (-most, most), False
-    title = {
-        "angle": "squared relative angle error",
-        "conformal": "conformal distortion",
-        "stretch": "L2 stretch",
-        "area": "log of the area ratio",
+    most = max(abs(low), abs(high), 0.01)
+    title, clim = {
+        "angle": ("squared relative angle error", (max(low, 1e-4 * max(high, 1e-8)), max(high, 1e-8))),
+        "conformal": ("conformal distortion", (1.0, max(high, 1.001))),
+        "stretch": ("L2 stretch", (min(low, 0.99), max(high, 1.01))),
+        "area": ("log of the area ratio", (-most, most)),
     }[measure]
     return {
         "cmap": "BrBG" if measure == "area" else "viridis",
         "clim": clim,
-        "log_scale": log_scale,
+        "log_scale": measure in ("angle", "stretch"),
         "scalar_bar_args": {
             "title": f"{title}\n",  # away from the labels
             "n_labels": 3,

@@ -9,38 +9,35 @@ from __future__ import annotations
 import os
 import sys
 import warnings
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
+import pyvista as pv
 from numpy.typing import ArrayLike
-
-try:
-    import pyvista as pv
-except ImportError as error:
-    raise ImportError("igl_linabf.view needs pyvista: pip install 'igl-linabf[viz]'") from error
 
 from ..charts import find_seams, unwrap
 from ..errors import OutcomeWarning
 from ..flattening import METHODS, flatten
-from ..measures import MEASURES, Measure, Quality, charts, distortion, quality
+from ..measures import MEASURES, Measure, Quality, charts, quality
 from ..surface import FloatArray, IntArray, compact, face_array, topology_of, vertex_array
 from .scene import (
     Scene,
     add_flat,
     add_seams,
     add_surface,
-    checker_texture,
-    colour_scale,
+    board,
+    distortions,
     face_the_camera,
-    fit,
-    flat_scene,
     scene,
 )
 
 NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
 MARK = "#e815c4"
-STILL = 4  # pixels that the mouse may move between press and release of a click
+NO_DISPLAY = "there is no display to open a window on: set DISPLAY, or draw it off screen (--screenshot)"
+CLICK_MOVES = 4  # pixels at most between press and release of a click
 HELP = """\
 m            igl.lscm, linABF, ABF
 ] [          more, fewer iterations of linABF
@@ -110,10 +107,12 @@ class Viewer:
         self._pressed: tuple[int, int] = (0, 0)
         shown = self.shown
         with pv.vtk_verbosity("error"):
-            self.plotter = pv.Plotter(
-                shape=(1, 2), off_screen=off_screen, window_size=list(window_size), border=False, **options
-            )
-        self._check_window(off_screen)
+            options = {"window_size": list(window_size), "border": False, **options}
+            self.plotter = pv.Plotter(shape=(1, 2), off_screen=off_screen, **options)
+        kind = self.plotter.render_window.GetClassName()
+        if not off_screen and ("EGL" in kind or "OSOpenGL" in kind):
+            self.plotter.close()
+            raise OSError(NO_DISPLAY)
         self.draw()
         self.plotter.subplot(0, 0)
         face_the_camera(self.plotter, shown.drawn.V, shown.drawn.F)
@@ -134,8 +133,7 @@ class Viewer:
         if self._seams is None:
             drawn = scene(self.V, self.F, flatten(self.V, self.F, method, **options).uv)
             if self._maps:
-                first = next(iter(self._maps.values())).drawn
-                drawn = Scene(drawn.V, drawn.F, fit(drawn.uv, first.uv), drawn.seams)
+                drawn = drawn.fitted(next(iter(self._maps.values())).drawn)
             return Shown(drawn, quality(drawn.V, drawn.F, drawn.uv), 1)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", OutcomeWarning)  # what is flipped is seen, and counted
@@ -144,8 +142,8 @@ class Viewer:
 
     def draw(self) -> None:
         """Draw both sides anew; the camera of the surface stays."""
-        shown, colours = self.shown, self._colours()
-        drawn, flat = shown.drawn, flat_scene(shown.drawn.uv, shown.drawn.F)
+        drawn = self.shown.drawn
+        (colours,) = [board(self.frequency)] if self.measure is None else distortions([drawn], self.measure)
         self.plotter.suppress_rendering = True  # each addition would render
         for title in tuple(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(title)
@@ -156,18 +154,11 @@ class Viewer:
             add_seams(self.plotter, drawn.seams, reset_camera=False)
         self.plotter.add_text(self.caption, font_size=10)
         self.plotter.subplot(0, 1)
-        add_flat(self.plotter, flat, **colours)
+        add_flat(self.plotter, drawn.flat, **colours)
         if self.help:
             self.plotter.add_text(HELP, font_size=10, font="courier", position="upper_left")
         self._mark()
         self.plotter.suppress_rendering = False
-
-    def _colours(self) -> dict[str, Any]:
-        if self.measure is None:
-            return {"frequency": self.frequency, "texture": checker_texture(), "smooth_shading": True}
-        drawn = self.shown.drawn
-        values = distortion(drawn.V, drawn.F, drawn.uv, self.measure)
-        return {"scalars": values, **colour_scale([values], self.measure)}
 
     @property
     def caption(self) -> str:
@@ -217,7 +208,7 @@ class Viewer:
         """Mark the point under a pixel, counted from the window's lower left, on both sides."""
         drawn = self.shown.drawn
         side = int(x >= self.plotter.window_size[0] / 2)
-        points = drawn.V if side == 0 else np.insert(drawn.uv, 2, 0.0, axis=1)
+        points = drawn.flat.V if side else drawn.V
         renderer = self.plotter.renderers[side]
         ends = [_world(renderer, x, y, depth) for depth in (0.0, 1.0)]
         surface = pv.PolyData.from_regular_faces(points, drawn.F)
@@ -232,7 +223,7 @@ class Viewer:
             return
         face, weights = self.picked
         drawn = self.shown.drawn
-        for side, points in enumerate((drawn.V, np.insert(drawn.uv, 2, 0.0, axis=1))):
+        for side, points in enumerate((drawn.V, drawn.flat.V)):
             self.plotter.subplot(0, side)
             radius = 0.012 * np.linalg.norm(np.ptp(points, axis=0))
             ball = pv.Sphere(radius=radius, center=weights @ points[drawn.F[face]])
@@ -251,35 +242,22 @@ class Viewer:
             "h": self.toggle_help,
         }
         for key, action in keys.items():
-            self.plotter.add_key_event(key, self._redrawing(action))
+            self.plotter.add_key_event(key, partial(self._act, action))
         interactor = self.plotter.iren
         interactor.add_observer("LeftButtonPressEvent", self._press)
         interactor.style.add_observer("EndInteractionEvent", self._release)
 
-    def _redrawing(self, action: Any) -> Any:
-        def act() -> None:
-            action()
-            self.plotter.render()
-
-        return act
+    def _act(self, action: Callable[[], None]) -> None:
+        action()
+        self.plotter.render()
 
     def _press(self, *_: object) -> None:
         self._pressed = self.plotter.iren.get_event_position()
 
     def _release(self, *_: object) -> None:
         x, y = self.plotter.iren.get_event_position()
-        if abs(x - self._pressed[0]) + abs(y - self._pressed[1]) <= STILL:
-            self.pick(x, y)
-            self.plotter.render()
-
-    def _check_window(self, off_screen: bool) -> None:
-        kind = self.plotter.render_window.GetClassName()
-        if not off_screen and ("EGL" in kind or "OSOpenGL" in kind):
-            self.plotter.close()
-            raise OSError(NO_DISPLAY)
-
-
-NO_DISPLAY = "there is no display to open a window on: set DISPLAY, or draw it off screen (--screenshot)"
+        if abs(x - self._pressed[0]) + abs(y - self._pressed[1]) <= CLICK_MOVES:
+            self._act(partial(self.pick, x, y))
 
 
 def view(

@@ -1,9 +1,8 @@
 """Room: remesh."""
 
-from .grid import QuadGrid, quad_grid, write_grid
+from .grid import QuadGrid, quad_grid
 
 __all__ = [
     "QuadGrid",
     "quad_grid",
-    "write_grid",
 ]

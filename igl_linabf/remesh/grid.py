@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from dataclasses import dataclass
 
 import igl
@@ -12,7 +11,6 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from ..errors import MeshError, some
-from ..io import replacing
 from ..measures import change_of
 from ..surface import (
     BoolArray,
@@ -136,36 +134,6 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
             break  # a hole too small for double precision
     euler = topology.n - len(topology.edges) + len(faces)
     return _assembled(fragments, loops, spacing, euler)
-
-
-def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
-    """Write a grid as an OBJ of polygons, its flat map as texture coordinates.
-
-    Parameters
-    ----------
-    path : path of the OBJ file
-    grid : QuadGrid
-
-    Raises
-    ------
-    OSError
-        The file cannot be written; nothing is left behind then.
-
-    Examples
-    --------
-    >>> import igl, igl_linabf, os, tempfile
-    >>> V, F = igl.icosahedron()
-    >>> grid = quad_grid(V, F[1:], igl_linabf.linabf(V, F[1:]))
-    >>> path = os.path.join(tempfile.mkdtemp(), "grid.obj")
-    >>> write_grid(path, grid)
-    >>> os.path.getsize(path) > 50_000
-    True
-    """
-    with replacing(path) as temporary, open(temporary, "w", encoding="ascii") as file:
-        file.write("# igl_linabf\n")
-        for keyword, rows in (("v", grid.V), ("vt", grid.uv)):
-            file.writelines(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())
-        file.writelines(f"f {' '.join(f'{i}/{i}' for i in (face + 1).tolist())}\n" for face in grid.faces)
 
 
 @dataclass(frozen=True, eq=False)

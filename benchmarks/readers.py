@@ -1,0 +1,210 @@
+"""Readers of mesh files side by side, as two Markdown tables (docs/readers.md): time, and damaged files.
+
+    python benchmarks/readers.py [--files 300] [--times 7]
+
+igl's reader and this package's are always among them; plyfile, meshio, trimesh and numpy-stl where they
+are installed. The time is that of an icosahedron subdivided TIMES times. The damaged files are those of
+`tests/hostile_files.py`, read in child processes.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import io
+import logging
+import re
+import resource
+import statistics
+import sys
+import tempfile
+import warnings
+from collections import Counter
+from collections.abc import Callable
+from functools import cache, partial
+from importlib import metadata
+from importlib.util import find_spec
+from pathlib import Path
+from time import perf_counter
+
+import igl
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+
+import fuzzing
+from hostile_files import files_of, good_files, mutated
+
+from igl_linabf.io import read_mesh
+
+Surface = tuple[np.ndarray, np.ndarray]
+
+
+def _plyfile(path: str) -> Surface:
+    from plyfile import PlyData
+
+    data = PlyData.read(path)
+    vertex, face = data["vertex"], data["face"]
+    return np.column_stack([vertex[axis] for axis in "xyz"]), np.vstack(face["vertex_indices"])
+
+
+def _meshio(path: str) -> Surface:
+    import meshio
+
+    mesh = meshio.read(path)
+    return mesh.points, mesh.cells_dict["triangle"]
+
+
+def _trimesh(path: str) -> Surface:
+    import trimesh
+
+    mesh = trimesh.load(path, process=False, force="mesh")
+    return mesh.vertices, mesh.faces
+
+
+def _numpy_stl(path: str) -> Surface:
+    from stl.mesh import Mesh
+
+    corners = Mesh.from_file(path).vectors
+    return corners.reshape(-1, 3), np.arange(3 * len(corners)).reshape(-1, 3)
+
+
+EVERY = ("obj", "off", "ply", "stl")
+# package: its reader, and what it reads
+READERS: dict[str, tuple[Callable[[str], Surface], tuple[str, ...]]] = {
+    "libigl": (igl.read_triangle_mesh, EVERY),
+    "igl_linabf": (read_mesh, EVERY),
+    "plyfile": (_plyfile, ("ply",)),
+    "meshio": (_meshio, EVERY),
+    "trimesh": (_trimesh, EVERY),
+    "numpy-stl": (_numpy_stl, ("stl",)),
+}
+MODULES = {"libigl": "igl", "numpy-stl": "stl"}
+FORMS = {
+    "OBJ": ("obj", 0),
+    "OFF": ("off", 0),
+    "PLY, text": ("ply", 0),
+    "PLY, binary": ("ply", 1),
+    "STL, text": ("stl", 1),
+    "STL, binary": ("stl", 0),
+}
+FOLDER = Path(tempfile.gettempdir())
+MEMORY = 4 << 30  # bytes of a child's: a file may promise billions of rows
+RUNS = 5
+PACKAGES = {MODULES.get(name, name) for name in READERS}
+REFUSALS = (ValueError, RuntimeError, OSError, NotImplementedError)  # and what a package has of its own
+SEPARATOR = " reads "  # in the kind of a case
+PLACE = re.compile(r"\b(line|row|face|triangle|vert|element|byte)\w*\b.{0,30}?\d|\b(head|begin|end)", re.I)
+ENDS = {
+    "same": "read as undamaged",
+    "place": "refused with the place",
+    "no place": "refused without",
+    "inner": "inner error",
+    "other": "read as another mesh",
+    "impossible": "read as no mesh",
+    "crash": "crash, hang or exit",
+}
+
+
+@cache
+def _damaged(suffix: str, seed: int) -> tuple[bytes, bytes]:
+    """A file, and what became of it."""
+    rng = np.random.default_rng(seed)
+    own = good_files(rng)[suffix]
+    whole = own[rng.integers(len(own))]
+    return whole, mutated(whole, rng)
+
+
+def _corners(read: Callable[[str], Surface], data: bytes, suffix: str) -> np.ndarray | None:
+    """Positions at the corners of the faces (#F, 3, 3); None where these name no vertices."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / f"mesh.{suffix}"
+        path.write_bytes(data)
+        V, F = (np.asarray(array) for array in read(str(path)))
+    if F.ndim != 2 or V.shape[1:] != (3,) or F.min(initial=0) < 0 or F.max(initial=0) >= max(len(V), 1):
+        return None
+    return V[F.astype(np.int64)] if len(F) else np.empty((0, 3, 3))
+
+
+def _end(name: str, suffix: str, seed: int) -> str:
+    """What a reader does with a damaged file: one of `ENDS`."""
+    read, _ = READERS[name]
+    whole, data = _damaged(suffix, seed)
+    expected = _corners(read_mesh, whole, suffix)
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+    logging.disable()
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said), warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            found = _corners(read, data, suffix)
+    except SystemExit:
+        return "crash"
+    except Exception as error:
+        package = type(error).__module__.partition(".")[0]
+        if package not in PACKAGES and type(error) not in REFUSALS:
+            return "inner"
+        return "place" if PLACE.search(str(error)) else "no place"
+    if found is None or not np.isfinite(found).all():
+        return "impossible"
+    same = found.shape == expected.shape and np.allclose(found, expected, rtol=1e-6, atol=1e-7)
+    return "same" if same else "other"
+
+
+def seconds(installed: list[str], times: int) -> None:
+    """Print the table of times."""
+    files = files_of(*igl.upsample(*igl.icosahedron(), times))
+    heads = " | ".join(f"{name} / libigl" for name in installed[1:])
+    print(f"| {20 * 4**times:,} triangles | seconds, libigl | {heads} |")
+    print("|---|" + "---|" * len(installed))
+    for label, (suffix, form) in FORMS.items():
+        taken: dict[str, list[float]] = {name: [] for name in installed if suffix in READERS[name][1]}
+        with tempfile.TemporaryDirectory() as folder:
+            path = Path(folder) / f"mesh.{suffix}"
+            path.write_bytes(files[suffix][form])
+            for _ in range(RUNS):
+                for name in taken:
+                    start = perf_counter()
+                    READERS[name][0](str(path))
+                    taken[name].append(perf_counter() - start)
+        median = {name: statistics.median(runs) for name, runs in taken.items()}
+        base = median["libigl"]
+        cells = [f"{median[name] / base:.1f}" if name in median else "" for name in installed[1:]]
+        print(f"| {label} | {base:.2f} | {' | '.join(cells)} |", flush=True)
+
+
+def damage(installed: list[str], files: int) -> None:
+    """Print the table of damaged files."""
+    print(f"| {files:,} damaged files each | " + " | ".join(ENDS.values()) + " |")
+    print("|---|" + "---|" * len(ENDS))
+    for suffix in EVERY:
+        for name in installed:
+            if suffix not in READERS[name][1]:
+                continue
+            kind = f"{name}{SEPARATOR}{suffix}"
+            count, broken = fuzzing.run_all([(kind, seed) for seed in range(files)], __file__)[kind]
+            count += Counter(crash=len(broken))
+            cells = " | ".join(f"{count[end]:,}" for end in ENDS)
+            print(f"| {suffix.upper()}, {name} | {cells} |", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--files", type=int, default=300)
+    parser.add_argument("--times", type=int, default=7)
+    options = parser.parse_args()
+    fuzzing.LIMIT = 10.0  # seconds of one file
+    installed = [name for name in READERS if find_spec(MODULES.get(name, name)) is not None]
+    print(", ".join(f"{name} {metadata.version(name)}" for name in installed if name != "igl_linabf"))
+    print()
+    seconds(installed, options.times)
+    print()
+    damage(installed, options.files)
+
+
+if __name__ == "__main__":
+    if sys.argv[1:2] and sys.argv[1].endswith(".json"):
+        kinds = {f"{name}{SEPARATOR}{suffix}": (name, suffix) for name in READERS for suffix in EVERY}
+        fuzzing.child({kind: partial(_end, *of) for kind, of in kinds.items()})
+    else:
+        main()

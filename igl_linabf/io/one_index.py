@@ -1,0 +1,25 @@
+"""For formats with one index a corner: a vertex for each of its texture coordinates, in single precision."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import MeshError
+from ..surface import FloatArray, IntArray
+
+
+def split_at_seams(
+    V: FloatArray, F: IntArray, TC: FloatArray, FTC: IntArray
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Positions and coordinates of each distinct pair of them at a corner, and the faces of pairs."""
+    n = len(TC)
+    pairs, index = np.unique(F.ravel() * n + FTC.ravel(), return_inverse=True)
+    return V[pairs // n], TC[pairs % n], index.reshape(F.shape).astype(np.int64)
+
+
+def single(rows: FloatArray, name: str) -> NDArray[np.float32]:
+    """The rows in single precision."""
+    if np.abs(rows).max() > np.finfo(np.float32).max:
+        raise MeshError(f"{name} has numbers beyond 3.4e38, the largest of 32 bits: scale it, or write OBJ")
+    return rows.astype("<f4")

@@ -1,0 +1,55 @@
+"""STL, text and binary: read."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import some
+from ..surface import FloatArray
+from .parsing import Damaged, Parsed, numbers, refuse, untextured
+
+TRIANGLE = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])
+HEAD = 84  # bytes, the last four of them the number of triangles
+
+
+def parse_stl(data: bytes) -> Parsed:
+    """The mesh in the bytes of an STL file, where each triangle has vertices of its own."""
+    promised = int.from_bytes(data[HEAD - 4 : HEAD], "little")
+    size = TRIANGLE.itemsize
+    if len(data) == HEAD + size * promised:
+        V = np.frombuffer(data, TRIANGLE, offset=HEAD)["corner"].astype(np.float64).reshape(-1, 3)
+    elif data.lstrip()[:5].lower() == b"solid":
+        V = _text(data)
+    elif len(data) >= HEAD:
+        follow = (len(data) - HEAD) / size
+        raise Damaged(f"its head promises {promised} triangles, and {follow:g} follow")
+    else:
+        raise Damaged(f"its {len(data)} bytes are neither the text nor the binary form")
+    bad = np.flatnonzero(~np.isfinite(V).all(axis=1))
+    if len(bad):
+        raise Damaged(f"triangles {some(np.unique(bad // 3))} have coordinates that are NaN or infinite")
+    return untextured(V, np.arange(len(V)).reshape(-1, 3))
+
+
+def _text(data: bytes) -> FloatArray:
+    V: list[float] = []
+    inside, line, words = False, 0, [b""]
+    for line, text in enumerate(data.splitlines(), 1):
+        words = text.split()
+        if not words:
+            continue
+        key = words[0].lower()
+        if key == b"vertex" and inside:
+            values = numbers(words[1:4], 3)
+            if not values:
+                refuse(line, text, "is no vertex: it takes three numbers")
+            V.extend(values)
+        elif key in (b"outer", b"endloop"):
+            if len(V) % 9 or inside == (key == b"outer"):
+                refuse(line, text, "is out of place: three vertices make a loop")
+            inside = not inside
+        elif key not in (b"solid", b"facet", b"endfacet", b"endsolid") or inside:
+            refuse(line, text, "is not understood")
+    if inside or words[:1] != [b"endsolid"]:
+        raise Damaged(f"it ends in line {line}, without endsolid")
+    return np.array(V).reshape(-1, 3)
