@@ -23,9 +23,9 @@ from igl_linabf import (
     quality,
     unwrap,
 )
-from igl_linabf.charts import atlas as atlas_module
+from igl_linabf.charts import unwrapping
 from igl_linabf.io import read_mesh, read_texture
-from igl_linabf.measures import charts
+from igl_linabf.surface import face_components
 
 CLOSED = (
     "closed__igl_cow.off",
@@ -59,7 +59,7 @@ def test_no_flips_no_overlaps_and_few_charts(name: str) -> None:
     V, F = surface(name)
     atlas = unwrap(V, F)
     assert atlas.good
-    assert len(atlas.charts) <= 3 * (charts(F, len(V)).max() + 1)
+    assert len(atlas.charts) <= 3 * (face_components(F, len(V)).max() + 1)
     assert atlas.FTC.shape == F.shape
     assert (atlas.origin[atlas.FTC] == F).all()
     assert atlas.TC.min() >= 0
@@ -180,7 +180,7 @@ def test_seams_grow_until_nothing_flips(name: str, stretched: list[float]) -> No
 
 
 def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None:
-    monkeypatch.setattr(atlas_module, "DOUBLINGS", 0)
+    monkeypatch.setattr(unwrapping, "TRADE_DOUBLINGS", 0)
     V, F = load("stress__optcuts_golf.obj")
     with pytest.warns(FallbackWarning, match="guarantee='injective'"):
         atlas = unwrap(V * [20, 1, 1], F)
