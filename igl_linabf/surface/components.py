@@ -35,7 +35,9 @@ def in_one_piece(sides: IntArray, n_faces: int) -> bool:
     Every disk is asked this before it is flattened.
     """
     neighbour = np.arange(3 * n_faces) % n_faces  # a half-edge on the boundary leads back to its own face
-    a, b = sides[:, sides[1] >= 0]
+    first, second = sides
+    inside = second >= 0
+    a, b = first[inside], second[inside]
     neighbour[a], neighbour[b] = b % n_faces, a % n_faces
     graph = sparse.csr_array(
         (

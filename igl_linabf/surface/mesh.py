@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from ..errors import MeshError, MeshWarning, some, stack_level
+from .areas import measure
 from .arrays import FloatArray, IntArray
 from .submesh import Submesh, checked_surface
 from .topology import Topology, check_planar, with_outer
@@ -96,7 +97,8 @@ def planar_mesh(surface: Submesh, outer: int | None = None) -> Mesh:
             np.linalg.norm(V[b] - V[a], axis=1).sum() for a, b in zip(topology.loops, ahead, strict=True)
         ]
         topology = with_outer(topology, int(np.argmax(length)))
-    return Mesh(V, topology, *surface.measured, surface.vertices, surface.n_given)
+    double_area, dot = measure(V, topology.corner, surface.vertices)
+    return Mesh(V, topology, double_area, dot, surface.vertices, surface.n_given)
 
 
 def loop_through(topology: Topology, vertex: object, vertices: IntArray) -> int:
