@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 
 import igl
@@ -25,7 +26,7 @@ from igl_linabf import (
 )
 from igl_linabf.charts import unwrapping
 from igl_linabf.io import read_mesh, read_texture
-from igl_linabf.surface import face_components
+from igl_linabf.surface import arrays, face_components
 
 CLOSED = (
     "closed__igl_cow.off",
@@ -258,3 +259,27 @@ def test_cut_flattens_as_the_atlas_does() -> None:
     assert quality(cut_V, cut_F, flatten(cut_V, cut_F).uv).angle_distortion == pytest.approx(
         unwrap(V, F).quality.angle_distortion
     )
+
+
+def test_the_input_is_checked_once_however_many_charts(monkeypatch) -> None:
+    calls: list[str] = []
+
+    def counted(name: str) -> None:
+        check = getattr(arrays, name)
+
+        def count(*given, **named):
+            calls.append(name)
+            return check(*given, **named)
+
+        for module in [m for key, m in sys.modules.items() if key.startswith("igl_linabf.")]:
+            if hasattr(module, name):
+                monkeypatch.setattr(module, name, count)
+
+    counted("vertex_array")
+    counted("face_array")
+    V, F = spiral()
+    for bijective in (False, True):
+        calls.clear()
+        atlas = unwrap(V, F, bijective=bijective)
+        assert atlas.splits or bijective
+        assert calls == ["vertex_array", "face_array"]

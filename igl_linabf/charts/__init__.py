@@ -9,7 +9,7 @@ from .atlas import Atlas, Chart
 from .overlap_seams import separating_seams
 from .packing import pack
 from .scaf import make_bijective
-from .seams import TRADE, cut, find_seams, seam_mask, texture_seams
+from .seams import TRADE, cut, find_seams, texture_seams
 from .unwrapping import unwrap
 
 __all__ = [
@@ -20,7 +20,6 @@ __all__ = [
     "find_seams",
     "make_bijective",
     "pack",
-    "seam_mask",
     "separating_seams",
     "texture_seams",
     "unwrap",

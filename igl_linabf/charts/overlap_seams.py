@@ -14,7 +14,6 @@ from ..surface import (
     Submesh,
     Topology,
     check_planar,
-    checked_surface,
     connected_labels,
     face_components,
 )
@@ -70,7 +69,7 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     >>> len(pairs), separating_seams(V, F, pairs)
     (27, array([[50, 51]]))
     """
-    surface = checked_surface(V, F)
+    surface = Submesh.checked(V, F)
     array = _pair_array(pairs, len(surface.F))
     chart = face_components(surface.F, len(surface.V))
     strangers = np.flatnonzero(chart[array[:, 0]] != chart[array[:, 1]])

@@ -18,7 +18,7 @@ from ..surface import (
     ComplexArray,
     FloatArray,
     IntArray,
-    checked_surface,
+    Submesh,
     complex_positions,
     coordinates,
     signed_double_areas,
@@ -99,7 +99,7 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005
     given = []
     for i, (uv, F) in enumerate(charts):
         try:
-            given.append(checked_surface(uv, F, 2, "uv"))
+            given.append(Submesh.checked(uv, F, 2, "uv"))
         except MeshError as error:
             raise MeshError(f"chart {i}: {error}") from None
     placed = pack_maps([(chart.V, chart.F) for chart in given], margin)

@@ -16,9 +16,9 @@ from ..linalg import Solvers
 from ..measures import overlapping_pairs
 from ..surface import (
     FloatArray,
+    Submesh,
     Topology,
     check_planar,
-    checked_surface,
     complex_positions,
     coordinates,
     signed_double_areas,
@@ -84,7 +84,7 @@ def make_bijective(
     """
     if iterations < 1:
         raise ValueError(f"iterations is {iterations}: make at least one")
-    surface = checked_surface(uv, F, 2, "uv")
+    surface = Submesh.checked(uv, F, 2, "uv")
     topology = surface.topology
     check_planar(topology, surface.vertices)
     if len(topology.loops) > 1:

@@ -12,18 +12,15 @@ from ..linalg import Solvers
 from ..surface import (
     NEXT,
     PREV,
-    BoolArray,
     FloatArray,
     IntArray,
     Submesh,
     Topology,
     check_fans,
-    checked_manifold,
     compact,
     cut_faces,
-    edge_keys,
     face_array,
-    side_keys,
+    seam_mask,
     topology_of,
     vertex_array,
 )
@@ -173,7 +170,7 @@ def find_seams(
     >>> find_seams(V, F, trade=0).shape  # a path from one vertex to the opposite one
     (3, 2)
     """
-    return seams_of(checked_manifold(V, F), trade, holes=holes, disks=disks)
+    return seams_of(Submesh.checked_manifold(V, F), trade, holes=holes, disks=disks)
 
 
 def seams_of(surface: Submesh, trade: float, *, holes: bool = False, disks: bool = False) -> IntArray:
@@ -196,40 +193,6 @@ def _manifold(faces: IntArray, n: int) -> tuple[Topology, IntArray]:
     topology = topology_of(packed, vertices)
     check_fans(packed, topology.sides, vertices)
     return topology, vertices
-
-
-def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
-    """Check the seams and write them as `igl.cut_mesh` takes them, (#F, 3)."""
-    try:
-        array = np.asarray(seams)
-    except ValueError:
-        raise MeshError("seams is no array: pass (#E, 2) vertices of edges, or a (#F, 3) mask") from None
-    if array.shape == F.shape:
-        if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
-            raise MeshError("the seams of shape (#F, 3) are no mask: pass booleans, or zeros and ones")
-        return array.astype(bool)
-    if array.size == 0:
-        return np.zeros(F.shape, dtype=bool)
-    if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "iu":
-        raise MeshError(
-            f"seams has the shape {array.shape} and the dtype {array.dtype}: pass (#E, 2) integers, "
-            f"the vertices of edges, or a mask of shape {F.shape}"
-        )
-    bad = np.flatnonzero(((array < 0) | (array >= n)).any(axis=1))
-    if len(bad):
-        raise MeshError(
-            f"seam edges {some(bad)} refer to vertices outside 0..{n - 1} "
-            f"(edge {bad[0]} is {array[bad[0]].tolist()}): correct them"
-        )
-    pairs = array.astype(np.int64)
-    key, sides = edge_keys(pairs, n), side_keys(F, n)
-    bad = np.flatnonzero(~np.isin(key, sides))
-    if len(bad):
-        raise MeshError(
-            f"seam edges {some(bad)} are no edges of the mesh (edge {bad[0]} is "
-            f"{pairs[bad[0]].tolist()}): give the end vertices of edges"
-        )
-    return np.asarray(np.isin(sides, key))
 
 
 def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:

@@ -18,17 +18,17 @@ from ..surface import (
     IntArray,
     Submesh,
     check_finite,
-    checked_manifold,
     complex_positions,
     flipped_faces,
     planar_mesh,
+    seam_mask,
     signed_double_areas,
 )
 from .atlas import Atlas, Chart
 from .overlap_seams import seams_between
 from .packing import pack_maps
 from .scaf import moved_apart
-from .seams import TRADE, edges_between_textures, seam_mask, seams_of
+from .seams import TRADE, edges_between_textures, seams_of
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 MAX_SPLITS = 8  # of a chart that flips or overlaps, and of its parts
@@ -98,7 +98,7 @@ def unwrap(
     >>> len(atlas.charts), atlas.good, atlas.FTC.shape
     (1, True, (20, 3))
     """
-    surface = checked_manifold(V, F)
+    surface = Submesh.checked_manifold(V, F)
     task = _Task(method, options, seams is None, trade, holes, bijective)
     with reporting(progress):
         if seams is None:

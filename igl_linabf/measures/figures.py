@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import aligned
-from ..surface import FloatArray, Submesh, checked_map, checked_surface
+from ..surface import FloatArray, Submesh
 from .overlapping import overlapping_pairs
 from .per_triangle import change_of
 
@@ -119,8 +119,8 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
     >>> stretched.conformal_distortion, round(stretched.stretch_l2, 4), stretched.flips
     (2.0, 1.118, 0)
     """
-    surface = checked_surface(V, F)
-    return quality_of(surface, checked_map(uv, surface))
+    surface = Submesh.checked(V, F)
+    return quality_of(surface, surface.checked_map(uv))
 
 
 def quality_of(surface: Submesh, map_: FloatArray) -> Quality:

@@ -10,7 +10,7 @@ from ..surface import (
     ComplexArray,
     FloatArray,
     IntArray,
-    checked_surface,
+    Submesh,
     complex_positions,
     face_components,
     of_size_one,
@@ -64,7 +64,7 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
     >>> overlaps(square + corner, F, between=True)
     array([[0, 2]])
     """
-    surface = checked_surface(uv, F, 2, "uv")
+    surface = Submesh.checked(uv, F, 2, "uv")
     return overlapping_pairs(surface.V, surface.F, between=between)
 
 

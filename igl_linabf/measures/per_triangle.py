@@ -16,8 +16,6 @@ from ..surface import (
     FloatArray,
     IntArray,
     Submesh,
-    checked_map,
-    checked_surface,
     complex_positions,
     of_size_one,
 )
@@ -62,8 +60,8 @@ def distortion(V: ArrayLike, F: ArrayLike, uv: ArrayLike, measure: Measure = "an
     """
     if measure not in MEASURES:
         raise ValueError(f"measure is {measure!r}: use one of {', '.join(map(repr, MEASURES))}")
-    surface = checked_surface(V, F)
-    changed = change_of(surface, checked_map(uv, surface))
+    surface = Submesh.checked(V, F)
+    changed = change_of(surface, surface.checked_map(uv))
     if measure == "angle":
         return np.asarray(changed.angle_distortion.mean(axis=0))
     if measure == "conformal":

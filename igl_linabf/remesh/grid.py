@@ -16,10 +16,10 @@ from ..surface import (
     BoolArray,
     FloatArray,
     IntArray,
-    checked_map,
-    checked_surface,
+    Submesh,
     complex_positions,
     connected_labels,
+    cycles,
     signed_double_areas,
 )
 from .slicing import Fragments, slice_region, sliced_along_integers
@@ -97,8 +97,8 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     >>> grid.quads.shape, grid.V.shape
     ((6, 4), (12, 3))
     """
-    surface = checked_surface(V, F)
-    map_ = checked_map(uv, surface)
+    surface = Submesh.checked(V, F)
+    map_ = surface.checked_map(uv)
     changed = change_of(surface, map_)
     if changed.flipped.any():
         bad = np.flatnonzero(changed.flipped)
@@ -203,22 +203,12 @@ def _loops(fragments: Fragments) -> _Loops:
         ahead_t[going], ahead_k[going] = beside[i, j], (side[i, j] + 1) % 3
         going = going[same[ahead_t[going], ahead_k[going]]]
     tails, heads = F[t, k], F[t, (k + 1) % 3]
-    following = number[ahead_t, ahead_k].tolist()
-    seen, found, region = [False] * len(t), [], []
-    for start in range(len(t)):
-        walk = []
-        while not seen[start]:
-            seen[start] = True
-            walk.append(start)
-            start = following[start]
-        if walk:
-            found.append(tails[walk])
-            region.append(fragments.label[t[walk[0]]])
-    both = np.sort(np.column_stack((tails, heads)), axis=1)
-    outside = beside[t, k] < 0
-    rim = np.column_stack((tails, heads))[outside]
-    owner = np.array(region)
-    return _Loops(owner, found, np.unique(both, axis=0), rim, _holes(fragments.x, owner, found))
+    walks = cycles(number[ahead_t, ahead_k])
+    region = fragments.label[t[[walk[0] for walk in walks]]]
+    loops = [tails[walk] for walk in walks]
+    sides = np.column_stack((tails, heads))
+    borders, rim = np.unique(np.sort(sides, axis=1), axis=0), sides[beside[t, k] < 0]
+    return _Loops(region, loops, borders, rim, _holes(fragments.x, region, loops))
 
 
 def _holes(x: FloatArray, region: IntArray, loops: list[IntArray]) -> dict[int, IntArray]:

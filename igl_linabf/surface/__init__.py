@@ -17,6 +17,7 @@ from .arrays import (
     face_array,
     pins,
     scatter,
+    seam_mask,
     vertex_array,
 )
 from .components import connected_labels, face_components
@@ -34,21 +35,14 @@ from .plane import (
     signed_double_areas,
     span,
 )
-from .submesh import (
-    Submesh,
-    checked_manifold,
-    checked_map,
-    checked_surface,
-    cut_faces,
-    edge_keys,
-    side_keys,
-)
+from .submesh import Submesh, cut_faces
 from .topology import (
     NEXT,
     PREV,
     Topology,
     check_fans,
     check_planar,
+    cycles,
     planar_topology,
     sum_by,
     topology_of,
@@ -72,15 +66,12 @@ __all__ = [
     "check_fans",
     "check_finite",
     "check_planar",
-    "checked_manifold",
-    "checked_map",
-    "checked_surface",
     "compact",
     "complex_positions",
     "connected_labels",
     "coordinates",
     "cut_faces",
-    "edge_keys",
+    "cycles",
     "face_array",
     "face_components",
     "flat_angles",
@@ -94,7 +85,7 @@ __all__ = [
     "planar_mesh",
     "planar_topology",
     "scatter",
-    "side_keys",
+    "seam_mask",
     "signed_double_areas",
     "span",
     "sum_by",

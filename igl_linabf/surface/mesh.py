@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from ..errors import MeshError, MeshWarning, some, stack_level
 from .areas import measure
 from .arrays import FloatArray, IntArray
-from .submesh import Submesh, checked_surface
+from .submesh import Submesh
 from .topology import Topology, check_planar, with_outer
 
 
@@ -73,7 +73,7 @@ def planar(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
     MeshWarning
         Some vertices belong to no face: they are left out.
     """
-    surface = checked_surface(V, F)
+    surface = Submesh.checked(V, F)
     mesh = planar_mesh(surface, outer)
     if len(surface.V) < surface.n_given:
         unused = np.setdiff1d(np.arange(surface.n_given), surface.vertices)

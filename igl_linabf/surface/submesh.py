@@ -11,9 +11,19 @@ from numpy.typing import ArrayLike
 
 from ..errors import MeshError
 from .areas import measure
-from .arrays import BoolArray, FloatArray, IntArray, check_finite, compact, face_array, scatter, vertex_array
+from .arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    check_finite,
+    compact,
+    face_array,
+    scatter,
+    sides_along,
+    vertex_array,
+)
 from .components import face_components
-from .topology import NEXT, Topology, check_fans, topology_of
+from .topology import Topology, check_fans, topology_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,6 +48,41 @@ class Submesh:
     faces: IntArray
     vertices: IntArray
     n_given: int
+
+    @classmethod
+    def checked(cls, V: ArrayLike, F: ArrayLike, columns: int = 3, name: str = "V") -> Submesh:
+        """Check arrays, indices and coordinates of a caller's mesh, in space or, of 2 columns, flat.
+
+        Raises
+        ------
+        MeshError
+            The arrays are malformed, an index is out of range, a face has a vertex twice, or a
+            coordinate is NaN or infinite.
+        """
+        positions, faces = vertex_array(V, columns, name), face_array(F)
+        n_given = len(positions)
+        vertices, faces = compact(faces, n_given)
+        if len(vertices) < n_given:
+            positions = positions[vertices]
+        check_finite(positions, vertices, name)
+        return cls(positions, faces, np.arange(len(faces)), vertices, n_given)
+
+    @classmethod
+    def checked_manifold(cls, V: ArrayLike, F: ArrayLike) -> Submesh:
+        """As `checked`, and: an oriented manifold, of which each face has an area."""
+        surface = cls.checked(V, F)
+        measure(surface.V, surface.F.T, surface.vertices)
+        check_fans(surface.F, surface.topology.sides, surface.vertices)
+        return surface
+
+    def checked_map(self, uv: ArrayLike) -> FloatArray:
+        """Check a flat map of the caller's vertices; return its rows by these."""
+        map_ = vertex_array(uv, 2, "uv")
+        if len(map_) != self.n_given:
+            raise MeshError(f"uv has {len(map_)} rows for {self.n_given} vertices: pass one row a vertex")
+        map_ = map_[self.vertices]
+        check_finite(map_, self.vertices, "uv")
+        return map_
 
     @cached_property
     def topology(self) -> Topology:
@@ -75,60 +120,14 @@ class Submesh:
 
     def cut_along(self, edges: IntArray) -> list[Submesh]:
         """The components that a cut along edges leaves, (#E, 2) of the caller's vertices."""
-        return self.cut(np.isin(side_keys(self.named_faces, self.n_given), edge_keys(edges, self.n_given)))
+        return self.cut(sides_along(edges, self.named_faces, self.n_given))
 
     def scatter(self, values: FloatArray) -> FloatArray:
         """Rows by these vertices as rows by the caller's; NaN for those that have no face here."""
         return scatter(values, self.vertices, self.n_given)
 
 
-def checked_surface(V: ArrayLike, F: ArrayLike, columns: int = 3, name: str = "V") -> Submesh:
-    """Check arrays, indices and coordinates of a caller's mesh, `V` of 3 columns or of a map's 2.
-
-    Raises
-    ------
-    MeshError
-        The arrays are malformed, an index is out of range, a face has a vertex twice, or a
-        coordinate is NaN or infinite.
-    """
-    positions, faces = vertex_array(V, columns, name), face_array(F)
-    vertices, F = compact(faces, len(positions))
-    n_given = len(positions)
-    if len(vertices) < n_given:
-        positions = positions[vertices]
-    check_finite(positions, vertices, name)
-    return Submesh(positions, F, np.arange(len(F)), vertices, n_given)
-
-
-def checked_manifold(V: ArrayLike, F: ArrayLike) -> Submesh:
-    """As `checked_surface`, and: an oriented manifold, of which each face has an area."""
-    surface = checked_surface(V, F)
-    measure(surface.V, surface.F.T, surface.vertices)
-    check_fans(surface.F, surface.topology.sides, surface.vertices)
-    return surface
-
-
-def checked_map(uv: ArrayLike, surface: Submesh) -> FloatArray:
-    """Check a flat map of a surface; its rows by the surface's vertices."""
-    map_ = vertex_array(uv, 2, "uv")
-    if len(map_) != surface.n_given:
-        raise MeshError(f"uv has {len(map_)} rows for {surface.n_given} vertices: pass one row a vertex")
-    map_ = map_[surface.vertices]
-    check_finite(map_, surface.vertices, "uv")
-    return map_
-
-
 def cut_faces(F: IntArray, n: int, seams: BoolArray) -> tuple[IntArray, IntArray]:
     """`F` over 0 .. n - 1 with the vertices doubled along the marked sides, and what each vertex was."""
     _, F_cut, origin = igl.cut_mesh(np.zeros((n, 3)), F, seams)
     return np.asarray(F_cut, dtype=np.int64), np.asarray(origin, dtype=np.int64)
-
-
-def edge_keys(edges: IntArray, n: int) -> IntArray:
-    """One number for each edge, of vertices 0 .. n - 1 along the last axis, in either direction."""
-    return np.asarray(edges.min(axis=-1) * n + edges.max(axis=-1))
-
-
-def side_keys(F: IntArray, n: int) -> IntArray:
-    """The same for the side from corner k to corner k + 1 of each face, (#F, 3)."""
-    return edge_keys(np.stack((F, F[:, NEXT]), axis=-1), n)

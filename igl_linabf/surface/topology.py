@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..errors import MeshError, some
-from .arrays import FloatArray, IntArray
+from .arrays import BoolArray, FloatArray, IntArray
 from .components import connected_labels, in_one_piece, vertex_components
 
 NEXT = [1, 2, 0]  # corner k + 1: where the left angle beta of corner k's fan is
@@ -114,7 +114,7 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     edge, first, second, count = _undirected(tail, head, n)
     t, h = tail.ravel(), head.ravel()
     edges = np.column_stack((t[first], h[first]))
-    _check_edges(F, edges, edge, t, second, count, vertices)
+    _check_edges(F, edges, edge, (t[second] == edges[:, 0]) & (second >= 0), count, vertices)
     boundary = first[count == 1]
     loops = _trace_loops(t[boundary], h[boundary])
     if loops is None:
@@ -183,30 +183,28 @@ def _trace_loops(tail: IntArray, head: IntArray) -> tuple[IntArray, ...] | None:
     start, index = np.unique(tail, return_index=True)
     if len(start) < len(tail):
         return None
-    following = np.searchsorted(start, head)[index].tolist()
-    loops, seen = [], bytearray(len(start))
-    for i in range(len(start)):
-        loop = []
-        while not seen[i]:
-            seen[i] = 1
-            loop.append(i)
-            i = following[i]
-        if loop:
-            loops.append(start[loop])
+    loops = [start[cycle] for cycle in cycles(np.searchsorted(start, head)[index])]
     return tuple(sorted(loops, key=len, reverse=True))
 
 
+def cycles(following: IntArray) -> list[list[int]]:
+    """The cycles of a permutation, in the order of their first elements."""
+    after, seen, found = following.tolist(), bytearray(len(following)), []
+    for i in range(len(after)):
+        cycle = []
+        while not seen[i]:
+            seen[i] = 1
+            cycle.append(i)
+            i = after[i]
+        if cycle:
+            found.append(cycle)
+    return found
+
+
 def _check_edges(
-    F: IntArray,
-    edges: IntArray,
-    edge: IntArray,
-    tail: IntArray,
-    second: IntArray,
-    count: IntArray,
-    vertices: IntArray,
+    F: IntArray, edges: IntArray, edge: IntArray, same_way: BoolArray, count: IntArray, vertices: IntArray
 ) -> None:
     """Raise where an edge has more than two faces, or two that run along it the same way."""
-    same_way = (second >= 0) & (tail[second] == edges[:, 0])
     crowded, turned = np.flatnonzero(count > 2), np.flatnonzero(same_way & (count == 2))
     if not (len(crowded) or len(turned)):
         return
