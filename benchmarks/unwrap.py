@@ -39,9 +39,9 @@ def lscm_on(V: np.ndarray, F: np.ndarray, FTC: np.ndarray, origin: np.ndarray) -
 
 def components(FTC: np.ndarray) -> np.ndarray:
     """The chart of each face."""
-    from igl_linabf.measures import charts
+    from igl_linabf.surface import face_components
 
-    return charts(FTC, int(FTC.max()) + 1)
+    return face_components(FTC, int(FTC.max()) + 1)
 
 
 def by_xatlas(V: np.ndarray, F: np.ndarray) -> str:

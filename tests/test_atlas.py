@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import replace
 
 import igl
@@ -23,9 +24,9 @@ from igl_linabf import (
     quality,
     unwrap,
 )
-from igl_linabf.charts import atlas as atlas_module
+from igl_linabf.charts import unwrapping
 from igl_linabf.io import read_mesh, read_texture
-from igl_linabf.measures import charts
+from igl_linabf.surface import arrays, face_components
 
 CLOSED = (
     "closed__igl_cow.off",
@@ -59,7 +60,7 @@ def test_no_flips_no_overlaps_and_few_charts(name: str) -> None:
     V, F = surface(name)
     atlas = unwrap(V, F)
     assert atlas.good
-    assert len(atlas.charts) <= 3 * (charts(F, len(V)).max() + 1)
+    assert len(atlas.charts) <= 3 * (face_components(F, len(V)).max() + 1)
     assert atlas.FTC.shape == F.shape
     assert (atlas.origin[atlas.FTC] == F).all()
     assert atlas.TC.min() >= 0
@@ -180,7 +181,7 @@ def test_seams_grow_until_nothing_flips(name: str, stretched: list[float]) -> No
 
 
 def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None:
-    monkeypatch.setattr(atlas_module, "DOUBLINGS", 0)
+    monkeypatch.setattr(unwrapping, "TRADE_DOUBLINGS", 0)
     V, F = load("stress__optcuts_golf.obj")
     with pytest.warns(FallbackWarning, match="guarantee='injective'"):
         atlas = unwrap(V * [20, 1, 1], F)
@@ -258,3 +259,27 @@ def test_cut_flattens_as_the_atlas_does() -> None:
     assert quality(cut_V, cut_F, flatten(cut_V, cut_F).uv).angle_distortion == pytest.approx(
         unwrap(V, F).quality.angle_distortion
     )
+
+
+def test_the_input_is_checked_once_however_many_charts(monkeypatch) -> None:
+    calls: list[str] = []
+
+    def counted(name: str) -> None:
+        check = getattr(arrays, name)
+
+        def count(*given, **named):
+            calls.append(name)
+            return check(*given, **named)
+
+        for module in [m for key, m in sys.modules.items() if key.startswith("igl_linabf.")]:
+            if hasattr(module, name):
+                monkeypatch.setattr(module, name, count)
+
+    counted("vertex_array")
+    counted("face_array")
+    V, F = spiral()
+    for bijective in (False, True):
+        calls.clear()
+        atlas = unwrap(V, F, bijective=bijective)
+        assert atlas.splits or bijective
+        assert calls == ["vertex_array", "face_array"]

@@ -10,7 +10,8 @@ from conftest import DISKS, load, tree_cut
 
 from igl_linabf import MeshError, cut, flatten
 from igl_linabf.charts import make_bijective, separating_seams
-from igl_linabf.measures import charts, overlaps
+from igl_linabf.measures import overlaps
+from igl_linabf.surface import face_components
 
 
 def strip(turns: float = 2.4, n: int = 60) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -36,7 +37,7 @@ def by_clipping(uv: np.ndarray, F: np.ndarray) -> np.ndarray:
 def parts(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
     """The charts that a cut leaves."""
     V, F, _ = cut(V, F, seams)
-    chart = charts(F, len(V))
+    chart = face_components(F, len(V))
     return [igl.remove_unreferenced(V, F[chart == i])[:2] for i in range(chart.max() + 1)]
 
 

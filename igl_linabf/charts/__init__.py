@@ -1,10 +1,16 @@
-"""Room: charts."""
+"""Any surface as an atlas of charts.
 
-from .atlas import Atlas, Chart, unwrap
+In: V, F of any manifold. Out: seams; the surface cut along them; an `Atlas`, its charts flat and packed.
+Handles are cut after Erickson, Whittlesey 2005, leaves grown with the conformal scale of Sawhney, Crane 2017;
+SCAF is Jiang, Schaefer, Panozzo 2017.
+"""
+
+from .atlas import Atlas, Chart
 from .overlap_seams import separating_seams
 from .packing import pack
 from .scaf import make_bijective
-from .seams import TRADE, cut, find_seams, seam_mask, texture_seams
+from .seams import TRADE, cut, find_seams, texture_seams
+from .unwrapping import unwrap
 
 __all__ = [
     "TRADE",
@@ -14,7 +20,6 @@ __all__ = [
     "find_seams",
     "make_bijective",
     "pack",
-    "seam_mask",
     "separating_seams",
     "texture_seams",
     "unwrap",

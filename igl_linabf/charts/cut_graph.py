@@ -10,14 +10,14 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ..surface import FloatArray, IntArray, measure, sum_by, topology_of
+from ..surface import FloatArray, IntArray, Submesh, connected_labels, sum_by
 
-CREASE = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
-SMALLEST = 1e-3  # of an edge's cotangent weight: the maximum principle then holds
-APART = 4  # base points for the loops around handles, far from each other
-BASES = 3  # rounds of such points
-ROUNDS = 4  # of moving branch points
-SHORTER = 1 - 1e-9  # what is shorter by less is equal
+CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
+SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
+FIRST_BASES = 4  # base points for the loops around handles, far from each other
+BASE_ROUNDS = 3  # of such points
+BRANCH_ROUNDS = 4  # of moving branch points
+SHORTER = 1 - 1e-9  # times a length: what is shorter by less is equal
 
 Cost = Callable[[IntArray], float]  # of a seam
 
@@ -96,10 +96,9 @@ class ClosedSurface:
         return float(self.length[seam].sum())
 
 
-def closed_surface(V: FloatArray, F: IntArray) -> ClosedSurface:
-    """Contract the boundary loops of one component, (#V, 3) and (#F, 3) over all of V."""
-    every = np.arange(len(V))
-    topology = topology_of(F, every)
+def closed_surface(component: Submesh) -> ClosedSurface:
+    """Contract the boundary loops of a surface in one piece."""
+    V, F, topology = component.V, component.F, component.topology
     holes = len(topology.loops)
     node = np.full(len(V), -1)
     for i, loop in enumerate(topology.loops):
@@ -111,17 +110,17 @@ def closed_surface(V: FloatArray, F: IntArray) -> ClosedSurface:
     ends = node[edges]
     length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
     faces = topology.sides[:, inside].T % len(F)
-    length *= 1 - CREASE * np.minimum(_bend(V, F, faces) / (np.pi / 2), 1)
+    length *= 1 - CREASE_DISCOUNT * np.minimum(_bend(V, F, faces) / (np.pi / 2), 1)
     proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
     shortest, key = _first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
-    double_area, dot = measure(V, topology.corner, every)
+    double_area, dot = component.measured
     corner = node[topology.corner]
     cotangent = topology.sum_at_edges(dot / double_area)[inside] / 2
-    off = _symmetric(-np.maximum(cotangent, SMALLEST), ends, n)
+    off = _symmetric(-np.maximum(cotangent, SMALLEST_WEIGHT), ends, n)
     return ClosedSurface(
         n=n,
         holes=holes,
-        genus=(2 - holes - (len(V) - len(topology.edges) + len(F))) // 2,
+        genus=topology.genus,
         n_faces=len(F),
         edges=edges,
         ends=ends,
@@ -150,9 +149,9 @@ def open_handles(piece: ClosedSurface) -> IntArray:
     """The shortest cut graph among those of loops through one point, for some points."""
     shortest, length = np.zeros(0, dtype=np.int64), np.inf
     bases, tried = [int(np.argmax(np.abs(piece.curvature)))], set[int]()
-    while len(bases) < APART:
+    while len(bases) < FIRST_BASES:
         bases.append(int(np.argmax(piece.search(np.array(bases))[0])))
-    for _ in range(BASES):
+    for _ in range(BASE_ROUNDS):
         for base in bases:
             seam, across = _loops(piece, base)
             if piece.total(seam) < length * SHORTER:
@@ -210,7 +209,7 @@ def join(piece: ClosedSurface, seam: IntArray) -> IntArray:
 
 def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
     """Move the branch points, one after another, to where their arcs are shortest, if that pays."""
-    for _ in range(ROUNDS):
+    for _ in range(BRANCH_ROUNDS):
         before = piece.total(seam)
         degree = np.bincount(piece.ends[seam].ravel(), minlength=piece.n)
         for branch in np.flatnonzero(degree >= 3).tolist():
@@ -230,7 +229,7 @@ def _moved(piece: ClosedSurface, seam: IntArray, branch: int, cost: Cost) -> Int
     for chosen in [tuple(arcs)] if free else combinations(arcs, 2):
         rest = np.setdiff1d(seam, np.concatenate([arc for arc, _ in chosen]))
         tips = [tip for _, tip in chosen] + [branch] * (not free)
-        _, label = csgraph.connected_components(_pattern(piece.ends[rest], piece.n), directed=False)
+        label = connected_labels(piece.ends[rest], piece.n)
         if len(set(label[tips].tolist())) == 3:
             searches = [piece.search(np.flatnonzero(label == label[tip])) for tip in tips]
         else:
@@ -262,10 +261,9 @@ def _arcs(piece: ClosedSurface, seam: IntArray, branch: int) -> list[tuple[IntAr
 
 def _shape(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, int]:
     """Numbers of components and cycles of the seam with the holes, and of the pieces it leaves."""
-    number, _ = csgraph.connected_components(_pattern(piece.ends[seam], piece.n), directed=False)
+    number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1
     alone = piece.n - len(np.union1d(piece.ends[seam], np.arange(piece.holes)))
-    dual = _pattern(np.delete(piece.faces, seam, axis=0), piece.n_faces)
-    pieces, _ = csgraph.connected_components(dual, directed=False)
+    pieces = int(connected_labels(np.delete(piece.faces, seam, axis=0), piece.n_faces).max()) + 1
     return number - alone, number + len(seam) - piece.n, pieces
 
 
@@ -273,10 +271,6 @@ def _symmetric(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
     i, j = ends.T
     both = (np.append(i, j), np.append(j, i))
     return sparse.csr_array((np.tile(values, 2), both), shape=(n, n))
-
-
-def _pattern(ends: IntArray, n: int) -> sparse.csr_array:
-    return sparse.csr_array((np.ones(len(ends)), ends.T), shape=(n, n))
 
 
 def _first_of_each(key: IntArray, weight: FloatArray, index: IntArray) -> tuple[IntArray, IntArray]:

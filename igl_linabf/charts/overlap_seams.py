@@ -2,29 +2,26 @@
 
 from __future__ import annotations
 
-import igl
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.sparse import csgraph
 
 from ..errors import MeshError, some
-from ..measures import charts
 from ..surface import (
     FloatArray,
     IntArray,
+    Submesh,
     Topology,
-    check_finite,
-    compact,
-    face_array,
-    planar_topology,
-    vertex_array,
+    check_planar,
+    connected_labels,
+    face_components,
 )
 
-BARRIER = 1e3  # times its length costs an edge inside of a sheet
-PART = 0.1  # of the bounding box's diagonal: the length of seam that one part less is worth
-JOINTLY = 6  # overlaps that one search for seams separates at most
-NODES = 1 << 20  # of the graph that it searches; each overlap doubles it
+BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
+PART_COST = 0.1  # of the bounding box's diagonal: the length of seam that one part less is worth
+MAX_OVERLAPS = 6  # that one search for seams separates
+MAX_NODES = 1 << 20  # of the graph that it searches; each overlap doubles it
 
 
 def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
@@ -72,40 +69,30 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     >>> len(pairs), separating_seams(V, F, pairs)
     (27, array([[50, 51]]))
     """
-    positions, faces = vertex_array(V), face_array(F)
-    vertices, faces = compact(faces, len(positions))
-    positions = positions[vertices]
-    check_finite(positions, vertices)
-    left = _pair_array(pairs, len(faces))
-    chart = charts(faces, len(positions))
-    strangers = np.flatnonzero(chart[left[:, 0]] != chart[left[:, 1]])
+    surface = Submesh.checked(V, F)
+    array = _pair_array(pairs, len(surface.F))
+    chart = face_components(surface.F, len(surface.V))
+    strangers = np.flatnonzero(chart[array[:, 0]] != chart[array[:, 1]])
     if len(strangers):
         raise MeshError(
             f"pairs {some(strangers)} are faces of two charts (the first: faces "
-            f"{left[strangers[0]].tolist()}): a seam separates faces of one chart; move the charts apart"
+            f"{array[strangers[0]].tolist()}): a seam separates faces of one chart; move the charts apart"
         )
-    seams, waiting = [np.zeros((0, 2), dtype=np.int64)], []
-    # each part: faces by the caller's numbers; the same by its own vertices; what F calls these
-    for label in np.unique(chart[left[:, 0]]):
-        index = np.flatnonzero(chart == label)
-        names, own = compact(faces[index], len(positions))
-        planar_topology(own, vertices[names])
-        waiting.append((index, own, names))
+    charts = [surface.of_faces(np.flatnonzero(chart == i)) for i in np.unique(chart[array[:, 0]])]
+    return seams_between(charts, array)
+
+
+def seams_between(charts: list[Submesh], pairs: IntArray) -> IntArray:
+    """`separating_seams` of charts whose arrays are checked; faces and vertices are the caller's."""
+    seams, waiting = [np.zeros((0, 2), dtype=np.int64)], list(charts)
     while waiting:
-        index, own, names = waiting.pop()
-        place = np.full(len(faces), -1)
-        place[index] = np.arange(len(index))
-        inside = place[left[(place[left] >= 0).all(axis=1)]]
-        if not len(inside):
-            continue
-        seam = _shortest_seam(positions[names], planar_topology(own, vertices[names]), inside)
-        seams.append(np.sort(vertices[names[seam]], axis=1))
-        cut, origin = _cut(own, seam)
-        part = charts(cut, len(origin))
-        for i in range(int(part.max()) + 1):
-            chosen = np.flatnonzero(part == i)
-            used, again = compact(cut[chosen], len(origin))
-            waiting.append((index[chosen], again, names[origin[used]]))
+        part = waiting.pop()
+        check_planar(part.topology, part.vertices)
+        inside = pairs[np.isin(pairs, part.faces).all(axis=1)]
+        if len(inside):
+            local = np.searchsorted(part.faces, inside)
+            seams.append(np.sort(part.vertices[_shortest_seam(part.V, part.topology, local)], axis=1))
+            waiting += part.cut_along(seams[-1])
     return np.unique(np.concatenate(seams), axis=0)
 
 
@@ -133,7 +120,7 @@ def _shortest_seam(V: FloatArray, topology: Topology, pairs: IntArray) -> IntArr
     first, second = topology.sides
     inner = np.flatnonzero(second >= 0)
     right, left = first[inner] % m, second[inner] % m  # the faces that such an edge separates
-    most = min(JOINTLY, max(1, int(np.log2(NODES / topology.n))))
+    most = min(MAX_OVERLAPS, max(1, int(np.log2(MAX_NODES / topology.n))))
     sheets = _sheets(pairs, right, left, m, most)
     while not len(seam := _seam_between(V, topology, inner, right, left, sheets)):
         # three single faces over each other: no closed line crosses all three ways an odd number of times
@@ -152,7 +139,7 @@ def _seam_between(
     """The shortest seam that has the two sheets of each overlap on different sides; no edge if none does."""
     edges = topology.edges
     length = np.linalg.norm(V[edges[inner, 0]] - V[edges[inner, 1]], axis=1)
-    spoke = PART * np.linalg.norm(np.ptp(V, axis=0)) / 2
+    spoke = PART_COST * np.linalg.norm(np.ptp(V, axis=0)) / 2
     flip = np.zeros(len(inner), dtype=np.int64)
     barred = np.zeros(len(inner), dtype=bool)
     for k, sheet in enumerate(sheets):
@@ -167,7 +154,7 @@ def _seam_between(
     n, copies = topology.n + len(topology.loops), 1 << len(sheets)
     a = np.concatenate((edges[inner, 0], rim))
     b = np.concatenate((edges[inner, 1], topology.n + loop))
-    cost = np.concatenate((np.where(barred, BARRIER, 1.0) * length, np.full(len(rim), spoke)))
+    cost = np.concatenate((np.where(barred, BARRIER_COST, 1.0) * length, np.full(len(rim), spoke)))
     flip = np.concatenate((flip, np.zeros(len(rim), dtype=np.int64)))
     copy = np.arange(copies)[:, None]
     ends = (copy * n + a).ravel(), ((copy ^ flip) * n + b).ravel()
@@ -232,7 +219,7 @@ def _sheets(pairs: IntArray, right: IntArray, left: IntArray, m: int, most: int)
     i, j = np.concatenate(starts), np.concatenate(ends)
     i, j = np.concatenate((i, mirror[i])), np.concatenate((j, mirror[j]))
     graph = sparse.csr_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(len(code), len(code)))
-    label = csgraph.connected_components(graph, directed=False)[1]
+    label = connected_labels(np.column_stack((i, j)), len(code))
     label = np.minimum(label, label[mirror])
     _, seeds, size = np.unique(label, return_index=True, return_counts=True)
     sheets = []
@@ -246,9 +233,7 @@ def _sheets(pairs: IntArray, right: IntArray, left: IntArray, m: int, most: int)
         sheet = np.where(near[0], 1, np.where(near[1], 2, 0))
         sheet[[upper[seed], lower[seed]]] = 1, 2
         same = (sheet[right] == sheet[left]) & (sheet[right] > 0)
-        ones = np.ones(np.count_nonzero(same), dtype=np.int8)
-        joined = sparse.csr_array((ones, (right[same], left[same])), shape=(m, m))
-        piece = csgraph.connected_components(joined, directed=False)[1]
+        piece = connected_labels(np.column_stack((right[same], left[same])), m)
         sheet[(piece != piece[upper[seed]]) & (piece != piece[lower[seed]])] = 0
         sheets.append(sheet)
     return sheets
@@ -268,13 +253,3 @@ def _dual_path(sheet: IntArray, right: IntArray, left: IntArray) -> IntArray:
         crossed.append(int(number[face, before[face]]) + int(number[before[face], face]) - 1)
         face = int(before[face])
     return np.array(crossed, dtype=np.int64)
-
-
-def _cut(F: IntArray, seam: IntArray) -> tuple[IntArray, IntArray]:
-    """`F` with its vertices along a seam doubled, and the former vertex of each."""
-    n = int(F.max()) + 1
-    tail, head = F, F[:, [1, 2, 0]]
-    code = np.minimum(tail, head) * n + np.maximum(tail, head)
-    marked = np.isin(code, seam.min(axis=1) * n + seam.max(axis=1))
-    _, cut, origin = igl.cut_mesh(np.zeros((n, 3)), F, marked)
-    return np.asarray(cut, dtype=np.int64), np.asarray(origin, dtype=np.int64)

@@ -6,7 +6,7 @@ Each chart is turned to the rectangle of least area around it; rectpack packs th
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import rectpack
@@ -18,20 +18,16 @@ from ..surface import (
     ComplexArray,
     FloatArray,
     IntArray,
-    check_finite,
-    compact,
+    Submesh,
     complex_positions,
     coordinates,
-    face_array,
-    scatter,
     signed_double_areas,
-    vertex_array,
 )
 
-GRID = 1 << 20  # rectpack's unit: the square's side over this
-TRIALS = 16  # scales tried by each rule, halving the interval
+UNITS = 1 << 20  # along the square's side: rectpack counts in integers
+SCALE_TRIALS = 16  # by each rule, halving the interval
 RULES = (rectpack.MaxRectsBssf, rectpack.MaxRectsBaf, rectpack.SkylineBl)
-FEW = 60  # charts up to which every rule is tried; above, the last one, which is fast
+FEW_CHARTS = 60  # up to which every rule is tried; above, the last one, which is fast
 
 Place = tuple[int, int, int, int, bool]  # left, bottom, width, height in grid units; whether it is turned
 
@@ -58,13 +54,10 @@ class Placed:
 
 
 @dataclass(frozen=True, eq=False)
-class _Chart:
+class _TurnedChart:
     """A chart turned to its narrowest rectangle, its lower left corner at 0."""
 
     z: ComplexArray
-    corner: IntArray
-    vertices: IntArray
-    n_given: int
     turn: complex
     origin: complex
     extent: complex
@@ -103,20 +96,32 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005
     >>> sum(chart.area for chart in placed) > 0.95
     True
     """
+    given = []
+    for i, (uv, F) in enumerate(charts):
+        try:
+            given.append(Submesh.checked(uv, F, 2, "uv"))
+        except MeshError as error:
+            raise MeshError(f"chart {i}: {error}") from None
+    placed = pack_maps([(chart.V, chart.F) for chart in given], margin)
+    return [replace(p, uv=chart.scatter(p.uv)) for chart, p in zip(given, placed, strict=True)]
+
+
+def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], margin: float) -> list[Placed]:
+    """`pack` of charts that are checked; every vertex has a face."""
     if not 0 <= margin <= 0.1:
         raise ValueError(f"margin is {margin!r}: give a share of the square's side, from 0 to 0.1")
-    given = [_chart(uv, F, i, single=len(charts) == 1) for i, (uv, F) in enumerate(charts)]
+    given = [_turned(uv, F, i, single=len(maps) == 1) for i, (uv, F) in enumerate(maps)]
     if not given:
         return []
     extents = np.array([chart.extent for chart in given])
     inner = 1 - margin  # each rectangle brings the margin on two of its sides
     longest = max(extents.real.max(), extents.imag.max())
     high = min((1 - 2 * margin) / longest, inner / np.sqrt(sum(chart.area for chart in given)))
-    high *= 1 - 8 / GRID  # rectangles are rounded up to the grid
+    high *= 1 - 8 / UNITS  # rectangles are rounded up to the grid
     scale, places = 0.0, None
-    for rule in RULES if len(given) <= FEW else RULES[-1:]:
+    for rule in RULES if len(given) <= FEW_CHARTS else RULES[-1:]:
         top, trial = high, high
-        for _ in range(TRIALS):
+        for _ in range(SCALE_TRIALS):
             found = _attempt(extents * trial, margin, rule)
             if found is None:
                 top = trial
@@ -130,7 +135,7 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005
     if places is None:
         raise MeshError(f"{len(given)} charts do not fit with a margin of {margin}: use a smaller one")
     # to the very border: the gaps only become wider
-    right = max(max(x + w, y + h) for x, y, w, h, _ in places) / GRID - margin
+    right = max(max(x + w, y + h) for x, y, w, h, _ in places) / UNITS - margin
     grow = (1 - 2 * margin) / right
     return [
         _placed(chart, scale * grow, place, margin, grow) for chart, place in zip(given, places, strict=True)
@@ -142,8 +147,10 @@ def _attempt(extents: ComplexArray, margin: float, rule: type) -> list[Place] | 
     packer = rectpack.newPacker(
         mode=rectpack.PackingMode.Offline, bin_algo=rectpack.PackingBin.BNF, pack_algo=rule, rotation=True
     )
-    sizes = np.ceil((np.column_stack((extents.real, extents.imag)) + margin) * GRID).astype(np.int64).tolist()
-    side = int((1 - margin) * GRID)
+    sizes = (
+        np.ceil((np.column_stack((extents.real, extents.imag)) + margin) * UNITS).astype(np.int64).tolist()
+    )
+    side = int((1 - margin) * UNITS)
     packer.add_bin(side, side)
     for i, (width, height) in enumerate(sizes):
         packer.add_rect(width, height, i)
@@ -154,38 +161,31 @@ def _attempt(extents: ComplexArray, margin: float, rule: type) -> list[Place] | 
     return [(*found[i], list(found[i][2:]) != size) for i, size in enumerate(sizes)]
 
 
-def _placed(chart: _Chart, scale: float, place: Place, margin: float, grow: float) -> Placed:
+def _placed(chart: _TurnedChart, scale: float, place: Place, margin: float, grow: float) -> Placed:
     x, y, _, _, lies = place
-    corner = complex(x, y) / GRID * grow + complex(margin, margin)
+    corner = complex(x, y) / UNITS * grow + complex(margin, margin)
     # a quarter turn about the lower left corner, and back into the rectangle
     turn, back = (1j, chart.extent.imag) if lies else (1 + 0j, 0.0)
     new = (chart.z * turn + back) * scale + corner
     ratio = scale * turn * chart.turn
     shift = corner + scale * (back - turn * chart.origin)
-    uv = scatter(coordinates(new), chart.vertices, chart.n_given)
-    return Placed(ratio, shift, uv, float(chart.area * scale**2))
+    return Placed(ratio, shift, coordinates(new), float(chart.area * scale**2))
 
 
-def _chart(uv: ArrayLike, F: ArrayLike, i: int, single: bool) -> _Chart:
-    try:
-        map_, faces = vertex_array(uv, 2, "uv"), face_array(F)
-        vertices, faces = compact(faces, len(map_))
-        check_finite(map_[vertices], vertices, "uv")
-    except MeshError as error:
-        raise MeshError(f"chart {i}: {error}") from None
-    z, corner = complex_positions(map_[vertices]), np.ascontiguousarray(faces.T)
-    area = float(np.abs(signed_double_areas(z, corner)).sum()) / 2
+def _turned(uv: FloatArray, F: IntArray, i: int, single: bool) -> _TurnedChart:
+    z = complex_positions(uv)
+    area = float(np.abs(signed_double_areas(z, np.ascontiguousarray(F.T))).sum()) / 2
     size = max(float(np.ptp(z.real)), float(np.ptp(z.imag)))
     if not area > 4 * np.finfo(float).eps * size * max(size, float(np.abs(z).max())):
-        raise MeshError(f"chart {i} has no area (its {len(faces)} faces lie on a line): leave it out")
-    turn = _turn(z, single)
+        raise MeshError(f"chart {i} has no area (its {len(F)} faces lie on a line): leave it out")
+    turn = _best_turn(z, single)
     z = z * turn
     origin = complex(z.real.min(), z.imag.min())
     z -= origin
-    return _Chart(z, corner, vertices, len(map_), turn, origin, complex(z.real.max(), z.imag.max()), area)
+    return _TurnedChart(z, turn, origin, complex(z.real.max(), z.imag.max()), area)
 
 
-def _turn(z: ComplexArray, single: bool) -> complex:
+def _best_turn(z: ComplexArray, single: bool) -> complex:
     """The turn to the rectangle of least area around `z`; to the least square for a single chart."""
     points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
     axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)

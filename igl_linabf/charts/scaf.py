@@ -13,23 +13,19 @@ from .._runtime import Arrays, run_as_child_process, run_in_child_process
 from ..errors import MeshError, OutcomeWarning, some, stack_level
 from ..layouts import on_circle
 from ..linalg import Solvers
-from ..measures import overlaps
+from ..measures import overlapping_pairs
 from ..surface import (
     FloatArray,
+    Submesh,
     Topology,
-    check_finite,
-    compact,
+    check_planar,
     complex_positions,
     coordinates,
-    face_array,
-    planar_topology,
-    scatter,
     signed_double_areas,
-    vertex_array,
 )
 
 SCAF = "igl's SCAF"
-SMALLEST = 1e-14  # of the whole map's area: the barrier of a thinner triangle is out of range
+MIN_AREA = 1e-14  # as a share of the map's: the barrier of a thinner triangle is out of range
 
 
 def make_bijective(
@@ -86,48 +82,46 @@ def make_bijective(
     >>> len(overlaps(uv, F)), len(overlaps(make_bijective(uv, F), F))
     (27, 0)
     """
-    made, trouble = moved_apart(uv, F, iterations, timeout)
-    if trouble:
-        warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
-    return made
-
-
-def moved_apart(
-    uv: ArrayLike, F: ArrayLike, iterations: int = 50, timeout: float = 600.0
-) -> tuple[FloatArray, str]:
-    """As `make_bijective`, and what is wrong with the map, or nothing."""
     if iterations < 1:
         raise ValueError(f"iterations is {iterations}: make at least one")
-    given, faces = vertex_array(uv, 2, "uv"), face_array(F)
-    vertices, faces = compact(faces, len(given))
-    flat = given[vertices]
-    check_finite(flat, vertices, "uv")
-    topology = planar_topology(faces, vertices)
+    surface = Submesh.checked(uv, F, 2, "uv")
+    topology = surface.topology
+    check_planar(topology, surface.vertices)
     if len(topology.loops) > 1:
         raise MeshError(
             f"the surface has {len(topology.loops) - 1} holes: fill them before (igl.topological_hole_fill), "
             "or cut the overlapping parts off along separating_seams"
         )
+    made, trouble = moved_apart(surface.V, topology, iterations, timeout)
+    if trouble:
+        warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
+    return surface.scatter(made)
+
+
+def moved_apart(
+    flat: FloatArray, topology: Topology, iterations: int = 50, timeout: float = 600.0
+) -> tuple[FloatArray, str]:
+    """`make_bijective` of a checked map of one disk, and what is still wrong with it, or ""."""
     area = signed_double_areas(complex_positions(flat), topology.corner)
     total = float(np.abs(area).sum()) / 2
-    bad = np.flatnonzero(~(np.abs(area) > SMALLEST * total))
+    bad = np.flatnonzero(~(np.abs(area) > MIN_AREA * total))
     if len(bad):
         raise MeshError(
-            f"faces {some(bad)} have less than {SMALLEST:g} of the map's area: the map is too uneven for "
+            f"faces {some(bad)} have less than {MIN_AREA:g} of the map's area: the map is too uneven for "
             "this; cut the surface into more parts"
         )
-    if (area > 0).all() and not len(overlaps(flat, faces)):
-        return given.copy(), ""
+    if (area > 0).all() and not len(overlapping_pairs(flat, topology.corner.T)):
+        return flat.copy(), ""
     made = _scaffolded(flat / np.sqrt(total), topology, iterations, timeout) * np.sqrt(total)
     flips = np.count_nonzero(~(signed_double_areas(complex_positions(made), topology.corner) > 0))
-    pairs = overlaps(made, faces)
+    pairs = overlapping_pairs(made, topology.corner.T)
     trouble = (
         f"{flips} faces are flipped and {len(pairs)} pairs of faces overlap after {iterations} iterations: "
         "cut the surface along separating_seams instead"
         if flips or len(pairs)
         else ""
     )
-    return scatter(_laid_on(made, flat), vertices, len(given)), trouble
+    return _laid_on(made, flat), trouble
 
 
 def _scaffolded(rest: FloatArray, topology: Topology, iterations: int, timeout: float) -> FloatArray:
@@ -172,7 +166,7 @@ def _laid_on(uv: FloatArray, onto: FloatArray) -> FloatArray:
     z = z - z.mean()
     turn = np.vdot(z, w - middle)
     z = z * (turn / np.abs(turn) if turn else 1.0) + middle
-    return np.column_stack((z.real, z.imag))
+    return coordinates(z)
 
 
 if __name__ == "__main__":

@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import igl
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._runtime import advance
 from ..errors import MeshError, some
@@ -14,24 +12,24 @@ from ..linalg import Solvers
 from ..surface import (
     NEXT,
     PREV,
-    BoolArray,
     FloatArray,
     IntArray,
+    Submesh,
     Topology,
     check_fans,
-    check_finite,
     compact,
+    cut_faces,
     face_array,
-    measure,
+    seam_mask,
     topology_of,
     vertex_array,
 )
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
 
 TRADE = 6.0
-LEAVES = 100  # at most, on a component
-PATIENCE = 3  # leaves in a row that do not pay, before no more are tried
-LARGEST = 100.0  # |log scale| up to which its powers are told apart
+MAX_LEAVES = 100  # on a component
+MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
+MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
@@ -74,8 +72,8 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     """
     positions, faces = vertex_array(V), face_array(F)
     _manifold(faces, len(positions))
-    new_V, new_F, origin = igl.cut_mesh(positions, faces, seam_mask(seams, faces, len(positions)))
-    return np.asarray(new_V), np.asarray(new_F), np.asarray(origin)
+    F_cut, origin = cut_faces(faces, len(positions), seam_mask(seams, faces, len(positions)))
+    return positions[origin], F_cut, origin
 
 
 def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
@@ -110,11 +108,16 @@ def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
     bad = np.flatnonzero((texture < 0).any(axis=1))
     if len(bad):
         raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")
-    topology, vertices, _ = _manifold(faces, int(faces.max()) + 1)
+    topology, vertices = _manifold(faces, int(faces.max()) + 1)
+    return vertices[edges_between_textures(topology, texture)]
+
+
+def edges_between_textures(topology: Topology, texture: IntArray) -> IntArray:
+    """`texture_seams` of a surface that is checked, by its own vertices."""
     first, second = topology.sides[:, topology.sides[1] >= 0]
     start, end = texture.T[NEXT].ravel(), texture.T[PREV].ravel()  # of each half-edge
     differ = (start[first] != end[second]) | (end[first] != start[second])
-    return np.asarray(vertices[topology.edges[topology.sides[1] >= 0][differ]])
+    return np.asarray(topology.edges[topology.sides[1] >= 0][differ])
 
 
 def find_seams(
@@ -167,71 +170,29 @@ def find_seams(
     >>> find_seams(V, F, trade=0).shape  # a path from one vertex to the opposite one
     (3, 2)
     """
+    return seams_of(Submesh.checked_manifold(V, F), trade, holes=holes, disks=disks)
+
+
+def seams_of(surface: Submesh, trade: float, *, holes: bool = False, disks: bool = False) -> IntArray:
+    """`find_seams` of a checked manifold, or of a part of one; by the caller's vertices."""
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number from 0 (shortest seams) upwards")
-    positions, faces = vertex_array(V), face_array(F)
-    topology, vertices, faces = _manifold(faces, len(positions))
-    positions = positions[vertices]
-    check_finite(positions, vertices)
-    measure(positions, topology.corner, vertices)
-    ones = np.ones(len(topology.edges), dtype=np.int8)
-    graph = sparse.csr_array((ones, topology.edges.T), shape=(topology.n, topology.n))
-    number, label = csgraph.connected_components(graph, directed=False)
-    of_face = label[faces[:, 0]]
-    chi, loops = np.bincount(label), np.zeros(number, dtype=np.int64)
-    chi += np.bincount(of_face) - np.bincount(label[topology.edges[:, 0]])
-    np.add.at(loops, label[[loop[0] for loop in topology.loops]], 1)
-    done = (chi + loops == 2) & (loops > 0) & (holes | (loops == 1))
     found = [np.zeros((0, 2), dtype=np.int64)]
-    for component in np.flatnonzero(~done | (disks and trade > 0)):
-        own = np.flatnonzero(label == component)
-        piece = closed_surface(positions[own], np.searchsorted(own, faces[of_face == component]))
-        found.append(vertices[own[piece.edges[_seam(piece, trade, holes)]]])
+    for component in surface.components():
+        loops, genus = len(component.topology.loops), component.topology.genus
+        open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
+        if not open_ or (disks and trade > 0):
+            piece = closed_surface(component)
+            found.append(component.vertices[piece.edges[_seam(piece, trade, holes)]])
     return np.concatenate(found)
 
 
-def _manifold(faces: IntArray, n: int) -> tuple[Topology, IntArray, IntArray]:
-    """Connectivity, the vertices in use, and the faces numbered by them; raises if no manifold."""
+def _manifold(faces: IntArray, n: int) -> tuple[Topology, IntArray]:
+    """Connectivity, and the vertices in use; raises if no manifold."""
     vertices, packed = compact(faces, n)
     topology = topology_of(packed, vertices)
     check_fans(packed, topology.sides, vertices)
-    return topology, vertices, packed
-
-
-def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
-    """Check the seams and write them as `igl.cut_mesh` takes them, (#F, 3)."""
-    try:
-        array = np.asarray(seams)
-    except ValueError:
-        raise MeshError("seams is no array: pass (#E, 2) vertices of edges, or a (#F, 3) mask") from None
-    if array.shape == F.shape:
-        if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
-            raise MeshError("the seams of shape (#F, 3) are no mask: pass booleans, or zeros and ones")
-        return array.astype(bool)
-    if array.size == 0:
-        return np.zeros(F.shape, dtype=bool)
-    if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "iu":
-        raise MeshError(
-            f"seams has the shape {array.shape} and the dtype {array.dtype}: pass (#E, 2) integers, "
-            f"the vertices of edges, or a mask of shape {F.shape}"
-        )
-    bad = np.flatnonzero(((array < 0) | (array >= n)).any(axis=1))
-    if len(bad):
-        raise MeshError(
-            f"seam edges {some(bad)} refer to vertices outside 0..{n - 1} "
-            f"(edge {bad[0]} is {array[bad[0]].tolist()}): correct them"
-        )
-    pairs = array.astype(np.int64)
-    key = pairs.min(axis=1) * n + pairs.max(axis=1)
-    following = F[:, NEXT]
-    sides = np.minimum(F, following) * n + np.maximum(F, following)
-    bad = np.flatnonzero(~np.isin(key, sides))
-    if len(bad):
-        raise MeshError(
-            f"seam edges {some(bad)} are no edges of the mesh (edge {bad[0]} is "
-            f"{pairs[bad[0]].tolist()}): give the end vertices of edges"
-        )
-    return np.asarray(np.isin(sides, key))
+    return topology, vertices
 
 
 def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
@@ -266,16 +227,16 @@ def _slit(piece: ClosedSurface) -> IntArray:
 
 def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
     """Add leaves one by one; of these seams the one of least cost."""
-    best, least, waited = seam, np.inf, 0
-    for _ in range(LEAVES):
+    best, least, in_vain = seam, np.inf, 0
+    for _ in range(MAX_LEAVES):
         u = _log_scale(piece, _open_nodes(piece, seam), piece.curvature)
         cost = _cost(piece, seam, trade, u)
         advance("seams", 0.1)
-        waited = 0 if cost < least else waited + 1
-        if waited == 0:
+        in_vain = 0 if cost < least else in_vain + 1
+        if in_vain == 0:
             best, least = seam, cost
         leaf = int(np.argmax(np.abs(u)))
-        if waited == PATIENCE or u[leaf] == 0:
+        if in_vain == MAX_LEAVES_IN_VAIN or u[leaf] == 0:
             break
         _, before, _ = piece.search(_open_nodes(piece, seam))
         seam = np.append(seam, piece.paths(before, [leaf]))
@@ -306,4 +267,4 @@ def _log_scale(piece: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> 
         lower = sparse.tril(piece.laplacian[free][:, free]).tocsc()
         lower.sort_indices()
         u[free] = Solvers().laplacian(lower).factor(lower).solve(-curvature[free])
-    return np.clip(u, -LARGEST, LARGEST)
+    return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)

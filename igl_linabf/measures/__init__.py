@@ -1,7 +1,12 @@
-"""Room: measures."""
+"""How good a flat map is.
 
-from .figures import Quality, quality, table
-from .overlapping import charts, overlaps
+In: a surface and a map of it. Out: what the map does to each triangle, one figure of the whole each, and the
+pairs of triangles that lie over each other. F/3nt is the paper's measure (table 1); stretch is that of
+Sander, Snyder, Gortler and Hoppe 2001.
+"""
+
+from .figures import Quality, quality, quality_of, table
+from .overlapping import overlapping_pairs, overlaps
 from .per_triangle import MEASURES, Measure, change_of, distortion
 
 __all__ = [
@@ -9,9 +14,10 @@ __all__ = [
     "Measure",
     "Quality",
     "change_of",
-    "charts",
     "distortion",
+    "overlapping_pairs",
     "overlaps",
     "quality",
+    "quality_of",
     "table",
 ]

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import aligned
-from ..surface import face_array
-from .overlapping import overlaps
+from ..surface import FloatArray, Submesh
+from .overlapping import overlapping_pairs
 from .per_triangle import change_of
 
 
@@ -119,19 +119,23 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
     >>> stretched.conformal_distortion, round(stretched.stretch_l2, 4), stretched.flips
     (2.0, 1.118, 0)
     """
-    changed = change_of(V, F, uv)
-    faces = face_array(F)
-    error, weight = changed.angle_error, changed.double_area / changed.double_area.sum()
-    conformal = changed.conformal
+    surface = Submesh.checked(V, F)
+    return quality_of(surface, surface.checked_map(uv))
+
+
+def quality_of(surface: Submesh, map_: FloatArray) -> Quality:
+    """`quality` of a checked map of a checked surface."""
+    changed = change_of(surface, map_)
+    weight, conformal = changed.double_area / changed.double_area.sum(), changed.conformal
     return Quality(
-        angle_distortion=float(((error / changed.angle) ** 2).mean()),
-        angle_error=float((error**2).mean()),
+        angle_distortion=float(changed.angle_distortion.mean()),
+        angle_error=float((changed.angle_error**2).mean()),
         conformal_distortion=float(weight @ conformal),
         conformal_distortion_max=float(conformal.max()),
         area_distortion=float(weight @ np.abs(changed.log_area_ratio)),
         stretch_l2=float(np.sqrt(weight @ changed.squared_stretch)),
         stretch_linf=float(changed.largest_stretch.max()),
         flips=int(np.count_nonzero(changed.flipped)),
-        overlaps=len(overlaps(uv, faces)),
-        faces=len(faces),
+        overlaps=len(overlapping_pairs(map_, surface.F)),
+        faces=len(surface.F),
     )

@@ -5,24 +5,20 @@ from __future__ import annotations
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from ..surface import (
     ComplexArray,
     FloatArray,
     IntArray,
-    check_finite,
-    compact,
+    Submesh,
     complex_positions,
-    face_array,
+    face_components,
     of_size_one,
     signed_double_areas,
-    vertex_array,
 )
 
-DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
-BLOCK = 1 << 16  # triangles searched at a time, which bounds the memory
+MIN_DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
+BLOCK_SIZE = 1 << 16  # triangles searched at a time, which bounds the memory
 
 
 def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
@@ -68,25 +64,19 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
     >>> overlaps(square + corner, F, between=True)
     array([[0, 2]])
     """
-    faces, map_ = face_array(F), vertex_array(uv, 2, "uv")
-    vertices, faces = compact(faces, len(map_))
-    map_ = map_[vertices]
-    check_finite(map_, vertices, "uv")
+    surface = Submesh.checked(uv, F, 2, "uv")
+    return overlapping_pairs(surface.V, surface.F, between=between)
+
+
+def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -> IntArray:
+    """`overlaps` of a checked map."""
     map_ = of_size_one(map_)
-    chart = charts(faces, len(map_))
     if between:
-        return _search(map_, faces, None)
-    suspect = ~_injective(complex_positions(map_), faces, chart)[chart]
+        return _search(map_, F, None)
+    chart = face_components(F, len(map_))
+    suspect = ~_injective(complex_positions(map_), F, chart)[chart]
     index = np.flatnonzero(suspect)
-    return np.asarray(index[_search(map_, faces[index], chart[index])]) if len(index) else _no_pairs()
-
-
-def charts(F: IntArray, n: int) -> IntArray:
-    """The chart of each face, numbered from 0: components of faces that share vertices 0 .. n - 1."""
-    i, j = np.concatenate((F[:, 0], F[:, 0])), np.concatenate((F[:, 1], F[:, 2]))
-    graph = sparse.csr_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(n, n))
-    label = csgraph.connected_components(graph, directed=False)[1]
-    return np.asarray(np.unique(label[F[:, 0]], return_inverse=True)[1], dtype=np.int64)
+    return np.asarray(index[_search(map_, F[index], chart[index])]) if len(index) else _no_pairs()
 
 
 def _no_pairs() -> IntArray:
@@ -140,8 +130,8 @@ def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
     boxes = shapely.box(x.min(axis=1), y.min(axis=1), x.max(axis=1), y.max(axis=1))
     tree = shapely.STRtree(boxes)
     found = [_no_pairs()]
-    for start in range(0, len(solid), BLOCK):
-        i, j = tree.query(boxes[start : start + BLOCK])
+    for start in range(0, len(solid), BLOCK_SIZE):
+        i, j = tree.query(boxes[start : start + BLOCK_SIZE])
         i = i + start
         keep = i < j
         if chart is not None:
@@ -150,7 +140,7 @@ def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
         for _ in range(2):  # a side of the one separates them, or a side of the other
             for k in range(3):
                 reach = _reach(triangle, i, j, k)
-                least = DEPTH * np.minimum(height[i], height[j]) + np.maximum(rounding[i], rounding[j])
+                least = MIN_DEPTH * np.minimum(height[i], height[j]) + np.maximum(rounding[i], rounding[j])
                 keep = reach > least
                 i, j = i[keep], j[keep]
             i, j = j, i

@@ -8,7 +8,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..errors import MeshError
 from ..surface import (
     NEXT,
     PREV,
@@ -16,13 +15,9 @@ from ..surface import (
     ComplexArray,
     FloatArray,
     IntArray,
-    check_finite,
-    compact,
+    Submesh,
     complex_positions,
-    face_array,
-    measure,
     of_size_one,
-    vertex_array,
 )
 
 Measure = Literal["angle", "conformal", "stretch", "area"]
@@ -65,9 +60,10 @@ def distortion(V: ArrayLike, F: ArrayLike, uv: ArrayLike, measure: Measure = "an
     """
     if measure not in MEASURES:
         raise ValueError(f"measure is {measure!r}: use one of {', '.join(map(repr, MEASURES))}")
-    changed = change_of(V, F, uv)
+    surface = Submesh.checked(V, F)
+    changed = change_of(surface, surface.checked_map(uv))
     if measure == "angle":
-        return np.asarray(((changed.angle_error / changed.angle) ** 2).mean(axis=0))
+        return np.asarray(changed.angle_distortion.mean(axis=0))
     if measure == "conformal":
         return changed.conformal
     if measure == "stretch":
@@ -102,6 +98,11 @@ class Change:
         return float(np.abs(self.signed).sum() / self.double_area.sum())
 
     @property
+    def angle_distortion(self) -> FloatArray:
+        """(3, #F) float64: squared relative errors, whose mean is the paper's F/3nt."""
+        return np.asarray((self.angle_error / self.angle) ** 2)
+
+    @property
     def flipped(self) -> BoolArray:
         """(#F,) bool; the collapsed ones, too."""
         return ~(self.signed > 0)
@@ -133,25 +134,18 @@ class Change:
             return np.where(self.signed != 0, ratio, -np.inf)
 
 
-def change_of(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Change:
-    """Check `V`, `F` and `uv`, and measure what the map does; parameters as in `distortion`."""
-    positions, faces, map_ = vertex_array(V), face_array(F), vertex_array(uv, 2, "uv")
-    if len(map_) != len(positions):
-        raise MeshError(f"uv has {len(map_)} rows for {len(positions)} vertices: pass one row a vertex")
-    vertices, faces = compact(faces, len(positions))
-    positions, map_ = positions[vertices], map_[vertices]
-    check_finite(positions, vertices)
-    check_finite(map_, vertices, "uv")
+def change_of(surface: Submesh, map_: FloatArray) -> Change:
+    """Measure what a flat map does to a surface, both of them checked; the map is by its vertices."""
     map_ = of_size_one(map_)
-    corner = np.ascontiguousarray(faces.T)
-    double_area, dot = measure(positions, corner, vertices)
+    corner = np.ascontiguousarray(surface.F.T)
+    double_area, dot = surface.measured
     z = complex_positions(map_)[corner]
     right, left = z[NEXT] - z, z[PREV] - z
     cross = right.conj() * left  # its argument is the angle, its imaginary part twice the area
     angle = np.arctan2(double_area, dot)
     error = np.arctan2(np.abs(cross.imag), cross.real)
     error -= angle
-    major, minor = _singular_values(positions, corner, double_area, dot, right[0], left[0])
+    major, minor = _singular_values(surface.V, corner, double_area, dot, right[0], left[0])
     return Change(angle, error, double_area, cross[0].imag, major, minor)
 
 

@@ -10,7 +10,7 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import ArrayLike
 
-from ..charts import Atlas, seam_mask
+from ..charts import Atlas
 from ..errors import MeshError
 from ..measures import Measure, distortion
 from ..surface import (
@@ -20,6 +20,7 @@ from ..surface import (
     compact,
     complex_positions,
     face_array,
+    seam_mask,
     signed_double_areas,
     vertex_array,
 )

@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from ..charts import find_seams, unwrap
 from ..errors import OutcomeWarning
 from ..flattening import METHODS, flatten
-from ..measures import MEASURES, Measure, Quality, charts, quality
+from ..measures import MEASURES, Measure, Quality, quality
 from ..surface import FloatArray, IntArray, compact, face_array, topology_of, vertex_array
 from .scene import (
     Scene,
@@ -336,11 +336,7 @@ def has_display() -> bool:
 def _seams_of(V: FloatArray, F: IntArray) -> IntArray | None:
     """Where to cut the surface; None where it is a disk, or one with holes, as it is."""
     vertices, faces = compact(F, len(V))
-    topology = topology_of(faces, vertices)
-    pieces = len(set(charts(faces, len(vertices)).tolist()))
-    loops = len(topology.loops)
-    euler = topology.n - len(topology.edges) + len(faces)
-    return None if pieces == 1 and loops and euler == 2 - loops else find_seams(V, F)
+    return None if topology_of(faces, vertices).is_planar else find_seams(V, F)
 
 
 def _world(renderer: Any, x: int, y: int, depth: float) -> FloatArray:

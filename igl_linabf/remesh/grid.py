@@ -7,8 +7,6 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from ..errors import MeshError, some
 from ..measures import change_of
@@ -16,18 +14,16 @@ from ..surface import (
     BoolArray,
     FloatArray,
     IntArray,
-    compact,
+    Submesh,
     complex_positions,
-    face_array,
+    connected_labels,
+    cycles,
     signed_double_areas,
-    topology_of,
-    vertex_array,
 )
 from .slicing import Fragments, slice_region, sliced_along_integers
 
-CELLS = 1000  # by default
-MOST = 10_000_000
-STRAIGHT = 1e-9  # sine of the angle by which a boundary may turn at a vertex that is left out
+DEFAULT_CELLS, MAX_CELLS = 1000, 10_000_000
+STRAIGHT_SINE = 1e-9  # sine of the angle by which a boundary may turn at a vertex that is left out
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,29 +95,28 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     >>> grid.quads.shape, grid.V.shape
     ((6, 4), (12, 3))
     """
-    changed = change_of(V, F, uv)
+    surface = Submesh.checked(V, F)
+    map_ = surface.checked_map(uv)
+    changed = change_of(surface, map_)
     if changed.flipped.any():
         bad = np.flatnonzero(changed.flipped)
         raise MeshError(f"faces {some(bad)} are flipped in uv: a grid needs a map without flips")
-    positions, faces = vertex_array(V), face_array(F)
-    vertices, faces = compact(faces, len(positions))
-    map_ = vertex_array(uv, 2, "uv")[vertices]
-    topology = topology_of(faces, vertices)
+    topology = surface.topology
     around = topology.sum_at_vertices(changed.angle + changed.angle_error)
     around[topology.edges[(topology.sides < 0).any(axis=0)]] = 0
     if (around > 3 * np.pi).any():
-        twice = vertices[around > 3 * np.pi]
+        twice = surface.vertices[around > 3 * np.pi]
         raise MeshError(f"uv winds more than once around vertices {some(twice)}: a grid cannot follow it")
-    area = signed_double_areas(complex_positions(map_), faces.T).sum() / 2
+    area = signed_double_areas(complex_positions(map_), topology.corner).sum() / 2
     if spacing is None:
-        spacing = float(np.sqrt(area / CELLS))
+        spacing = float(np.sqrt(area / DEFAULT_CELLS))
     if not (np.isfinite(spacing) and spacing > 0):
         raise MeshError(f"spacing is {spacing}: give the positive distance of the lines in uv")
     crossed = np.ptp(map_[topology.edges], axis=1).sum() / spacing  # lines, by edges
     cells = max(area / spacing**2, crossed)
-    if cells > MOST:
+    if cells > MAX_CELLS:
         raise MeshError(f"spacing is {spacing:g}, which makes {cells:.2g} cells: give more")
-    fragments = sliced_along_integers(Fragments(map_ / spacing, positions[vertices], faces))
+    fragments = sliced_along_integers(Fragments(map_ / spacing, surface.V, surface.F))
     loops = _loops(fragments)
     while loops.holes:
         regions = len(np.unique(loops.region))
@@ -132,8 +127,7 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
         loops = _loops(fragments)
         if len(np.unique(loops.region)) == regions:
             break  # a hole too small for double precision
-    euler = topology.n - len(topology.edges) + len(faces)
-    return _assembled(fragments, loops, spacing, euler)
+    return _assembled(fragments, loops, spacing, topology.characteristic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,8 +160,7 @@ def _loops(fragments: Fragments) -> _Loops:
     beside, side = igl.triangle_triangle_adjacency(F)
     same = (beside >= 0) & (fragments.label[beside] == fragments.label[:, None])
     t, k = np.nonzero(same)
-    graph = sparse.csr_array((np.ones(len(t), dtype=bool), (t, beside[t, k])), shape=(len(F), len(F)))
-    fragments.label[:] = csgraph.connected_components(graph, directed=False)[1]
+    fragments.label[:] = connected_labels(np.column_stack((t, beside[t, k])), len(F))
     t, k = np.nonzero(~same)  # half-edge k runs from corner k to k + 1
     number = np.full(F.shape, -1)
     number[t, k] = np.arange(len(t))
@@ -178,22 +171,12 @@ def _loops(fragments: Fragments) -> _Loops:
         ahead_t[going], ahead_k[going] = beside[i, j], (side[i, j] + 1) % 3
         going = going[same[ahead_t[going], ahead_k[going]]]
     tails, heads = F[t, k], F[t, (k + 1) % 3]
-    following = number[ahead_t, ahead_k].tolist()
-    seen, found, region = [False] * len(t), [], []
-    for start in range(len(t)):
-        walk = []
-        while not seen[start]:
-            seen[start] = True
-            walk.append(start)
-            start = following[start]
-        if walk:
-            found.append(tails[walk])
-            region.append(fragments.label[t[walk[0]]])
-    both = np.sort(np.column_stack((tails, heads)), axis=1)
-    outside = beside[t, k] < 0
-    rim = np.column_stack((tails, heads))[outside]
-    owner = np.array(region)
-    return _Loops(owner, found, np.unique(both, axis=0), rim, _holes(fragments.x, owner, found))
+    walks = cycles(number[ahead_t, ahead_k])
+    region = fragments.label[t[[walk[0] for walk in walks]]]
+    loops = [tails[walk] for walk in walks]
+    sides = np.column_stack((tails, heads))
+    borders, rim = np.unique(np.sort(sides, axis=1), axis=0), sides[beside[t, k] < 0]
+    return _Loops(region, loops, borders, rim, _holes(fragments.x, region, loops))
 
 
 def _holes(x: FloatArray, region: IntArray, loops: list[IntArray]) -> dict[int, IntArray]:
@@ -220,7 +203,7 @@ def _assembled(fragments: Fragments, loops: _Loops, spacing: float, euler: int) 
         first, second = points[b] - points[a], points[c] - points[b]
         along = (first * second).sum(axis=1)
         total = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
-        turns |= total - along > STRAIGHT**2 * total + 4 * np.finfo(float).eps * total
+        turns |= total - along > STRAIGHT_SINE**2 * total + 4 * np.finfo(float).eps * total
     kept[b[turns]] = True
     number = np.cumsum(kept) - 1
     cell_area = np.bincount(fragments.label, signed_double_areas(complex_positions(x), fragments.F.T) / 2)

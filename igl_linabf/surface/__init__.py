@@ -1,7 +1,27 @@
-"""Room: surface."""
+"""Surfaces: the caller's arrays, checked once, and what is known of them.
 
-from .arrays import Pins, check_finite, compact, face_array, pins, scatter, vertex_array
-from .mesh import Mesh, loop_through, measure, planar
+In: V, F, and a map or pins as the caller has them. Out: a `Submesh`, any surface or a part of one; a
+`Mesh`, one disk with or without holes, which is what is flattened; their `Topology`, components, areas.
+Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
+"""
+
+from .areas import measure
+from .arrays import (
+    BoolArray,
+    ComplexArray,
+    FloatArray,
+    IntArray,
+    Pins,
+    check_finite,
+    compact,
+    face_array,
+    pins,
+    scatter,
+    seam_mask,
+    vertex_array,
+)
+from .components import connected_labels, face_components
+from .mesh import Mesh, loop_through, planar, planar_mesh
 from .plane import (
     ALL_DIGITS,
     SPAN,
@@ -15,15 +35,14 @@ from .plane import (
     signed_double_areas,
     span,
 )
+from .submesh import Submesh, cut_faces
 from .topology import (
     NEXT,
     PREV,
-    BoolArray,
-    ComplexArray,
-    FloatArray,
-    IntArray,
     Topology,
     check_fans,
+    check_planar,
+    cycles,
     planar_topology,
     sum_by,
     topology_of,
@@ -41,14 +60,20 @@ __all__ = [
     "IntArray",
     "Mesh",
     "Pins",
+    "Submesh",
     "Topology",
     "centred",
     "check_fans",
     "check_finite",
+    "check_planar",
     "compact",
     "complex_positions",
+    "connected_labels",
     "coordinates",
+    "cut_faces",
+    "cycles",
     "face_array",
+    "face_components",
     "flat_angles",
     "flipped_faces",
     "loop_through",
@@ -57,8 +82,10 @@ __all__ = [
     "pins",
     "placed_at",
     "planar",
+    "planar_mesh",
     "planar_topology",
     "scatter",
+    "seam_mask",
     "signed_double_areas",
     "span",
     "sum_by",

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from ..errors import MeshError, some
-from .topology import FloatArray, IntArray
 
+FloatArray = NDArray[np.float64]
+IntArray = NDArray[np.int64]
+BoolArray = NDArray[np.bool_]
+ComplexArray = NDArray[np.complex128]
 Pins = tuple[IntArray, FloatArray]  # pinned vertices (2,), their positions (2, 2)
 
 
@@ -112,6 +115,44 @@ def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given:
     return new, place
 
 
+def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
+    """Check the seams and write them as `igl.cut_mesh` takes them, (#F, 3)."""
+    try:
+        array = np.asarray(seams)
+    except ValueError:
+        raise MeshError("seams is no array: pass (#E, 2) vertices of edges, or a (#F, 3) mask") from None
+    if array.shape == F.shape:
+        if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
+            raise MeshError("the seams of shape (#F, 3) are no mask: pass booleans, or zeros and ones")
+        return array.astype(bool)
+    if array.size == 0:
+        return np.zeros(F.shape, dtype=bool)
+    if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "iu":
+        raise MeshError(
+            f"seams has the shape {array.shape} and the dtype {array.dtype}: pass (#E, 2) integers, "
+            f"the vertices of edges, or a mask of shape {F.shape}"
+        )
+    bad = np.flatnonzero(((array < 0) | (array >= n)).any(axis=1))
+    if len(bad):
+        raise MeshError(
+            f"seam edges {some(bad)} refer to vertices outside 0..{n - 1} "
+            f"(edge {bad[0]} is {array[bad[0]].tolist()}): correct them"
+        )
+    pairs = array.astype(np.int64)
+    bad = np.flatnonzero(~np.isin(_edge_keys(pairs, n), _side_keys(F, n)))
+    if len(bad):
+        raise MeshError(
+            f"seam edges {some(bad)} are no edges of the mesh (edge {bad[0]} is "
+            f"{pairs[bad[0]].tolist()}): give the end vertices of edges"
+        )
+    return sides_along(pairs, F, n)
+
+
+def sides_along(edges: IntArray, F: IntArray, n: int) -> BoolArray:
+    """Which sides of the faces, from corner k to k + 1, run along some edges (#E, 2): (#F, 3)."""
+    return np.asarray(np.isin(_side_keys(F, n), _edge_keys(edges, n)))
+
+
 def scatter(uv: FloatArray, vertices: IntArray, n_given: int) -> FloatArray:
     """Coordinates of the caller's `n_given` vertices; NaN for those not among `vertices`."""
     if len(vertices) == n_given:
@@ -119,6 +160,15 @@ def scatter(uv: FloatArray, vertices: IntArray, n_given: int) -> FloatArray:
     full = np.full((n_given, uv.shape[1]), np.nan)
     full[vertices] = uv
     return full
+
+
+def _side_keys(F: IntArray, n: int) -> IntArray:
+    return _edge_keys(np.stack((F, F[:, [1, 2, 0]]), axis=-1), n)
+
+
+def _edge_keys(ends: IntArray, n: int) -> IntArray:
+    """One number for each edge in either direction, its two vertices along the last axis."""
+    return np.asarray(ends.min(axis=-1) * n + ends.max(axis=-1))
 
 
 def _array(values: ArrayLike, kinds: str, message: str) -> np.ndarray:

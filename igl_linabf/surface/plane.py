@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import MeshError
-from .arrays import Pins
+from .arrays import ComplexArray, FloatArray, IntArray, Pins
 from .mesh import Mesh
-from .topology import NEXT, PREV, ComplexArray, FloatArray, IntArray, Topology
+from .topology import NEXT, PREV, Topology
 
 SPAN = 1e12  # ratio of area scales above which double precision runs out
 

@@ -6,16 +6,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from ..errors import MeshError, some
-
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-ComplexArray = NDArray[np.complex128]
+from .arrays import BoolArray, FloatArray, IntArray
+from .components import connected_labels, in_one_piece, vertex_components
 
 NEXT = [1, 2, 0]  # corner k + 1: where the left angle beta of corner k's fan is
 PREV = [2, 0, 1]  # corner k + 2: where the right angle gamma is
@@ -55,6 +49,26 @@ class Topology:
     edges: IntArray
     sides: IntArray
     loops: tuple[IntArray, ...]
+
+    @property
+    def characteristic(self) -> int:
+        """Euler characteristic: vertices - edges + faces."""
+        return self.n - len(self.edges) + len(self.corner[0])
+
+    @property
+    def genus(self) -> int:
+        """Number of handles, of a manifold in one piece: characteristic = 2 - 2 genus - loops."""
+        return (2 - len(self.loops) - self.characteristic) // 2
+
+    @property
+    def is_planar(self) -> bool:
+        """Whether it is one disk, or one with holes."""
+        # In one piece across edges, with a characteristic of 2 - loops, it has no handle: taken apart
+        # at vertices where fans meet, it would have a larger one than the 2 - 2 genus - loops of a piece.
+        loops = len(self.loops)
+        return (
+            loops > 0 and self.characteristic == 2 - loops and in_one_piece(self.sides, len(self.corner[0]))
+        )
 
     def sum_at_vertices(self, values: FloatArray) -> FloatArray:
         """Sum (3, #F) corner values over the corners of each vertex."""
@@ -96,7 +110,7 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     edge, first, second, count = _undirected(tail, head, n)
     t, h = tail.ravel(), head.ravel()
     edges = np.column_stack((t[first], h[first]))
-    _check_edges(F, edges, edge, t, second, count, vertices)
+    _check_edges(F, edges, edge, (t[second] == edges[:, 0]) & (second >= 0), count, vertices)
     boundary = first[count == 1]
     loops = _trace_loops(t[boundary], h[boundary])
     if loops is None:
@@ -113,12 +127,7 @@ def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
         As `topology_of`, and: several components; a vertex where fans meet; no boundary; handles.
     """
     topology = topology_of(F, vertices)
-    chi = len(vertices) - len(topology.edges) + len(F)
-    loops = len(topology.loops)
-    # In one piece across edges, with chi = 2 - loops, it has no handle: taken apart at vertices
-    # where fans meet, it would have a larger chi than the 2 - loops - 2 genus of such a piece.
-    if not (loops and chi == 2 - loops and _in_one_piece(topology)):
-        _explain(F, topology, chi, vertices)
+    check_planar(topology, vertices)
     return topology
 
 
@@ -148,51 +157,28 @@ def _trace_loops(tail: IntArray, head: IntArray) -> tuple[IntArray, ...] | None:
     start, index = np.unique(tail, return_index=True)
     if len(start) < len(tail):
         return None
-    following = np.searchsorted(start, head)[index].tolist()
-    loops, seen = [], bytearray(len(start))
-    for i in range(len(start)):
-        loop = []
-        while not seen[i]:
-            seen[i] = 1
-            loop.append(i)
-            i = following[i]
-        if loop:
-            loops.append(start[loop])
+    loops = [start[cycle] for cycle in cycles(np.searchsorted(start, head)[index])]
     return tuple(sorted(loops, key=len, reverse=True))
 
 
-def _in_one_piece(topology: Topology) -> bool:
-    """Whether every face can be reached from face 0 across edges."""
-    m = topology.corner.shape[1]
-    first, second = topology.sides
-    neighbour = np.arange(3 * m) % m  # a half-edge on the boundary leads back to its own face
-    inside = second >= 0
-    a, b = first[inside], second[inside]
-    neighbour[a], neighbour[b] = b % m, a % m
-    neighbour = neighbour.reshape(3, m).T
-    graph = sparse.csr_array(
-        (
-            np.ones(3 * m, dtype=np.int8),
-            np.ascontiguousarray(neighbour, dtype=np.int32).ravel(),
-            np.arange(0, 3 * m + 1, 3, dtype=np.int32),
-        ),
-        shape=(m, m),
-    )
-    reached = csgraph.breadth_first_order(graph, 0, directed=True, return_predecessors=False)
-    return bool(len(reached) == m)
+def cycles(following: IntArray) -> list[list[int]]:
+    """The cycles of a permutation, in the order of their first elements."""
+    after, seen, found = following.tolist(), bytearray(len(following)), []
+    for i in range(len(after)):
+        cycle = []
+        while not seen[i]:
+            seen[i] = 1
+            cycle.append(i)
+            i = after[i]
+        if cycle:
+            found.append(cycle)
+    return found
 
 
 def _check_edges(
-    F: IntArray,
-    edges: IntArray,
-    edge: IntArray,
-    tail: IntArray,
-    second: IntArray,
-    count: IntArray,
-    vertices: IntArray,
+    F: IntArray, edges: IntArray, edge: IntArray, same_way: BoolArray, count: IntArray, vertices: IntArray
 ) -> None:
     """Raise where an edge has more than two faces, or two that run along it the same way."""
-    same_way = (second >= 0) & (tail[second] == edges[:, 0])
     crowded, turned = np.flatnonzero(count > 2), np.flatnonzero(same_way & (count == 2))
     if not (len(crowded) or len(turned)):
         return
@@ -219,28 +205,26 @@ def _check_edges(
     )
 
 
-def _explain(F: IntArray, topology: Topology, chi: int, vertices: IntArray) -> None:
-    """Raise the `MeshError` that says why a mesh is not a disk, nor one with holes."""
-    n, edges, loops = topology.n, topology.edges, topology.loops
-    ones = np.ones(len(edges), dtype=np.int8)
-    pieces, label = csgraph.connected_components(
-        sparse.csr_array((ones, (edges[:, 0], edges[:, 1])), shape=(n, n)), directed=False
-    )
-    if pieces > 1:
-        size = np.bincount(label[F[:, 0]], minlength=pieces)
-        first = vertices[np.unique(label, return_index=True)[1]]
+def check_planar(topology: Topology, vertices: IntArray) -> None:
+    """Raise where a mesh is not one disk, nor one with holes, saying what it is instead."""
+    if topology.is_planar:
+        return
+    loops, chi, genus, F = topology.loops, topology.characteristic, topology.genus, topology.corner.T
+    label = vertex_components(F, topology.n)
+    first = vertices[np.unique(label, return_index=True)[1]]
+    if len(first) > 1:
         raise MeshError(
-            f"the mesh has {pieces} components, of {some(size)} faces, with vertices {some(first)}: "
+            f"the mesh has {len(first)} components, of {some(np.bincount(label[F[:, 0]]))} faces, with "
+            f"vertices {some(first)}: "
             "use igl_linabf.unwrap, which makes a chart of each, or flatten them one by one"
         )
     check_fans(F, topology.sides, vertices)
     if not loops:
         raise MeshError(
-            f"the mesh is closed (no boundary, Euler characteristic {chi}, genus {(2 - chi) // 2}): "
+            f"the mesh is closed (no boundary, Euler characteristic {chi}, genus {genus}): "
             "use igl_linabf.unwrap, which cuts it open and makes an atlas, or flatten what "
             "igl_linabf.cut makes of it along the seams of igl_linabf.find_seams"
         )
-    genus = (2 - len(loops) - chi) // 2
     raise MeshError(
         f"the mesh has {genus} handle{'s' * (genus > 1)} (Euler characteristic {chi} with "
         f"{len(loops)} boundary loop{'s' * (len(loops) > 1)}, the longest through vertex "
@@ -255,11 +239,9 @@ def check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
     a, b = sides[:, sides[1] >= 0]
     # half-edge (k, t) has its ends at corners k + 1 and k + 2; across an edge, end meets start
     ka, ta, kb, tb = a // m, a % m, b // m, b % m
-    i = np.concatenate((ta * 3 + (ka + 1) % 3, ta * 3 + (ka + 2) % 3))
-    j = np.concatenate((tb * 3 + (kb + 2) % 3, tb * 3 + (kb + 1) % 3))
-    graph = sparse.csr_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(3 * m, 3 * m))
-    number, label = csgraph.connected_components(graph, directed=False)
-    fan_vertex = np.empty(number, dtype=np.int64)
+    start, end = (np.column_stack((ta * 3 + (ka + i) % 3, tb * 3 + (kb - i) % 3)) for i in (1, 2))
+    label = connected_labels(np.concatenate((start, end)), 3 * m)
+    fan_vertex = np.empty(label.max() + 1, dtype=np.int64)
     fan_vertex[label] = F.ravel()
     fans = np.bincount(fan_vertex, minlength=len(vertices))
     bad = np.flatnonzero(fans > 1)

@@ -1,0 +1,231 @@
+"""Any surface as an atlas: cut, flattened chart by chart, without overlaps, packed."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, replace
+from time import perf_counter
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._runtime import Progress, advance, part, reporting
+from ..errors import FallbackWarning, MeshError, OutcomeWarning, some, stack_level
+from ..flattening import Flattening, Method, Outcome, guaranteed, method_of
+from ..measures import change_of, overlapping_pairs, quality_of
+from ..surface import (
+    IntArray,
+    Submesh,
+    check_finite,
+    complex_positions,
+    flipped_faces,
+    planar_mesh,
+    seam_mask,
+    signed_double_areas,
+)
+from .atlas import Atlas, Chart
+from .overlap_seams import seams_between
+from .packing import pack_maps
+from .scaf import moved_apart
+from .seams import TRADE, edges_between_textures, seams_of
+
+SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
+MAX_SPLITS = 8  # of a chart that flips or overlaps, and of its parts
+TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
+
+
+def unwrap(
+    V: ArrayLike,
+    F: ArrayLike,
+    seams: ArrayLike | None = None,
+    method: str | Method = "linabf",
+    *,
+    trade: float = TRADE,
+    holes: bool = False,
+    bijective: bool = False,
+    margin: float = 0.005,
+    progress: Progress = None,
+) -> Atlas:
+    """Cut any surface into charts, flatten them without overlaps, and pack them.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of any number of components, boundary loops and handles.
+    seams : (#E, 2) int or (#F, 3) bool, optional
+        Where to cut, as `cut` takes them; by default what `find_seams` finds, and more of it where
+        a chart comes out with flipped faces, and `guarantee="injective"` where none helps.
+    method : str or method object
+        As in `flatten`.
+    trade : float
+        Of `find_seams`: seam length against distortion.
+    holes : bool
+        Leave holes uncut, where `seams` are to be found.
+    bijective : bool
+        Do not split a chart that lies over itself: `make_bijective` moves its parts from each
+        other, at the price in F/3nt that the chart's `cost` says. Charts with holes are split.
+    margin : float
+        Between charts, and at the border, as a share of the unit square's side.
+    progress : callable or False, optional
+        As in `flatten`.
+
+    Returns
+    -------
+    Atlas
+
+    Raises
+    ------
+    MeshError
+        The surface is no oriented manifold, a face is degenerate, a seam is no edge, or given
+        seams leave a chart with handles or without a boundary.
+
+    Warns
+    -----
+    OutcomeWarning
+        A chart has flipped faces, or lies over itself still.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> atlas = unwrap(V, F)
+    >>> len(atlas.charts), atlas.good, atlas.FTC.shape
+    (1, True, (20, 3))
+    """
+    surface = Submesh.checked_manifold(V, F)
+    task = _Task(method_of(method), seams is None, trade, holes, bijective)
+    with reporting(progress):
+        if seams is None:
+            with part("seams", SEAMS_END):
+                pieces = surface.cut_along(seams_of(surface, trade, holes=holes))
+        else:
+            pieces = surface.cut(seam_mask(seams, surface.named_faces, surface.n_given))
+        done = _charts(pieces, task)
+        with part("packing", 1.0):
+            atlas = _packed(surface, done, margin)
+    for trouble in atlas.troubles:
+        warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
+    return atlas
+
+
+@dataclass(frozen=True)
+class _Task:
+    """How the charts are to be made: the arguments of `unwrap`, and whether more seams may be found."""
+
+    method: Method
+    may_find_seams: bool
+    trade: float
+    holes: bool
+    bijective: bool
+
+
+def _charts(pieces: list[Submesh], task: _Task) -> list[tuple[Chart, Submesh]]:
+    """Flatten the pieces, and the parts of those that flip or overlap."""
+    waiting = [(piece, 0) for piece in pieces]
+    total = sum(len(piece.F) for piece in pieces)
+    done: list[tuple[Chart, Submesh]] = []
+    while waiting:
+        piece, splits = waiting.pop(0)
+        reached = total - sum(len(other.F) for other, _ in waiting)
+        with part("charts", SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total):
+            made = _chart(piece, splits, task)
+        if isinstance(made, Chart):
+            done.append((made, piece))
+        else:
+            waiting = [(smaller, splits + 1) for smaller in made] + waiting
+    return done
+
+
+def _chart(piece: Submesh, splits: int, task: _Task) -> Chart | list[Submesh]:
+    """The piece flattened; or its parts, where it is to be cut further."""
+    result = _flattened(piece, task.method)
+    if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
+        if splits < MAX_SPLITS and len(leaves := _more_leaves(piece, task)):
+            return piece.cut_along(leaves)
+        result = _flattened_without_flips(piece, result, task)
+    check_finite(result.uv, piece.vertices, "uv")
+    pairs, cost = overlapping_pairs(result.uv, piece.F), 0.0
+    if len(pairs) and task.bijective and not result.holes:
+        result, cost = _made_bijective(piece, result)
+        pairs = overlapping_pairs(result.uv, piece.F)
+    elif len(pairs) and splits < MAX_SPLITS:
+        if result.holes:  # first to a disk
+            return piece.cut_along(seams_of(piece, trade=0))
+        parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
+        if len(parts) > 1:
+            return parts
+    return Chart(piece.faces, result, quality_of(piece, result.uv), splits, len(pairs), cost)
+
+
+def _flattened(piece: Submesh, method: Method) -> Flattening:
+    """The piece by a method of `flatten`; faces and vertices of the result are numbered for themselves."""
+    start, topology = perf_counter(), piece.topology
+    if topology.genus or not topology.loops:
+        what = f"has {topology.genus} handles" if topology.loops else "is closed"
+        which = f"the chart of faces {some(piece.faces)} {what}"
+        raise MeshError(f"{which}: give more seams, or none, so that they are found")
+    n = len(piece.V)
+    mesh = replace(planar_mesh(piece), vertices=np.arange(n), n_given=n)
+    checked = perf_counter() - start
+    advance("check", 0.05)
+    made = method.run(mesh, None)
+    return replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})
+
+
+def _more_leaves(piece: Submesh, task: _Task) -> IntArray:
+    """Seams that open a flipping piece further, at the first of doubled trades that finds some."""
+    trades = max(task.trade, 1.0) * 2.0 ** np.arange(TRADE_DOUBLINGS)
+    found = (seams_of(piece, t, holes=task.holes, disks=True) for t in trades)
+    return next((seams for seams in found if len(seams)), np.zeros((0, 2), dtype=np.int64))
+
+
+def _flattened_without_flips(piece: Submesh, result: Flattening, task: _Task) -> Flattening:
+    """The map without flipped triangles where no seam is found that would help."""
+    surer = guaranteed(task.method)
+    if surer is None:
+        return result
+    warnings.warn(
+        f"no seams keep the chart of faces {some(piece.faces)} from flipping: it is flattened with "
+        "guarantee='injective', to more distortion",
+        FallbackWarning,
+        stacklevel=stack_level(),
+    )
+    return _flattened(piece, surer)
+
+
+def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, float]:
+    """The map without overlaps in one piece, and what F/3nt rose by."""
+    uv, _ = moved_apart(result.uv, piece.topology)  # what is wrong is told of the atlas
+    corner = piece.topology.corner
+    areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
+    uv *= np.sqrt(areas[0] / areas[1])
+    flipped = flipped_faces(complex_positions(uv), corner)
+    before, after = (float(change_of(piece, m).angle_distortion.mean()) for m in (result.uv, uv))
+    outcome = Outcome.FLIPPED if len(flipped) else result.outcome
+    message = f"{result.message}; moved apart to be bijective: F/3nt {before:.4g} -> {after:.4g}"
+    return replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message), after - before
+
+
+def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float) -> Atlas:
+    placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], margin)
+    FTC, label, base = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64), 0
+    for i, (_, piece) in enumerate(done):
+        FTC[piece.faces], label[piece.faces] = piece.F + base, i
+        base += len(piece.V)
+    TC, origin = np.concatenate([p.uv for p in placed]), np.concatenate([piece.vertices for _, piece in done])
+    V = np.concatenate([piece.V for _, piece in done])
+    seams = edges_between_textures(surface.topology, FTC)
+    return Atlas(
+        TC=TC,
+        FTC=FTC,
+        origin=origin,
+        chart=label,
+        charts=tuple(chart for chart, _ in done),
+        seams=surface.vertices[seams],
+        seam_length=float(np.linalg.norm(surface.V[seams[:, 0]] - surface.V[seams[:, 1]], axis=1).sum()),
+        splits=len(done) - len(surface.components()),
+        fill=sum(p.area for p in placed),
+        quality=quality_of(Submesh(V, FTC, surface.faces, origin, surface.n_given), TC),
+    )

@@ -1,0 +1,50 @@
+"""Areas of faces in space, and the products of their sides that cotangents are made of."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import MeshError, some
+from .arrays import FloatArray, IntArray
+from .topology import NEXT, PREV
+
+SMALLEST_COORDINATE, LARGEST_COORDINATE = 1e-60, 1e60  # what the largest of a mesh may be
+
+
+def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatArray, FloatArray]:
+    """Twice the area of each face and the scalar products of the sides at its corners.
+
+    Raises
+    ------
+    MeshError
+        A face is so thin that the rounding of its coordinates could have made its area, or the
+        numbers are so large or small that the fourth powers of lengths leave double precision.
+    """
+    largest = np.abs(V).max(axis=1)
+    if not SMALLEST_COORDINATE < largest.max() < LARGEST_COORDINATE:
+        i = int(np.argmax(largest))
+        raise MeshError(
+            f"the largest coordinate, of vertex {vertices[i]}, is {largest[i]:.1e}, beyond the range of "
+            f"{SMALLEST_COORDINATE:g} to {LARGEST_COORDINATE:g} in which areas can be computed: "
+            "scale the mesh"
+        )
+    x, y, z = (axis[corner] for axis in np.ascontiguousarray(V.T))
+    # side k is opposite to corner k
+    ux, uy, uz = (c[PREV] - c[NEXT] for c in (x, y, z))
+    dot = -(ux[NEXT] * ux[PREV] + uy[NEXT] * uy[PREV] + uz[NEXT] * uz[PREV])
+    double_area = np.sqrt(
+        (uy[0] * uz[1] - uz[0] * uy[1]) ** 2
+        + (uz[0] * ux[1] - ux[0] * uz[1]) ** 2
+        + (ux[0] * uy[1] - uy[0] * ux[1]) ** 2
+    )
+    longest = np.sqrt((ux**2 + uy**2 + uz**2).max(axis=0))
+    extent = np.maximum(longest, np.maximum(np.abs(x), np.maximum(np.abs(y), np.abs(z))).max(axis=0))
+    # a coordinate x is known to eps |x|; that times the longest side is an area out of nothing
+    bad = np.flatnonzero(~(double_area > 4 * np.finfo(float).eps * extent * longest))
+    if len(bad):
+        raise MeshError(
+            f"faces {some(bad)} have zero area (face {bad[0]} has vertices "
+            f"{vertices[corner[:, bad[0]]].tolist()}): "
+            "collapse or remove them, or move their vertices apart"
+        )
+    return double_area, dot

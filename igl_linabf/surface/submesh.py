@@ -1,0 +1,133 @@
+"""A checked surface, and the parts of it that remain of cuts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import igl
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..errors import MeshError
+from .areas import measure
+from .arrays import (
+    BoolArray,
+    FloatArray,
+    IntArray,
+    check_finite,
+    compact,
+    face_array,
+    scatter,
+    sides_along,
+    vertex_array,
+)
+from .components import face_components
+from .topology import Topology, check_fans, topology_of
+
+
+@dataclass(frozen=True, eq=False)
+class Submesh:
+    """Some faces of the caller's mesh, their vertices numbered for themselves; each has a face.
+
+    Attributes
+    ----------
+    V : (#V, 2 or 3) float64
+        Positions, all finite.
+    F : (#F, 3) int64
+    faces : (#F,) int64
+        The rows of these faces in the caller's F, ascending.
+    vertices : (#V,) int64
+        The caller's vertices that these are; two copies of one on the two sides of a cut are equal.
+    n_given : int
+        Number of the caller's vertices.
+    """
+
+    V: FloatArray
+    F: IntArray
+    faces: IntArray
+    vertices: IntArray
+    n_given: int
+
+    @classmethod
+    def checked(cls, V: ArrayLike, F: ArrayLike, columns: int = 3, name: str = "V") -> Submesh:
+        """Check arrays, indices and coordinates of a caller's mesh, in space or, of 2 columns, flat.
+
+        Raises
+        ------
+        MeshError
+            The arrays are malformed, an index is out of range, a face has a vertex twice, or a
+            coordinate is NaN or infinite.
+        """
+        positions, faces = vertex_array(V, columns, name), face_array(F)
+        n_given = len(positions)
+        vertices, faces = compact(faces, n_given)
+        if len(vertices) < n_given:
+            positions = positions[vertices]
+        check_finite(positions, vertices, name)
+        return cls(positions, faces, np.arange(len(faces)), vertices, n_given)
+
+    @classmethod
+    def checked_manifold(cls, V: ArrayLike, F: ArrayLike) -> Submesh:
+        """As `checked`, and: an oriented manifold, of which each face has an area."""
+        surface = cls.checked(V, F)
+        measure(surface.V, surface.F.T, surface.vertices)
+        check_fans(surface.F, surface.topology.sides, surface.vertices)
+        return surface
+
+    def checked_map(self, uv: ArrayLike) -> FloatArray:
+        """Check a flat map of the caller's vertices; return its rows by these."""
+        map_ = vertex_array(uv, 2, "uv")
+        if len(map_) != self.n_given:
+            raise MeshError(f"uv has {len(map_)} rows for {self.n_given} vertices: pass one row a vertex")
+        map_ = map_[self.vertices]
+        check_finite(map_, self.vertices, "uv")
+        return map_
+
+    @cached_property
+    def topology(self) -> Topology:
+        """Connectivity, on first use; raises as `topology_of`."""
+        return topology_of(self.F, self.vertices)
+
+    @cached_property
+    def measured(self) -> tuple[FloatArray, FloatArray]:
+        """Areas and scalar products, on first use; raises as `measure`."""
+        return measure(self.V, np.ascontiguousarray(self.F.T), self.vertices)
+
+    @property
+    def named_faces(self) -> IntArray:
+        """`F` by the caller's vertices."""
+        return self.vertices[self.F]
+
+    def of_faces(self, rows: IntArray) -> Submesh:
+        """The part that these rows of `F` make, ascending."""
+        used, F = compact(self.F[rows], len(self.V))
+        return Submesh(self.V[used], F, self.faces[rows], self.vertices[used], self.n_given)
+
+    def components(self) -> list[Submesh]:
+        """Its components, in the order of their first vertices."""
+        label = face_components(self.F, len(self.V))
+        order = np.argsort(label, kind="stable")
+        parts = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
+        return [self] if len(parts) == 1 else [self.of_faces(rows) for rows in parts]
+
+    def cut(self, seams: BoolArray) -> list[Submesh]:
+        """The components that a cut leaves along the marked sides k to k + 1 of the faces, (#F, 3)."""
+        if not seams.any():
+            return self.components()
+        F, origin = cut_faces(self.F, len(self.V), seams)
+        return Submesh(self.V[origin], F, self.faces, self.vertices[origin], self.n_given).components()
+
+    def cut_along(self, edges: IntArray) -> list[Submesh]:
+        """The components that a cut along edges leaves, (#E, 2) of the caller's vertices."""
+        return self.cut(sides_along(edges, self.named_faces, self.n_given))
+
+    def scatter(self, values: FloatArray) -> FloatArray:
+        """Rows by these vertices as rows by the caller's; NaN for those that have no face here."""
+        return scatter(values, self.vertices, self.n_given)
+
+
+def cut_faces(F: IntArray, n: int, seams: BoolArray) -> tuple[IntArray, IntArray]:
+    """`F` over 0 .. n - 1 with the vertices doubled along the marked sides, and what each vertex was."""
+    _, F_cut, origin = igl.cut_mesh(np.zeros((n, 3)), F, seams)
+    return np.asarray(F_cut, dtype=np.int64), np.asarray(origin, dtype=np.int64)
