@@ -9,6 +9,7 @@ import platform
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import fields
 from functools import partial
 from importlib import metadata
 from importlib.util import find_spec
@@ -17,13 +18,13 @@ from typing import Any, NoReturn
 
 import numpy as np
 
+from ._types import FloatArray, IntArray
 from .charts import TRADE, texture_seams, unwrap
 from .errors import MeshError, OutcomeWarning
 from .flattening import METHODS, compare, flatten
 from .io import SUFFIXES, read_mesh, read_texture, replacing, unit_square, write_mesh, write_obj
 from .linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .measures import MEASURES, quality
-from .surface import FloatArray, IntArray
 
 GOOD, NOT_VALID, ERROR = 0, 1, 2
 PICTURE = {"metavar": "OUT.png", "type": Path}
@@ -237,13 +238,14 @@ def _flatten(options: argparse.Namespace) -> int:
     _check_outputs(options.output, options.picture)
     asked = {name: getattr(options, name) for name in ("layout", "solver", "guarantee")}
     asked["iterations"] = _iterations(options.iterations)
-    taken = {"linabf": set(asked), "abf": set(asked) - {"iterations"}, "abf++1": {"layout", "solver"}}
-    settings = {name: asked[name] for name in taken.get(options.method, set())}
+    chosen = METHODS[options.method]
+    known = {field.name for field in fields(chosen)}  # type: ignore[arg-type]
     for name, value in asked.items():
-        if name not in settings and value not in ("auto", None):
+        if name not in known and value not in ("auto", None):
             raise ValueError(f"--{name} means nothing to the method {options.method}: leave it out")
+    method = chosen(**{name: value for name, value in asked.items() if name in known})
     V, F = read_mesh(options.mesh)
-    result = flatten(V, F, options.method, outer=options.outer, **settings)
+    result = flatten(V, F, method, outer=options.outer)
     uv = unit_square(result.uv) if options.units == "square" else result.uv
     measured = quality(V, F, uv)
     pictured = V, F, {options.method: result.uv}

@@ -9,18 +9,3 @@ from .cleanup import replacing, undone_at_once
 from .progress import Progress, advance, part, reporting
 from .text import aligned
 from .timing import stopwatch, timed
-
-__all__ = [
-    "Arrays",
-    "Progress",
-    "advance",
-    "aligned",
-    "part",
-    "replacing",
-    "reporting",
-    "run_as_child_process",
-    "run_in_child_process",
-    "stopwatch",
-    "timed",
-    "undone_at_once",
-]

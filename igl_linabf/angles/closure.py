@@ -7,8 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from scipy import linalg, sparse
 
+from .._types import FloatArray
 from ..linalg import NotPositiveDefiniteError
-from ..surface import NEXT, PREV, FloatArray, Topology, sum_by
+from ..surface import NEXT, PREV, Topology, sum_by
 from .loops import Closure
 from .reduced import System
 

@@ -7,8 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
+from .._types import FloatArray, IntArray
 from ..linalg import Pattern
-from ..surface import NEXT, PREV, FloatArray, IntArray, Topology
+from ..surface import NEXT, PREV, Topology
 from .loops import Closure, closure_of
 
 

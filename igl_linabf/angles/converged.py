@@ -7,8 +7,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._runtime import advance
+from .._types import BoolArray, FloatArray
 from ..errors import SingularSystemError
-from ..surface import NEXT, PREV, BoolArray, FloatArray
+from ..surface import NEXT, PREV
 from .iterations import State
 from .linearised import Direction, Step, linearise, solve
 

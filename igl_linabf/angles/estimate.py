@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..surface import FloatArray, IntArray, Mesh, Topology
+from .._types import FloatArray, IntArray
+from ..surface import Mesh, Topology
 
 CAP_ANGLE = 1e-7  # radians below pi above which a triangle's largest angle is too large
 

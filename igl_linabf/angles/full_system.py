@@ -21,8 +21,8 @@ from collections.abc import Callable
 import numpy as np
 from scipy import sparse
 
+from .._types import FloatArray
 from ..linalg import Solvers
-from ..surface import FloatArray
 from .constraints import Constraints
 
 OWN, LEFT, RIGHT = 0, 1, 2  # angles alpha, beta, gamma of a corner k: at k, k + 1 and k + 2

@@ -21,6 +21,7 @@ from scipy.sparse import linalg
 
 from .._runtime import advance as tell_progress
 from .._runtime import timed
+from .._types import BoolArray, FloatArray
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..linalg import (
     MAX_CG_STEPS,
@@ -31,7 +32,6 @@ from ..linalg import (
     Symmetric,
     conjugate_gradients,
 )
-from ..surface import BoolArray, FloatArray
 from .closure import ClosingRows
 from .constraints import Constraints, Residual, residual
 from .preconditioner import SliverRows, Solve, conformal_inverse, corrected

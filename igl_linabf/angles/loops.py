@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..surface import ComplexArray, FloatArray, IntArray, Topology
+from .._types import ComplexArray, FloatArray, IntArray
+from ..surface import Topology
 
 
 @dataclass(frozen=True, eq=False)

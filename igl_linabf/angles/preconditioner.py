@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
-from ..linalg import Analysis, Array, Rows, Solvers, Symmetric
-from ..surface import FloatArray, IntArray
+from .._types import Array, FloatArray, IntArray
+from ..linalg import Analysis, Rows, Solvers, Symmetric
 from .closure import ClosingRows
 from .reduced import System
 

@@ -7,8 +7,9 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from .._types import FloatArray, IntArray
 from ..linalg import Symmetric
-from ..surface import NEXT, PREV, FloatArray, IntArray
+from ..surface import NEXT, PREV
 from .constraints import Constraints
 
 SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is corrected for

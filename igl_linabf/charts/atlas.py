@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from .._runtime import aligned
+from .._types import FloatArray, IntArray
 from ..errors import some
 from ..flattening import Flattening
 from ..measures import Quality
-from ..surface import FloatArray, IntArray
 
 
 @dataclass(frozen=True, eq=False)

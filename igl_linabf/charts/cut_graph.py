@@ -10,7 +10,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ..surface import FloatArray, IntArray, Submesh, connected_labels, sum_by
+from .._types import FloatArray, IntArray
+from ..surface import Submesh, connected_labels, sum_by
 
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds

@@ -7,16 +7,9 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from ..surface import (
-    FloatArray,
-    IntArray,
-    Submesh,
-    Topology,
-    check_planar,
-    connected_labels,
-    face_components,
-)
+from ..surface import Submesh, Topology, check_planar, connected_labels, face_components
 
 BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
 PART_COST = 0.1  # of the bounding box's diagonal: the length of seam that one part less is worth

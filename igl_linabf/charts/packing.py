@@ -13,16 +13,9 @@ import rectpack
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
+from .._types import ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
-from ..surface import (
-    ComplexArray,
-    FloatArray,
-    IntArray,
-    Submesh,
-    complex_positions,
-    coordinates,
-    signed_double_areas,
-)
+from ..surface import Submesh, complex_positions, coordinates, signed_double_areas
 
 UNITS = 1 << 20  # along the square's side: rectpack counts in integers
 SCALE_TRIALS = 16  # by each rule, halving the interval

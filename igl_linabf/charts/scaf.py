@@ -10,19 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import Arrays, run_as_child_process, run_in_child_process
+from .._types import FloatArray
 from ..errors import MeshError, OutcomeWarning, some, stack_level
 from ..layouts import on_circle
 from ..linalg import Solvers
 from ..measures import overlapping_pairs
-from ..surface import (
-    FloatArray,
-    Submesh,
-    Topology,
-    check_planar,
-    complex_positions,
-    coordinates,
-    signed_double_areas,
-)
+from ..surface import Submesh, Topology, check_planar, complex_positions, coordinates, signed_double_areas
 
 SCAF = "igl's SCAF"
 MIN_AREA = 1e-14  # as a share of the map's: the barrier of a thinner triangle is out of range

@@ -7,13 +7,12 @@ from numpy.typing import ArrayLike
 from scipy import sparse
 
 from .._runtime import advance
+from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..linalg import Solvers
 from ..surface import (
     NEXT,
     PREV,
-    FloatArray,
-    IntArray,
     Submesh,
     Topology,
     check_fans,

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import Progress, advance, part, reporting
+from .._types import IntArray
 from ..errors import FallbackWarning, MeshError, OutcomeWarning, some, stack_level
 from ..flattening import Flattening, Method, Outcome, guaranteed, method_of
 from ..measures import change_of, overlapping_pairs, quality_of
 from ..surface import (
-    IntArray,
     Submesh,
     check_finite,
     complex_positions,

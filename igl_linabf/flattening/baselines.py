@@ -11,6 +11,7 @@ import igl.spectra
 import numpy as np
 from scipy import sparse
 
+from .._types import ComplexArray
 from ..angles import (
     LEFT,
     RIGHT,
@@ -27,7 +28,6 @@ from ..errors import MeshError, some
 from ..layouts import far_apart, least_squares
 from ..linalg import NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
-    ComplexArray,
     Mesh,
     Pins,
     centred,

@@ -12,9 +12,10 @@ from time import perf_counter
 from numpy.typing import ArrayLike
 
 from .._runtime import aligned
+from .._types import FloatArray
 from ..errors import FallbackWarning, stack_level
 from ..measures import Quality, quality
-from ..surface import FloatArray, planar, scatter
+from ..surface import planar, scatter
 from . import other_programs as peers
 from .baselines import bare_lscm
 from .methods import Method, method_of

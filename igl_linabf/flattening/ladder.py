@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from .._runtime import advance, timed
+from .._types import ComplexArray, IntArray
 from ..angles import (
     CAP_ANGLE,
     AbfResult,
@@ -32,17 +33,7 @@ from ..angles import (
 from ..errors import FallbackWarning, MeshWarning, some, stack_level
 from ..layouts import GAP, Layout, LayoutName, develop_boundary, injective, lay_out, placed
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
-from ..surface import (
-    ALL_DIGITS,
-    ComplexArray,
-    IntArray,
-    Mesh,
-    Pins,
-    coordinates,
-    flat_angles,
-    flipped_faces,
-    span,
-)
+from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flat_angles, flipped_faces, span
 from .outcome import judge
 from .result import Flattening, Hole, Residuals, Rung, RungName, Status
 

@@ -12,7 +12,7 @@ from time import perf_counter
 import numpy as np
 
 from .._runtime import Arrays, run_as_child_process, run_in_child_process
-from ..surface import FloatArray, IntArray
+from .._types import FloatArray, IntArray
 
 
 def _blender(V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:

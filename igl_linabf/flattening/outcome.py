@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from .._types import IntArray
 from ..errors import some
 from ..layouts import Layout
-from ..surface import ALL_DIGITS, SPAN, IntArray, Mesh, span
+from ..surface import ALL_DIGITS, SPAN, Mesh, span
 from .result import Outcome
 
 

@@ -8,9 +8,10 @@ from typing import Literal
 
 import numpy as np
 
+from .._types import FloatArray, IntArray
 from ..angles import Constraints, Residual, Step
 from ..errors import some
-from ..surface import FloatArray, IntArray, Mesh
+from ..surface import Mesh
 
 Guarantee = Literal["injective"]
 RungName = Literal["linear step", "active set", "converged ABF", "feasible ABF", "injective"]

@@ -9,10 +9,11 @@ from time import perf_counter
 from numpy.typing import ArrayLike
 
 from .._runtime import Progress, advance, reporting
+from .._types import FloatArray
 from ..errors import OutcomeWarning, stack_level
 from ..layouts import LayoutName
 from ..linalg import SolverName
-from ..surface import FloatArray, pins, planar, scatter
+from ..surface import pins, planar, scatter
 from .methods import ABF, ABF_TOL, TOL, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
 

@@ -11,9 +11,10 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import replacing
+from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
-from ..surface import FloatArray, IntArray, face_array, vertex_array
+from ..surface import face_array, vertex_array
 from .gltf import save_glb
 from .obj import parse_obj, save_obj, save_polygons
 from .off import parse_off

@@ -7,8 +7,8 @@ import struct
 
 import numpy as np
 
+from .._types import FloatArray, IntArray
 from ..errors import MeshError
-from ..surface import FloatArray, IntArray
 from .one_index import single, split_at_seams
 
 FLOAT, UNSIGNED = 5126, 5125  # glTF's numbers for types of 32 bits

@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
+from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, some, stack_level
-from ..surface import FloatArray, IntArray
 from .parsing import Column, Parsed, fan, indices, numbers, refuse, shown
 
 STATEMENTS = frozenset(

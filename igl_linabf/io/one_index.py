@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .._types import FloatArray, IntArray
 from ..errors import MeshError
-from ..surface import FloatArray, IntArray
 
 
 def split_at_seams(

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from ..surface import FloatArray, IntArray
+from .._types import FloatArray, IntArray
 
 INDEX_DIGITS = 18  # at most, which 64 bits hold
 

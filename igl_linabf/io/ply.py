@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .._types import FloatArray, IntArray
 from ..errors import some
-from ..surface import FloatArray, IntArray
 from .one_index import single, split_at_seams
 from .parsing import Column, Columns, Damaged, Parsed, Property, columns_of, fan, refuse, rows_of, untextured
 

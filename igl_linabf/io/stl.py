@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .._types import FloatArray
 from ..errors import some
-from ..surface import FloatArray
 from .parsing import Damaged, Parsed, numbers, refuse, untextured
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])

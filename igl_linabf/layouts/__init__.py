@@ -10,20 +10,3 @@ from .conformal_energy import far_apart, least_squares
 from .convex import on_circle
 from .greedily import greedy
 from .slim import Injective, injective
-
-__all__ = [
-    "GAP",
-    "Injective",
-    "Layout",
-    "LayoutName",
-    "check_method",
-    "develop_boundary",
-    "far_apart",
-    "greedy",
-    "injective",
-    "lay_out",
-    "layout",
-    "least_squares",
-    "on_circle",
-    "placed",
-]

@@ -7,10 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._types import ComplexArray, FloatArray
 from ..angles import Residual
 from ..errors import FallbackWarning, stack_level
 from ..linalg import Analysis, NotConvergedError, Pattern, Solvers
-from ..surface import ComplexArray, FloatArray, Topology, complex_positions, signed_double_areas
+from ..surface import Topology, complex_positions, signed_double_areas
 
 
 @dataclass(frozen=True, eq=False)

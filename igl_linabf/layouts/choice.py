@@ -8,12 +8,11 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._types import ComplexArray, FloatArray
 from ..angles import Constraints, Residual, constraints_of, residual
 from ..errors import MeshError, SingularSystemError, some
 from ..linalg import Analysis, NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
-    ComplexArray,
-    FloatArray,
     Pins,
     Topology,
     centred,

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .._types import ComplexArray, FloatArray, IntArray
 from ..linalg import Pattern, Solvers
-from ..surface import ComplexArray, FloatArray, IntArray, Topology
+from ..surface import Topology
 
 
 def least_squares(

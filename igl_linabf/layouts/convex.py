@@ -8,8 +8,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from .._types import BoolArray, ComplexArray, IntArray
 from ..linalg import NotPositiveDefiniteError, Pattern, Solvers
-from ..surface import BoolArray, ComplexArray, IntArray, Topology, planar_topology, signed_double_areas
+from ..surface import Topology, planar_topology, signed_double_areas
 
 DECAYS = (0.5, 1.0, 0.25, 0.0)  # of the weights, by exp(-decay) each edge further inside
 EXPONENT = 600.0  # of all of it at most: double precision ends at exp(-700)

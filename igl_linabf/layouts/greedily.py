@@ -6,7 +6,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ..surface import ComplexArray, FloatArray, Topology
+from .._types import ComplexArray, FloatArray
+from ..surface import Topology
 
 
 def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:

@@ -9,14 +9,13 @@ import igl
 import numpy as np
 
 from .._runtime import advance
+from .._types import ComplexArray, IntArray
 from ..angles import corner_angles
 from ..linalg import Solvers
 from ..surface import (
     NEXT,
     PREV,
     SPAN,
-    ComplexArray,
-    IntArray,
     Mesh,
     complex_positions,
     coordinates,

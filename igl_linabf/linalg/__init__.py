@@ -5,36 +5,7 @@ CHOLMOD (Chen et al. 2008), PyAMG's smoothed aggregation (Vanek et al. 1996), Su
 """
 
 from .choice import HOW_TO_GET, SolverName, Solvers, blas_of_cholmod
-from .factors import (
-    Analysis,
-    Array,
-    Factored,
-    NotConvergedError,
-    NotPositiveDefiniteError,
-    SuperLU,
-    has_cholmod,
-)
+from .factors import Analysis, Factored, NotConvergedError, NotPositiveDefiniteError, SuperLU, has_cholmod
 from .krylov import MAX_CG_STEPS, conjugate_gradients
 from .memory import check_memory, factor_bytes
 from .sparsity import Pattern, Rows, Symmetric
-
-__all__ = [
-    "HOW_TO_GET",
-    "MAX_CG_STEPS",
-    "Analysis",
-    "Array",
-    "Factored",
-    "NotConvergedError",
-    "NotPositiveDefiniteError",
-    "Pattern",
-    "Rows",
-    "SolverName",
-    "Solvers",
-    "SuperLU",
-    "Symmetric",
-    "blas_of_cholmod",
-    "check_memory",
-    "conjugate_gradients",
-    "factor_bytes",
-    "has_cholmod",
-]

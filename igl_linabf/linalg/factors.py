@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse import linalg
 
+from .._types import Array
 from .krylov import conjugate_gradients
 
 try:
@@ -22,7 +22,6 @@ try:
 except ImportError:
     cholmod = None
 
-Array = NDArray[Any]  # float64 or complex128
 
 SIMPLICIAL_UP_TO = 60_000  # rows; supernodal CHOLMOD with a good BLAS is faster above
 METIS_FROM = 150_000  # rows; AMD's larger fill costs less than METIS's analysis below

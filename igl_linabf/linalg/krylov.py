@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import linalg
 
-from ..surface import FloatArray
+from .._types import FloatArray
 
 MAX_CG_STEPS = 300  # after so many a factorisation is the better way
 

@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from ..surface import FloatArray, IntArray, Topology, sum_by
-from .factors import Array
+from .._types import Array, FloatArray, IntArray
+from ..surface import Topology, sum_by
 
 
 class Symmetric:

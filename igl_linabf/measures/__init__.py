@@ -8,16 +8,3 @@ Sander, Snyder, Gortler and Hoppe 2001.
 from .figures import Quality, quality, quality_of, table
 from .overlapping import overlapping_pairs, overlaps
 from .per_triangle import MEASURES, Measure, change_of, distortion
-
-__all__ = [
-    "MEASURES",
-    "Measure",
-    "Quality",
-    "change_of",
-    "distortion",
-    "overlapping_pairs",
-    "overlaps",
-    "quality",
-    "quality_of",
-    "table",
-]

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import aligned
-from ..surface import FloatArray, Submesh
+from .._types import FloatArray
+from ..surface import Submesh
 from .overlapping import overlapping_pairs
 from .per_triangle import change_of
 

@@ -6,16 +6,8 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from ..surface import (
-    ComplexArray,
-    FloatArray,
-    IntArray,
-    Submesh,
-    complex_positions,
-    face_components,
-    of_size_one,
-    signed_double_areas,
-)
+from .._types import ComplexArray, FloatArray, IntArray
+from ..surface import Submesh, complex_positions, face_components, of_size_one, signed_double_areas
 
 MIN_DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
 BLOCK_SIZE = 1 << 16  # triangles searched at a time, which bounds the memory

@@ -8,17 +8,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..surface import (
-    NEXT,
-    PREV,
-    BoolArray,
-    ComplexArray,
-    FloatArray,
-    IntArray,
-    Submesh,
-    complex_positions,
-    of_size_one,
-)
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..surface import NEXT, PREV, Submesh, complex_positions, of_size_one
 
 Measure = Literal["angle", "conformal", "stretch", "area"]
 MEASURES: tuple[Measure, ...] = ("angle", "conformal", "stretch", "area")

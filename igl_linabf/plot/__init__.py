@@ -5,7 +5,7 @@ made of: textures, colour scales, cameras, lines. Needs pyvista.
 """
 
 try:
-    import pyvista  # noqa: F401
+    import pyvista
 except ImportError as error:
     raise ImportError("igl_linabf.plot needs pyvista: pip install 'igl-linabf[viz]'") from error
 

@@ -13,11 +13,12 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import ArrayLike
 
+from .._types import FloatArray
 from ..charts import Atlas
 from ..errors import MeshError
 from ..measures import Measure, quality
 from ..remesh import QuadGrid
-from ..surface import FloatArray, vertex_array
+from ..surface import vertex_array
 from .scene import (
     DARK,
     LIGHT,

@@ -10,20 +10,11 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import ArrayLike
 
+from .._types import BoolArray, FloatArray, IntArray
 from ..charts import Atlas
 from ..errors import MeshError
 from ..measures import Measure, distortion
-from ..surface import (
-    BoolArray,
-    FloatArray,
-    IntArray,
-    compact,
-    complex_positions,
-    face_array,
-    seam_mask,
-    signed_double_areas,
-    vertex_array,
-)
+from ..surface import compact, complex_positions, face_array, seam_mask, signed_double_areas, vertex_array
 
 LIGHT, DARK, WARNING, SEAM = "#f4f1e8", "#2f6690", "#d1242f", "#16161d"
 FORMAT = "{:.3g}" if pv.vtk_version_info >= (9, 6) else "%.3g"  # VTK changed the language of it

@@ -18,21 +18,13 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import ArrayLike
 
+from .._types import FloatArray, IntArray
 from ..charts import find_seams, unwrap
 from ..errors import OutcomeWarning
 from ..flattening import METHODS, flatten
 from ..measures import MEASURES, Measure, Quality, quality
-from ..surface import FloatArray, IntArray, compact, face_array, topology_of, vertex_array
-from .scene import (
-    Scene,
-    add_flat,
-    add_seams,
-    add_surface,
-    board,
-    distortions,
-    face_the_camera,
-    scene,
-)
+from ..surface import compact, face_array, topology_of, vertex_array
+from .scene import Scene, add_flat, add_seams, add_surface, board, distortions, face_the_camera, scene
 
 NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
 MARK = "#e815c4"

@@ -7,7 +7,4 @@ and their parts merged by cells.
 
 from .grid import QuadGrid, quad_grid
 
-__all__ = [
-    "QuadGrid",
-    "quad_grid",
-]
+__all__ = ["QuadGrid", "quad_grid"]

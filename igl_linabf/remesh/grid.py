@@ -8,18 +8,10 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from ..measures import change_of
-from ..surface import (
-    BoolArray,
-    FloatArray,
-    IntArray,
-    Submesh,
-    complex_positions,
-    connected_labels,
-    cycles,
-    signed_double_areas,
-)
+from ..surface import Submesh, complex_positions, connected_labels, cycles, signed_double_areas
 from .slicing import Fragments, slice_region, sliced_along_integers
 
 DEFAULT_CELLS, MAX_CELLS = 1000, 10_000_000

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..surface import BoolArray, FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 
 SNAP = 1e-9  # distance from a line, in units of the lines', that is none
 

@@ -6,20 +6,7 @@ Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
 from .areas import measure
-from .arrays import (
-    BoolArray,
-    ComplexArray,
-    FloatArray,
-    IntArray,
-    Pins,
-    check_finite,
-    compact,
-    face_array,
-    pins,
-    scatter,
-    seam_mask,
-    vertex_array,
-)
+from .arrays import Pins, check_finite, compact, face_array, pins, scatter, seam_mask, vertex_array
 from .components import connected_labels, face_components
 from .mesh import Mesh, loop_through, planar, planar_mesh
 from .plane import (
@@ -48,48 +35,3 @@ from .topology import (
     topology_of,
     with_outer,
 )
-
-__all__ = [
-    "ALL_DIGITS",
-    "NEXT",
-    "PREV",
-    "SPAN",
-    "BoolArray",
-    "ComplexArray",
-    "FloatArray",
-    "IntArray",
-    "Mesh",
-    "Pins",
-    "Submesh",
-    "Topology",
-    "centred",
-    "check_fans",
-    "check_finite",
-    "check_planar",
-    "compact",
-    "complex_positions",
-    "connected_labels",
-    "coordinates",
-    "cut_faces",
-    "cycles",
-    "face_array",
-    "face_components",
-    "flat_angles",
-    "flipped_faces",
-    "loop_through",
-    "measure",
-    "of_size_one",
-    "pins",
-    "placed_at",
-    "planar",
-    "planar_mesh",
-    "planar_topology",
-    "scatter",
-    "seam_mask",
-    "signed_double_areas",
-    "span",
-    "sum_by",
-    "topology_of",
-    "vertex_array",
-    "with_outer",
-]

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from .arrays import FloatArray, IntArray
 from .topology import NEXT, PREV
 
 SMALLEST_COORDINATE, LARGEST_COORDINATE = 1e-60, 1e60  # what the largest of a mesh may be

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from .arrays import IntArray
+from .._types import IntArray
 
 
 def connected_labels(edges: IntArray, n: int) -> IntArray:

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._types import FloatArray, IntArray
 from ..errors import MeshError, MeshWarning, some, stack_level
 from .areas import measure
-from .arrays import FloatArray, IntArray
 from .submesh import Submesh
 from .topology import Topology, check_planar, with_outer
 

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .._types import ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
-from .arrays import ComplexArray, FloatArray, IntArray, Pins
+from .arrays import Pins
 from .mesh import Mesh
 from .topology import NEXT, PREV, Topology
 

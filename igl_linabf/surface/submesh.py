@@ -9,19 +9,10 @@ import igl
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from .areas import measure
-from .arrays import (
-    BoolArray,
-    FloatArray,
-    IntArray,
-    check_finite,
-    compact,
-    face_array,
-    scatter,
-    sides_along,
-    vertex_array,
-)
+from .arrays import check_finite, compact, face_array, scatter, sides_along, vertex_array
 from .components import face_components
 from .topology import Topology, check_fans, topology_of
 

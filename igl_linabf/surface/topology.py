@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from .arrays import BoolArray, FloatArray, IntArray
 from .components import connected_labels, in_one_piece, vertex_components
 
 NEXT = [1, 2, 0]  # corner k + 1: where the left angle beta of corner k's fan is
