@@ -96,25 +96,18 @@ class Atlas:
         return said
 
     def __str__(self) -> str:
-        rows = [("chart", "faces", "F/3nt", "L2 stretch", "flips", "overlaps", "holes", "outcome")]
+        def row(name: str, faces: int, of: Quality, overlapping: int, *rest: str) -> tuple[str, ...]:
+            figures = (f"{of.angle_distortion:.4g}", f"{of.stretch_l2:.4g}", str(of.flips), str(overlapping))
+            return (name, f"{faces:,}", *figures, *rest)
+
+        rows: list[tuple[str, ...]] = [
+            ("chart", "faces", "F/3nt", "L2 stretch", "flips", "overlaps", "holes", "outcome")
+        ]
         for i, chart in enumerate(self.charts):
-            q, result = chart.quality, chart.result
-            rows.append(
-                (
-                    str(i),
-                    f"{len(chart.faces):,}",
-                    f"{q.angle_distortion:.4g}",
-                    f"{q.stretch_l2:.4g}",
-                    str(q.flips),
-                    str(chart.overlapping),
-                    str(len(result.holes)),
-                    result.outcome.value,
-                )
-            )
-        q = self.quality
-        overlapping = str(sum(chart.overlapping for chart in self.charts))
-        whole = (f"{q.angle_distortion:.4g}", f"{q.stretch_l2:.4g}", str(q.flips), overlapping)
-        rows.append(("all", f"{len(self.FTC):,}", *whole, "", ""))
+            ended = (str(len(chart.result.holes)), chart.result.outcome.value)
+            rows.append(row(str(i), len(chart.faces), chart.quality, chart.overlapping, *ended))
+        overlapping = sum(chart.overlapping for chart in self.charts)
+        rows.append(row("all", len(self.FTC), self.quality, overlapping, "", ""))
         splits = f"{self.splits} split{'s' * (self.splits != 1)} for overlaps"
         seams = f"{len(self.seams):,} seam edges, {self.seam_length:.4g} long"
         return f"{aligned(rows)}\n{seams}; {splits}; {self.fill:.0%} of the square filled"

@@ -46,17 +46,6 @@ class Placed:
     area: float
 
 
-@dataclass(frozen=True, eq=False)
-class _TurnedChart:
-    """A chart turned to its narrowest rectangle, its lower left corner at 0."""
-
-    z: ComplexArray
-    turn: complex
-    origin: complex
-    extent: complex
-    area: float
-
-
 def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005) -> list[Placed]:
     """Pack charts into the unit square by similarities of one common scale, without mirroring.
 
@@ -106,9 +95,9 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], margin: float) -> lis
     given = [_turned(uv, F, i, single=len(maps) == 1) for i, (uv, F) in enumerate(maps)]
     if not given:
         return []
-    extents = np.array([chart.extent for chart in given])
+    extents = np.array([chart.uv.max(axis=0) for chart in given])
     inner = 1 - margin  # each rectangle brings the margin on two of its sides
-    longest = max(extents.real.max(), extents.imag.max())
+    longest = extents.max()
     high = min((1 - 2 * margin) / longest, inner / np.sqrt(sum(chart.area for chart in given)))
     high *= 1 - 8 / UNITS  # rectangles are rounded up to the grid
     scale, places = 0.0, None
@@ -135,14 +124,12 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], margin: float) -> lis
     ]
 
 
-def _attempt(extents: ComplexArray, margin: float, rule: type) -> list[Place] | None:
+def _attempt(extents: FloatArray, margin: float, rule: type) -> list[Place] | None:
     """Places for all charts of these sizes, each with the margin above and right of it."""
     packer = rectpack.newPacker(
         mode=rectpack.PackingMode.Offline, bin_algo=rectpack.PackingBin.BNF, pack_algo=rule, rotation=True
     )
-    sizes = (
-        np.ceil((np.column_stack((extents.real, extents.imag)) + margin) * UNITS).astype(np.int64).tolist()
-    )
+    sizes = np.ceil((extents + margin) * UNITS).astype(np.int64).tolist()
     side = int((1 - margin) * UNITS)
     packer.add_bin(side, side)
     for i, (width, height) in enumerate(sizes):
@@ -154,18 +141,19 @@ def _attempt(extents: ComplexArray, margin: float, rule: type) -> list[Place] | 
     return [(*found[i], list(found[i][2:]) != size) for i, size in enumerate(sizes)]
 
 
-def _placed(chart: _TurnedChart, scale: float, place: Place, margin: float, grow: float) -> Placed:
+def _placed(chart: Placed, scale: float, place: Place, margin: float, grow: float) -> Placed:
+    """A chart in its rectangle, moved from 0 to its place."""
     x, y, _, _, lies = place
     corner = complex(x, y) / UNITS * grow + complex(margin, margin)
     # a quarter turn about the lower left corner, and back into the rectangle
-    turn, back = (1j, chart.extent.imag) if lies else (1 + 0j, 0.0)
-    new = (chart.z * turn + back) * scale + corner
-    ratio = scale * turn * chart.turn
-    shift = corner + scale * (back - turn * chart.origin)
-    return Placed(ratio, shift, coordinates(new), float(chart.area * scale**2))
+    turn, back = (1j, float(chart.uv[:, 1].max())) if lies else (1 + 0j, 0.0)
+    new = (complex_positions(chart.uv) * turn + back) * scale + corner
+    shift = corner + scale * (back + turn * chart.shift)
+    return Placed(scale * turn * chart.ratio, shift, coordinates(new), float(chart.area * scale**2))
 
 
-def _turned(uv: FloatArray, F: IntArray, i: int, single: bool) -> _TurnedChart:
+def _turned(uv: FloatArray, F: IntArray, i: int, single: bool) -> Placed:
+    """A chart turned to its narrowest rectangle, its lower left corner at 0."""
     z = complex_positions(uv)
     area = float(np.abs(signed_double_areas(z, np.ascontiguousarray(F.T))).sum()) / 2
     size = max(float(np.ptp(z.real)), float(np.ptp(z.imag)))
@@ -174,13 +162,12 @@ def _turned(uv: FloatArray, F: IntArray, i: int, single: bool) -> _TurnedChart:
     turn = _best_turn(z, single)
     z = z * turn
     origin = complex(z.real.min(), z.imag.min())
-    z -= origin
-    return _TurnedChart(z, turn, origin, complex(z.real.max(), z.imag.max()), area)
+    return Placed(turn, -origin, coordinates(z - origin), area)
 
 
 def _best_turn(z: ComplexArray, single: bool) -> complex:
     """The turn to the rectangle of least area around `z`; to the least square for a single chart."""
-    points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
+    points = coordinates(z) - [z.real.mean(), z.imag.mean()]
     axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)
     # Qhull takes long thin charts as flat: whiten them, which does not change what is on the hull
     hull = z[ConvexHull(points @ (axes / sizes)).vertices]

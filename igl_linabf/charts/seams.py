@@ -15,12 +15,11 @@ from ..surface import (
     PREV,
     Submesh,
     Topology,
-    check_fans,
     compact,
     cut_faces,
     face_array,
+    manifold_topology,
     seam_mask,
-    topology_of,
     vertex_array,
 )
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
@@ -70,7 +69,8 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     True
     """
     positions, faces = vertex_array(V), face_array(F)
-    _manifold(faces, len(positions))
+    vertices, packed = compact(faces, len(positions))
+    manifold_topology(packed, vertices)
     F_cut, origin = cut_faces(faces, len(positions), seam_mask(seams, faces, len(positions)))
     return positions[origin], F_cut, origin
 
@@ -107,7 +107,8 @@ def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
     bad = np.flatnonzero((texture < 0).any(axis=1))
     if len(bad):
         raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")
-    topology, vertices = _manifold(faces, int(faces.max()) + 1)
+    vertices, packed = compact(faces, int(faces.max()) + 1)
+    topology = manifold_topology(packed, vertices)
     return vertices[edges_between_textures(topology, texture)]
 
 
@@ -179,27 +180,15 @@ def seams_of(surface: Submesh, trade: float, *, holes: bool = False, disks: bool
     found = [np.zeros((0, 2), dtype=np.int64)]
     for component in surface.components():
         loops, genus = len(component.topology.loops), component.topology.genus
-        open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
-        if not open_ or (disks and trade > 0):
+        is_open = genus == 0 and (loops == 1 or (holes and loops > 1))
+        if not is_open or (disks and trade > 0):
             piece = closed_surface(component)
             found.append(component.vertices[piece.edges[_seam(piece, trade, holes)]])
     return np.concatenate(found)
 
 
-def _manifold(faces: IntArray, n: int) -> tuple[Topology, IntArray]:
-    """Connectivity, and the vertices in use; raises if no manifold."""
-    vertices, packed = compact(faces, n)
-    topology = topology_of(packed, vertices)
-    check_fans(packed, topology.sides, vertices)
-    return topology, vertices
-
-
 def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
     """Edges to cut `piece` along."""
-
-    def cost(seam: IntArray) -> float:
-        return _cost(piece, seam, trade)
-
     seam = open_handles(piece) if piece.genus else np.zeros(0, dtype=np.int64)
     seam = shortened(piece, seam, piece.total)
     if not holes:
@@ -208,7 +197,7 @@ def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
         seam = _slit(piece)
     if trade > 0:
         seam = _grow(piece, seam, trade)
-    return shortened(piece, seam, cost)
+    return shortened(piece, seam, lambda moved: _cost(piece, moved, trade))
 
 
 def _slit(piece: ClosedSurface) -> IntArray:

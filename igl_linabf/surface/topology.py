@@ -65,10 +65,8 @@ class Topology:
         """Whether it is one disk, or one with holes."""
         # In one piece across edges, with a characteristic of 2 - loops, it has no handle: taken apart
         # at vertices where fans meet, it would have a larger one than the 2 - 2 genus - loops of a piece.
-        loops = len(self.loops)
-        return (
-            loops > 0 and self.characteristic == 2 - loops and in_one_piece(self.sides, len(self.corner[0]))
-        )
+        loops, n_faces = len(self.loops), len(self.corner[0])
+        return loops > 0 and self.characteristic == 2 - loops and in_one_piece(self.sides, n_faces)
 
     def sum_at_vertices(self, values: FloatArray) -> FloatArray:
         """Sum (3, #F) corner values over the corners of each vertex."""
@@ -116,6 +114,13 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     if loops is None:
         check_fans(F, np.stack((first, second)), vertices)
     return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops or ())
+
+
+def manifold_topology(F: IntArray, vertices: IntArray) -> Topology:
+    """As `topology_of`; raises also where fans of faces meet in a vertex otherwise."""
+    topology = topology_of(F, vertices)
+    check_fans(F, topology.sides, vertices)
+    return topology
 
 
 def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
