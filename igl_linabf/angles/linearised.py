@@ -17,7 +17,6 @@ from typing import Literal
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import linalg
 
 from .._runtime import advance as tell_progress
 from .._runtime import timed
@@ -343,8 +342,7 @@ def _multipliers(
 ) -> tuple[FloatArray, int, Linearised]:
     if lin.whole is None:
         assert lin.precondition is not None
-        matrix = linalg.LinearOperator((len(rhs),) * 2, matvec=lin.product, dtype=np.float64)
-        x, inner_steps, converged = conjugate_gradients(matrix, rhs, lin.precondition, rtol)
+        x, inner_steps, converged = conjugate_gradients(lin.product, rhs, lin.precondition, rtol)
         if converged:
             return x, inner_steps, lin
         lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")

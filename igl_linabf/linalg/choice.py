@@ -12,9 +12,11 @@ from scipy import sparse
 
 from ..errors import FallbackWarning, MemoryLimitError, stack_level
 from . import memory
-from .factors import SIMPLICIAL_UP_TO, Analysis, Cholmod, Multigrid, SuperLU, has_cholmod
+from .factors import SIMPLICIAL_UP_TO, Analysis, Cholmod, IglCholesky, Multigrid, has_cholmod
 
 SolverName = Literal["auto", "cholmod", "multigrid", "direct"]
+
+MULTIGRID_FROM = 200_000  # rows, where there is no CHOLMOD: a simplicial factor takes longer
 
 
 @dataclass(frozen=True)
@@ -25,8 +27,9 @@ class Solvers:
     ----------
     solver : {"auto", "cholmod", "multigrid", "direct"}
         "cholmod" and "multigrid" precondition conjugate gradients by a CHOLMOD factor or a PyAMG
-        V-cycle. "auto" is "cholmod" where scikit-sparse is installed, and else "multigrid".
-        "direct" factors the whole system, with CHOLMOD where it is there.
+        V-cycle. "auto" is "cholmod" where scikit-sparse is installed. Where it is not, it is the
+        Cholesky factor of libigl's wheel, and multigrid from `MULTIGRID_FROM` rows on. "direct"
+        factors the whole system.
     """
 
     solver: SolverName = "auto"
@@ -36,27 +39,23 @@ class Solvers:
             raise ValueError(f"solver is {self.solver!r}: use 'auto', 'cholmod', 'multigrid' or 'direct'")
         if self.solver == "cholmod" and not has_cholmod():
             raise ImportError(f"solver='cholmod' needs scikit-sparse, which is not installed: {HOW_TO_GET}")
-        if not has_cholmod() and self.solver != "multigrid":
-            warn_of_missing_cholmod()
 
     @property
     def direct(self) -> bool:
         """Whether the angle system is factored as a whole."""
         return self.solver == "direct"
 
-    @property
-    def _cholmod(self) -> bool:
-        return has_cholmod() and self.solver != "multigrid"
-
     def laplacian(self, lower: sparse.csc_array) -> Analysis:
         """For the scalar Laplacians: the preconditioner and the harmonic layout."""
-        if not self._cholmod:
-            return SuperLU(lower) if self.direct else Multigrid()
-        wanted = _bytes_of(lower)
+        n, wanted = lower.shape[0], _bytes_of(lower)
+        if self.solver == "multigrid" or (
+            self.solver == "auto" and not has_cholmod() and n >= MULTIGRID_FROM
+        ):
+            return Multigrid()
         if self.direct or memory.fits(wanted):
-            return _cholmod(lower)
+            return self._factoring(lower)
         warnings.warn(
-            f"CHOLMOD's factor of {lower.shape[0]:,} rows would take about {memory.gigabytes(wanted)} of "
+            f"the factor of {n:,} rows would take about {memory.gigabytes(wanted)} of "
             "memory, which are not free: multigrid is used instead",
             FallbackWarning,
             stacklevel=stack_level(),
@@ -78,7 +77,12 @@ class Solvers:
                 f"{memory.gigabytes(wanted)} of memory, which are not free: decimate the mesh (igl.qslim), "
                 "cut it into parts (igl_linabf.cut), or use a machine with more memory"
             )
-        return _cholmod(lower) if self._cholmod else SuperLU(lower)
+        return self._factoring(lower)
+
+    def _factoring(self, lower: sparse.csc_array) -> Analysis:
+        if has_cholmod() and self.solver != "multigrid":
+            return _cholmod(lower)
+        return IglCholesky(lower)
 
 
 def _cholmod(lower: sparse.csc_array) -> Cholmod:
@@ -98,17 +102,6 @@ HOW_TO_GET = (
     "install SuiteSparse (Debian: apt install libsuitesparse-dev libopenblas0-pthread; macOS: brew install "
     "suite-sparse; conda: conda install scikit-sparse) and then pip install 'igl-linabf[cholmod]'"
 )
-
-
-@cache
-def warn_of_missing_cholmod() -> None:
-    """Say once that CHOLMOD is absent, and how to get it."""
-    warnings.warn(
-        "scikit-sparse is not installed: PyAMG and SciPy's SuperLU are used instead of CHOLMOD, with the "
-        f"same results in two to four times the time. To get it, {HOW_TO_GET}",
-        FallbackWarning,
-        stacklevel=stack_level(),
-    )
 
 
 @cache

@@ -1,7 +1,8 @@
 """Factorisations of sparse Hermitian matrices: a pattern is analysed once, its values are factored anew.
 
 An `Analysis` belongs to a pattern. `Analysis.factor(lower)` returns a new `Factored` that nobody changes
-afterwards. CHOLMOD is used where scikit-sparse is installed, PyAMG and SciPy's SuperLU where it is not.
+afterwards. CHOLMOD is used where scikit-sparse is installed; where it is not, the Cholesky factorisation of
+Eigen in libigl's own wheel, and PyAMG's multigrid for large systems.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
+import igl
 import numpy as np
 from scipy import sparse
 from scipy.sparse import linalg
@@ -25,6 +27,7 @@ except ImportError:
 
 SIMPLICIAL_UP_TO = 60_000  # rows; supernodal CHOLMOD with a good BLAS is faster above
 METIS_FROM = 150_000  # rows; AMD's larger fill costs less than METIS's analysis below
+NO_ROWS, NO_EQUATIONS = np.empty(0, dtype=np.int64), sparse.csc_matrix((0, 0))
 MULTIGRID_RTOL = 1e-10  # where multigrid stands in for a factorisation
 
 
@@ -115,6 +118,46 @@ class Cholmod:
         return numeric
 
 
+class IglCholesky:
+    """Eigen's simplicial L L^T with AMD, as libigl's wheel holds it; it orders anew with each factorisation.
+
+    `igl.min_quad_with_fixed_precompute` without fixed values factors a matrix by its lower triangle, and
+    `igl.min_quad_with_fixed_solve` solves A x = -b. A Hermitian matrix is factored in its real form
+    [[Re, -Im], [Im, Re]].
+    """
+
+    name = "igl's Cholesky"
+
+    def __init__(self, lower: sparse.csc_array) -> None:
+        pass
+
+    def factor(self, lower: sparse.csc_array) -> Factored:
+        bad = np.flatnonzero(~np.isfinite(lower.data))
+        if len(bad):
+            raise NotPositiveDefiniteError(int(lower.indices[bad[0]]))
+        n, data, real = lower.shape[0], igl.min_quad_with_fixed_data(), not np.iscomplexobj(lower.data)
+        matrix = lower
+        if not real:
+            Re, Im = mirrored(lower).real, mirrored(lower).imag
+            matrix = sparse.tril(sparse.block_array([[Re, -Im], [Im, Re]])).tocsc()
+        try:
+            igl.min_quad_with_fixed_precompute(sparse.csc_matrix(matrix), NO_ROWS, NO_EQUATIONS, True, data)
+        except RuntimeError:
+            return SuperLU(lower).factor(lower)  # which names the pivot
+
+        def solve(b: Array) -> Array:
+            columns = b.reshape(n, -1)
+            parts = columns if real else np.concatenate((columns.real, columns.imag))
+            none = np.empty((0, parts.shape[1]))
+            x = -igl.min_quad_with_fixed_solve(data, parts, none, none)
+            return np.asarray((x if real else x[:n] + 1j * x[n:]).reshape(b.shape))
+
+        return Factored(self.name, True, solve)
+
+    def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
+        return self.factor(lower).solve
+
+
 class SuperLU:
     """SciPy's SuperLU in its symmetric mode; it orders anew with each factorisation."""
 
@@ -156,7 +199,7 @@ class Multigrid:
             columns = b.reshape(len(b), -1).T
             x = np.empty_like(columns)
             for k, column in enumerate(columns):
-                x[k], _, converged = conjugate_gradients(full, column, cycle, MULTIGRID_RTOL)
+                x[k], _, converged = conjugate_gradients(full.dot, column, cycle, MULTIGRID_RTOL)
                 if not converged:
                     raise NotConvergedError
             return np.ascontiguousarray(x.T).reshape(b.shape)
