@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 from typing import Any, Protocol
 
 import igl
@@ -224,7 +225,20 @@ def _v_cycle(full: sparse.csr_matrix) -> Callable[[Array], Array]:
         postsmoother=("gauss_seidel", {"sweep": "symmetric"}),
     )
     cycle: Callable[[Array], Array] = hierarchy.aspreconditioner(cycle="V").matvec
-    return cycle
+    blas = _thread_pools()
+
+    def alone(b: Array) -> Array:
+        with blas.limit(limits=1, user_api="blas"):  # its norms and coarsest solve would wake the threads
+            return cycle(b)
+
+    return alone
+
+
+@cache
+def _thread_pools() -> Any:
+    from threadpoolctl import ThreadpoolController
+
+    return ThreadpoolController()
 
 
 def mirrored(lower: sparse.csc_array) -> sparse.csc_array:
