@@ -188,7 +188,7 @@ def _pruned(walk: list[int], n: int, rim: int) -> list[int]:
 
 
 def _sheets(pairs: IntArray, right: IntArray, left: IntArray, m: int, most: int) -> list[IntArray]:
-    """Of the `most` largest overlaps the two sets of faces that lie over each other, as 1 and 2, 0 elsewhere.
+    """The two sheets of each of the `most` largest overlaps: faces marked 1 and 2, 0 elsewhere.
 
     Pairs are neighbours if one face is the same, and the others are neighbours: so an overlap is
     a component of them. Where it winds on, so that a face is over one and under another, its

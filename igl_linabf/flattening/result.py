@@ -154,7 +154,7 @@ class Flattening:
     Attributes
     ----------
     uv : (#V, 2) float64
-        The map; NaN at vertices that no face refers to.
+        The map; NaN at vertices that no face uses.
     angles : (#F, 3) float64
         Target angles in radians, from which the map was laid out.
     method : str
