@@ -34,43 +34,52 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         "metavar": "OUT",
         "type": Path,
         "required": True,
-        "help": "OBJ to write; of unwrap, PLY or GLB, too",
+        "help": "OBJ file to write; unwrap also writes PLY and GLB",
     },
     "picture": {**PICTURE, "help": "checkerboard picture to write"},
-    "screenshot": {**PICTURE, "help": "write a picture, open no window"},
+    "screenshot": {**PICTURE, "help": "write a picture instead of opening a window"},
     "method": {"choices": sorted(METHODS), "default": "linabf"},
     "methods": {
         "default": "lscm,linabf,abf",
-        "help": f"some of {', '.join(METHODS)}, with commas between (default: %(default)s)",
+        "help": f"some of {', '.join(METHODS)}, separated by commas (default: %(default)s)",
     },
-    "repeat": {"metavar": "N", "type": int, "default": 3, "help": "timed runs of each (default: 3)"},
+    "repeat": {"metavar": "N", "type": int, "default": 3, "help": "timed runs of each method (default: 3)"},
     "iterations": {"metavar": "N", "default": "auto", "help": "number of iterations, or auto"},
     "layout": {"choices": ("auto", "boundary", "least-squares", "greedy"), "default": "auto"},
     "outer": {"metavar": "VERTEX", "type": int, "help": "a vertex of the outer boundary loop"},
     "solver": {"choices": ("auto", "cholmod", "multigrid", "direct"), "default": "auto"},
     "guarantee": {
         "choices": ("injective",),
-        "help": "a last step where triangles are flipped, without flips",
+        "help": "if triangles flip, run a last stage that leaves none flipped",
     },
     "units": {
         "choices": ("square", "mesh"),
         "default": "square",
-        "help": "scale of the texture coordinates: into the unit square, or in the mesh's units of length",
+        "help": "scale of the texture coordinates: the unit square, or the mesh's units of length",
     },
     "seams": {
         "default": "auto",
-        "help": "auto, uv (those of the OBJ's texture coordinates), or a text file of vertex pairs from 0 on",
+        "help": "auto, uv (seams of the OBJ's texture coordinates), or a text file of vertex pairs, from 0",
     },
-    "trade": {"type": float, "default": TRADE, "help": "seam length against distortion: 0 short"},
+    "trade": {
+        "type": float,
+        "default": TRADE,
+        "help": "larger: longer seams for less stretch; 0: shortest seams (default: %(default)s)",
+    },
     "holes": {"action": "store_true", "help": "leave holes uncut"},
-    "bijective": {"action": "store_true", "help": "move overlaps apart instead of splitting"},
+    "bijective": {"action": "store_true", "help": "move overlapping parts apart instead of splitting charts"},
     "measure": {"choices": MEASURES, "help": "distortion to show instead of the checkerboard"},
-    "frequency": {"metavar": "N", "type": float, "default": 30.0, "help": "squares of the board"},
+    "frequency": {
+        "metavar": "N",
+        "type": float,
+        "default": 30.0,
+        "help": "checkerboard squares along the map",
+    },
 }
 
 
 class Parser(argparse.ArgumentParser):
-    """Says what is wrong in one line, as all errors of the command are."""
+    """Reports errors in one line, like all errors of the command."""
 
     def error(self, message: str) -> NoReturn:
         self.exit(ERROR, f"igl-linabf: {message} (see {self.prog} --help)\n")
@@ -79,7 +88,8 @@ class Parser(argparse.ArgumentParser):
 def main(arguments: Sequence[str] | None = None, *, settled: Callable[[], object] = lambda: None) -> int:
     """Run the command; returns 0, 1 for a map with flipped triangles, 2 for an error.
 
-    `settled` is called when all is printed and written, before the files take their places.
+    `settled` is called after everything is printed and written, before the files are renamed to
+    their final names.
     """
     options = _parser().parse_args(arguments)
     options.settled = settled
@@ -91,7 +101,7 @@ def main(arguments: Sequence[str] | None = None, *, settled: Callable[[], object
             said = f"{place}{error.strerror or error}"
             _give_up_stdout()
         except MemoryError:
-            said = f"{options.mesh}: not enough memory: take a smaller mesh"
+            said = f"{options.mesh}: not enough memory: decimate the mesh"
         except (MeshError, ImportError, ValueError) as error:
             said = str(error)
         print(f"igl-linabf: {said}", file=sys.stderr)
@@ -99,7 +109,7 @@ def main(arguments: Sequence[str] | None = None, *, settled: Callable[[], object
 
 
 def _give_up_stdout() -> None:
-    """Where nothing more can be printed, do not try it again at the end of the process."""
+    """If stdout is broken, do not flush it again at the end of the process."""
     try:
         sys.stdout.flush()
     except OSError:
@@ -114,14 +124,14 @@ def _parser() -> Parser:
         (
             _flatten,
             "mesh output picture method iterations layout outer solver guarantee units",
-            "flatten a disk or one with holes, write it with texture coordinates, print the map's quality",
-            "Flatten a disk, or one with holes. Exit code 1: written, but with flipped triangles.",
+            "flatten a disk, with or without holes; write it with texture coordinates, print the quality",
+            "Flatten a disk, with or without holes. Exit code 1: written, but with flipped triangles.",
         ),
         (
             _compare,
             "mesh methods picture repeat",
-            "flatten it by several methods, and print their quality and time side by side",
-            "Compare methods on a disk, or one with holes: distortion, flips, time over igl.lscm's.",
+            "flatten a mesh by several methods, and print their quality and time side by side",
+            "Compare methods on a disk, with or without holes: distortion, flips, time relative to igl.lscm.",
         ),
         (
             _unwrap,
@@ -146,12 +156,12 @@ def _parser() -> Parser:
 
 
 def _check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] = (".obj",)) -> None:
-    """Find out before the work whether its results can be written."""
+    """Check before the computation that its results can be written."""
     for path, known in ((mesh, suffixes), (png, (".png",))):
         if path is None:
             continue
         if path.suffix.lower() not in known:
-            raise ValueError(f"{path} does not end in {' or '.join(known)}: give the name of such a file")
+            raise ValueError(f"{path} does not end in {' or '.join(known)}: give a file name that does")
         if not os.access(path.parent, os.W_OK):
             raise OSError(None, "the folder is missing or cannot be written to", str(path.parent))
     if png is not None:
@@ -164,7 +174,7 @@ def _hand_out(
     pictured: tuple[FloatArray, IntArray, Mapping[str, FloatArray]],
     write: Callable[[str], None] | None = None,
 ) -> None:
-    """Write all files beside their places, print the text, and only then put the files there."""
+    """Write all files under temporary names, print the text, and only then rename the files."""
     with contextlib.ExitStack() as stack:
         if write is not None:
             write(stack.enter_context(replacing(options.output)))
@@ -230,7 +240,7 @@ def _pairs(path: str) -> IntArray:
         try:
             pairs = np.loadtxt(path, dtype=np.int64, ndmin=2)
         except ValueError:
-            raise MeshError(f"{path} is no table of integers: write two vertices in each line") from None
+            raise MeshError(f"{path} is no table of integers: write two vertices on each line") from None
     return pairs.reshape(-1, 2) if pairs.size == 0 else pairs
 
 
@@ -255,8 +265,8 @@ def _flatten(options: argparse.Namespace) -> int:
         return NOT_VALID
     if measured.flips > len(result.flipped):
         print(
-            f"igl-linabf: brought into the unit square, {measured.flips} triangles are flipped by rounding: "
-            "the map's scale varies too much; keep it with --units mesh, or unwrap the mesh",
+            f"igl-linabf: {measured.flips} triangles flip by rounding when the map is scaled to the unit "
+            "square: its scale varies too much; use --units mesh, or unwrap the mesh",
             file=sys.stderr,
         )
         return NOT_VALID
@@ -267,7 +277,7 @@ def _iterations(text: str) -> int | str:
     try:
         return text if text == "auto" else int(text)
     except ValueError:
-        raise ValueError(f"--iterations is {text!r}: use 'auto' or an integer from 1 on") from None
+        raise ValueError(f"--iterations is {text!r}: use 'auto' or a positive integer") from None
 
 
 def _doctor(options: argparse.Namespace) -> int:
@@ -288,7 +298,7 @@ def _doctor(options: argparse.Namespace) -> int:
 
 @contextlib.contextmanager
 def _warnings_in_a_line() -> Iterator[None]:
-    """Warnings of the library as one line on stderr each."""
+    """Print each warning of the library as one line on stderr."""
 
     def show(message: Warning | str, *_: object, **__: object) -> None:
         print(f"igl-linabf: warning: {message}", file=sys.stderr)

@@ -1,4 +1,4 @@
-"""The errors and warnings that a user meets, and how they name places."""
+"""Errors and warnings of the package, and how their texts list indices."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ class SingularSystemError(MeshError):
 
 
 class MemoryLimitError(MeshError):
-    """The work does not fit into the memory that is free; the text says how much it takes."""
+    """There is not enough free memory; the text says how much is needed."""
 
 
 class MeshWarning(UserWarning):
@@ -25,11 +25,11 @@ class MeshWarning(UserWarning):
 
 
 class FallbackWarning(UserWarning):
-    """Something else than what was asked for was done; the text says what and why."""
+    """Something other than what was asked for was done; the text says what and why."""
 
 
 class OutcomeWarning(UserWarning):
-    """There is a result, but it is not a valid map; the text says what is wrong and what helps."""
+    """The returned map is not valid or not converged; the text says what is wrong and what helps."""
 
 
 def some(indices: ArrayLike, limit: int = 5) -> str:

@@ -1,7 +1,7 @@
-"""What any computation may need around it: in come callbacks and files, out comes nothing half done.
+"""Support for computations: progress, cleanup, child processes, timing, text tables.
 
-Progress as a callback or a bar; what Ctrl-C has to undo, and files that are whole or not there; work in child
-processes, for code that may crash or hang; tables as text.
+Progress goes to a callback or a bar. Cleanup undoes work at Ctrl-C; files are written completely or not at
+all. Child processes run code that may crash or hang.
 """
 
 from .child_process import Arrays, run_as_child_process, run_in_child_process

@@ -1,4 +1,4 @@
-"""Work in a process of its own, for code that may crash, hang, or not go together with other libraries."""
+"""Run functions in a child process, for code that may crash, hang, or conflict with other libraries."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ Arrays = dict[str, Any]  # of NumPy arrays
 
 
 def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float | None = None) -> Arrays:
-    """Run `python -m MODULE NAME`, arrays going in and out by pipes; there `run_as_child_process` answers.
+    """Run `python -m MODULE NAME`, with arrays in and out by pipes; MODULE calls `run_as_child_process`.
 
     Raises
     ------
     RuntimeError
-        It failed, with what it said last, or took longer than `timeout` seconds.
+        The process failed (the text has its last line of output), or took longer than `timeout` seconds.
     """
     started: list[Popen[bytes]] = []
     with undone_at_once(partial(_kill, started)):
@@ -52,7 +52,7 @@ def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float 
 
 
 def run_as_child_process(functions: dict[str, Callable[[Arrays], Arrays]]) -> None:
-    """Do what the command line of `run_in_child_process` asks for."""
+    """The child's side of `run_in_child_process`: run the function that the command line names."""
     (name,) = sys.argv[1:]
     with os.fdopen(os.dup(1), "wb") as out:
         os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what libraries print is no part of the result
@@ -71,7 +71,7 @@ def _unpacked(data: bytes) -> Arrays:
 
 
 def _kill(started: list[Popen[bytes]]) -> None:
-    """Not by `wait`, whose lock the interrupted thread may hold."""
+    """Kill without `wait`, whose lock the interrupted thread may hold."""
     for process in started:
         process.kill()
         if os.name == "posix":
@@ -80,7 +80,7 @@ def _kill(started: list[Popen[bytes]]) -> None:
 
 @contextmanager
 def _interrupts_held_back() -> Iterator[None]:
-    """Ctrl-C takes effect after the block: a process is not started and lost before it has a name."""
+    """Delay Ctrl-C until after the block, so that a started process is always recorded."""
     before = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(before):
         yield

@@ -1,7 +1,7 @@
-"""What has to be undone should the process end at once, as the command does at Ctrl-C.
+"""Cleanup for a process that ends at once, as the command does at Ctrl-C.
 
-An exception instead would surface inside whatever library the main thread is in: some crash when their import
-is broken off, and VTK makes an error of its own of it.
+An exception would surface in whatever library the main thread runs at that time. Some crash if their import
+is interrupted, and VTK turns it into an error of its own.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def undone_at_once(undo: Callable[[], object]) -> Iterator[None]:
 
 
 def undo_all() -> None:
-    """Undo what the blocks under way have done, the latest first."""
+    """Call `undo` of all blocks that are running, the latest first."""
     for undo in reversed(list(_undoings.values())):
         with suppress(OSError):
             undo()
@@ -50,7 +50,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
     Raises
     ------
     OSError
-        The folder is not there, or may not be written to, or the disk is full; it names `path`.
+        The folder is missing or not writable, or the disk is full; the error names `path`.
 
     Examples
     --------

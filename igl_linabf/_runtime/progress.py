@@ -1,4 +1,4 @@
-"""How far a computation is: a callback, or a bar on a terminal once it takes long."""
+"""Progress of a computation: a callback, or a bar on a terminal for long ones."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ PATIENCE = 2.0  # seconds without a bar
 
 
 class _Report:
-    """Fractions done, from 0 to 1: each advance takes a share of what is left of its part."""
+    """Fraction done, from 0 to 1: each advance takes a share of the rest of its part."""
 
     def __init__(self, show: Callable[[str, float], None]) -> None:
         self._show, self._done, self._end = show, 0.0, 1.0
@@ -73,11 +73,11 @@ _current: ContextVar[_Report | None] = ContextVar("progress", default=None)
 
 @contextmanager
 def reporting(progress: Progress) -> Iterator[None]:
-    """Report what `advance` and `part` tell within.
+    """Report the progress of `advance` and `part` in the block.
 
-    A callable gets the name of the stage and the fraction done. None shows a bar, where stderr is a
-    terminal, in the main thread of the main process; False shows nothing. Within another
-    `reporting` None goes on with that one.
+    A callable gets the name of the stage and the fraction done. None shows a bar if stderr is a
+    terminal, in the main thread of the main process; False shows nothing. Inside another
+    `reporting`, None continues that one.
     """
     if progress is None and _current.get() is not None:
         yield
@@ -96,7 +96,7 @@ def reporting(progress: Progress) -> Iterator[None]:
 
 
 def advance(stage: str, share: float) -> None:
-    """Tell that `stage` has done a share of what was left."""
+    """Report that `stage` has done a share of the rest."""
     report = _current.get()
     if report is not None:
         report.advance(stage, share)
@@ -104,7 +104,7 @@ def advance(stage: str, share: float) -> None:
 
 @contextmanager
 def part(stage: str, end: float) -> Iterator[None]:
-    """What is told within brings the whole to the fraction `end`."""
+    """The block brings the whole computation to the fraction `end`."""
     report = _current.get()
     if report is None:
         yield

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> str:
-    """Columns of equal width, the first to the left and the others to the right.
+    """A text table: the first column is left-aligned, the others right-aligned.
 
     Examples
     --------

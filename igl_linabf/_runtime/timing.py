@@ -1,4 +1,4 @@
-"""Seconds by stage."""
+"""Times of stages."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _seconds: ContextVar[dict[str, float] | None] = ContextVar("seconds", default=No
 
 @contextmanager
 def stopwatch(*stages: str) -> Iterator[dict[str, float]]:
-    """Collect the seconds that `timed` measures within, 0 for `stages` that do not come up."""
+    """Collect the seconds that `timed` measures in the block; 0 for `stages` that do not run."""
     seconds = dict.fromkeys(stages, 0.0)
     token = _seconds.set(seconds)
     try:

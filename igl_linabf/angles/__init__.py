@@ -1,7 +1,7 @@
-"""The paper's sections 4 and 6: from a surface's angles to those of a flat mesh.
+"""From the angles of a surface to the angles of a flat mesh (the paper's sections 4 and 6).
 
-In: a checked mesh, its angles. Out: target angles, the steps made, residuals (eq. 5-16).
-Zayer, Levy, Seidel 2007; converged ABF is Sheffer and de Sturler 2001, by the same steps.
+In: a checked mesh and its angles. Out: target angles, steps, residuals (eq. 5-16).
+Zayer, Levy, Seidel 2007; converged ABF is Sheffer and de Sturler 2001, with the same steps.
 """
 
 from .closure import ClosingRows

@@ -1,4 +1,4 @@
-"""Translation closure of holes: two more rows of the angle system for each, B the others."""
+"""Translation closure of holes: two closure rows of the angle system for each hole."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ Solve = Callable[[FloatArray], FloatArray]
 
 
 class ClosingRows:
-    """The rows T that close the holes' loops, and the angle system bordered by them.
+    """The closure rows T of the holes, and the angle system bordered by them.
 
-    With q_v = p_v less its mean over the loop (`Closure`), the gap of a hole changes by
+    With q as in `Closure`, the gap of a hole changes by
 
         d tau = sum_v q_v (d log-ratio_v + i d turning_v) = -sum_v q_v (wheel_v + i vertex_v) e,
 
-    wheel_v and vertex_v the rows of the single loop vertices (docs/holes.md). So T^T y gives
-    the vertex rows Im(q conj(y)) and the wheel rows -Re(q conj(y)), and the system becomes
+    where wheel_v and vertex_v are the rows of the single loop vertices (docs/holes.md). So T^T y
+    has the vertex rows Im(q conj(y)) and the wheel rows -Re(q conj(y)). The system becomes
 
         [ S    B ] [x]        B = M P T^T,  D = T P T^T.
         [ B^T  D ] [y]
 
-    In the conformal metric, with s_t K_t for P_t, S is diag(L_s, L_s), exactly where s_t is the same
-    everywhere. The bordered system of that metric is the preconditioner: it is solved with the
-    factor of L_s and a dense Schur complement.
+    In the conformal metric, with s_t K_t for P_t, S is close to diag(L_s, L_s); it is equal if all s_t
+    are equal. The bordered system of that metric is the preconditioner. It is solved with the factor
+    of L_s and a dense Schur complement.
     """
 
     def __init__(self, system: System, closure: Closure) -> None:
@@ -56,7 +56,7 @@ class ClosingRows:
         return np.concatenate((S(x) + self.B @ y, self.B.T @ x + self.D @ y))
 
     def at_vertices(self, y: FloatArray) -> FloatArray:
-        """T^T y before it is spread over the fans: (#V, 2) multipliers of vertex and wheel rows."""
+        """Multipliers of the vertex and wheel rows of single vertices, (#V, 2), that make up T^T y."""
         c = self._closure
         product = c.q * (y[0::2] - 1j * y[1::2])[c.hole]
         x = np.zeros((self._topology.n, 2))
@@ -98,9 +98,9 @@ class ClosingRows:
 def _products(
     system: System, closure: Closure
 ) -> tuple[np.ndarray, sparse.csr_array, sparse.csr_array, sparse.csr_array]:
-    """What B and D are made of, on the faces at holes' loops only.
+    """Factors of B and D, on the faces at holes' loops only.
 
-    Those faces, T^T, M and T; errors are numbered 3 t + k over these faces.
+    Returns these faces, T^T, M and T; errors are numbered 3 t + k over these faces.
     """
     topology: Topology = system.topology
     at_loop = np.zeros(topology.n, dtype=bool)

@@ -1,4 +1,4 @@
-"""The constraints on the angles of a flat mesh (eq. 5, 6, 10), and by how much given angles miss them."""
+"""The constraints on the angles of a flat mesh (eq. 5, 6, 10), and their residuals."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from .loops import Closure, closure_of
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
-    """The vertex and wheel constraints of a surface (eq. 5 and 10), one of each in a row.
+    """The vertex and wheel constraints of a surface (eq. 5 and 10); a row has one of each.
 
     Attributes
     ----------
     topology : Topology
     row : (#V,) int64
-        The virtual-vertex map: the row of each vertex's constraints. An interior vertex has a row of
-        its own, all vertices of a hole share one, those of the outer loop have -1.
+        The virtual-vertex map: the row of each vertex's constraints. An interior vertex has its own
+        row. All vertices of a hole share one row. Vertices of the outer loop have -1.
     target : (#rows,) float64
-        What the angles of a row sum to: 2 pi at an interior vertex, (m + 2) pi around a hole of m
+        Target angle sum of each row: 2 pi at an interior vertex, (m + 2) pi around a hole of m
         vertices.
     """
 
@@ -64,7 +64,7 @@ def constraints_of(topology: Topology) -> Constraints:
 
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """By how much angles miss the constraints: the right-hand sides b of eq. 5, 6 and 10.
+    """Residuals of the constraints: the right-hand sides b of eq. 5, 6 and 10.
 
     Attributes
     ----------
@@ -76,7 +76,7 @@ class Residual:
         At a vertex of a boundary loop, the mesh on the left: the exterior angle, and the
         logarithm of the next edge's length over the last one's.
     closure : Closure
-        The holes' loops, drawn by them.
+        The holes' loops drawn from these.
     """
 
     vertex: FloatArray
@@ -88,7 +88,7 @@ class Residual:
 
     @property
     def largest(self) -> float:
-        """Largest absolute value over the families: radians, logarithms, holes' relative gaps."""
+        """Largest absolute value: radians, logarithms, relative gaps of holes."""
         families = (self.vertex, self.wheel, self.triangle, self.closure.gap)
         return float(max(np.abs(r).max(initial=0.0) for r in families))
 

@@ -1,4 +1,4 @@
-"""Converged ABF: the least relative change of the angles that makes the mesh flat."""
+"""Converged ABF: the flat mesh with the least relative change of the angles."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class AbfResult:
     converged : bool
         Whether the change of every angle and the residual are within the tolerance.
     held : (3, #F) bool
-        The angles at their lower bound, which only the feasible form has.
+        The angles at their lower bound; only the feasible form has one.
     """
 
     state: State
@@ -53,18 +53,19 @@ def objective(state: State) -> float:
 def converge(state: State, tol: float) -> AbfResult:
     """Minimise sum ((alpha - alpha_0) / alpha_0)^2 over the angles of flat meshes, by anchored steps.
 
-    That is the objective of Sheffer and de Sturler under their constraints (eq. 1-4), the wheel
-    constraint not linearised. An *anchored* step is linear ABF's with weights alpha_0^2 and the
-    change since alpha_0 as its gradient: a Gauss-Newton step of the constraints, whose fixed point
-    is the minimiser. The factor of the Laplacian at alpha_0 serves all of them, and conjugate
-    gradients go on from the last multipliers.
+    That is the objective of Sheffer and de Sturler under their constraints (eq. 1-4), with the wheel
+    constraint not linearised. An *anchored* step is a step of linear ABF with weights alpha_0^2 and
+    the change since alpha_0 as its gradient. It is a Gauss-Newton step of the constraints; its fixed
+    point is the minimiser. All steps use the factor of the Laplacian at alpha_0, and conjugate
+    gradients start from the last multipliers.
 
     Parameters
     ----------
     state : State
         At the initial estimate alpha_0.
     tol : float
-        Largest relative change of an angle, and largest residual, at which to end.
+        The iterations end when the largest relative change of an angle and the largest residual are
+        at most this.
     """
     problem, x, lin = state.problem, None, state.lin
     weights, free = problem.estimate**2, np.zeros(problem.estimate.shape, dtype=bool)
@@ -89,13 +90,13 @@ def converge(state: State, tol: float) -> AbfResult:
 
 
 def converge_feasibly(state: State, tol: float) -> AbfResult:
-    """The same minimum (eq. 1-4) where anchored steps do not converge, from a converged active set.
+    """The same minimum (eq. 1-4) from a converged active set, for when anchored steps do not converge.
 
-    Its weights have the curvature of the wheel constraints in them, which is diagonal,
-    |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)| by the multipliers of the two wheels that an
-    angle is in. Each step is followed by steps that restore the constraints, and halved until the
-    objective falls. Angles are bounded below by a hundredth of alpha_0: on hard meshes the least
-    objective is otherwise where some vanish.
+    The weights include the curvature of the wheel constraints, which is diagonal:
+    |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)|, with the multipliers of the two wheels of an
+    angle. Each step is followed by steps that restore the constraints, and halved until the
+    objective falls. Angles are bounded below by a hundredth of alpha_0, since on hard meshes some
+    angles vanish at the minimum.
 
     Parameters
     ----------
@@ -131,7 +132,7 @@ def _change(e: FloatArray, state: State) -> float:
 def _feasible_direction(
     state: State, x: FloatArray | None, held: BoolArray
 ) -> tuple[Direction, int, BoolArray]:
-    """Direction at feasible angles, those at their bound that want to fall being held."""
+    """Direction at feasible angles; an angle at its bound is held if the direction would lower it."""
     anchor, alpha = state.problem.estimate, state.at.alpha
     gradient, inner_steps, lin = _gradient(state), 0, state.lin
     curvature = 1 / anchor**2
@@ -157,7 +158,7 @@ def _feasible_direction(
 def _searched(
     state: State, e: FloatArray, inner_steps: int, held: BoolArray, scale: float
 ) -> tuple[State, float]:
-    """Go along `e` and back to the constraints, by so much that the objective falls."""
+    """Line search: go along `e`, restore the constraints, until the objective falls."""
     problem, start, before = state.problem, state.at, objective(state)
     anchor, alpha = problem.estimate, start.alpha
     slope = 2 * float((_gradient(state) * e).sum())
@@ -177,7 +178,7 @@ def _searched(
 
 
 def _restored(state: State, held: BoolArray, exact: float, most: int) -> State:
-    """Active-set steps, which measure from the present angles, until the residual is `exact`."""
+    """Active-set steps until the residual is at most `exact`."""
     for _ in range(most):
         if state.at.residual.largest <= exact:
             break

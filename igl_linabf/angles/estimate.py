@@ -1,4 +1,4 @@
-"""The angles to start from: those of the surface, and the paper's initial estimate (section 4.2)."""
+"""The angles of the surface, and the paper's initial estimate (section 4.2)."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ def corner_angles(mesh: Mesh) -> FloatArray:
 
 
 def opened(alpha: FloatArray, least: float = CAP_ANGLE) -> tuple[FloatArray, IntArray]:
-    """Angles (3, #F) with no angle within `least` of pi, and the faces where that took a repair.
+    """Angles (3, #F) with no angle within `least` of pi, and the faces that were changed for this.
 
-    The two small angles of such a cap are scaled to sum to `least`. Beyond that, double precision
-    does not hold its cotangents beside those of the faces around; needles, with one small angle,
-    are no trouble.
+    The two small angles of such a cap are scaled to sum to `least`. Closer to pi, its cotangents would
+    exceed those of the faces around by more than double precision holds. Needles, with one small
+    angle, need no change.
     """
     rest = alpha.sum(axis=0) - alpha.max(axis=0)
     caps = np.flatnonzero(rest < least)
@@ -37,10 +37,10 @@ def initial_estimate(
 ) -> FloatArray:
     """The paper's initial estimate (section 4.2), (3, #F) radians.
 
-    Around an interior vertex whose angles miss 2 pi by more than `threshold` radians they are
-    scaled to sum to 2 pi (the exponential map of the one-ring); elsewhere, and on the boundary,
-    they stay. With `to_triangles` each triangle's angles are then scaled to sum to pi, so that
-    the estimate is one of real triangles and the linearisation is taken at a sound point.
+    If the angles around an interior vertex miss 2 pi by more than `threshold` radians, they are
+    scaled to sum to 2 pi (the exponential map of the one-ring). All other angles stay. With
+    `to_triangles`, each triangle's angles are then scaled to sum to pi, so that the constraints are
+    linearised at angles of real triangles.
     """
     estimate = alpha
     total = topology.sum_at_vertices(alpha)

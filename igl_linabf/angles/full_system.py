@@ -1,6 +1,6 @@
 """The paper's full system (eq. 11-16), in the paper's own form.
 
-alpha are the angles at hand, alpha + e those of a flat mesh. At each corner of an interior vertex's
+alpha are the present angles, alpha + e the angles of a flat mesh. At each corner of an interior vertex's
 fan, the triangle has a *left* angle beta and a *right* angle gamma. The errors e satisfy
 
     sum e                                      =  2 pi - sum alpha                      vertex (eq. 5)

@@ -1,4 +1,4 @@
-"""Steps one after the other: the chord, and the paper's active-set iterations (section 6)."""
+"""Sequences of steps: the chord, and the paper's active-set iterations (section 6)."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from .linearised import AngleProblem, Direction, Iterate, Kind, Linearised, Step
 
 @dataclass(frozen=True, eq=False)
 class State:
-    """How far the angles have come.
+    """The present angles and the steps so far.
 
     Attributes
     ----------
@@ -18,7 +18,7 @@ class State:
     steps : tuple of Step
         The linear solves so far.
     lin : Linearised or None
-        The last system, whose analyses the next one keeps.
+        The last system; the next one reuses its analyses.
     """
 
     problem: AngleProblem
@@ -28,36 +28,36 @@ class State:
 
     @property
     def how(self) -> str:
-        """What solved the last system."""
+        """Name of the solver of the last system."""
         return "none" if self.lin is None else self.lin.how
 
     def back_to_start(self) -> State:
-        """At the initial estimate again, with what was analysed so far."""
+        """The state at the initial estimate, with the steps and analyses so far."""
         return replace(self, at=self.problem.start)
 
     def advanced(self, direction: Direction, kind: Kind) -> State:
-        """A direction further."""
+        """The state after a step along a direction."""
         at, step = advance(self.problem, self.at, direction, kind)
         return State(self.problem, at, (*self.steps, step), direction.lin)
 
 
 def linear_step(state: State, rtol: float, *, close: bool = True) -> State:
-    """One step, the system taken at the present angles; `close` says whether holes' loops are closed."""
+    """One step with the system at the present angles; with `close` it also closes the holes' loops."""
     lin = linearise(state.problem, state.at, reuse=state.lin, close=close)
     return state.advanced(solve(lin, state.at, rtol), "step")
 
 
 def chord_step(state: State, rtol: float) -> State:
-    """Another step with the last system: nothing is assembled or factored."""
+    """Another step with the last system, without assembly or factorisation."""
     assert state.lin is not None
     return state.advanced(solve(state.lin, state.at, rtol), "chord")
 
 
 def active_set(state: State, rtol: float, tol: float, most: int) -> State:
-    """Steps from the present angles on, each with the system there, until the residual is `tol` (section 6).
+    """Steps, each with the system at the present angles, until the residual is at most `tol` (section 6).
 
-    The first step of all makes the loops of holes turn once and end at the scale at which they begin; the
-    later ones close them, too.
+    The very first step makes the loops of holes turn once and end at the scale at which they begin. The
+    later steps also close them.
     """
     for _ in range(most):
         if state.at.residual.largest <= tol or state.problem.invalid(state.at).any():

@@ -4,7 +4,7 @@
     direction = solve(lin, at, rtol)        # the errors e
     at, step = advance(problem, at, direction, "step")
 
-Nothing of this is changed afterwards. A chord is another `solve` with the same `lin`.
+All of these are immutable. A chord is another `solve` with the same `lin`.
 """
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ Kind = Literal["step", "chord", "anchored", "feasible", "restoration"]
 
 @dataclass(frozen=True, eq=False)
 class AngleProblem:
-    """The angles of a flat mesh are looked for, near an initial estimate.
+    """The problem: find the angles of a flat mesh near an initial estimate.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class AngleProblem:
         The initial estimate alpha_0, radians.
     solvers : Solvers
     safeguard : bool
-        Cut a triangle's step short so that its angles stay positive; False is the paper's bare scheme.
+        Limit each triangle's step so that its angles stay positive; False is the paper's bare scheme.
     """
 
     constraints: Constraints
@@ -66,11 +66,11 @@ class AngleProblem:
         return self.at(self.estimate)
 
     def at(self, alpha: FloatArray) -> Iterate:
-        """Given angles, (3, #F) radians."""
+        """The iterate at given angles, (3, #F) radians."""
         return Iterate(alpha, residual(self.constraints, alpha))
 
     def invalid(self, at: Iterate) -> BoolArray:
-        """Triangles with an angle outside (0, pi), which only the bare scheme makes, (#F,)."""
+        """(#F,) bool: triangles with an angle outside (0, pi); none with the safeguard."""
         if self.safeguard:
             return np.zeros(at.alpha.shape[1], dtype=bool)
         return np.asarray(~((at.alpha > 0) & (at.alpha < np.pi)).all(axis=0))
@@ -78,7 +78,7 @@ class AngleProblem:
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """Angles on their way to a flat mesh, (3, #F) radians, and what they miss of the constraints."""
+    """Present angles, (3, #F) radians, and their residuals."""
 
     alpha: FloatArray
     residual: Residual
@@ -86,19 +86,20 @@ class Iterate:
 
 @dataclass(frozen=True)
 class Step:
-    """What one linear solve did.
+    """One linear solve, and the step along its solution.
 
     Attributes
     ----------
     kind : str
-        "step": the system was taken at the angles before it, which also weigh the errors; "chord":
-        kept from the last step; "anchored", "feasible" and "restoration": converged ABF's.
+        "step": the system and the weights are those of the angles before the step. "chord": the
+        system of the last step. "anchored", "feasible", "restoration": steps of converged ABF.
     inner_steps : int
-        Conjugate gradient steps; 0 where the system was factored.
+        Conjugate gradient steps; 0 if the system was factored.
     limited : int
-        Triangles whose step was cut short because all of it would have taken an angle to zero.
+        Triangles whose step was limited because the full step would have made an angle zero or
+        negative.
     residual : float
-        Largest residual of the three constraint families after it.
+        Largest residual of the constraints after the step.
     """
 
     kind: Kind
@@ -109,7 +110,7 @@ class Step:
 
 @dataclass(frozen=True, eq=False)
 class Linearised:
-    """The constraints linearised at some angles, and what solves them.
+    """The constraints linearised at some angles, with a solver.
 
     Attributes
     ----------
@@ -120,20 +121,20 @@ class Linearised:
     closing : ClosingRows or None
         The rows that close the loops of holes.
     laplacian : Analysis or None
-        Of the Laplacians over the problem's pattern; the layout's is one of them.
+        Analysis of the Laplacians over the problem's pattern, which the layout uses, too.
     inverse : callable or None
         The preconditioner's L_s^-1, for one or several right-hand sides.
     slivers : SliverRows or None
-        The rows that are corrected for.
+        The rows of slivers, for the correction of the preconditioner.
     precondition : callable or None
         diag(L_s, L_s)^-1, bordered and corrected.
     whole : Factored or None
-        The factor of S, where it was factored as a whole.
+        The factor of S, if it was factored as a whole.
     whole_analysis : Analysis or None
     how : str
-        What solves it.
+        Name of the solver.
     fallback : str
-        Why S was factored here or earlier, though that was not asked for; "" where it was not.
+        Why S was factored as a fallback, here or earlier; "" if it was not.
     """
 
     problem: AngleProblem
@@ -162,7 +163,7 @@ class Linearised:
 
 @dataclass(frozen=True, eq=False)
 class Direction:
-    """The errors that the linearised constraints ask for.
+    """The errors that satisfy the linearised constraints.
 
     Attributes
     ----------
@@ -171,7 +172,7 @@ class Direction:
         The multipliers.
     inner_steps : int
     lin : Linearised
-        What solved it in the end, to go on with.
+        The system, with any fallback of its solver, for the next solve.
     """
 
     e: FloatArray
@@ -199,13 +200,13 @@ def linearise(
     weights : (3, #F) float64, optional
         The w of sum e^2 / w; by default alpha^2 (eq. 11).
     reuse : Linearised, optional
-        An earlier one, of which the analyses are kept.
+        An earlier system, whose analyses are reused.
     close : bool
-        With the rows that close the loops of holes.
+        Include the rows that close the loops of holes.
     same_factor : bool
-        Precondition by the factor of `reuse`.
+        Use the factor of `reuse` as the preconditioner.
     same_slivers : bool
-        Correct for the same rows as `reuse`.
+        Reuse the sliver rows of `reuse`.
 
     Raises
     ------
@@ -238,7 +239,7 @@ def linearise(
 
 
 def _preconditioned(lin: Linearised) -> Linearised:
-    """With diag(L_s, L_s)^-1, bordered by the closing rows, and corrected on the rows of slivers."""
+    """Add the preconditioner: diag(L_s, L_s)^-1, bordered by the closing rows, corrected on sliver rows."""
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
     # the closing rows' Schur complement needs the Laplacian of these very angles
     if laplacian is None or inverse is None or lin.closing is not None:
@@ -263,7 +264,7 @@ def _preconditioned(lin: Linearised) -> Linearised:
 
 
 def _factored(lin: Linearised, at: Iterate) -> Linearised:
-    """With the factor of S."""
+    """Add the factor of S."""
     with timed("analysis"):
         lower = lin.S.lower()
         analysis = lin.whole_analysis or lin.problem.solvers.whole(lower)
@@ -277,18 +278,20 @@ def _factored(lin: Linearised, at: Iterate) -> Linearised:
 
 def _fallen_back(lin: Linearised, at: Iterate, reason: str) -> Linearised:
     if not lin.fallback:
-        warnings.warn(f"{reason}: the whole system is factored", FallbackWarning, stacklevel=stack_level())
+        warnings.warn(
+            f"{reason}: the whole system is factored instead", FallbackWarning, stacklevel=stack_level()
+        )
     lin = _factored(replace(lin, fallback=reason), at)
     return replace(lin, how=f"{lin.how}, after {reason}")
 
 
 def _singular(problem: AngleProblem, at: Iterate, vertices: BoolArray) -> SingularSystemError:
-    """What is said where the rows of some vertices cannot be told apart in double precision."""
+    """The error for a system that is singular at some vertices in double precision."""
     faces = np.flatnonzero(vertices[problem.constraints.topology.corner].any(axis=0))
     thin = faces[np.argsort(at.alpha[:, faces].min(axis=0), kind="stable")]
     return SingularSystemError(
         f"the angle system is singular in double precision at faces {some(thin)} (the thinnest has an "
-        f"angle of {at.alpha[:, thin[0]].min():.1e} rad): remove the degenerate ones, or cut the mesh"
+        f"angle of {at.alpha[:, thin[0]].min():.1e} rad): remove degenerate faces, or cut the mesh"
     )
 
 
@@ -299,7 +302,7 @@ def solve(
     gradient: FloatArray | None = None,
     start: FloatArray | None = None,
 ) -> Direction:
-    """Solve for the errors e that the linearised constraints ask for at the angles `at`.
+    """Solve for the errors e that satisfy the linearised constraints at the angles `at`.
 
     They minimise sum e^2 / (2 w) + gradient e under A e = b (eq. 11-16, reduced):
     S x = r - M e0, e = e0 + P M^T x.
@@ -312,7 +315,7 @@ def solve(
         Relative residual of conjugate gradients.
     gradient : (3, #F) float64, optional
     start : float64 array, optional
-        Multipliers to begin at; `rtol` then is relative to what is missing there.
+        Multipliers to start from; `rtol` is then relative to the residual there.
     """
     if not lin.problem.constraints.n:
         return Direction(np.zeros_like(at.alpha), np.empty(0), 0, lin)
@@ -359,7 +362,7 @@ def _multipliers(
 
 
 def advance(problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind) -> tuple[Iterate, Step]:
-    """Add the errors, in each triangle as much of them as keeps its angles positive."""
+    """Add the errors, scaled down in each triangle so that its angles stay positive."""
     limited, e = 0, direction.e
     with timed("assembly"):
         if problem.safeguard:

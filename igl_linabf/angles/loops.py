@@ -1,4 +1,4 @@
-"""The loops of holes, as the angles at them draw them."""
+"""The loops of holes, drawn from the angles at them."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from ..surface import Topology
 
 @dataclass(frozen=True, eq=False)
 class Closure:
-    """The loops of the holes, as the angles draw them (docs/holes.md).
+    """The loops of the holes, drawn from the angles (docs/holes.md).
 
-    What is missing of the turning and of the logarithms of the lengths is spread evenly over a
-    loop first, and the gap over the derivative, so that nothing depends on the vertex where the
-    drawing begins.
+    First the exterior angles are shifted to sum to -2 pi, and the logarithms of the length ratios to
+    sum to 0, evenly over a loop. The derivative is averaged over all starting vertices, so the
+    result does not depend on the start.
 
     Attributes
     ----------
     gap : (#holes,) complex128
-        tau, by which each loop fails to close, in units of its length.
+        tau: vector from the start to the end of each loop, in units of its length.
     vertex, hole : (#L,) int64
-        The vertices of all these loops, and which hole each belongs to.
+        The vertices of all these loops, and the hole of each.
     q : (#L,) complex128
-        From each of them to its loop's end, less the mean of that over the loop: the gap's
-        derivative by log_ratio + i turning there.
+        Derivative of the gap with respect to log_ratio + i turning at the vertex: the vector from
+        the vertex to the loop's end, minus its mean over the loop.
     """
 
     gap: ComplexArray

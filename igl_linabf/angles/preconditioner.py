@@ -1,4 +1,4 @@
-"""What preconditions the reduced system: one scalar Laplacian, the closing rows, and a local correction."""
+"""The preconditioner of the reduced system: a scalar Laplacian, closing rows, a local correction."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Solve = Callable[[Array], Array]
 
 
 def conformal_inverse(system: System, closing: ClosingRows | None, inverse: Solve) -> Solve:
-    """diag(L_s, L_s)^-1 from the `inverse` of L_s; with closing rows, that of the bordered system."""
+    """diag(L_s, L_s)^-1 from the `inverse` of L_s; with closing rows, the inverse of the bordered system."""
 
     def scalar(r: FloatArray) -> FloatArray:
         pairs = r.reshape(len(r) // 2, -1)  # the two rows of a vertex, for each right-hand side
@@ -28,13 +28,13 @@ def conformal_inverse(system: System, closing: ClosingRows | None, inverse: Solv
 
 @dataclass(frozen=True, eq=False)
 class SliverRows:
-    """The rows of slivers, in which P_t and s_t K_t differ much, and the analysis of their small system.
+    """The rows at slivers, where P_t and s_t K_t differ a lot, and the analysis of their small system.
 
     Attributes
     ----------
     index : (#s,) int64
     rows : Rows or None
-        They as rows of S; None where there are none.
+        These rows of S; None if there are no slivers.
     analysis : Analysis or None
     """
 

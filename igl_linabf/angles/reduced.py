@@ -24,9 +24,8 @@ class System:
 
         S x = r - M e0,    S = sum_t M_t P_t M_t^T,    e = e0 + P M^T x,
 
-    e0 = w (pi - sum alpha) / d and M the vertex and the wheel rows (eq. 5, 10), whose two
-    unknowns at a vertex are next to each other. Other weights w than alpha^2 measure the errors
-    otherwise: converged ABF takes alpha_0^2.
+    with e0 = w (pi - sum alpha) / d. M has the vertex and the wheel rows (eq. 5, 10); the two rows of
+    a vertex are next to each other. Converged ABF uses the weights w = alpha_0^2.
     """
 
     def __init__(self, constraints: Constraints, alpha: FloatArray, w: FloatArray | None = None) -> None:
@@ -37,11 +36,11 @@ class System:
         self._rows = constraints.row[self.topology.corner]
 
     def at_vertices(self, x: FloatArray) -> FloatArray:
-        """(#V, 2) multipliers of the vertices' own rows from those of their rows, (#rows, 2)."""
+        """Multipliers of each vertex, (#V, 2), from the multipliers of the rows, (#rows, 2)."""
         return np.vstack((x, np.zeros((1, 2))))[self.constraints.row]  # a missing row, -1, reads the zeros
 
     def at_corners(self, x: FloatArray) -> FloatArray:
-        """M^T x: (3, #F) values from (#V, 2) multipliers of the vertices' own rows."""
+        """M^T x: (3, #F) values from the multipliers of each vertex, (#V, 2)."""
         vertex, wheel = x.T.take(self.topology.corner, axis=1)  # far faster than by an index
         return np.asarray(vertex + self.cot * (wheel[PREV] - wheel[NEXT]))
 
@@ -70,9 +69,9 @@ class System:
 
     @cached_property
     def _pairs(self) -> FloatArray:
-        """w_i w_j / d, (3, #F), k opposite to i and j: y^T P y = sum over pairs of that (y_i - y_j)^2.
+        """w_i w_j / d, (3, #F), k opposite to i and j: y^T P y sums this times (y_i - y_j)^2 over pairs.
 
-        Beside an angle near pi, w - w^2 / d would be all rounding.
+        Near an angle of pi, w - w^2 / d would be rounding error only.
         """
         return np.asarray(self.w[NEXT] * self.w[PREV] / self.d)
 

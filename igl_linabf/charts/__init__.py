@@ -1,8 +1,8 @@
 """Any surface as an atlas of charts.
 
-In: V, F of any manifold. Out: seams; the surface cut along them; an `Atlas`, its charts flat and packed.
-Handles are cut after Erickson, Whittlesey 2005, leaves grown with the conformal scale of Sawhney, Crane 2017;
-SCAF is Jiang, Schaefer, Panozzo 2017.
+In: V, F of any manifold. Out: seams; the surface cut along them; an `Atlas` of flat, packed charts.
+Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the conformal scale of Sawhney, Crane
+2017. SCAF is Jiang, Schaefer, Panozzo 2017.
 """
 
 from .atlas import Atlas, Chart

@@ -1,4 +1,4 @@
-"""An atlas: the charts of a surface, and the texture coordinates that they make."""
+"""An atlas: the charts of a surface and their texture coordinates."""
 
 from __future__ import annotations
 
@@ -20,14 +20,14 @@ class Chart:
     faces : (#f,) int64
         Its faces, as rows of the surface's F.
     result : Flattening
-        How it was flattened, before it was packed; its vertices are numbered for itself.
+        Its flattening before packing; vertices and faces are numbered within the chart.
     quality : Quality
     splits : int
-        How many times a chart was split for overlaps before this one was whole.
+        How many times the surface was split for overlaps or flips to get this chart.
     overlapping : int
-        Pairs of its faces that overlap still.
+        Pairs of its faces that still overlap.
     cost : float
-        What F/3nt rose by to be bijective in one piece; 0 where that was not needed or asked for.
+        Increase of F/3nt from moving overlapping parts apart; 0 if that was not done.
     """
 
     faces: IntArray
@@ -49,7 +49,7 @@ class Atlas:
     FTC : (#F, 3) int64
         Their rows at the corners of the faces.
     origin : (#TC,) int64
-        The vertex that each is of.
+        The vertex of each texture coordinate.
     chart : (#F,) int64
         The chart of each face.
     charts : tuple of Chart
@@ -58,7 +58,7 @@ class Atlas:
     seam_length : float
         Their length.
     splits : int
-        How many charts were split because they lay over themselves.
+        How many charts were split because they overlapped themselves.
     fill : float
         Share of the unit square that the charts cover.
     quality : Quality

@@ -1,4 +1,4 @@
-"""Cut graphs: nets of edges along which a component opens to a disk, and how to shorten them."""
+"""Cut graphs: edges along which a component opens to a disk, and how to shorten them."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ Cost = Callable[[IntArray], float]  # of a seam
 class ClosedSurface:
     """A component as a closed surface: each boundary loop is contracted to a node of its own.
 
-    A graph on it whose complement is a disk cuts the component to a disk, wherever it meets the
-    boundary, so that holes need no care of their own.
+    A graph on it whose complement is a disk also cuts the component to a disk, wherever it meets
+    the boundary. So holes need no special treatment.
 
     Attributes
     ----------
@@ -37,7 +37,7 @@ class ClosedSurface:
     edges, ends, faces : (#E, 2) int64
         Vertices, nodes and faces at each edge that has two faces.
     length : (#E,) float64
-        Less than an edge's own where the surface is bent along it: a seam is best hidden there.
+        Shorter than the edge itself at creases, where a seam is least visible.
     graph : (n, n) sparse
         The shortest edge between each two nodes; `key` and `shortest` find it.
     curvature, area : (n,) float64
@@ -70,7 +70,7 @@ class ClosedSurface:
     def search(
         self, sources: IntArray, avoid: IntArray | None = None
     ) -> tuple[FloatArray, IntArray, IntArray]:
-        """Distance of each node from the nearest source, the node before it, and that source."""
+        """For each node the distance to the nearest source, the node before it on the path, that source."""
         graph = self.graph
         if avoid is not None:
             open_ = np.ones(self.n, dtype=bool)
@@ -85,7 +85,7 @@ class ClosedSurface:
         return distance, before.astype(np.int64), source.astype(np.int64)
 
     def paths(self, before: IntArray, ends: list[int]) -> IntArray:
-        """The edges on the ways from some nodes back to their sources, each once."""
+        """The edges on the shortest paths from some nodes to their sources, each once."""
         steps: dict[int, int] = {}
         for node in ends:
             while before[node] >= 0 and node not in steps:
@@ -147,7 +147,7 @@ def _bend(V: FloatArray, F: IntArray, faces: IntArray) -> FloatArray:
 
 
 def open_handles(piece: ClosedSurface) -> IntArray:
-    """The shortest cut graph among those of loops through one point, for some points."""
+    """The shortest cut graph made of loops through one point, over several base points."""
     shortest, length = np.zeros(0, dtype=np.int64), np.inf
     bases, tried = [int(np.argmax(np.abs(piece.curvature)))], set[int]()
     while len(bases) < FIRST_BASES:
@@ -209,7 +209,7 @@ def join(piece: ClosedSurface, seam: IntArray) -> IntArray:
 
 
 def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
-    """Move the branch points, one after another, to where their arcs are shortest, if that pays."""
+    """Move the branch points, one after another, to where their arcs are shortest, if `cost` falls."""
     for _ in range(BRANCH_ROUNDS):
         before = piece.total(seam)
         degree = np.bincount(piece.ends[seam].ravel(), minlength=piece.n)
@@ -221,9 +221,9 @@ def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
 
 
 def _moved(piece: ClosedSurface, seam: IntArray, branch: int, cost: Cost) -> IntArray:
-    """The seam with arcs that meet at `branch` led to the point from where they are shortest.
+    """The seam with the arcs at `branch` rerouted to the point from which they are shortest.
 
-    Where more than three arcs meet, or at a hole, two of them may leave it together.
+    If more than three arcs meet, or at a hole, two of them may share a new branch.
     """
     arcs = _arcs(piece, seam, branch)
     free = len(arcs) == 3 and branch >= piece.holes

@@ -1,4 +1,4 @@
-"""Seams that take the overlapping parts of a flat map from each other."""
+"""Seams that separate the overlapping parts of a flat map."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ MAX_NODES = 1 << 20  # of the graph that it searches; each overlap doubles it
 
 
 def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
-    """Short seams that take the overlapping parts of a flat map from each other.
+    """Short seams that separate the overlapping parts of a flat map.
 
-    Each seam is a shortest path along edges of the surface, from boundary to boundary, that leaves
-    one sheet of an overlap on its one side and the other sheet on the other; or, where that is
-    shorter, one that runs from the boundary around one sheet and back to itself. Either makes two
-    disks of one. The largest overlap comes first, until no pair of faces is left in one part.
-    A part may overlap itself again when flattened anew: repeat until none does.
+    Each seam is a shortest path along edges of the surface, from boundary to boundary, with the two
+    sheets of an overlap on different sides. If that is shorter, it runs from the boundary around
+    one sheet and back to itself. Either way, one disk becomes two. The largest overlap comes first,
+    until no pair of faces is left in one part. A part may overlap itself again when it is
+    flattened: repeat until none does.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     F : (#F, 3) int
         Oriented triangles. A chart with overlaps is a disk; the others may be anything.
     pairs : (#P, 2) int
-        What `overlaps(uv, F)` found: faces of one chart each.
+        The pairs that `overlaps(uv, F)` returns; the two faces of a pair are of one chart.
 
     Returns
     -------
@@ -43,8 +43,8 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     Raises
     ------
     MeshError
-        The arrays do not fit together; a pair is no two different faces of one chart; a chart
-        with overlaps is not one oriented manifold disk.
+        The arrays do not fit together; a pair is not two different faces of one chart; a chart
+        with overlaps is not an oriented manifold disk.
 
     Examples
     --------
@@ -69,14 +69,14 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
     if len(strangers):
         raise MeshError(
             f"pairs {some(strangers)} are faces of two charts (the first: faces "
-            f"{array[strangers[0]].tolist()}): a seam separates faces of one chart; move the charts apart"
+            f"{array[strangers[0]].tolist()}): leave these pairs out, and move the charts apart"
         )
     charts = [surface.of_faces(np.flatnonzero(chart == i)) for i in np.unique(chart[array[:, 0]])]
     return seams_between(charts, array)
 
 
 def seams_between(charts: list[Submesh], pairs: IntArray) -> IntArray:
-    """`separating_seams` of charts whose arrays are checked; faces and vertices are the caller's."""
+    """`separating_seams` of checked charts; faces and vertices are numbered as by the caller."""
     seams, waiting = [np.zeros((0, 2), dtype=np.int64)], list(charts)
     while waiting:
         part = waiting.pop()
@@ -188,7 +188,7 @@ def _pruned(walk: list[int], n: int, rim: int) -> list[int]:
 
 
 def _sheets(pairs: IntArray, right: IntArray, left: IntArray, m: int, most: int) -> list[IntArray]:
-    """Of the `most` largest overlaps the two sets of faces that lie over each other, as 1 and 2, 0 elsewhere.
+    """The two sheets of each of the `most` largest overlaps: faces marked 1 and 2, 0 elsewhere.
 
     Pairs are neighbours if one face is the same, and the others are neighbours: so an overlap is
     a component of them. Where it winds on, so that a face is over one and under another, its

@@ -1,6 +1,6 @@
 """Charts side by side in the unit square, at one common scale.
 
-Each chart is turned to the rectangle of least area around it; rectpack packs the rectangles.
+Each chart is turned so that its bounding rectangle has the least area; rectpack packs the rectangles.
 """
 
 from __future__ import annotations
@@ -27,17 +27,17 @@ Place = tuple[int, int, int, int, bool]  # left, bottom, width, height in grid u
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A chart in the unit square: `ratio * (u + iv) + shift` of what it was.
+    """A chart in the unit square, moved there by u + iv -> `ratio * (u + iv) + shift`.
 
     Attributes
     ----------
     ratio : complex
-        Turn and scale. Its absolute value is the common scale, the same for all charts.
+        Rotation and scale. Its absolute value is the scale, the same for all charts.
     shift : complex
     uv : (#V, 2) float64
-        The chart's coordinates there; NaN at vertices that no face refers to.
+        The chart's coordinates in the square; NaN at vertices that no face uses.
     area : float
-        Its area there; the sum over the charts is the share of the square that is filled.
+        Its area in the square; the sum over the charts is the share of the square that is filled.
     """
 
     ratio: complex
@@ -52,15 +52,15 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005
     Parameters
     ----------
     charts : sequence of (uv, F)
-        Coordinates (#V, 2) float and triangles (#F, 3) int of each chart, at the relative scale
-        they shall keep (that of their 3-D areas).
+        Coordinates (#V, 2) float and triangles (#F, 3) int of each chart. The ratios of their
+        scales are kept: scale them to their 3-D areas first.
     margin : float
         Smallest distance between two charts and to the border, as a share of the square's side.
 
     Returns
     -------
     list of Placed
-        In the order of `charts`; the same for the same input.
+        In the order of `charts`; deterministic.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""A flat map that lies over itself, made injective in one piece."""
+"""A flat map that overlaps itself, made injective without a cut."""
 
 from __future__ import annotations
 
@@ -24,43 +24,43 @@ MIN_AREA = 1e-14  # as a share of the map's: the barrier of a thinner triangle i
 def make_bijective(
     uv: ArrayLike, F: ArrayLike, *, iterations: int = 50, timeout: float = 600.0
 ) -> FloatArray:
-    """Move the parts of a flat map apart that lie over each other, without a cut.
+    """Move the overlapping parts of a flat map apart, without a cut.
 
     The simplicial complex augmentation framework of Jiang, Schaefer and Panozzo 2017
-    (`igl.triangle.scaf_solve`). It starts from an embedding in a circle, which never overlaps,
-    and goes back to the shapes and sizes that the triangles have in `uv`, as near as it can
-    without overlap (symmetric Dirichlet energy). The seam that `separating_seams` finds
-    costs no distortion instead, and far less time.
+    (`igl.triangle.scaf_solve`). It starts from an embedding in a circle, which never overlaps.
+    From there it approaches the triangles of `uv` as closely as it can without overlap (symmetric
+    Dirichlet energy). Cutting along `separating_seams` instead is much faster and adds no
+    distortion.
 
     Parameters
     ----------
     uv : (#V, 2) float
-        The map; not a number only where no face refers to.
+        The map; NaN is allowed at vertices that no face uses.
     F : (#F, 3) int
         Oriented triangles of one disk.
     iterations : int
-        More of them come nearer to `uv`.
+        More iterations give a map closer to `uv`.
     timeout : float
-        Seconds after which it is given up. igl's solver, which is known to hang on some maps,
-        runs in a process of its own.
+        Seconds after which the solver is stopped. igl's solver hangs on some maps, so it runs in a
+        process of its own.
 
     Returns
     -------
     uv : (#V, 2) float64
-        Turned and moved to lie best on the given one; that one itself where it does not overlap and
-        has no flipped face. NaN at vertices that no face refers to.
+        The new map, rotated and moved to fit the given one best. If the given map has no overlap
+        and no flipped face, a copy of it. NaN at vertices that no face uses.
 
     Raises
     ------
     MeshError
-        The arrays do not fit together, the surface is not one disk, a face is collapsed or too small
-        beside the others, the embedding is finer than double precision, or igl's solver
+        The arrays do not fit together, the surface is not one disk, a face is collapsed or much
+        smaller than the others, no valid embedding was found in double precision, or igl's solver
         failed or took too long.
 
     Warns
     -----
     OutcomeWarning
-        Overlaps or flipped faces are left.
+        The new map still has overlaps or flipped faces.
 
     Examples
     --------
@@ -76,14 +76,13 @@ def make_bijective(
     (27, 0)
     """
     if iterations < 1:
-        raise ValueError(f"iterations is {iterations}: make at least one")
+        raise ValueError(f"iterations is {iterations}: use a positive integer")
     surface = Submesh.checked(uv, F, 2, "uv")
     topology = surface.topology
     check_planar(topology, surface.vertices)
     if len(topology.loops) > 1:
         raise MeshError(
-            f"the surface has {len(topology.loops) - 1} holes: fill them before (igl.topological_hole_fill), "
-            "or cut the overlapping parts off along separating_seams"
+            f"the surface has {len(topology.loops) - 1} holes: fill them first, or cut along separating_seams"
         )
     made, trouble = moved_apart(surface.V, topology, iterations, timeout)
     if trouble:
@@ -94,14 +93,14 @@ def make_bijective(
 def moved_apart(
     flat: FloatArray, topology: Topology, iterations: int = 50, timeout: float = 600.0
 ) -> tuple[FloatArray, str]:
-    """`make_bijective` of a checked map of one disk, and what is still wrong with it, or ""."""
+    """`make_bijective` of a checked map of one disk, and a sentence on what is still wrong, or ""."""
     area = signed_double_areas(complex_positions(flat), topology.corner)
     total = float(np.abs(area).sum()) / 2
     bad = np.flatnonzero(~(np.abs(area) > MIN_AREA * total))
     if len(bad):
         raise MeshError(
-            f"faces {some(bad)} have less than {MIN_AREA:g} of the map's area: the map is too uneven for "
-            "this; cut the surface into more parts"
+            f"faces {some(bad)} have less than {MIN_AREA:g} of the map's area: the map's scale varies too "
+            "much for SCAF; cut the surface into more parts"
         )
     if (area > 0).all() and not len(overlapping_pairs(flat, topology.corner.T)):
         return flat.copy(), ""
@@ -118,15 +117,15 @@ def moved_apart(
 
 
 def _scaffolded(rest: FloatArray, topology: Topology, iterations: int, timeout: float) -> FloatArray:
-    """SCAF from an embedding in a circle to the triangles of `rest`, of area 1: igl's hangs at one half."""
+    """SCAF from an embedding in a circle to the triangles of `rest`, of area 1; at area 1/2 igl hangs."""
     for z in on_circle(topology, Solvers()):
         area = signed_double_areas(z, topology.corner)
         if (area > 0).all():
             break
     else:
         raise MeshError(
-            "every embedding of the surface in a circle collapses faces in double precision, and there is "
-            "nothing else to start from: cut the surface into more parts"
+            "no valid embedding in a circle was found in double precision, and SCAF has to start from one: "
+            "cut the surface into more parts"
         )
     start = coordinates(z) / np.sqrt(area.sum() / 2)
     arrays = {"rest": rest, "F": topology.corner.T, "start": start, "iterations": np.array(iterations)}
@@ -153,7 +152,7 @@ def _scaf(arrays: Arrays) -> Arrays:
 
 
 def _laid_on(uv: FloatArray, onto: FloatArray) -> FloatArray:
-    """`uv` turned and moved to lie best on `onto`."""
+    """`uv` rotated and moved to fit `onto` best."""
     z, w = complex_positions(uv), complex_positions(onto)
     middle = w.mean()
     z = z - z.mean()

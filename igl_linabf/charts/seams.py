@@ -31,7 +31,7 @@ MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
-    """Cut a surface open along edges (`igl.cut_mesh` with its input checked).
+    """Cut a surface along edges (`igl.cut_mesh` with checked input).
 
     Parameters
     ----------
@@ -40,23 +40,23 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     F : (#F, 3) int
         Oriented triangles of any number of components, loops and handles.
     seams : (#E, 2) int, or (#F, 3) bool
-        The edges, as pairs of vertices; or for the edge from `F[f, k]` to `F[f, k + 1]` of each
-        face whether it is a seam, said on one of its two sides at least. Boundary edges are
-        harmless, and so is a single edge inside, which opens nothing.
+        The edges, as pairs of vertices. Or a mask: `[f, k]` is True if the edge from `F[f, k]` to
+        `F[f, k + 1]` is a seam; one of the edge's two sides is enough. Boundary edges have no
+        effect, nor has a single edge between interior vertices.
 
     Returns
     -------
     V : (#V', 3) float64
-        The vertices as they were, then the copies that the seams made of them.
+        The given vertices, then the copies made along the seams.
     F : (#F, 3) int64
-        The same faces and corners in the same order.
+        The same faces, with corners in the same order.
     origin : (#V',) int64
-        The vertex that each was.
+        The original vertex of each new vertex.
 
     Raises
     ------
     MeshError
-        The arrays are malformed, the surface is no oriented manifold, or a pair is no edge.
+        The arrays are malformed, the surface is not an oriented manifold, or a pair is not an edge.
 
     Examples
     --------
@@ -83,18 +83,18 @@ def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
     F : (#F, 3) int
         Oriented triangles.
     FTC : (#F, 3) int
-        Rows of the texture coordinates at their corners, as `igl.readOBJ` returns them.
+        Indices of the texture coordinates at the corners, as `igl.readOBJ` returns them.
 
     Returns
     -------
     seams : (#E, 2) int64
-        Vertices of the edges inside the surface whose two faces differ in a texture corner.
+        Vertices of the interior edges whose two faces have different texture coordinates there.
 
     Raises
     ------
     MeshError
-        The arrays are malformed or do not fit, a corner has no texture, or the surface is no
-        oriented manifold.
+        The arrays are malformed or do not fit together, a corner has no texture coordinate, or the
+        surface is not an oriented manifold.
 
     Examples
     --------
@@ -126,12 +126,11 @@ def find_seams(
     """Find short seams that make every component a disk of low distortion.
 
     Handles are opened along short loops through one point (shortest-path tree and cotree of
-    Erickson, Whittlesey 2005), holes joined by a tree of shortest paths. Then leaves grow on the
-    seam, each by a shortest path from where the scale of the conformal map with unit scale on the
-    seam is farthest from one (one Laplace system a leaf, as in boundary first flattening), which
-    is at the tips that would shrink. That map's stretch, which the flattened surface's is close
-    to, tells which number of leaves is worth its length, and which branch points may move to
-    shorten the seam.
+    Erickson, Whittlesey 2005). Holes are joined by a tree of shortest paths. Then branches grow on
+    the seam. Each is a shortest path from the point where the conformal map's scale is farthest
+    from one, that is, from a tip that would shrink (one Laplace system a branch, as in boundary
+    first flattening). Branches are kept as long as the lower stretch is worth their length.
+    Finally, branch points move if a shorter seam is worth the change of stretch.
 
     Parameters
     ----------
@@ -140,14 +139,14 @@ def find_seams(
     F : (#F, 3) int
         Oriented triangles of any number of components, loops and handles.
     trade : float
-        Seam length, in square roots of the component's area, that lowering the L2 stretch by 1
-        is worth; along a crease of a right angle or more an edge counts half. 0: only what is
-        needed to be a disk. Large: leaves as long as the stretch to expect falls, at most 100 a
-        component.
+        Seam length, in units of the square root of the component's area, that lowering the L2
+        stretch by 1 is worth. Edges along a crease of a right angle or more count half. 0: only
+        what is needed to make disks. Large: branches grow as long as the expected stretch falls, at
+        most 100 a component.
     holes : bool
-        Leave boundary loops uncut where they are: each component becomes a disk with holes.
+        Do not cut from hole to hole: each component becomes a disk with holes.
     disks : bool
-        Grow leaves on components that need no seam, too; by default they are left as they are.
+        Also grow branches on components that need no seam; by default these are not cut.
 
     Returns
     -------
@@ -157,7 +156,7 @@ def find_seams(
     Raises
     ------
     MeshError
-        The arrays are malformed, the surface is no oriented manifold, or a face is degenerate.
+        The arrays are malformed, the surface is not an oriented manifold, or a face is degenerate.
     ValueError
         `trade` is negative or not a number.
 
@@ -174,9 +173,9 @@ def find_seams(
 
 
 def seams_of(surface: Submesh, trade: float, *, holes: bool = False, disks: bool = False) -> IntArray:
-    """`find_seams` of a checked manifold, or of a part of one; by the caller's vertices."""
+    """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices."""
     if not trade >= 0:
-        raise ValueError(f"trade is {trade!r}: use a number from 0 (shortest seams) upwards")
+        raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
     found = [np.zeros((0, 2), dtype=np.int64)]
     for component in surface.components():
         loops, genus = len(component.topology.loops), component.topology.genus
@@ -201,7 +200,7 @@ def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
 
 
 def _slit(piece: ClosedSurface) -> IntArray:
-    """A path to open a sphere: between the tips farthest from it, as the scale sees it."""
+    """A path to open a sphere, between the two points that would shrink most."""
     extra = piece.curvature - 4 * np.pi * piece.area / piece.area.sum()
     start = int(np.argmin(_log_scale(piece, np.array([0]), extra)))
     end = int(np.argmin(_log_scale(piece, np.array([start]), piece.curvature)))
@@ -214,7 +213,7 @@ def _slit(piece: ClosedSurface) -> IntArray:
 
 
 def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """Add leaves one by one; of these seams the one of least cost."""
+    """Add branches one by one; return the seam of least cost."""
     best, least, in_vain = seam, np.inf, 0
     for _ in range(MAX_LEAVES):
         u = _log_scale(piece, _open_nodes(piece, seam), piece.curvature)
@@ -232,7 +231,7 @@ def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
 
 
 def _cost(piece: ClosedSurface, seam: IntArray, trade: float, u: FloatArray | None = None) -> float:
-    """The L2 stretch to expect, and the length by what it is worth."""
+    """The expected L2 stretch plus the length over `trade`."""
     length = piece.total(seam) / piece.size
     if trade == 0:
         return length
@@ -248,7 +247,7 @@ def _open_nodes(piece: ClosedSurface, seam: IntArray) -> IntArray:
 
 
 def _log_scale(piece: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
-    """Logarithm of the scale that takes away `curvature`, zero at the nodes `fixed`."""
+    """Logarithm of the conformal scale that removes `curvature`; zero at the nodes `fixed`."""
     free = np.setdiff1d(np.arange(piece.n), fixed)
     u = np.zeros(piece.n)
     if len(free):

@@ -1,4 +1,4 @@
-"""Any surface as an atlas: cut, flattened chart by chart, without overlaps, packed."""
+"""Unwrap any surface: cut it, flatten chart by chart without overlaps, pack."""
 
 from __future__ import annotations
 
@@ -55,19 +55,19 @@ def unwrap(
     F : (#F, 3) int
         Oriented triangles of any number of components, boundary loops and handles.
     seams : (#E, 2) int or (#F, 3) bool, optional
-        Where to cut, as `cut` takes them; by default what `find_seams` finds, and more of it where
-        a chart comes out with flipped faces, and `guarantee="injective"` where none helps.
+        Where to cut, as `cut` takes them. By default `find_seams` finds them. If a chart has flipped
+        faces, its seams are extended; if that does not help, `guarantee="injective"` is used.
     method : str or method object
         As in `flatten`.
     trade : float
-        Of `find_seams`: seam length against distortion.
+        As in `find_seams`: larger allows longer seams for less stretch.
     holes : bool
-        Leave holes uncut, where `seams` are to be found.
+        Leave holes uncut, if `seams` is not given.
     bijective : bool
-        Do not split a chart that lies over itself: `make_bijective` moves its parts from each
-        other, at the price in F/3nt that the chart's `cost` says. Charts with holes are split.
+        If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting
+        it. The chart's `cost` is the increase of F/3nt. Charts with holes are split.
     margin : float
-        Between charts, and at the border, as a share of the unit square's side.
+        Distance between charts, and to the border, as a share of the unit square's side.
     progress : callable or False, optional
         As in `flatten`.
 
@@ -78,13 +78,13 @@ def unwrap(
     Raises
     ------
     MeshError
-        The surface is no oriented manifold, a face is degenerate, a seam is no edge, or given
-        seams leave a chart with handles or without a boundary.
+        The surface is not an oriented manifold, a face is degenerate, a seam is not an edge, or
+        the given seams leave a chart with handles or without a boundary.
 
     Warns
     -----
     OutcomeWarning
-        A chart has flipped faces, or lies over itself still.
+        A chart has flipped faces, or still overlaps itself.
 
     Examples
     --------
@@ -112,7 +112,7 @@ def unwrap(
 
 @dataclass(frozen=True)
 class _Task:
-    """How the charts are to be made: the arguments of `unwrap`, and whether more seams may be found."""
+    """Arguments of `unwrap`, and whether more seams may be found."""
 
     method: Method
     may_find_seams: bool
@@ -139,7 +139,7 @@ def _charts(pieces: list[Submesh], task: _Task) -> list[tuple[Chart, Submesh]]:
 
 
 def _chart(piece: Submesh, splits: int, task: _Task) -> Chart | list[Submesh]:
-    """The piece flattened; or its parts, where it is to be cut further."""
+    """The flattened piece; or its parts, if it has to be cut further."""
     result = _flattened(piece, task.method)
     if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
         if splits < MAX_SPLITS and len(leaves := _more_leaves(piece, task)):
@@ -160,12 +160,12 @@ def _chart(piece: Submesh, splits: int, task: _Task) -> Chart | list[Submesh]:
 
 
 def _flattened(piece: Submesh, method: Method) -> Flattening:
-    """The piece by a method of `flatten`; faces and vertices of the result are numbered for themselves."""
+    """Flatten a piece; faces and vertices of the result are numbered within the piece."""
     start, topology = perf_counter(), piece.topology
     if topology.genus or not topology.loops:
-        what = f"has {topology.genus} handles" if topology.loops else "is closed"
+        what = f"has {topology.genus} handle{'s' * (topology.genus > 1)}" if topology.loops else "is closed"
         which = f"the chart of faces {some(piece.faces)} {what}"
-        raise MeshError(f"{which}: give more seams, or none, so that they are found")
+        raise MeshError(f"{which}: give more seams, or leave seams out and unwrap finds them")
     n = len(piece.V)
     mesh = replace(planar_mesh(piece), vertices=np.arange(n), n_given=n)
     checked = perf_counter() - start
@@ -175,20 +175,20 @@ def _flattened(piece: Submesh, method: Method) -> Flattening:
 
 
 def _more_leaves(piece: Submesh, task: _Task) -> IntArray:
-    """Seams that open a flipping piece further, at the first of doubled trades that finds some."""
+    """More seams for a piece with flips: `trade` is doubled until `find_seams` finds some."""
     trades = max(task.trade, 1.0) * 2.0 ** np.arange(TRADE_DOUBLINGS)
     found = (seams_of(piece, t, holes=task.holes, disks=True) for t in trades)
     return next((seams for seams in found if len(seams)), np.zeros((0, 2), dtype=np.int64))
 
 
 def _flattened_without_flips(piece: Submesh, result: Flattening, task: _Task) -> Flattening:
-    """The map without flipped triangles where no seam is found that would help."""
+    """The map with guarantee='injective', for a piece that no seam keeps from flipping."""
     surer = guaranteed(task.method)
     if surer is None:
         return result
     warnings.warn(
-        f"no seams keep the chart of faces {some(piece.faces)} from flipping: it is flattened with "
-        "guarantee='injective', to more distortion",
+        f"no seams were found that prevent flips in the chart of faces {some(piece.faces)}: it is flattened "
+        "with guarantee='injective', at more distortion",
         FallbackWarning,
         stacklevel=stack_level(),
     )
@@ -196,7 +196,7 @@ def _flattened_without_flips(piece: Submesh, result: Flattening, task: _Task) ->
 
 
 def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, float]:
-    """The map without overlaps in one piece, and what F/3nt rose by."""
+    """The map with its overlapping parts moved apart, and the increase of F/3nt."""
     uv, _ = moved_apart(result.uv, piece.topology)  # what is wrong is told of the atlas
     corner = piece.topology.corner
     areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]

@@ -1,7 +1,7 @@
-"""The verbs: a disk, or a disk with holes, becomes a flat map.
+"""Flatten a disk, with or without holes.
 
 In: V, F, a method, pins. Out: uv, or a Flattening with its angles, residuals, ladder and outcome.
-Zayer, Levy, Seidel 2007; ABF, LSCM, SCP, DNCP and one step of ABF++ to compare with.
+Linear ABF is Zayer, Levy, Seidel 2007; ABF, LSCM, SCP, DNCP and one step of ABF++ are there for comparison.
 """
 
 from .baselines import bare_lscm, far_pins

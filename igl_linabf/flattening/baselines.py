@@ -108,13 +108,13 @@ def newton_step(problem: Problem, tried: Tried) -> Candidate:
 
 
 def far_pins(mesh: Mesh) -> Pins:
-    """The two boundary vertices half the loop apart that are farthest from each other."""
+    """Two boundary vertices half the loop's length apart, the most distant such pair."""
     loop = mesh.topology.loops[0]
     return loop[far_apart(mesh.V[loop])], np.array([[0.0, 0.0], [1.0, 0.0]])
 
 
 def bare_lscm(mesh: Mesh) -> Callable[[], object]:
-    """`igl.lscm` by itself, the pins given: what times are measured against."""
+    """A call of `igl.lscm` itself, with pins given: the unit of the times."""
     faces = mesh.faces
     b, bc = far_pins(mesh)
     return lambda: igl.lscm(mesh.V, faces, b, bc)
@@ -123,7 +123,7 @@ def bare_lscm(mesh: Mesh) -> Callable[[], object]:
 def _report(
     method: str, mesh: Mesh, z: ComplexArray, solver: str, start: float, pinned: Pins | None
 ) -> Flattening:
-    """The result of a method that knows no target angles: those of its map stand for them."""
+    """The result of a method without target angles: the angles of its map take their place."""
     topology, constraints = mesh.topology, constraints_of(mesh.topology)
     if not np.isfinite(z).all():
         raise _failed(mesh, solver)
@@ -138,7 +138,7 @@ def _report(
         angles=np.ascontiguousarray(alpha.T),
         method=method,
         outcome=Outcome.FLIPPED if len(flipped) else Outcome.VALID,
-        message=f"faces {some(flipped)} are flipped: linear ABF avoids that"
+        message=f"faces {some(flipped)} are flipped: try linear ABF"
         if len(flipped)
         else "no triangle is flipped",
         flipped=flipped,

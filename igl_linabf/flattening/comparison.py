@@ -1,4 +1,4 @@
-"""Methods side by side on one mesh: distortion, flips, seconds over igl.lscm's."""
+"""Methods side by side on one mesh: distortion, flips, and time relative to igl.lscm."""
 
 from __future__ import annotations
 
@@ -25,18 +25,18 @@ from .verbs import flatten
 
 @dataclass(frozen=True, eq=False)
 class Entry:
-    """One method's map and what it costs.
+    """One method's map, its quality and its time.
 
     Attributes
     ----------
     uv : (#V, 2) float64
     quality : Quality
     seconds : float
-        Median over the runs, input checks included.
+        Median over the runs, including input checks.
     ratio : float
-        Of these to a bare call of `igl.lscm` with its pins given.
+        `seconds` over the median time of `igl.lscm` itself, with pins given.
     iterations : int or None
-        Linear solves; None where the method has none, or does not tell.
+        Linear solves; None if the method has none or does not report them.
     result : Flattening or None
         None for another program's map.
     """
@@ -93,7 +93,7 @@ def compare(
     others: bool = True,
     outer: int | None = None,
 ) -> Comparison:
-    """Flatten a disk, or one with holes, by several methods and lay their distortion and time side by side.
+    """Flatten a disk, with or without holes, by several methods; compare their distortion and time.
 
     Parameters
     ----------
@@ -102,9 +102,9 @@ def compare(
     methods : sequence of str or method object
         As `flatten` takes them.
     repeat : int
-        Timed runs of each, in turn, after one that is not timed.
+        Timed runs of each method, in turn, after one that is not timed.
     others : bool
-        Add Blender's ABF and MeshLab's LSCM where `bpy` and `pymeshlab` are installed.
+        Add Blender's ABF and MeshLab's LSCM if `bpy` and `pymeshlab` are installed.
     outer : int, optional
         As in `flatten`.
 
@@ -127,7 +127,7 @@ def compare(
     """
     chosen = [method_of(method, several=True) for method in methods]
     if repeat < 1:
-        raise ValueError(f"repeat is {repeat!r}: use an integer from 1 on")
+        raise ValueError(f"repeat is {repeat!r}: use a positive integer")
     first = [flatten(V, F, method, outer=outer) for method in chosen]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # they were given for the runs above

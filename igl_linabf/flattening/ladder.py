@@ -1,7 +1,7 @@
-"""The ladder: costlier stages in turn, until a map has no flipped triangle.
+"""The ladder: stages of increasing cost, tried until a map has no flipped triangle.
 
-A stage takes the problem and what was tried before it, and returns a `Candidate`. `climb` stops at the first
-good one; the best one is the map with the fewest flipped triangles.
+A stage takes the problem and the candidates so far, and returns a `Candidate`. `climb` stops at the first
+good one. The result is the candidate with the fewest flipped triangles.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flat_angles, flipped_
 from .outcome import judge
 from .result import Flattening, Hole, Residuals, Rung, RungName, Status
 
-ACTIVE_SET_RTOL = 0.01  # relative residual to which a step that stands alone is solved
+ACTIVE_SET_RTOL = 0.01  # relative residual to which a step without a chord is solved
 MAX_ACTIVE_SET = 12  # re-anchored iterations after which "auto" gives up
 HOLE_GAP = 0.1  # relative gap of a hole's loop up to which "auto" leaves it to the least squares
 NO_FACES = np.empty(0, dtype=np.int64)
@@ -45,7 +45,7 @@ NO_FACES = np.empty(0, dtype=np.int64)
 
 @dataclass(frozen=True, eq=False)
 class Problem:
-    """A checked mesh to be flattened by angles.
+    """A checked mesh, and the initial estimate of its angles.
 
     Attributes
     ----------
@@ -56,7 +56,7 @@ class Problem:
     angles : AngleProblem
         With the initial estimate.
     repaired : (#caps,) int64
-        Faces with an angle so near pi that another one is flattened in their stead.
+        Faces with an angle so close to pi that it was changed before flattening.
     """
 
     mesh: Mesh
@@ -67,30 +67,30 @@ class Problem:
 
     @property
     def start(self) -> State:
-        """At the initial estimate."""
+        """The state at the initial estimate."""
         return State(self.angles, self.angles.start)
 
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """What came of a stage.
+    """Result of a stage.
 
     Attributes
     ----------
     stage : str
     status : Status
     detail : str
-        The status in words; "" where it is good.
+        The status in words; "" if it is good.
     state : State
         Its angles, and all steps so far.
     converged : bool
         Whether its angles satisfy the constraints to the method's tolerance.
     note : str
-        What came of iterating, to be said where that was to no avail.
+        Why the iterations did not help, for the message.
     remark : str
-        What else is to be known of the map.
+        A further remark on the map, for the message.
     layout : Layout or None
-        None where the stage was given up before its layout.
+        None if the stage stopped before its layout.
     flipped : (#flips,) int64
     """
 
@@ -106,7 +106,7 @@ class Candidate:
 
     @property
     def rung(self) -> Rung:
-        """What the result tells of it."""
+        """Its summary in the result."""
         flips = None if self.layout is None else len(self.flipped)
         return Rung(self.stage, self.status, flips, self.state.at.residual.largest, self.detail)
 
@@ -142,8 +142,8 @@ def posed(
         alpha, caps = opened(corner_angles(mesh))
         if len(caps):
             warnings.warn(
-                f"faces {some(caps)} have an angle within {CAP_ANGLE:g} rad of pi: they are "
-                "flattened as if it were that far from pi; collapse them, or flip their longest edges",
+                f"faces {some(caps)} have an angle within {CAP_ANGLE:g} rad of pi: that angle is changed to "
+                f"pi - {CAP_ANGLE:g} before flattening; collapse these faces, or flip their longest edges",
                 MeshWarning,
                 stacklevel=stack_level(),
             )
@@ -154,7 +154,7 @@ def posed(
 
 
 def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
-    """Try stages in turn, until one is good; what was tried."""
+    """Run the stages in order until one is good; return all candidates."""
     tried: Tried = ()
     for stage in stages:
         made = stage(problem, tried)
@@ -166,7 +166,7 @@ def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
 
 
 def best_of(tried: Tried) -> tuple[Candidate, Layout]:
-    """The map with the fewest flips; of equal ones the latest, whose angles fit best."""
+    """The map with the fewest flips; among equals the latest, which has the smallest residual."""
     drawn = [(made, made.layout) for made in tried if made.layout is not None]
     return min(reversed(drawn), key=lambda pair: len(pair[0].flipped))
 
@@ -181,7 +181,7 @@ def drawn(
         if invalid.any():
             warnings.warn(
                 f"the target angles of faces {some(np.flatnonzero(invalid))} are not within (0, pi): "
-                "they are laid out with their initial angles",
+                "the layout uses their initial angles instead",
                 FallbackWarning,
                 stacklevel=stack_level(),
             )
@@ -207,7 +207,7 @@ def drawn(
 
 
 def one_system(rtol: float, tol: float) -> Stage:
-    """The linear step, and the second solve with its system (a step, where holes are to be closed)."""
+    """The linear step and a second solve with its system; with holes, the second solve is a step."""
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
         state, holes = problem.start, len(problem.mesh.topology.loops) > 1
@@ -225,7 +225,7 @@ def one_system(rtol: float, tol: float) -> Stage:
                     detail = f"a boundary loop fails to close by {gap:.1%} of its length"
                     return Candidate("linear step", Status.OPEN_LOOP, detail, state)
             if limited := state.steps[-1].limited:
-                detail = f"the full step would take angles of {limited} triangles to zero"
+                detail = f"a full step would make an angle of {limited} triangles zero or negative"
                 return Candidate("linear step", Status.CUT_SHORT, detail, state)
         return drawn(problem, "linear step", state, converged=state.at.residual.largest <= tol)
 
@@ -235,13 +235,14 @@ def one_system(rtol: float, tol: float) -> Stage:
 def iterated(rtol: float, tol: float, most: int, note: bool = True) -> Stage:
     """Active-set iterations from where the last stage ended (section 6).
 
-    With `note` the candidate says that iterating did not help, where it did not.
+    With `note`, the candidate says why the iterations did not help.
     """
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
         state = active_set(tried[-1].state if tried else problem.start, rtol, tol, most)
         reached = state.at.residual.largest <= tol
-        said = "converged angles flip more" if reached else f"it did not converge after {most} iterations"
+        failed = f"the iterations did not converge within {most} steps"
+        said = "further iterations flip more triangles" if reached else failed
         name: RungName = "active set" if tried or len(state.steps) > 1 else "linear step"
         return drawn(problem, name, state, converged=reached, note=said if note else "")
 
@@ -258,7 +259,7 @@ def anchored(tol: float, residual_tol: float = 0.0) -> Stage:
             return None  # no angles help where lengths differ by all digits
         result = converge(tried[-1].state.back_to_start() if tried else problem.start, tol)
         if not result.converged:
-            return Candidate("converged ABF", Status.DIVERGED, "it does not converge", result.state)
+            return Candidate("converged ABF", Status.DIVERGED, "the iterations do not converge", result.state)
         return _abf_drawn(problem, "converged ABF", result, residual_tol)
 
     return stage
@@ -278,13 +279,13 @@ def feasible(tol: float, residual_tol: float = 0.0) -> Stage:
 
 def _abf_drawn(problem: Problem, stage: RungName, result: AbfResult, residual_tol: float) -> Candidate:
     held = np.flatnonzero(result.held.any(axis=0))
-    remark = f"; angles of faces {some(held)} are held at a hundredth of their initial value"
+    remark = f"; some angles of faces {some(held)} are held at a hundredth of their initial value"
     return drawn(
         problem,
         stage,
         result.state,
         converged=result.converged or result.state.at.residual.largest <= residual_tol,
-        note="it did not converge in its feasible form",
+        note="converged ABF did not converge in its feasible form",
         remark=remark if len(held) else "",
     )
 
@@ -300,7 +301,7 @@ def injective_map(problem: Problem, tried: Tried) -> Candidate:
     with timed("injective"):
         made = injective(mesh, layout.z, place, problem.angles.solvers)
     if made is None:
-        detail = "every start has flipped triangles in double precision"
+        detail = "no embedding without flipped triangles was found in double precision"
         return Candidate("injective", Status.NO_VALID_START, detail, last.state)
     alpha = flat_angles(made.z, mesh.topology.corner)
     how = f"igl's SLIM, {made.iterations} iterations from {made.start}"
@@ -310,7 +311,7 @@ def injective_map(problem: Problem, tried: Tried) -> Candidate:
 
 
 def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float]) -> Flattening:
-    """The result: the best map, and what is known of it."""
+    """The result: the best map with its residuals, steps and outcome."""
     best, layout = best_of(tried)
     at, angles = best.state.at, problem.angles
     note = next((made.note for made in (best, *tried) if made.note), "")

@@ -1,4 +1,4 @@
-"""The methods that `flatten` knows: a small frozen object each, which holds its options."""
+"""The methods of `flatten`: a frozen dataclass each, whose fields are the options."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ STAGES = ("estimate", "layout", "assembly", "analysis", "factor", "solve")
 
 
 class Method:
-    """What the methods share; a misspelt option is an error that names the right ones."""
+    """Base class of the methods; an unknown option is an error that lists the known ones."""
 
     name: str
     label: str  # in tables
@@ -66,7 +66,7 @@ class LinABF(Method):
     Raises
     ------
     ValueError
-        An option has a value that means nothing.
+        An option has a value that is not allowed.
 
     Examples
     --------
@@ -120,7 +120,7 @@ class ABF(Method):
     Raises
     ------
     ValueError
-        An option has a value that means nothing.
+        An option has a value that is not allowed.
 
     Examples
     --------
@@ -142,7 +142,7 @@ class ABF(Method):
     def __post_init__(self) -> None:
         _check(self.guarantee, self.layout, self.threshold)
         if not self.tol > 0:
-            raise ValueError(f"tol is {self.tol!r}: use a positive number, 1e-10 at the least")
+            raise ValueError(f"tol is {self.tol!r}: use a positive number, at least 1e-10")
 
     def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
         return _climbed(self, mesh, pinned, [anchored(self.tol), feasible(self.tol)])
@@ -150,7 +150,7 @@ class ABF(Method):
 
 @dataclass(frozen=True)
 class OneStepABFpp(Method):
-    """A single Newton step of ABF++ (Sheffer et al. 2005), to compare with.
+    """A single Newton step of ABF++ (Sheffer et al. 2005), for comparison.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ class OneStepABFpp(Method):
 
 @dataclass(frozen=True)
 class LSCM(Method):
-    """`igl.lscm`, with two far boundary vertices as the default pins."""
+    """`igl.lscm`; the default pins are two boundary vertices far from each other."""
 
     name = "lscm"
     label = "igl.lscm"
@@ -222,7 +222,7 @@ METHODS: dict[str, Callable[..., Method]] = {
 
 
 def method_of(method: str | Method, several: bool = False) -> Method:
-    """The method itself, or that of a name with its default options."""
+    """The given method; for a name, that method with its default options."""
     if isinstance(method, Method):
         return method
     if method not in METHODS:
@@ -232,7 +232,7 @@ def method_of(method: str | Method, several: bool = False) -> Method:
 
 
 def guaranteed(method: Method) -> Method | None:
-    """The same method with guarantee='injective'; None where it has it already, or no such option."""
+    """The same method with guarantee='injective'; None if it has it already, or has no such option."""
     if not isinstance(method, LinABF | ABF) or method.guarantee is not None:
         return None
     return replace(method, guarantee="injective")
@@ -253,7 +253,7 @@ def _check(guarantee: str | None, layout: LayoutName, threshold: float) -> None:
     if guarantee not in (None, "injective"):
         raise ValueError(f"guarantee is {guarantee!r}: use 'injective' or None")
     if not threshold >= 0:
-        raise ValueError(f"threshold is {threshold!r}: use a number of radians from 0 on")
+        raise ValueError(f"threshold is {threshold!r}: use a number of radians, 0 or larger")
 
 
 def _count(iterations: Any) -> Iterations:
@@ -264,5 +264,5 @@ def _count(iterations: Any) -> Iterations:
     except TypeError:
         count = 0
     if count < 1:
-        raise ValueError(f"iterations is {iterations!r}: use 'auto' or an integer from 1 on")
+        raise ValueError(f"iterations is {iterations!r}: use 'auto' or a positive integer")
     return count

@@ -1,6 +1,6 @@
-"""Other programs' maps, where they are installed: Blender's (`bpy`) and MeshLab's (`pymeshlab`).
+"""Maps of other programs, if they are installed: Blender's (`bpy`) and MeshLab's (`pymeshlab`).
 
-Each runs in a process of its own: they bring libraries that do not go together.
+Each runs in a process of its own, since their libraries conflict.
 """
 
 from __future__ import annotations
@@ -58,17 +58,17 @@ PEERS: dict[str, tuple[str, Callable[[FloatArray, IntArray], tuple[FloatArray, f
 
 
 def installed() -> list[str]:
-    """Names of the peers whose package is there."""
+    """Names of the programs whose package is installed."""
     return [name for name, (package, _) in PEERS.items() if find_spec(package) is not None]
 
 
 def run(name: str, V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
-    """A peer's map, (#V, 2), and the seconds that it took.
+    """The map of a program, (#V, 2), and its seconds.
 
     Raises
     ------
     RuntimeError
-        The peer failed; with what it said last.
+        The program failed; the text has its last line of output.
     """
     result = run_in_child_process("igl_linabf.flattening.other_programs", name, {"V": V, "F": F})
     return result["uv"], float(result["seconds"])

@@ -1,4 +1,4 @@
-"""How a flattening ended, and the sentence that says it."""
+"""The outcome of a flattening, and its message."""
 
 from __future__ import annotations
 
@@ -19,31 +19,34 @@ def judge(
     converged: bool,
     note: str,
 ) -> tuple[Outcome, str]:
-    """The outcome, and the sentence that says it.
+    """The outcome, and a sentence that explains it.
 
     Parameters
     ----------
     mesh : Mesh
     made : Layout
     flipped, invalid : int64 arrays
-        Faces that are flipped in the map; faces whose target angles left (0, pi).
+        Faces that are flipped in the map; faces with a target angle outside (0, pi).
     residual : float
         The largest of the target angles.
     converged : bool
         Whether the method's tolerance was reached.
     note : str
-        What came of iterating, where it was not; "" where no convergence was asked for.
+        Why it was not reached; "" if no convergence was asked for.
     """
     fit = f"largest angle residual {residual:.1e}"
     if len(invalid):
         return Outcome.ANGLES_INVALID, (
-            f"the target angles of faces {some(invalid)} left (0, pi), and {len(flipped)} triangles of the "
-            "map are flipped: use linear ABF with its safeguard, or converged ABF"
+            f"the target angles of faces {some(invalid)} are outside (0, pi), and {len(flipped)} triangles "
+            "of the map are flipped: use safeguard=True, or abf"
         )
     ratio = span(mesh, made.z)
     wide = f"area scale varies by a factor of {ratio:.0e}{' or more' if ratio > ALL_DIGITS else ''}"
     if not len(flipped):
-        end = f"; its {wide}, near the end of double precision: cut the mesh, as unwrap does"
+        end = (
+            f"; the map's {wide}, near the end of double precision: cut the mesh, for example by "
+            "igl_linabf.unwrap"
+        )
         end = end if ratio > SPAN else ""
         if made.method == "SLIM":
             return Outcome.VALID, f"no triangle is flipped, by {made.solver}{end}"
@@ -56,13 +59,13 @@ def judge(
         )
     where = f"faces {some(flipped)} are flipped or collapsed"
     helps = (
-        "cut the mesh open towards them (igl_linabf.unwrap does this by itself), or ask for "
-        "guarantee='injective', a map of more distortion without flips"
+        "cut the mesh towards them (igl_linabf.unwrap does this for you), or use guarantee='injective', "
+        "which gives a map without flips, but with more distortion"
     )
     if not converged:
         return Outcome.FLIPPED, f"{where}: {note or 'more iterations may help'} ({fit}); {helps}"
     if ratio > SPAN:
         return Outcome.FLIPPED, (
-            f"{where}: the map's {wide}, which double precision does not hold ({fit}); {helps}"
+            f"{where}: the map's {wide}, more than double precision holds ({fit}); {helps}"
         )
     return Outcome.FLIPPED, f"{where}, though the angles converged ({fit}): {helps}"

@@ -1,4 +1,4 @@
-"""What a flattening returns: the map, how it came about, and how it ended."""
+"""The result of a flattening: the map, the methods tried, residuals and outcome."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ class Outcome(str, Enum):
     """How a flattening ended."""
 
     CONVERGED = "converged"
-    """No triangle is flipped and the angles fit together to the tolerance."""
+    """No triangle is flipped, and the residual is at most the tolerance."""
     VALID = "valid"
-    """No triangle is flipped; the angles' residual is above the tolerance, as was asked for."""
+    """No triangle is flipped; the residual may be above the tolerance, since the method asks for no less."""
     NOT_CONVERGED = "not converged"
     """No triangle is flipped, but the iterations ended above the tolerance."""
     FLIPPED = "flipped"
     """Some triangles are flipped or collapsed."""
     ANGLES_INVALID = "angles invalid"
-    """Some target angles left (0, pi), which only the bare scheme allows."""
+    """Some target angles are outside (0, pi); only possible with `safeguard=False`."""
 
     @property
     def good(self) -> bool:
-        """Whether the map has no flipped triangle, and its target angles are those of triangles."""
+        """Whether no triangle is flipped and all target angles are within (0, pi)."""
         return self in (Outcome.CONVERGED, Outcome.VALID, Outcome.NOT_CONVERGED)
 
 
@@ -50,8 +50,8 @@ class Residuals:
     wheel : float
         `|sum log sin(gamma) - log sin(beta)|` around interior vertices (eq. 10).
     closure : float
-        Distance by which a hole's loop fails to close, over its length; 0 without holes. The
-        angles and the wheel around a hole as a whole count as those of one more interior vertex.
+        Distance by which a hole's loop fails to close, relative to its length; 0 without holes.
+        The angle sum and the wheel around a hole are in `vertex` and `wheel`.
     """
 
     vertex: float
@@ -70,30 +70,30 @@ class Residuals:
 
 
 class Status(Enum):
-    """What came of one rung of the ladder."""
+    """Result of one of the methods that were tried."""
 
     GOOD = "a map without flipped triangles"
     FLIPPED = "a map with flipped triangles"
     OPEN_LOOP = "the target angles draw a boundary loop that does not close"
-    CUT_SHORT = "the full step would take some angles to zero"
+    CUT_SHORT = "a full step would make some angles zero or negative"
     DIVERGED = "the angles do not converge"
     NO_VALID_START = "no map without flipped triangles was found to start from"
 
 
 @dataclass(frozen=True)
 class Rung:
-    """One rung of the ladder: what was tried, and why it was not enough.
+    """One of the methods that were tried in turn.
 
     Attributes
     ----------
     name : {"linear step", "active set", "converged ABF", "feasible ABF", "injective"}
     status : Status
     flips : int or None
-        Flipped triangles of its map; None where the stage ended before its layout.
+        Flipped triangles of its map; None if it stopped before the layout.
     residual : float
         Largest residual of its angles.
     failed : str
-        The status in words; "" where it is good.
+        Why the next method was tried, or what is wrong at the end; "" if nothing is.
     """
 
     name: RungName
@@ -108,7 +108,7 @@ class Rung:
 
 @dataclass(frozen=True)
 class Hole:
-    """What the target angles miss around one hole.
+    """Residuals of the target angles at one hole.
 
     Attributes
     ----------
@@ -117,11 +117,12 @@ class Hole:
     size : int
         The loop's number of vertices.
     rotation : float
-        `|(m + 2) pi - sum of the angles at its m vertices|`, radians: the loop turns once.
+        `|(m + 2) pi - sum of the angles at its m vertices|`, radians. Zero if the loop turns once.
     scale : float
-        `|sum log sin(gamma) - log sin(beta)|` over them: it ends at the length at which it began.
+        `|sum log sin(gamma) - log sin(beta)|` over its vertices. Zero if the loop ends at the scale
+        at which it begins.
     translation : float
-        Distance from its end to its beginning, over its length.
+        Distance from the end of the drawn loop to its beginning, relative to its length.
     """
 
     vertex: int
@@ -148,37 +149,37 @@ class Hole:
 
 @dataclass(frozen=True, eq=False)
 class Flattening:
-    """A flat map and how it came about.
+    """A flat map, with the angles, residuals, steps and outcome of the computation.
 
     Attributes
     ----------
     uv : (#V, 2) float64
-        The map; NaN at vertices that no face refers to.
+        The map; NaN at vertices that no face uses.
     angles : (#F, 3) float64
         Target angles in radians, from which the map was laid out.
     method : str
     outcome : Outcome
     message : str
-        The outcome in a sentence: what is wrong, where, and what helps.
+        The outcome in a sentence: what is wrong, where, and what to do.
     flipped : (#flips,) int64
         Faces that are flipped or collapsed in the map.
     repaired : (#caps,) int64
-        Faces with an angle so near pi that another one was flattened in their stead.
+        Faces with an angle so close to pi that it was changed before flattening.
     ladder : tuple of Rung
-        What was tried, the next one only when the one before had failed; the last one that made a
-        map without flipped triangles, or else the one with the fewest, made this one.
+        What was tried, in order. The map is that of the last entry without flipped triangles, or
+        else of the entry with the fewest.
     steps : tuple of Step
         The linear solves, in order.
     before, after : Residuals
         Constraint residuals of the initial estimate and of `angles`.
     holes : tuple of Hole
-        The closure residuals of `angles` around each hole; the outer loop is none of them.
+        Residuals of `angles` at each hole; not for the outer loop.
     gap : float
-        By how much the boundary that `angles` draw fails to close, relative to its length.
+        By how much the boundary loop drawn from `angles` fails to close, relative to its length.
     layout : {"boundary", "least-squares", "greedy", "SLIM"}
-        The layout that ran; after "SLIM" `angles` are the map's own.
+        The layout that ran. With "SLIM", `angles` are the angles of the map.
     solver, layout_solver : str
-        What solved the angle systems, and the layout's.
+        Names of the solvers of the angle systems and of the layout.
     seconds : dict of str to float
         Time by stage, and "total".
     """
@@ -203,7 +204,7 @@ class Flattening:
 
     @property
     def iterations(self) -> int:
-        """Number of linear solves, chord steps included, and restoring ones not."""
+        """Number of linear solves, including chord steps, without restoration steps."""
         return sum(step.kind != "restoration" for step in self.steps)
 
     @property
@@ -222,10 +223,10 @@ class Flattening:
             "method": self.method,
             "outcome": f"{self.outcome.value}: {self.message}",
             "tried": ", then ".join(map(str, self.ladder)) or self.method,
-            "solves (inner steps)": kinds or "none needed",
+            "linear solves (CG steps)": kinds or "none needed",
             "angle residual": f"{self.before.largest:.2e} -> {self.after.largest:.2e}",
             "boundary gap": f"{self.gap:.2e}",
-            "holes' closure": ", ".join(f"{hole.largest:.1e}" for hole in self.holes) or "no holes",
+            "closure of holes": ", ".join(f"{hole.largest:.1e}" for hole in self.holes) or "no holes",
             "solver": self.solver,
             "layout": f"{self.layout} ({self.layout_solver})",
             "seconds": f"{self.seconds['total']:.3f}",

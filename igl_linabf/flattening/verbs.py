@@ -1,4 +1,4 @@
-"""The public verbs: check the input, run a method, say what is known of the result."""
+"""The public functions: check the input, run a method, return the map or the whole result."""
 
 from __future__ import annotations
 
@@ -41,47 +41,45 @@ def linabf(
     V : (#V, 3) float
         Vertex positions.
     F : (#F, 3) int
-        Oriented triangles of one disk, or of one with holes, which are not cut.
+        Oriented triangles of one disk, with or without holes. Holes are not cut.
     b, bc : (2,) int and (2, 2) float, optional
         Two pinned vertices and their positions, as in `igl.lscm`. Without them the map is scaled
         to the area of the surface, centred, and turned to its principal axes.
     iterations : int or "auto"
-        1 is the paper's single linear step, k its active-set iterations (section 6): each
-        measures from the last angles, and they end early once the residual is below `tol`.
-        "auto" is one step and a second solve with the same system, and goes on like the active
-        set (at most 12 times) only where a triangle could not take its whole step, a triangle is
-        flipped, or the boundary does not close; where triangles are flipped still, with converged
-        ABF. With holes, whose loops turn once and end at the
-        scale of their beginning from the first step on, the second solve is a step that closes
-        them, too (docs/holes.md).
+        1 is the paper's single linear step. k runs up to k steps of its active set (section 6).
+        Each step linearises at the angles of the last one. They end early once the residual is at
+        most `tol`. "auto" is one step and a second solve with the same system. If a step was
+        limited, the boundary does not close or a triangle flips, it continues like the active set
+        (at most 12 steps); if triangles still flip, with converged ABF. With holes, the second
+        solve is a step, which also closes the holes' loops (docs/holes.md).
     layout : {"auto", "boundary", "least-squares", "greedy"}
         How angles become coordinates; see `igl_linabf.layout`.
     outer : int, optional
-        A vertex of the boundary loop that is the outer one, all others being holes; by default
-        that is the longest.
+        A vertex of the outer boundary loop; all other loops are holes. By default the longest loop
+        is the outer one.
     rtol : float, optional
-        Relative residual of the inner conjugate gradients; by default 0.1 for the two solves of
+        Relative residual at which conjugate gradients stop; by default 0.1 for the two solves of
         "auto" and 0.01 for all others.
     tol : float
         Residual of the angle constraints, in radians, at which the iterations end.
     threshold : float
-        Radians by which an interior vertex's angle sum may miss 2 pi before its angles are scaled
-        to it (the exponential-map switch of section 4.2).
+        If the angles around an interior vertex miss 2 pi by more than this many radians, they are
+        scaled to sum to 2 pi (section 4.2).
     safeguard : bool
-        Keep every triangle a triangle: the estimate's angles scaled to sum to pi, steps cut short
-        before an angle vanishes. False is the paper's bare scheme.
+        Keep all angles positive: scale the estimate's angles to sum to pi in each triangle, and
+        limit each triangle's step. False is the paper's bare scheme.
     guarantee : {"injective"}, optional
-        Where triangles are flipped still, make a map without flipped triangles of the best one, of
-        more distortion (SLIM from a valid start).
+        If triangles still flip after all methods of the default, make a map without flipped
+        triangles by SLIM, at more distortion.
     solver : {"auto", "cholmod", "multigrid", "direct"}
-        "cholmod" and "multigrid" solve by conjugate gradients with a CHOLMOD factor of one
-        Laplacian, or a PyAMG V-cycle, as the preconditioner; "auto" is the first of them where
-        scikit-sparse is installed; "direct" factors the whole system.
+        "cholmod" and "multigrid" solve by conjugate gradients. The preconditioner is a CHOLMOD
+        factor of one Laplacian, or a PyAMG V-cycle. "auto" is "cholmod" if scikit-sparse is
+        installed, otherwise "multigrid". "direct" factors the whole system.
 
     Returns
     -------
     uv : (#V, 2) float64
-        NaN at vertices that no face refers to.
+        NaN at vertices that no face uses.
 
     Raises
     ------
@@ -92,7 +90,7 @@ def linabf(
     Warns
     -----
     OutcomeWarning
-        The map has flipped triangles; `flatten` returns the same with all that is known of it.
+        The map has flipped triangles; `flatten` returns the same map with its outcome and residuals.
 
     Examples
     --------
@@ -121,24 +119,24 @@ def abf(
     """Converged angle based flattening: the angles of a flat mesh nearest to the surface's own.
 
     Minimises sum ((alpha - alpha_0) / alpha_0)^2 (Sheffer, de Sturler 2001) with all constraints
-    satisfied, by the steps of linear ABF measured from the initial estimate alpha_0. Where they do
-    not converge, a slower form that stays among flat meshes takes over; it holds angles that come
-    down to a hundredth of alpha_0.
+    satisfied, by the steps of linear ABF measured from the initial estimate alpha_0. If they do
+    not converge, a slower form is used that stays among flat meshes. It lets no angle fall below a
+    hundredth of alpha_0.
 
     Parameters
     ----------
     V, F, b, bc, layout, outer : see `linabf`
         As in `linabf`.
     tol : float
-        Largest relative change of an angle and largest residual of the constraints at which to
-        end, down to 1e-10. At 1e-4 F/3nt has its first five digits.
+        The iterations end when both the largest relative change of an angle and the largest
+        residual are at most this; at least 1e-10. At 1e-4, F/3nt is accurate to five digits.
     threshold, guarantee, solver : see `linabf`
         As in `linabf`.
 
     Returns
     -------
     uv : (#V, 2) float64
-        NaN at vertices that no face refers to.
+        NaN at vertices that no face uses.
 
     Raises
     ------
@@ -148,7 +146,7 @@ def abf(
     Warns
     -----
     OutcomeWarning
-        It did not converge, or the map has flipped triangles.
+        The iterations did not converge, or the map has flipped triangles.
 
     Examples
     --------
@@ -165,18 +163,18 @@ def abf(
 
 
 def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike | None = None) -> FloatArray:
-    """`igl.lscm` with its input checked, and with sound pins where none are given.
+    """`igl.lscm` with checked input, and with far-apart pins by default.
 
     Parameters
     ----------
     V, F, b, bc : array_like
-        As in `linabf`. The default pins are the two boundary vertices half the loop apart that are
-        farthest from each other; the map is then scaled, centred and turned as `linabf`'s is.
+        As in `linabf`. The default pins are two boundary vertices half the loop's length apart, the
+        most distant such pair. The map is then scaled, centred and turned as in `linabf`.
 
     Returns
     -------
     uv : (#V, 2) float64
-        NaN at vertices that no face refers to.
+        NaN at vertices that no face uses.
 
     Raises
     ------
@@ -211,7 +209,7 @@ def linabf_angles(
     guarantee: Guarantee | None = None,
     solver: SolverName = "auto",
 ) -> FloatArray:
-    """Angles of the flat map: what `layout` makes the map of `linabf` from.
+    """Target angles of `linabf`, which `layout` turns into a map.
 
     Parameters
     ----------
@@ -241,7 +239,7 @@ def linabf_angles(
 
 
 def _told(result: Flattening) -> Flattening:
-    """Warn where the result's outcome is bad, since only a part of it is handed out."""
+    """Warn if the outcome is bad, for callers that return only a part of the result."""
     if not result.outcome.good:
         warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
     return result
@@ -257,35 +255,35 @@ def flatten(
     outer: int | None = None,
     progress: Progress = None,
 ) -> Flattening:
-    """Flatten a disk, or one with holes, and tell how.
+    """Flatten a disk, with or without holes; return the map with residuals, steps, times and outcome.
 
     Parameters
     ----------
     V : (#V, 3) float
         Vertex positions.
     F : (#F, 3) int
-        Oriented triangles of one disk, or of one with holes, which are not cut.
+        Oriented triangles of one disk, with or without holes. Holes are not cut.
     method : str or method object
-        "linabf", linear angle based parameterization; "abf", its converged form; and for comparison
+        "linabf": linear angle based parameterization. "abf": its converged form. For comparison:
         "abf++1", a single Newton step of ABF++; "lscm", `igl.lscm`; "scp", the spectral
-        `igl.spectra.lscm`, which needs no pins; "dncp", LSCM's energy from the cotangent side. A name
-        is the method with its default options; `igl_linabf.LinABF(iterations=1)`,
-        `igl_linabf.ABF(tol=1e-7)` and the like have others.
+        `igl.spectra.lscm`, which needs no pins; "dncp", LSCM's energy from cotangents. A name
+        stands for the method with its default options. To set options, pass an object, such as
+        `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
     b, bc : (2,) int and (2, 2) float, optional
         Two pinned vertices and their positions, as in `igl.lscm`.
     outer : int, optional
-        A vertex of the boundary loop that is the outer one, all others being holes; by default
-        that is the longest.
+        A vertex of the outer boundary loop; all other loops are holes. By default the longest loop
+        is the outer one.
     progress : callable or False, optional
-        Called with the name of a stage and the fraction done, from 0 to 1; what it raises ends
-        the work. By default a bar is shown on a terminal once it takes two seconds; False shows
-        nothing.
+        Called with the name of a stage and the fraction done, from 0 to 1. An exception that it
+        raises ends the work. By default, a bar is shown on a terminal after two seconds; False
+        shows nothing.
 
     Returns
     -------
     Flattening
-        The map `uv`, the angles behind it, residuals, what ran, how long it took, and the outcome.
-        A map with flipped triangles is returned, not raised: look at `outcome`.
+        The map `uv`, its target angles, residuals, steps, times and outcome. A map with flipped
+        triangles is returned without an error: check `outcome`.
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""Files: in come paths, and surfaces with their maps; out come arrays, and files that are whole or not there.
+"""Mesh files: read OBJ, OFF, PLY and STL; write OBJ, PLY and GLB with texture coordinates.
 
-Reads OBJ, OFF, PLY and STL, and refuses what is damaged with its place; writes OBJ, PLY and GLB with texture
-coordinates. One module a format; `files` has the public functions, `parsing` what the readers share.
+A damaged file is an error that names the line. An output file is written completely or not at all. One module
+a format; `files` has the public functions, `parsing` is shared by the readers.
 """
 
 from .._runtime import replacing

@@ -1,4 +1,4 @@
-"""Files in and out, whatever their format: the suffix says which."""
+"""Read and write meshes; the suffix chooses the format."""
 
 from __future__ import annotations
 
@@ -37,8 +37,8 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     Parameters
     ----------
     path : path of an OBJ, OFF, PLY or STL file
-        Text or binary. Polygons are split into fans of triangles; STL's corners at equal positions
-        become one vertex.
+        Text or binary. Polygons are split into fans of triangles. In STL, corners at equal
+        positions become one vertex.
 
     Returns
     -------
@@ -48,14 +48,14 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     Raises
     ------
     MeshError
-        The file is damaged, with its line, or has no triangles.
+        The file is damaged or has no triangles; the text names the line.
     OSError
-        There is no such file, or it may not be read.
+        The file does not exist or cannot be read.
 
     Warns
     -----
     MeshWarning
-        An OBJ has lines that are no statements of that format.
+        An OBJ file has lines that are not OBJ statements; they are skipped.
 
     Examples
     --------
@@ -85,14 +85,14 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     -------
     TC : (#TC, 2) float64
     FTC : (#F, 3) int64
-        Rows as in the faces of `read_mesh`, polygons being split.
+        Indices at the corners; rows as in `read_mesh`, which splits polygons.
 
     Raises
     ------
     MeshError
-        It is no OBJ file, damaged, or some or all of its corners have no coordinates.
+        It is not an OBJ file, it is damaged, or a corner has no texture coordinates.
     OSError
-        There is no such file, or it may not be read.
+        The file does not exist or cannot be read.
 
     Examples
     --------
@@ -105,7 +105,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     """
     path = Path(path)
     if path.suffix.lower() != ".obj":
-        raise MeshError(f"{path} is no OBJ file: texture coordinates are read from OBJ only")
+        raise MeshError(f"{path} is not an OBJ file: only OBJ files are read for texture coordinates")
     _, F, TC, FTC = _parsed(path)
     if not len(F):
         raise MeshError(f"{path} has no faces: is it a mesh?")
@@ -114,7 +114,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     bare = np.flatnonzero((FTC == -1).any(axis=1))
     if len(bare):
         raise MeshError(
-            f"{path} has no texture coordinates at corners of the faces {some(bare)}: give them some"
+            f"{path} has no texture coordinates at corners of the faces {some(bare)}: add vt indices there"
         )
     _check_corners(TC, FTC, f"the f lines of {path}", "vt")
     return TC, FTC
@@ -123,7 +123,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
 def _parsed(path: str | os.PathLike[str]) -> Parsed:
     path = Path(path)
     if path.suffix.lower() not in READERS:
-        raise MeshError(f"{path} is no mesh file that can be read: use {', '.join(READERS)}")
+        raise MeshError(f"{path} is not a mesh file: use one that ends in {', '.join(READERS)}")
     return parse(path.read_bytes(), path.suffix.lower(), str(path))
 
 
@@ -135,17 +135,17 @@ def parse(data: bytes, suffix: str, name: str) -> Parsed:
     data : bytes
     suffix : {".obj", ".off", ".ply", ".stl"}
     name : str
-        What the messages call the file.
+        Name of the file in messages.
 
     Raises
     ------
     MeshError
-        The file is damaged; with the place.
+        The file is damaged; the text says where.
 
     Warns
     -----
     MeshWarning
-        An OBJ has lines that are no statements of that format.
+        An OBJ file has lines that are not OBJ statements; they are skipped.
     """
     try:
         return READERS[suffix](data, name)
@@ -162,13 +162,13 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
     V : (#V, 3) float
     F : (#F, 3) int
     uv : (#V, 2) float
-        As it is: `unit_square` brings it where textures are. Vertices without coordinates (NaN)
-        get no `vt`.
+        Written unchanged; `unit_square` scales it to the range of textures. Vertices without
+        coordinates (NaN) get no `vt`.
 
     Raises
     ------
     OSError
-        The file cannot be written; nothing is left behind then.
+        The file cannot be written. In that case nothing is left behind.
 
     Examples
     --------
@@ -193,13 +193,13 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
 def write_mesh(
     path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None = None
 ) -> None:
-    """Write a surface with texture coordinates; the suffix says how.
+    """Write a surface with texture coordinates; the suffix chooses the format.
 
-    OBJ has the indices of both, so that the surface stays whole along seams, and every number to
-    the last bit. PLY and GLB have texture coordinates at vertices only: there a vertex is written
-    once for each of its texture coordinates. Texture coordinates in PLY (`s`, `t`) and everything
-    in GLB are **32-bit floats**, seven digits; PLY's positions are doubles. GLB has v upside down,
-    as glTF asks, and its readers turn it back.
+    OBJ has separate indices for positions and texture coordinates, so the surface stays connected
+    along seams; numbers are written exactly. PLY and GLB have texture coordinates at vertices only:
+    a vertex is written once for each of its texture coordinates. Texture coordinates in PLY (`s`,
+    `t`) and everything in GLB are **32-bit floats**, seven digits; positions in PLY are doubles. In
+    GLB v is flipped, as glTF requires; readers undo this.
 
     Parameters
     ----------
@@ -207,17 +207,18 @@ def write_mesh(
     V : (#V, 3) float
     F : (#F, 3) int
     TC : (#TC, 2) float
-        Texture coordinates, v upwards. Rows that are not finite are left out: no corner may use one.
+        Texture coordinates, v upwards. Rows that are not finite are left out; no corner may use one.
     FTC : (#F, 3) int, optional
-        Their indices at the corners; `F` by default, for coordinates at vertices.
+        Indices of the texture coordinates at the corners; by default `F`, for coordinates at
+        vertices.
 
     Raises
     ------
     MeshError
-        The suffix is none of the three, indices are out of range, coordinates that are used are not
-        finite, or they are beyond what 32 bits hold.
+        The suffix is none of the three, indices are out of range, or coordinates are not finite or
+        too large for 32-bit floats.
     OSError
-        The file cannot be written. It is whole or not there, whatever happens.
+        The file cannot be written. In that case nothing is left behind.
 
     Examples
     --------
@@ -231,7 +232,7 @@ def write_mesh(
     """
     suffix = Path(path).suffix.lower()
     if suffix not in WRITERS:
-        raise MeshError(f"{path} is no file that can be written: use {', '.join(WRITERS)}")
+        raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
     positions, faces, map_ = vertex_array(V), face_array(F), vertex_array(TC, 2, "TC")
     corners = faces if FTC is None else face_array(FTC)
     if corners.shape != faces.shape:
@@ -243,7 +244,7 @@ def write_mesh(
 
 
 def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
-    """Write a grid as an OBJ of polygons, its flat map as texture coordinates.
+    """Write a grid as an OBJ file of polygons, with its flat map as texture coordinates.
 
     Parameters
     ----------
@@ -253,7 +254,7 @@ def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
     Raises
     ------
     OSError
-        The file cannot be written; nothing is left behind then.
+        The file cannot be written. In that case nothing is left behind.
 
     Examples
     --------
@@ -271,17 +272,17 @@ def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
 
 
 def unit_square(uv: ArrayLike) -> FloatArray:
-    """The map moved and scaled, as a whole, into [0, 1] x [0, 1].
+    """The map moved and uniformly scaled into [0, 1] x [0, 1].
 
     Parameters
     ----------
     uv : (#V, 2) float
-        NaN rows stay.
+        NaN rows stay NaN.
 
     Returns
     -------
     uv : (#V, 2) float64
-        Its longer side is 1 long, and both begin at 0.
+        Its longer side has length 1; the minimum of u and of v is 0.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""GLB, the binary form of glTF 2.0: written."""
+"""Write GLB, the binary form of glTF 2.0."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def save_glb(path: str, V: FloatArray, F: IntArray, TC: FloatArray, FTC: IntArra
     text += b" " * (-len(text) % 4)
     size = 12 + 8 + len(text) + 8 + starts[-1]
     if size >= 2**32:
-        raise MeshError(f"GLB holds 4 GB at most, and this takes {size} bytes: write OBJ or PLY")
+        raise MeshError(f"a GLB file has at most 4 GB, and this mesh needs {size} bytes: write OBJ or PLY")
     with open(path, "wb") as file:
         file.write(struct.pack("<4sII", b"glTF", 2, size))
         file.write(struct.pack("<I4s", len(text), b"JSON") + text)

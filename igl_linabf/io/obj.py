@@ -1,4 +1,4 @@
-"""OBJ: read with its texture coordinates, and written with them."""
+"""Read and write OBJ with texture coordinates."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ CORNER = re.compile(rb"(-?0*[1-9]\d{0,17})(?:/(-?0*[1-9]\d{0,17})?(?:/(?:-?\d{1,
 
 
 def parse_obj(data: bytes, name: str) -> Parsed:
-    """The mesh in the bytes of an OBJ file; lines that are no statements are warned of, under its name."""
+    """The mesh in the bytes of an OBJ file; warns of lines that are not OBJ statements."""
     V: list[float] = []
     TC: list[float] = []
     vertices: list[int] = []
@@ -67,7 +67,7 @@ def parse_obj(data: bytes, name: str) -> Parsed:
         text = lines[unknown[0] - 1].strip()
         warnings.warn(
             f"lines {some(unknown)} of {name} are no statements of OBJ (the first: {shown(text)}): "
-            "they are passed over",
+            "they are skipped",
             MeshWarning,
             stacklevel=stack_level(),
         )
@@ -76,9 +76,9 @@ def parse_obj(data: bytes, name: str) -> Parsed:
 
 
 def _corners(words: list[bytes], n: int, m: int) -> tuple[list[int], list[int]]:
-    """Vertices and textures of corners `v`, `v/vt`, `v//vn` or `v/vt/vn`, from 0 on; none where one is wrong.
+    """Vertex and texture indices, from 0, of corners `v`, `v/vt`, `v//vn`, `v/vt/vn`; empty if one is wrong.
 
-    A texture that is not given is -1, one before the first -2.
+    A texture index that is not given is -1, one before the first is -2.
     """
     plain = indices(words, len(words))
     if plain and min(plain) > 0:

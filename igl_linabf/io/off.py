@@ -1,4 +1,4 @@
-"""OFF, COFF, NOFF and STOFF in text: read."""
+"""Read OFF, COFF, NOFF and STOFF, in text."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ NO_FACE = "is no face: it takes a number from 3 on and as many vertex indices"
 
 
 def parse_off(data: bytes) -> Parsed:
-    """The mesh in the bytes of an OFF file; what follows in a line, as colours do, is left out."""
+    """The mesh in the bytes of an OFF file; colours and the like at the end of a line are ignored."""
     rows, at = rows_of(data, b"#")
     head = rows[0].split() if rows else [b""]
     if not re.fullmatch(rb"(ST)?C?N?OFF", head[0]):

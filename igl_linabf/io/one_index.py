@@ -1,4 +1,4 @@
-"""For formats with one index a corner: a vertex for each of its texture coordinates, in single precision."""
+"""Vertices duplicated along texture seams, in single precision, for formats with one index a corner."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ..errors import MeshError
 def split_at_seams(
     V: FloatArray, F: IntArray, TC: FloatArray, FTC: IntArray
 ) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Positions and coordinates of each distinct pair of them at a corner, and the faces of pairs."""
+    """Each distinct pair of position and texture coordinate at a corner, and the faces over these pairs."""
     n = len(TC)
     pairs, index = np.unique(F.ravel() * n + FTC.ravel(), return_inverse=True)
     return V[pairs // n], TC[pairs % n], index.reshape(F.shape).astype(np.int64)
@@ -21,5 +21,5 @@ def split_at_seams(
 def single(rows: FloatArray, name: str) -> NDArray[np.float32]:
     """The rows in single precision."""
     if np.abs(rows).max() > np.finfo(np.float32).max:
-        raise MeshError(f"{name} has numbers beyond 3.4e38, the largest of 32 bits: scale it, or write OBJ")
+        raise MeshError(f"{name} has numbers beyond 3.4e38, the largest 32-bit float: scale it, or write OBJ")
     return rows.astype("<f4")

@@ -1,4 +1,4 @@
-"""What the readers share: words as numbers, rows as columns, polygons as triangles, damage with its line."""
+"""Shared by the readers: parse numbers and tables, split polygons, report damage with its line."""
 
 from __future__ import annotations
 
@@ -15,21 +15,21 @@ INDEX_DIGITS = 18  # at most, which 64 bits hold
 
 
 class Damaged(Exception):  # noqa: N818  # it is caught where the file's name is known
-    """The file is not of its format; the text says where."""
+    """The file does not follow its format; the text says where."""
 
 
 class Parsed(NamedTuple):
-    """What a file holds, polygons split into fans of triangles.
+    """The mesh of a file, polygons split into fans of triangles.
 
     Attributes
     ----------
     V : (#V, 3) float64
     F : (#F, 3) int64
-        Within `V`.
+        Indices within the range of `V`.
     TC : (#TC, 2) float64
-        An OBJ's texture coordinates; no rows in the other formats.
+        Texture coordinates of an OBJ file; no rows for the other formats.
     FTC : (#F, 3) int64
-        Their indices at the corners as the file has them, -1 where it gives none.
+        Indices of the texture coordinates at the corners, unchecked; -1 if the file has none there.
     """
 
     V: FloatArray
@@ -39,7 +39,7 @@ class Parsed(NamedTuple):
 
 
 class Property(NamedTuple):
-    """A number in each row, or a list of them; types as NumPy's.
+    """A number, or a list of numbers, in each row; types are NumPy's.
 
     Attributes
     ----------
@@ -60,7 +60,7 @@ class Property(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Column:
-    """The values of one property in all rows; of lists, one after the other, with their sizes."""
+    """The values of one property in all rows; lists are concatenated, with their sizes."""
 
     values: NDArray[Any]
     sizes: IntArray | None = None
@@ -75,7 +75,7 @@ def untextured(V: FloatArray, F: IntArray) -> Parsed:
 
 
 def refuse(line: int, text: bytes, what: str) -> NoReturn:
-    """Raise `Damaged` for what is wrong with a line."""
+    """Raise `Damaged` for a line; `what` says what is wrong with it."""
     raise Damaged(f"line {line}, {shown(text)}, {what}")
 
 
@@ -86,7 +86,7 @@ def shown(text: bytes, limit: int = 40) -> str:
 
 
 def numbers(words: Sequence[bytes], count: int) -> list[float]:
-    """The words as `count` numbers; none where they are not."""
+    """The words as `count` numbers; empty if they are not."""
     try:
         values = list(map(float, words))
     except ValueError:
@@ -96,7 +96,7 @@ def numbers(words: Sequence[bytes], count: int) -> list[float]:
 
 
 def indices(words: Sequence[bytes], count: int) -> list[int]:
-    """The words as `count` integers from 0 on; none where they are not."""
+    """The words as `count` integers, 0 or larger; empty if they are not."""
     text = b"".join(words)
     if len(words) != count or not text.isdigit() or max(map(len, words)) > INDEX_DIGITS:
         return []
@@ -104,7 +104,7 @@ def indices(words: Sequence[bytes], count: int) -> list[int]:
 
 
 def rows_of(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
-    """The lines that are not empty, without comments, and their numbers from 1 on."""
+    """The lines that are not empty, without comments, and their numbers, from 1."""
     lines = data.splitlines()
     if comment and comment in data:
         lines = [text.partition(comment)[0] for text in lines]
@@ -113,7 +113,7 @@ def rows_of(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
 
 
 def columns_of(rows: list[bytes], at: list[int], properties: Sequence[Property], what: str) -> Columns:
-    """The columns of a table of text; `at` are its lines, and `what` is said of one that is wrong."""
+    """The columns of a text table; `at` has its line numbers, `what` describes a damaged line."""
     if not any(of.length for of in properties):
         values = _table(rows, len(properties))
         if values is not None:
@@ -126,7 +126,7 @@ def columns_of(rows: list[bytes], at: list[int], properties: Sequence[Property],
 
 
 def _table(rows: list[bytes], columns: int) -> FloatArray | None:
-    """The first `columns` words of each row as numbers, where all of them are: fast."""
+    """The first `columns` words of each row as numbers, if all of them are numbers: fast."""
     if not rows:
         return np.empty((0, columns))
     try:
@@ -136,7 +136,7 @@ def _table(rows: list[bytes], columns: int) -> FloatArray | None:
 
 
 def _lists_of_one_size(rows: list[bytes]) -> Column | None:
-    """Integers in rows `k v1 ... vk`, where all are of one k: fast."""
+    """Integers in rows `k v1 ... vk`, if k is the same in all rows: fast."""
     words = rows[0].split() if rows else []
     (k,) = indices(words[:1], 1) or (0,)
     table = _table(rows, k + 1) if 0 < k < len(words) else None
@@ -174,7 +174,7 @@ def _row_by_row(rows: list[bytes], at: list[int], properties: Sequence[Property]
 
 
 def fan(polygons: Column, n: int) -> tuple[IntArray, IntArray]:
-    """Triangles (#F, 3) as igl splits polygons, and the polygons that name vertices outside of the `n`."""
+    """Triangles (#F, 3) as igl splits polygons, and the polygons with vertex indices outside 0 .. n - 1."""
     corners, sizes = polygons.values.astype(np.int64), np.asarray(polygons.sizes, dtype=np.int64)
     of = np.repeat(np.arange(len(sizes)), sizes - 2)
     start = (np.cumsum(sizes) - sizes)[of]

@@ -1,4 +1,4 @@
-"""PLY: read in text and binary, with any elements and properties; written in binary."""
+"""Read PLY in text and binary, with any elements and properties; write it in binary."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def parse_ply(data: bytes) -> Parsed:
     Raises
     ------
     Damaged
-        With the line of a text, or the element of a binary file.
+        The text names the line of a text file, or the element of a binary one.
     """
     order, elements, start, line = _header(data)
     tables = _binary(data, start, elements, order) if order else _text(data[start:], elements, line)
@@ -66,7 +66,7 @@ def parse_ply(data: bytes) -> Parsed:
 
 
 def _header(data: bytes) -> tuple[str, list[Element], int, int]:
-    """Byte order ("" for text), the elements, and the byte and the line at which these begin."""
+    """Byte order ("" for text), the elements, and the byte and line where the header ends."""
     order, elements, start = None, list[Element](), 0
     for line in itertools.count(1):
         end = data.find(b"\n", start)
@@ -104,7 +104,7 @@ def _header(data: bytes) -> tuple[str, list[Element], int, int]:
 
 
 def _text(data: bytes, elements: list[Element], before: int) -> dict[str, Columns]:
-    """Every row of every element, one a line."""
+    """All elements of a text file, one row a line."""
     rows, at = rows_of(data)
     promised = sum(element.rows for element in elements)
     if len(rows) != promised:
@@ -129,7 +129,7 @@ def _binary(data: bytes, start: int, elements: list[Element], order: str) -> dic
 
 
 def _table(data: bytes, start: int, element: Element, order: str) -> tuple[Columns, int]:
-    """The columns of an element, by runs of rows whose lists are of the same sizes, and where it ends."""
+    """The columns of an element and the byte where it ends, read in runs of rows with equal list sizes."""
     runs: list[NDArray[Any]] = []
     sizes: list[tuple[int, ...]] = []
     done, ahead = 0, element.rows  # a run is looked for among so many rows

@@ -1,4 +1,4 @@
-"""STL, text and binary: read."""
+"""Read STL, text and binary."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ HEAD = 84  # bytes, the last four of them the number of triangles
 
 
 def parse_stl(data: bytes) -> Parsed:
-    """The mesh in the bytes of an STL file, where each triangle has vertices of its own."""
+    """The mesh in the bytes of an STL file; each triangle has its own three vertices."""
     promised = int.from_bytes(data[HEAD - 4 : HEAD], "little")
     size = TRIANGLE.itemsize
     if len(data) == HEAD + size * promised:

@@ -1,6 +1,6 @@
 """From target angles to a flat map.
 
-In: a disk's topology, its target angles. Out: complex positions of the vertices, and how they were made.
+In: a disk's topology and target angles. Out: complex positions of its vertices.
 Zayer, Levy, Seidel 2007, section 5; Tutte 1963 and Floater 2003 (embeddings); Rabinovich et al. 2017 (SLIM).
 """
 

@@ -1,4 +1,4 @@
-"""The boundary loop drawn as its angles say, and both coordinates harmonic inside."""
+"""The boundary layout: the boundary loop is drawn from its angles, both coordinates are harmonic inside."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ..surface import Topology, complex_positions, signed_double_areas
 
 @dataclass(frozen=True, eq=False)
 class Boundary:
-    """The outer loop as its angles draw it.
+    """The outer loop drawn from its angles.
 
     Attributes
     ----------
@@ -33,8 +33,8 @@ class Boundary:
 def develop_boundary(topology: Topology, b: Residual) -> Boundary:
     """Draw the outer loop from its exterior angles and the ratios of its successive edges.
 
-    What is missing of 2 pi in the turning and of 0 in the logarithms is spread evenly over the
-    loop; the gap that remains is closed by the smallest change of lengths, min sum delta^2 / l.
+    The exterior angles are shifted to sum to 2 pi, the logarithms of the ratios to sum to 0. The gap
+    that remains is closed by the smallest change of lengths, min sum delta^2 / l.
     """
     loop = topology.loops[0]
     turning, log_ratio = b.turning[loop], b.log_ratio[loop]
@@ -80,7 +80,8 @@ def harmonic(
     if not good:
         # a map whose scale varies a lot needs more digits than multigrid gives
         warnings.warn(
-            f"{factored.name} did not solve the layout to a map without flipped triangles: it is factored",
+            f"{factored.name} did not solve the layout without flipping triangles: the Laplacian is factored "
+            "instead",
             FallbackWarning,
             stacklevel=stack_level(),
         )

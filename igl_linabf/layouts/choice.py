@@ -1,4 +1,4 @@
-"""From angles to coordinates: which layout, and where its map is put."""
+"""From angles to coordinates: the choice of the layout, and the placement of its map."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ GAP = 2.5e-3  # relative gap of the developed boundary up to which "auto" trusts
 
 
 def placed(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
-    """The map where its pins want it, or else scaled to `area`, centred and turned."""
+    """The map moved to its pins; without pins, scaled to `area`, centred and turned to its axes."""
     return centred(topology, z, area) if pinned is None else placed_at(z, pinned)
 
 
@@ -64,7 +64,7 @@ def lay_out(
 ) -> Layout:
     """Lay out triangles' angles, (3, #F) radians.
 
-    `laplacian` is the analysis of the constraints' pattern, where it is there already.
+    `laplacian` is the analysis of the constraints' pattern, if it is known already.
     """
     topology = constraints.topology
     boundary = develop_boundary(topology, b)
@@ -116,36 +116,36 @@ def layout(
     Parameters
     ----------
     F : (#F, 3) int
-        Triangles of one disk, or of one with holes.
+        Triangles of one disk, with or without holes.
     angles : (#F, 3) float
         Target angles in radians, `angles[t, k]` at vertex `F[t, k]` as `igl.internal_angles`
         returns them; in (0, pi), each row summing to pi.
     b, bc : (2,) int and (2, 2) float, optional
         Two pinned vertices and their positions, as in `igl.lscm`.
     method : {"auto", "boundary", "least-squares", "greedy"}
-        "boundary" draws the boundary loop as the angles at it say, and both coordinates harmonic
-        inside; "least-squares" minimises the conformal energy from the triangles with these angles
-        (section 5 of the paper); "greedy" sets triangle to triangle (there, too). "auto" is the
-        first where there are no holes and the drawn loop closes to 2.5e-3 of its length, and
-        else the second.
+        "boundary" draws the boundary loop from the angles at it; inside, both coordinates are
+        harmonic. "least-squares" minimises the conformal energy from the triangles with these
+        angles (section 5 of the paper). "greedy" places triangle after triangle (section 5).
+        "auto" is "boundary" if there are no holes and the drawn loop closes to 2.5e-3 of its
+        length, otherwise "least-squares".
     outer : int, optional
-        A vertex of the outer boundary loop; by default that is the loop of the most edges. The
-        default pins of "least-squares" are on it.
+        A vertex of the outer boundary loop; by default the loop with the most edges is the outer
+        one. The default pins of "least-squares" are on it.
     solver : {"auto", "cholmod", "multigrid", "direct"}
         See `linabf`.
 
     Returns
     -------
     uv : (#V, 2) float64
-        With pins, they are where `bc` says: constraints of "least-squares", and reached by a
-        similarity otherwise. Without, the map has the area 1, its centroid at the origin and its
-        principal axes along x and y. NaN at vertices that no face refers to.
+        With pins, the pinned vertices are at `bc`: as constraints for "least-squares", by a
+        similarity for the others. Without pins, the map has area 1, its centroid at the origin and
+        its principal axes along x and y. NaN at vertices that no face uses.
 
     Raises
     ------
     MeshError
-        `F` is not one oriented manifold disk or one with holes, the angles are not those of
-        triangles, or the pins are not two different vertices.
+        `F` is not one oriented manifold disk, with or without holes; the angles are not those of
+        triangles; or the pins are not two different vertices.
 
     Examples
     --------
@@ -172,17 +172,17 @@ def layout(
 
 
 def check_method(method: str) -> None:
-    """Raise where `method` is not the name of a layout."""
+    """Raise if `method` is not the name of a layout."""
     if method not in get_args(LayoutName):
         names = ", ".join(map(repr, get_args(LayoutName)))
         raise ValueError(f"the layout is {method!r}: use one of {names}")
 
 
 def checked_angles(angles: ArrayLike, m: int) -> FloatArray:
-    """Angles as (3, #F), if they are those of triangles."""
+    """Check that angles are those of triangles; return them as (3, #F)."""
     array = vertex_array(angles, 3, "angles")
     if len(array) != m:
-        raise MeshError(f"angles has {len(array)} rows for {m} faces: pass three angles a face")
+        raise MeshError(f"angles has {len(array)} rows for {m} faces: pass one row a face")
     bad = np.flatnonzero(
         ~((array > 0) & (array < np.pi)).all(axis=1) | ~(np.abs(array.sum(axis=1) - np.pi) < 1e-6)
     )

@@ -1,4 +1,4 @@
-"""Convex-combination maps: flip-free wherever the boundary is convex (Tutte 1963, Floater 2003)."""
+"""Convex-combination maps: without flips if the boundary is convex (Tutte 1963, Floater 2003)."""
 
 from __future__ import annotations
 
@@ -41,10 +41,10 @@ def on_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArray]:
 
 
 def patched(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iterator[ComplexArray]:
-    """The map with the triangles around its flipped ones embedded anew, in ever wider patches.
+    """Maps in which a patch around the flipped triangles is embedded anew, for wider and wider patches.
 
-    The patches' boundaries stay where they are. They are convex only nearly, if at all: what comes out
-    has to be looked at.
+    The boundary of a patch stays where it is. It need not be convex, so the caller has to check the
+    result for flips.
     """
     bad = ~(signed_double_areas(z, topology.corner) > 0)
     inside = topology.interior

@@ -1,4 +1,4 @@
-"""The greedy layout: triangle set to triangle over a breadth-first tree (section 5)."""
+"""The greedy layout: triangles are placed one after another over a breadth-first tree (section 5)."""
 
 from __future__ import annotations
 
@@ -13,8 +13,9 @@ from ..surface import Topology
 def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
     """Triangle after triangle over a breadth-first tree (the paper's section 5); errors add up.
 
-    The seed is the triangle whose smallest angle is the largest; among equally short ways the
-    tree takes the one across the smaller opposite angles, so that the numbering plays no part.
+    The seed is the triangle whose smallest angle is the largest. Among paths of equally many
+    triangles, the tree takes the one across the smaller opposite angles, so that the result does
+    not depend on the numbering.
     """
     m = alpha.shape[1]
     angle = alpha.ravel()

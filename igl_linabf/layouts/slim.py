@@ -1,4 +1,4 @@
-"""A map without flipped triangles, whatever there is to start from: the last rung of the ladder."""
+"""A map without flipped triangles, made from one that has some (guarantee="injective")."""
 
 from __future__ import annotations
 
@@ -55,19 +55,19 @@ class Injective:
 def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> Injective | None:
     """Make a map without flipped triangles from one that has some.
 
-    A valid start is found stepwise: the triangles around the flipped ones are embedded anew, in ever
-    wider patches; where no patch does, the whole surface in a circle, which is valid in exact
+    First a valid start is found. A patch around the flipped triangles is embedded anew, wider and
+    wider. If no patch helps, the whole surface is embedded in a circle, which is valid in exact
     arithmetic. From there igl's SLIM (Rabinovich et al. 2017) lowers the conformal energy sum
-    A (s1^2 + s2^2) / (2 s1 s2), in whose line search no triangle can flip; the map of the least
+    A (s1^2 + s2^2) / (2 s1 s2). No triangle can flip in its line search. The map of the least
     F/3nt is kept.
 
-    `place` brings maps to where the caller wants them. What it returns is judged, since rounding can
-    flip triangles whose scale is near double precision's; None says that no start was valid.
+    `place` moves maps to where the caller wants them. Flips are counted after `place`, since rounding
+    can flip very small triangles. Returns None if no start was valid.
     """
     corner = mesh.topology.corner
     best = None
     for name, starts in (
-        ("its flipped triangles and those around embedded anew", patched(mesh.topology, z, solvers)),
+        ("the map with its flipped triangles embedded anew", patched(mesh.topology, z, solvers)),
         ("an embedding in a circle", on_circle(mesh.topology, solvers)),
     ):
         for start in starts:
@@ -82,7 +82,7 @@ def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> In
 
 
 def _descend(mesh: Mesh, start: ComplexArray, best: Injective, place: Place) -> Injective:
-    """SLIM from a valid map, as long as it lowers F/3nt and double precision holds its maps."""
+    """SLIM from a valid map, until F/3nt no longer falls or rounding flips a triangle."""
     size = float(np.sqrt(signed_double_areas(start, mesh.topology.corner).sum() / 2))
     data = igl.slim_precompute(
         np.asfortranarray(mesh.V / np.sqrt(mesh.area)),

@@ -1,4 +1,4 @@
-"""What a computation will take of the memory, and what there is."""
+"""Estimates of the memory that a computation needs, and the memory that is free."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OVERHEAD = 1.5  # of CHOLMOD's factor: supernodes' zeros, indices, work space
 
 
 def available() -> int | None:
-    """Bytes that this process may take still; None where the system does not tell."""
+    """Bytes that this process can still allocate; None if the system does not report them."""
     limits = [psutil.virtual_memory().available, _left_in_cgroup()]
     if sys.platform != "win32":
         import resource
@@ -29,25 +29,25 @@ def available() -> int | None:
 
 
 def factor_bytes(n: int, itemsize: int) -> int:
-    """What the factor of an n by n Laplacian of a planar graph takes.
+    """Bytes of the factor of an n by n Laplacian of a planar graph.
 
-    By nested dissection that is O(n log n) entries (Lipton, Rose, Tarjan 1979).
+    With nested dissection it has O(n log n) entries (Lipton, Rose, Tarjan 1979).
     """
     return int(OVERHEAD * FILL * n * math.log2(max(n, 2)) * itemsize)
 
 
 def fits(wanted: int) -> bool:
-    """Whether so many bytes are there."""
+    """Whether so many bytes are free."""
     free = available()
     return free is None or wanted <= free
 
 
 def check_memory(faces: int, factor: int = 0) -> None:
-    """Raise where so many faces do not fit, with a factor of so many bytes that has to be."""
+    """Raise if so many faces, and a factor of so many bytes, do not fit into memory."""
     wanted = PER_FACE * faces + factor
     if not fits(wanted):
         raise MemoryLimitError(
-            f"{faces:,} faces take about {gigabytes(wanted)}, and {gigabytes(available() or 0)} of memory "
+            f"{faces:,} faces take about {gigabytes(wanted)}, but only {gigabytes(available() or 0)} "
             "are free: decimate the mesh (igl.qslim), cut it into parts (igl_linabf.cut), or use a machine "
             "with more memory"
         )
@@ -58,7 +58,7 @@ def gigabytes(n: int) -> str:
 
 
 def _left_in_cgroup() -> int | None:
-    """Of the memory limit of this process's control group, as containers have it (version 2 or 1)."""
+    """What is left of the memory limit of this process's control group (version 2 or 1), as in containers."""
     for limit, used in (
         ("/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory.current"),
         ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),

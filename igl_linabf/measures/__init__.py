@@ -1,8 +1,8 @@
 """How good a flat map is.
 
-In: a surface and a map of it. Out: what the map does to each triangle, one figure of the whole each, and the
-pairs of triangles that lie over each other. F/3nt is the paper's measure (table 1); stretch is that of
-Sander, Snyder, Gortler and Hoppe 2001.
+In: a surface and a map of it. Out: the distortion of each triangle, totals over the map, and the pairs of
+triangles that overlap. F/3nt is the paper's measure (table 1); stretch is that of Sander, Snyder, Gortler
+and Hoppe 2001.
 """
 
 from .figures import Quality, quality, quality_of, table

@@ -17,29 +17,29 @@ from .per_triangle import change_of
 
 @dataclass(frozen=True)
 class Quality:
-    """Distortion of a flat map, as numbers; `print` shows them as a table.
+    """Distortion of a whole flat map; `print` shows it as a table.
 
     Attributes
     ----------
     angle_distortion : float
         The paper's F/3nt: mean over corners of ((angle in uv - angle in 3-D) / angle in 3-D)^2.
     angle_error : float
-        The same unweighted: mean of (angle in uv - angle in 3-D)^2, in square radians.
+        Mean of (angle in uv - angle in 3-D)^2, in square radians.
     conformal_distortion : float
-        Quasi-conformal distortion sigma1 / sigma2, its mean by area in 3-D; 1 is best. Infinite
-        where a triangle has collapsed.
+        Quasi-conformal distortion sigma1 / sigma2, mean weighted by area in 3-D; 1 is best.
+        Infinite if a triangle has collapsed.
     conformal_distortion_max : float
-        The largest one.
+        The largest sigma1 / sigma2.
     area_distortion : float
-        Mean by area of `|log(area in uv / area in 3-D)|`, both of total 1; 0 is best. Infinite
-        where a triangle has collapsed.
+        Area-weighted mean of `|log(area in uv / area in 3-D)|`, with both total areas scaled to 1;
+        0 is best. Infinite if a triangle has collapsed.
     stretch_l2, stretch_linf : float
         Root mean square and largest stretch of Sander et al. 2001, normalised by area; 1 is best.
-        Infinite where a triangle has collapsed.
+        Infinite if a triangle has collapsed.
     flips : int
-        Triangles whose area in uv is not positive (`igl.flipped_triangles`, and the collapsed).
+        Triangles whose area in uv is not positive: flipped (`igl.flipped_triangles`) or collapsed.
     overlaps : int
-        Pairs of triangles of one chart that lie over each other (`igl_linabf.overlaps`).
+        Pairs of triangles of one chart that overlap (`igl_linabf.overlaps`).
     faces : int
         Number of triangles.
     """
@@ -74,7 +74,7 @@ ROWS = {
 
 
 def table(columns: Mapping[str, Quality], extra: Mapping[str, Mapping[str, str]] | None = None) -> str:
-    """Several maps' qualities side by side as text, one map a column.
+    """Qualities of several maps as a text table, one column a map.
 
     Parameters
     ----------
@@ -99,9 +99,9 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
     V : (#V, 3) float
         Vertex positions.
     F : (#F, 3) int
-        Triangles; any number of pieces, loops and handles.
+        Triangles of any number of components, loops and handles.
     uv : (#V, 2) float
-        The map, of any scale; not a number only where no face refers to.
+        The map, at any scale; NaN is allowed at vertices that no face uses.
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Where a flat map lies over itself, although none of its triangles need be flipped."""
+"""Overlaps of a flat map with itself, which occur also without flipped triangles."""
 
 from __future__ import annotations
 
@@ -14,22 +14,22 @@ BLOCK_SIZE = 1 << 16  # triangles searched at a time, which bounds the memory
 
 
 def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
-    """Pairs of faces that lie over each other in the plane.
+    """Pairs of faces that overlap in the plane.
 
-    Two faces overlap if one reaches deeper into the other than a millionth of the smaller one's
-    height (its least width), and than the rounding of the coordinates: touching at a vertex or
-    along an edge is no overlap, also where the two sides of a seam lie side by side.
+    Two faces overlap if one reaches into the other by more than a millionth of the smaller one's
+    height (its least width), and by more than the rounding of the coordinates. Touching at a
+    vertex or along an edge is not an overlap.
     A face folded over its neighbour overlaps it. A collapsed face overlaps nothing.
 
     Parameters
     ----------
     uv : (#V, 2) float
-        The map; not a number only where no face refers to.
+        The map; NaN is allowed at vertices that no face uses.
     F : (#F, 3) int
         Triangles. A chart is a component of faces connected by common vertices.
     between : bool
-        Compare faces of different charts, too, as in a packed atlas. Otherwise each chart stands
-        for itself, as if it had a plane of its own.
+        Compare faces of different charts, too, as in a packed atlas. By default each chart is
+        compared with itself only.
 
     Returns
     -------
@@ -43,9 +43,9 @@ def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
 
     Notes
     -----
-    In a chart without flipped faces each point is covered as often as the boundary loops wind
-    around it. So if they cross neither themselves nor each other, and only one of them runs
-    counter-clockwise, nothing overlaps, and no faces are compared.
+    In a chart without flipped faces, a point is covered as often as the boundary loops wind around
+    it. So if the loops do not cross, and only one of them runs counter-clockwise, nothing overlaps
+    and no faces are compared.
 
     Examples
     --------
@@ -76,7 +76,7 @@ def _no_pairs() -> IntArray:
 
 
 def _injective(z: ComplexArray, F: IntArray, chart: IntArray) -> np.ndarray:
-    """Charts of which the boundary loops and the signs of the faces prove that they do not overlap."""
+    """Charts whose boundary loops and face orientations prove that nothing overlaps."""
     number = int(chart.max()) + 1
     proved = np.zeros(number, dtype=bool)
     upright = np.ones(number, dtype=bool)
@@ -108,7 +108,7 @@ def _winds_once(segments: FloatArray) -> bool:
 
 
 def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
-    """All overlapping pairs, of one chart where `chart` is given."""
+    """All overlapping pairs; within charts only if `chart` is given."""
     triangle = complex_positions(uv)[F]
     area = signed_double_areas(triangle.T.ravel(), np.arange(F.size).reshape(3, -1))
     triangle[area < 0] = triangle[area < 0][:, [0, 2, 1]]
@@ -142,7 +142,7 @@ def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
 
 
 def _reach(triangle: ComplexArray, i: IntArray, j: IntArray, k: int) -> FloatArray:
-    """How far triangles j reach over side k of triangles i, to the inside."""
+    """How far triangles j reach across side k of triangles i, towards the inside."""
     start = triangle[:, k]
     side = triangle[:, (k + 1) % 3] - start
     inward = (side / np.abs(side)).conj()[i]

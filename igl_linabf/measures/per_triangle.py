@@ -16,27 +16,27 @@ MEASURES: tuple[Measure, ...] = ("angle", "conformal", "stretch", "area")
 
 
 def distortion(V: ArrayLike, F: ArrayLike, uv: ArrayLike, measure: Measure = "angle") -> FloatArray:
-    """Distortion of each triangle by a flat map; `quality` has the figures of the whole.
+    """Distortion of each triangle by a flat map; `quality` measures the whole map.
 
     Parameters
     ----------
     V : (#V, 3) float
         Vertex positions.
     F : (#F, 3) int
-        Triangles; any number of pieces, loops and handles.
+        Triangles of any number of components, loops and handles.
     uv : (#V, 2) float
-        The map, of any scale; not a number only where no face refers to.
+        The map, at any scale; NaN is allowed at vertices that no face uses.
     measure : {"angle", "conformal", "stretch", "area"}
-        "angle": mean over the corners of ((angle in uv - angle in 3-D) / angle in 3-D)^2, whose mean
-        over the triangles is the paper's F/3nt. "conformal": sigma1 / sigma2, 1 is best. "stretch":
-        the L2 stretch of Sander et al. 2001, the map scaled to the area of the surface. "area":
-        log(area in uv / area in 3-D), likewise scaled; 0 is best, negative is shrunk.
+        "angle": mean over the corners of ((angle in uv - angle in 3-D) / angle in 3-D)^2. Its mean
+        over the triangles is the paper's F/3nt. "conformal": sigma1 / sigma2; 1 is best.
+        "stretch": the L2 stretch of Sander et al. 2001. "area": log(area in uv / area in 3-D); 0 is
+        best, negative means shrunk. For the last two, the map is scaled to the area of the surface.
 
     Returns
     -------
     (#F,) float64
-        Infinite (of "area": negatively) where a triangle has collapsed, but for the angles. Flipped
-        triangles have the value of their mirror image.
+        At a collapsed triangle "conformal" and "stretch" are inf, "area" is -inf. Flipped triangles
+        have the value of their mirror image.
 
     Raises
     ------
@@ -64,14 +64,14 @@ def distortion(V: ArrayLike, F: ArrayLike, uv: ArrayLike, measure: Measure = "an
 
 @dataclass(frozen=True, eq=False)
 class Change:
-    """What a flat map does to each triangle.
+    """Measurements of each triangle in a flat map.
 
     Attributes
     ----------
     angle, angle_error : (3, #F) float64
-        Corner angles in 3-D, and those in uv less them, radians.
+        Corner angles in 3-D, and angle in uv - angle in 3-D, radians.
     double_area, signed : (#F,) float64
-        Twice the area in 3-D, and the signed one in uv scaled to size one.
+        Twice the area in 3-D, and twice the signed area in uv, scaled by `of_size_one`.
     major, minor : (#F,) float64
         The singular values sigma1 >= sigma2 of the map.
     """
@@ -85,7 +85,7 @@ class Change:
 
     @property
     def scale(self) -> float:
-        """Area in uv over area in 3-D, of the whole."""
+        """Total area in uv over total area in 3-D."""
         return float(np.abs(self.signed).sum() / self.double_area.sum())
 
     @property
@@ -95,38 +95,38 @@ class Change:
 
     @property
     def flipped(self) -> BoolArray:
-        """(#F,) bool; the collapsed ones, too."""
+        """(#F,) bool: flipped or collapsed."""
         return ~(self.signed > 0)
 
     @property
     def conformal(self) -> FloatArray:
-        """sigma1 / sigma2; infinite where a triangle has collapsed."""
+        """sigma1 / sigma2; infinite at collapsed triangles."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.minor > 0, self.major / self.minor, np.inf)
 
     @property
     def squared_stretch(self) -> FloatArray:
-        """Square of the L2 stretch, areas scaled to the same total."""
+        """Square of the L2 stretch, with the map scaled to the area of the surface."""
         with np.errstate(divide="ignore", invalid="ignore"):
             squared = self.scale * (self.minor**-2.0 + self.major**-2.0) / 2
             return np.where(self.minor > 0, squared, np.inf)
 
     @property
     def largest_stretch(self) -> FloatArray:
-        """The stretch in the direction in which it is largest, likewise."""
+        """The largest stretch, with the map scaled to the area of the surface."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.minor > 0, np.sqrt(self.scale) / self.minor, np.inf)
 
     @property
     def log_area_ratio(self) -> FloatArray:
-        """log(area in uv / area in 3-D), areas scaled to the same total."""
+        """log(area in uv / area in 3-D), with the map scaled to the area of the surface."""
         with np.errstate(divide="ignore", invalid="ignore"):
             ratio = np.log(np.abs(self.signed) / self.double_area / self.scale)
             return np.where(self.signed != 0, ratio, -np.inf)
 
 
 def change_of(surface: Submesh, map_: FloatArray) -> Change:
-    """Measure what a flat map does to a surface, both of them checked; the map is by its vertices."""
+    """Measure a checked map of a checked surface; one row for each vertex of `surface`."""
     map_ = of_size_one(map_)
     corner = np.ascontiguousarray(surface.F.T)
     double_area, dot = surface.measured
@@ -148,7 +148,7 @@ def _singular_values(
     right: ComplexArray,
     left: ComplexArray,
 ) -> tuple[FloatArray, FloatArray]:
-    """Singular values of each triangle's map from its plane to uv, the larger ones first.
+    """Singular values of each triangle's map from its plane to uv, the larger one first.
 
     `right` and `left` are the sides from corner 0 to corners 1 and 2 in uv.
     """

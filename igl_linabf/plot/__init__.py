@@ -1,7 +1,7 @@
-"""Pictures and a window: in come a surface and its flat map, an atlas or a grid; out come pyvista's plotters.
+"""Pictures and an interactive window, with pyvista.
 
-`pictures` has the functions that draw, `window` the one that waits for keys and clicks, `scene` what both are
-made of: textures, colour scales, cameras, lines. Needs pyvista.
+In: a surface and its flat map, an atlas or a grid. Out: pyvista plotters. `pictures` has the functions that
+draw, `window` the interactive viewer. `scene` has what both use: textures, colour scales, cameras, lines.
 """
 
 try:

@@ -1,7 +1,7 @@
-"""Pictures: checkerboards and distortion on the surface and on its flat map, grids. Needs pyvista.
+"""Pictures of a surface and its flat map: checkerboards, distortion, grids. Needs pyvista.
 
-All functions add to a pyvista `Plotter`, yours or a new one, and return it to go on with. With
-`show=True` they show it; `screenshot=` saves the picture then, as in `Plotter.show`.
+All functions add to a pyvista `Plotter`, yours or a new one, and return it. With `show=True` they
+also show it; `screenshot=` then saves the picture, as in `Plotter.show`.
 """
 
 from __future__ import annotations
@@ -50,27 +50,27 @@ def plot_checkerboard(
     screenshot: str | bool = False,
     **kwargs: Any,
 ) -> pv.Plotter:
-    """Add the surface, with a checkerboard pulled back from its flat map, to a plotter.
+    """Add the surface, textured with a checkerboard by its flat map, to a plotter.
 
     Parameters
     ----------
     V, F : (#V, 3) float and (#F, 3) int
     uv : (#V, 2) float, or Atlas
-        The map, or what `unwrap(V, F)` returned. Faces that it flips are red.
+        The map, or the result of `unwrap(V, F)`. Flipped faces are red.
     seams : (#E, 2) int or (#F, 3) bool, optional
         Edges of F to draw as dark lines; by default those of the atlas. `[]` draws none.
     frequency : float
-        Squares of the board along the longer side of the map.
+        Squares of the checkerboard along the longer side of the map.
     texture : pyvista.Texture, optional
-        Another picture than the checkerboard, repeated every two squares.
+        A texture instead of the checkerboard, repeated every two squares.
     plotter : pyvista.Plotter, optional
-        Where to add it, in its active renderer; a new one by default.
+        Plotter to add to, in its active renderer; by default a new one.
     show : bool
-        Show it, too.
+        Also show the plotter.
     screenshot : str or bool
         Where to save the picture when it is shown.
     **kwargs
-        For `Plotter.add_mesh`.
+        Options of `Plotter.add_mesh`.
 
     Returns
     -------
@@ -79,7 +79,7 @@ def plot_checkerboard(
     Raises
     ------
     MeshError
-        The arrays do not fit together, or a seam is no edge of F.
+        The arrays do not fit together, or a seam is not an edge of F.
 
     Examples
     --------
@@ -112,13 +112,13 @@ def plot_uv(
     Parameters
     ----------
     uv : (#V, 2) float
-        Of an atlas, `atlas.TC`.
+        The map; `atlas.TC` for an atlas.
     F : (#F, 3) int
-        Of an atlas, `atlas.FTC`.
+        Triangles; `atlas.FTC` for an atlas.
     scalars : (#F,) or (#V,) float, optional
-        What to colour it by, instead of the checkerboard; `cmap`, `clim`, `log_scale` and
-        `scalar_bar_args` as in `Plotter.add_mesh`.
-    frequency, texture, plotter, show, screenshot, **kwargs
+        Values to show as colours instead of the checkerboard; `cmap`, `clim`, `log_scale` and
+        `scalar_bar_args` are as in `Plotter.add_mesh`.
+    frequency, texture, plotter, show, screenshot, **kwargs : see `plot_checkerboard`
         As in `plot_checkerboard`.
 
     Returns
@@ -159,18 +159,20 @@ def plot_distortion(
     screenshot: str | bool = False,
     **kwargs: Any,
 ) -> pv.Plotter:
-    """Add the surface, coloured by how much the flat map distorts each triangle, to a plotter.
+    """Add the surface, coloured by the distortion of each triangle in the flat map, to a plotter.
 
     Parameters
     ----------
-    V, F, uv, seams, plotter, show, screenshot
+    V, F, uv : see `plot_checkerboard`
         As in `plot_checkerboard`.
     measure : {"angle", "conformal", "stretch", "area"}
         As in `igl_linabf.distortion`. Angles and stretch have a logarithmic scale, areas a
         diverging one around 0. Flipped and collapsed triangles are red.
+    seams, plotter, show, screenshot : see `plot_checkerboard`
+        As in `plot_checkerboard`.
     **kwargs
-        For `Plotter.add_mesh`; `clim`, `cmap` and `log_scale` among them change the scale, which
-        otherwise leaves out the lowest and the highest fiftieth of the triangles.
+        Options of `Plotter.add_mesh`. `clim`, `cmap` and `log_scale` change the colour scale, which
+        by default runs from the 2nd to the 98th percentile.
 
     Returns
     -------
@@ -205,15 +207,15 @@ def plot_grid(
     screenshot: str | bool = False,
     **kwargs: Any,
 ) -> pv.Plotter:
-    """Add a grid of iso-lines to a plotter: whole cells light, those cut by the boundary dark.
+    """Add a quad grid to a plotter: whole cells are light, cells cut by the boundary are dark.
 
     Parameters
     ----------
     grid : QuadGrid
         From `igl_linabf.quad_grid`.
     flat : bool
-        Draw it in the map, instead of on the surface.
-    plotter, show, screenshot, **kwargs
+        Draw the grid in the flat map, instead of on the surface.
+    plotter, show, screenshot, **kwargs : see `plot_checkerboard`
         As in `plot_checkerboard`.
 
     Returns
@@ -261,24 +263,29 @@ def plot_compare(
     show: bool = True,
     **kwargs: Any,
 ) -> pv.Plotter:
-    """Show flat maps of one surface in rows: checkerboard on the surface, and the map beside it.
+    """Show flat maps of one surface in rows: the surface with a checkerboard, and the map beside it.
 
     Parameters
     ----------
     V, F : (#V, 3) float and (#F, 3) int
     maps : mapping of name to (#V, 2) float, or to Atlas
-        One row each, under its name, F/3nt and number of flipped triangles. Each map is turned,
-        scaled and moved to fit the first, so that the boards can be compared; atlases stay.
+        One row each, with its name, F/3nt and number of flipped triangles. Each map is rotated,
+        scaled and moved to fit the first one, so that the checkerboards can be compared; atlases
+        are not.
     measure : {"angle", "conformal", "stretch", "area"}, optional
-        Show this distortion, with one scale for all, instead of the checkerboard.
-    seams, frequency, texture
+        Show this distortion, with one colour scale for all, instead of the checkerboard.
+    seams, frequency, texture : see `plot_checkerboard`
         As in `plot_checkerboard`.
-    off_screen, window_size, **kwargs
-        For `pyvista.Plotter`: `theme`, `notebook`, `title`, ...
+    off_screen : bool, optional
+        Open no window; by default `pyvista.OFF_SCREEN`.
+    window_size : (int, int), optional
+        Width and height in pixels.
     screenshot : str or bool
         Where to save the picture when it is shown.
     show : bool
-        False returns the plotter to go on with.
+        False returns the plotter without showing it.
+    **kwargs
+        Options of `pyvista.Plotter`: `theme`, `notebook`, `title`, ...
 
     Returns
     -------
@@ -287,7 +294,7 @@ def plot_compare(
     Raises
     ------
     MeshError
-        There is no map, or the arrays do not fit together.
+        `maps` is empty, or the arrays do not fit together.
 
     Examples
     --------
@@ -301,7 +308,7 @@ def plot_compare(
     >>> plotter.close()
     """
     if not maps:
-        raise MeshError("maps is empty: give one flat map at least, by its name")
+        raise MeshError("maps is empty: give at least one flat map with its name")
     scenes = [scene(V, F, uv, seams) for uv in maps.values()]
     single = [i for i, uv in enumerate(maps.values()) if not isinstance(uv, Atlas)]
     for i in single[1:]:
@@ -327,7 +334,7 @@ def plot_compare(
 def _surface(
     drawn: Scene, colours: dict[str, Any], plotter: pv.Plotter | None, show: bool, screenshot: str | bool
 ) -> pv.Plotter:
-    """The surface with its seams, in the caller's plotter or in one that looks at it."""
+    """The surface with its seams, in the caller's plotter or in a new one."""
     target, alone = _target(plotter)
     add_surface(target, drawn, **colours)
     add_seams(target, drawn.seams)
@@ -337,7 +344,7 @@ def _surface(
 
 
 def _used(scalars: ArrayLike, uv: ArrayLike, F: ArrayLike) -> FloatArray:
-    """The scalars of the vertices that a face refers to, where they are by vertex."""
+    """The scalars; if they are by vertex, of the vertices that a face uses."""
     values = np.asarray(scalars, dtype=np.float64).ravel()
     n = len(vertex_array(uv, 2, "uv"))
     return values[np.unique(np.asarray(F))] if len(values) == n != len(np.asarray(F)) else values

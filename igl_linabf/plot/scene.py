@@ -1,4 +1,4 @@
-"""What the pictures are made of: textures, colours and their scales, cameras, lines. Needs pyvista."""
+"""Parts of the pictures: textures, colour scales, cameras, lines. Needs pyvista."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ BAR = 0.12  # share of the window's height that a scalar bar takes
 
 @dataclass(frozen=True, eq=False)
 class Scene:
-    """A surface and its flat map without the vertices that no face refers to.
+    """A surface and its flat map, without the vertices that no face uses.
 
     Attributes
     ----------
@@ -41,7 +41,7 @@ class Scene:
 
     @property
     def flipped(self) -> BoolArray:
-        """(#F,) bool; the collapsed faces, too."""
+        """(#F,) bool: flipped or collapsed."""
         return ~(signed_double_areas(complex_positions(self.uv), self.F.T) > 0)
 
     @property
@@ -50,17 +50,17 @@ class Scene:
         return flat_scene(self.uv, self.F)
 
     def fitted(self, onto: Scene) -> Scene:
-        """With the map turned, scaled and moved to fit another one."""
+        """The scene with its map rotated, scaled and moved to fit another one."""
         return replace(self, uv=fit(self.uv, onto.uv))
 
 
 def scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | None = None) -> Scene:
-    """The surface and its map, or the atlas of it; of an atlas the seams, too."""
+    """The scene of a surface and its map or atlas; by default with the seams of the atlas."""
     points, faces = vertex_array(V), face_array(F)
     if isinstance(uv, Atlas):
         if len(uv.FTC) != len(faces) or uv.origin.max() >= len(points):
             raise MeshError(
-                f"the atlas is of {len(uv.FTC)} faces, F has {len(faces)}: pass V and F that were unwrapped"
+                f"the atlas is of {len(uv.FTC)} faces, F has {len(faces)}: pass the unwrapped V and F"
             )
         edges = uv.seams if seams is None else _ends(seams, faces, len(points))
         lines, points, faces, map_ = points[edges], points[uv.origin], uv.FTC, uv.TC
@@ -85,13 +85,13 @@ def flat_scene(uv: ArrayLike, F: ArrayLike) -> Scene:
 
 
 def board(frequency: float, texture: pv.Texture | None = None) -> dict[str, Any]:
-    """What `add_surface` takes for a checkerboard, or for another texture."""
+    """Options of `add_surface` for a checkerboard, or for another texture."""
     texture = checker_texture() if texture is None else texture
     return {"frequency": frequency, "texture": texture, "smooth_shading": True}
 
 
 def distortions(scenes: Iterable[Scene], measure: Measure) -> list[dict[str, Any]]:
-    """What `add_surface` takes for the distortion of each, with one scale for all."""
+    """Options of `add_surface` for the distortion of each scene, with one colour scale for all."""
     values = [distortion(one.V, one.F, one.uv, measure) for one in scenes]
     scale = colour_scale(values, measure)
     return [{"scalars": of, **scale} for of in values]
@@ -105,7 +105,11 @@ def checker_texture(light: str = LIGHT, dark: str = DARK, resolution: int = 64) 
     light, dark : str
         Colours.
     resolution : int
-        Pixels of a square's side.
+        Pixels along the side of a square.
+
+    Returns
+    -------
+    pyvista.Texture
 
     Examples
     --------
@@ -120,9 +124,10 @@ def checker_texture(light: str = LIGHT, dark: str = DARK, resolution: int = 64) 
 
 
 def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
-    """Add the faces: those that the map flips in the warning colour, the others as the options say.
+    """Add the faces: flipped ones in the warning colour, the others as the options say.
 
-    `scalars`, by vertex or by face, may be among them, and `texture`, with `frequency` of its board.
+    The options are those of `Plotter.add_mesh`, with `scalars` by vertex or by face, and `frequency`,
+    the number of squares for `texture`.
     """
     flipped = drawn.flipped
     surface = pv.PolyData.from_regular_faces(drawn.V, drawn.F[~flipped])
@@ -153,7 +158,7 @@ def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
 
 
 def add_flat(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
-    """Add the flat map with its boundary, flipped faces above the others, and look at it."""
+    """Add the flat map with its boundary, flipped faces on top, and point the camera at it."""
     bar = "scalars" in options and options.get("show_scalar_bar", True)
     add_surface(plotter, drawn, **{"lighting": False, **options})
     sides = np.sort(np.concatenate([drawn.F[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
@@ -169,7 +174,7 @@ def add_flat(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
 
 
 def look_at_the_plane(plotter: pv.Plotter, bar: bool = False) -> None:
-    """Fit the plane's picture into the window, above a scalar bar."""
+    """Point the camera at the plane so that the map fills the window, above a scalar bar."""
     camera = plotter.camera
     camera.tight(padding=0.08, view="xy", adjust_render_window=False)
     if bar:
@@ -192,8 +197,8 @@ def add_seams(plotter: pv.Plotter, segments: FloatArray, **options: Any) -> None
 def colour_scale(values: Iterable[FloatArray], measure: Measure) -> dict[str, Any]:
     """`cmap`, `clim`, `log_scale` and `scalar_bar_args` for a distortion of one map, or of several.
 
-    The limits are the second and the 98th percentile, so that single triangles do not take all
-    colours; areas have a diverging map with 0 in the middle.
+    The limits are the 2nd and the 98th percentile, so that a few triangles do not take up the whole
+    scale. Areas have a diverging colour map with 0 in the middle.
     """
     every = np.concatenate([np.ravel(v) for v in values])
     every = every[np.isfinite(every)]
@@ -225,12 +230,16 @@ def colour_scale(values: Iterable[FloatArray], measure: Measure) -> dict[str, An
 
 
 def fit(uv: ArrayLike, onto: ArrayLike) -> FloatArray:
-    """The map turned, scaled and moved to lie on another one as well as a similarity can.
+    """The map rotated, scaled and moved to fit another one best, in the least-squares sense.
 
     Parameters
     ----------
     uv, onto : (#V, 2) float
-        NaN rows are left out, and stay.
+        The map and the one to fit. NaN rows are ignored; they stay NaN.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
 
     Examples
     --------
@@ -246,9 +255,9 @@ def fit(uv: ArrayLike, onto: ArrayLike) -> FloatArray:
 
 
 def face_the_camera(plotter: pv.Plotter, points: FloatArray, faces: IntArray) -> None:
-    """Look along the coordinate axis of the least extent, from the side that more area faces.
+    """Look along the coordinate axis of least extent, from the side that more area faces.
 
-    y is up, unless the picture would be much higher than wide.
+    y points up, unless the picture would be much higher than wide.
     """
     a, b, c = points[faces.T]
     normal = np.cross(b - a, c - a)

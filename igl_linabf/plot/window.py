@@ -1,7 +1,7 @@
 """A window with the surface and its flat map side by side. Needs pyvista.
 
 A click on either side marks the same point on both. Keys change the method, the iterations, the
-board's frequency and the distortion shown.
+checkerboard's frequency and the distortion that is shown.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from .scene import Scene, add_flat, add_seams, add_surface, board, distortions, 
 
 NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
 MARK = "#e815c4"
-NO_DISPLAY = "there is no display to open a window on: set DISPLAY, or draw it off screen (--screenshot)"
+NO_DISPLAY = "there is no display to open a window on: set DISPLAY, or write a picture instead (--screenshot)"
 CLICK_MOVES = 4  # pixels at most between press and release of a click
 HELP = """\
 m            igl.lscm, linABF, ABF
@@ -43,7 +43,16 @@ q            quit"""
 
 @dataclass(frozen=True, eq=False)
 class Shown:
-    """One flat map, and what is said of it."""
+    """One flat map as the window shows it.
+
+    Attributes
+    ----------
+    drawn : Scene
+        The surface and its map.
+    quality : Quality
+    charts : int
+        Number of charts.
+    """
 
     drawn: Scene
     quality: Quality
@@ -51,27 +60,32 @@ class Shown:
 
 
 class Viewer:
-    """The window's state, and what its keys do.
+    """The state of the window, and the actions of its keys.
 
     Parameters
     ----------
     V, F : (#V, 3) float and (#F, 3) int
-        Any oriented manifold surface; what is no disk, with or without holes, is unwrapped.
+        Any oriented manifold surface; anything but a disk (with or without holes) is unwrapped.
     method : {"linabf", "lscm", "abf"} or another method of `flatten`
+        The first method shown.
     frequency : float
         Squares of the checkerboard along the longer side of the map.
     measure : {"angle", "conformal", "stretch", "area"}, optional
         Distortion to show instead of the checkerboard.
-    off_screen, window_size, **options
-        For `pyvista.Plotter`.
+    off_screen : bool
+        Open no window.
+    window_size : (int, int)
+        Width and height in pixels.
+    **options
+        Options of `pyvista.Plotter`.
 
     Attributes
     ----------
     plotter : pyvista.Plotter
     iterations : int
-        Of linABF; 0 is its default.
+        Iterations of linABF; 0 is its default, "auto".
     picked : (int, (3,) float64) or None
-        Face and barycentric coordinates of the point that is marked.
+        Face and barycentric coordinates of the marked point.
     """
 
     def __init__(
@@ -114,7 +128,7 @@ class Viewer:
 
     @property
     def shown(self) -> Shown:
-        """The map of the method and its iterations, flattened at the first time."""
+        """The map of the present method and iterations, computed on first use."""
         key = (self.method, self.iterations if self.method == "linabf" else 0)
         if key not in self._maps:
             self._maps[key] = self._flattened(*key)
@@ -133,7 +147,7 @@ class Viewer:
         return Shown(scene(self.V, self.F, atlas), atlas.quality, len(atlas.charts))
 
     def draw(self) -> None:
-        """Draw both sides anew; the camera of the surface stays."""
+        """Redraw both sides; the camera of the surface stays."""
         drawn = self.shown.drawn
         (colours,) = [board(self.frequency)] if self.measure is None else distortions([drawn], self.measure)
         self.plotter.suppress_rendering = True  # each addition would render
@@ -154,7 +168,7 @@ class Viewer:
 
     @property
     def caption(self) -> str:
-        """What is shown, in words."""
+        """The caption of the window."""
         q, name = self.shown.quality, NAMES.get(self.method, self.method)
         if self.method == "linabf" and self.iterations:
             name += f", {self.iterations} iteration{'s' * (self.iterations > 1)}"
@@ -174,12 +188,12 @@ class Viewer:
         self.draw()
 
     def iterate(self, more: int) -> None:
-        """One iteration of linABF more or fewer; below one, its default."""
+        """Change the iterations of linABF by `more`; below 1, its default."""
         self.method, self.iterations = "linabf", max(0, self.iterations + more)
         self.draw()
 
     def refine(self, factor: float) -> None:
-        """More squares, or fewer."""
+        """Multiply the number of squares by `factor`."""
         self.frequency = float(np.clip(self.frequency * factor, 1, 1000))
         self.draw()
 
@@ -197,7 +211,7 @@ class Viewer:
         self.draw()
 
     def pick(self, x: int, y: int) -> None:
-        """Mark the point under a pixel, counted from the window's lower left, on both sides."""
+        """Mark the point under a pixel on both sides; pixels count from the lower left."""
         drawn = self.shown.drawn
         side = int(x >= self.plotter.window_size[0] / 2)
         points = drawn.flat.V if side else drawn.V
@@ -267,17 +281,17 @@ def view(
     Parameters
     ----------
     V, F : (#V, 3) float and (#F, 3) int
-        Any oriented manifold surface; what is no disk, with or without holes, is unwrapped.
+        Any oriented manifold surface; anything but a disk (with or without holes) is unwrapped.
     method : str
-        To begin with, as in `flatten`.
+        The first method shown, as in `flatten`.
     screenshot : str or bool
         Where to save the last picture.
     off_screen : bool, optional
         Open no window; by default `pyvista.OFF_SCREEN`.
     title : str
-        Of the window.
+        Title of the window.
     **options
-        `frequency`, `measure`, `window_size`, and those of `pyvista.Plotter`.
+        Options of `Viewer` (`frequency`, `measure`, `window_size`) and of `pyvista.Plotter`.
 
     Returns
     -------
@@ -308,12 +322,12 @@ def view(
 
 
 def has_display() -> bool:
-    """Whether a window can be asked for; VTK may end the process where there is no display.
+    """Whether there is a display to open a window on; without one, VTK may end the process.
 
     Returns
     -------
     bool
-        Without a look at the display itself, from the environment.
+        Judged from environment variables; the display itself is not opened.
 
     Examples
     --------
@@ -326,7 +340,7 @@ def has_display() -> bool:
 
 
 def _seams_of(V: FloatArray, F: IntArray) -> IntArray | None:
-    """Where to cut the surface; None where it is a disk, or one with holes, as it is."""
+    """Where to cut the surface; None if it is a disk, with or without holes."""
     vertices, faces = compact(F, len(V))
     return None if topology_of(faces, vertices).is_planar else find_seams(V, F)
 
@@ -339,7 +353,7 @@ def _world(renderer: Any, x: int, y: int, depth: float) -> FloatArray:
 
 
 def _barycentric(point: FloatArray, corners: FloatArray) -> FloatArray:
-    """Coordinates of the point in the triangle that is nearest to it, at its corners."""
+    """Barycentric coordinates of the point of the triangle that is nearest to `point`."""
     sides = np.column_stack((corners[1] - corners[0], corners[2] - corners[0]))
     second, third = np.linalg.lstsq(sides, point - corners[0], rcond=None)[0]
     weights = np.clip([1 - second - third, second, third], 0, 1)

@@ -27,14 +27,14 @@ class QuadGrid:
     V : (#P, 3) float64
         Vertices, on the surface.
     uv : (#P, 2) float64
-        The same in the flat map.
+        The same vertices in the flat map.
     faces : tuple of int64 arrays
-        Polygons, oriented as the surface's faces are, one a cell of the grid; where a cell is cut
-        by the boundary into several parts, one a part.
+        Polygons, oriented like the surface's faces: one for each cell of the grid, or for each part
+        of a cell that the boundary cuts into several.
     whole : (#faces,) bool
-        Which of them are whole cells: quadrangles, squares in the map.
+        Which polygons are whole cells: quadrangles that are squares in the map.
     spacing : float
-        Distance of the iso-lines in the map.
+        Distance between iso-lines in the map.
     """
 
     V: FloatArray
@@ -53,10 +53,9 @@ class QuadGrid:
 def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None = None) -> QuadGrid:
     """Remesh a surface by the iso-lines u = i spacing, v = j spacing of its flat map.
 
-    Each cell inside of the map becomes a quadrangle; its corners are right as far as the map keeps
-    angles. Cells at the boundary are clipped to polygons, so that the grid covers the surface. A
-    cell around a whole hole is cut in two. Edges are straight, also where the surface bends
-    between them.
+    Each cell inside the map becomes a quadrangle. Its angles are right angles as far as the map is
+    conformal. Cells at the boundary are clipped to polygons, so the grid covers the surface. A cell
+    with a hole inside is cut in two. Edges are straight, even if the surface is curved there.
 
     Parameters
     ----------
@@ -65,9 +64,9 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     F : (#F, 3) int
         Oriented triangles of any number of charts; the grid ends at their boundaries.
     uv : (#V, 2) float
-        The map, without flipped triangles; it may lie over itself.
+        The map, without flipped triangles; it may overlap itself.
     spacing : float, optional
-        Distance of the lines, in uv; by default such that there are about 1000 cells.
+        Distance between lines, in uv; by default such that there are about 1000 cells.
 
     Returns
     -------
@@ -76,8 +75,8 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     Raises
     ------
     MeshError
-        The surface is no oriented manifold, the map has flipped triangles or winds more than once
-        around a vertex, or `spacing` is not positive or so small that there were ten million cells.
+        The surface is not an oriented manifold, the map has flipped triangles or winds more than
+        once around a vertex, or `spacing` is not positive or would make over ten million cells.
 
     Examples
     --------
@@ -98,16 +97,16 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     around[topology.edges[(topology.sides < 0).any(axis=0)]] = 0
     if (around > 3 * np.pi).any():
         twice = surface.vertices[around > 3 * np.pi]
-        raise MeshError(f"uv winds more than once around vertices {some(twice)}: a grid cannot follow it")
+        raise MeshError(f"uv winds more than once around vertices {some(twice)}: a grid needs one winding")
     area = signed_double_areas(complex_positions(map_), topology.corner).sum() / 2
     if spacing is None:
         spacing = float(np.sqrt(area / DEFAULT_CELLS))
     if not (np.isfinite(spacing) and spacing > 0):
-        raise MeshError(f"spacing is {spacing}: give the positive distance of the lines in uv")
+        raise MeshError(f"spacing is {spacing}: give a positive distance between lines in uv")
     crossed = np.ptp(map_[topology.edges], axis=1).sum() / spacing  # lines, by edges
     cells = max(area / spacing**2, crossed)
     if cells > MAX_CELLS:
-        raise MeshError(f"spacing is {spacing:g}, which makes {cells:.2g} cells: give more")
+        raise MeshError(f"spacing {spacing:g} would make {cells:.2g} cells: give more distance between lines")
     fragments = sliced_along_integers(Fragments(map_ / spacing, surface.V, surface.F))
     loops = _loops(fragments)
     while loops.holes:
@@ -132,11 +131,11 @@ class _Loops:
         The region of each loop.
     vertices : list of int64 arrays
     borders : (#B, 2) int64
-        The edges between different regions, and those of the surface's boundary.
+        The edges between different regions, and the edges of the surface's boundary.
     rim : (#R, 2) int64
-        The latter, directed.
+        The edges of the surface's boundary, directed.
     holes : dict of int to int64 array
-        The first hole's loop of each region that is no disk.
+        One hole's loop of each region that is not a disk.
     """
 
     region: IntArray
@@ -147,7 +146,7 @@ class _Loops:
 
 
 def _loops(fragments: Fragments) -> _Loops:
-    """Merge the fragments of a cell to regions, in place of their labels, and trace these."""
+    """Merge the fragments of a cell to regions, relabel them by region, and trace the regions' loops."""
     F = fragments.F
     beside, side = igl.triangle_triangle_adjacency(F)
     same = (beside >= 0) & (fragments.label[beside] == fragments.label[:, None])
@@ -172,7 +171,7 @@ def _loops(fragments: Fragments) -> _Loops:
 
 
 def _holes(x: FloatArray, region: IntArray, loops: list[IntArray]) -> dict[int, IntArray]:
-    """A loop of each region with several, but not the one that encloses most."""
+    """One loop of each region with several loops, but not the one that encloses the largest area."""
     several = np.flatnonzero(np.bincount(region)[region] > 1)
     enclosed = {}
     for i in several.tolist():
@@ -182,7 +181,7 @@ def _holes(x: FloatArray, region: IntArray, loops: list[IntArray]) -> dict[int, 
 
 
 def _assembled(fragments: Fragments, loops: _Loops, spacing: float, euler: int) -> QuadGrid:
-    """Leave the vertices out at which nothing meets or turns."""
+    """The grid without the vertices at which no lines meet and the boundary does not turn."""
     x, V = fragments.x, fragments.V
     degree = np.bincount(loops.borders.ravel(), minlength=len(x))
     kept = degree > 2
@@ -207,7 +206,7 @@ def _assembled(fragments: Fragments, loops: _Loops, spacing: float, euler: int) 
             whole.append(len(polygon) == 4 and abs(cell_area[region] - 1) < 1e-6)
     grid = QuadGrid(V[kept], x[kept] * spacing, tuple(polygons), np.array(whole, dtype=bool), spacing)
     if _euler(grid) != euler:
-        raise MeshError(f"a grid of spacing {spacing:g} cannot follow the surface: give a smaller one")
+        raise MeshError(f"spacing {spacing:g} is too large for the surface: give a smaller spacing")
     return grid
 
 

@@ -18,12 +18,12 @@ class Fragments:
     Attributes
     ----------
     x : (#V, 2) float64
-        Positions in the plane; on a line that was cut along, exactly.
+        Positions in the plane; exactly on the line for vertices made by a cut.
     V : (#V, 3) float64
-        The same in space.
+        The same vertices in space.
     F : (#F, 3) int64
     label : (#F,) int64
-        What the triangles are parts of; it goes on to their own parts.
+        Region of each triangle; parts of a triangle inherit it.
     """
 
     x: FloatArray
@@ -48,7 +48,7 @@ def sliced_along_integers(fragments: Fragments) -> Fragments:
 
 
 def slice_region(fragments: Fragments, region: int, axis: int, value: float) -> Fragments:
-    """Cut the triangles of one label along a line, and label those behind it anew."""
+    """Cut the triangles of one label along a line, and give the parts behind it a new label."""
     fresh = int(fragments.label.max()) + 1
     parts = _sliced(fragments, axis, value, fragments.label == region)
     behind = parts.x[parts.F][..., axis].min(axis=1) >= value
@@ -104,8 +104,8 @@ def _keys(F: IntArray, n: int) -> IntArray:
 def _split(F: IntArray, middle: IntArray) -> tuple[IntArray, IntArray]:
     """Split triangles at new vertices on one or two of their sides.
 
-    `middle` has the vertex on the side opposite to each corner, or -1. Returns the parts, and of
-    which triangle each is.
+    `middle` has the vertex on the side opposite to each corner, or -1. Returns the parts, and the
+    triangle of each part.
     """
     count = (middle >= 0).sum(axis=1)
     one, two = np.flatnonzero(count == 1), np.flatnonzero(count == 2)

@@ -1,7 +1,7 @@
-"""Surfaces: the caller's arrays, checked once, and what is known of them.
+"""Surfaces: the caller's arrays, checked once, with their connectivity and areas.
 
-In: V, F, and a map or pins as the caller has them. Out: a `Submesh`, any surface or a part of one; a
-`Mesh`, one disk with or without holes, which is what is flattened; their `Topology`, components, areas.
+In: the caller's V, F, maps and pins. Out: a `Submesh`, any surface or a part of one; a `Mesh`, one disk
+with or without holes, ready to be flattened; their `Topology`, components, areas.
 Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 

@@ -1,4 +1,4 @@
-"""Areas of faces in space, and the products of their sides that cotangents are made of."""
+"""Areas of faces in space, and the scalar products of their sides, for cotangents."""
 
 from __future__ import annotations
 
@@ -17,16 +17,15 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
     Raises
     ------
     MeshError
-        A face is so thin that the rounding of its coordinates could have made its area, or the
-        numbers are so large or small that the fourth powers of lengths leave double precision.
+        A face is so thin that its area may be rounding error, or the coordinates are so large or
+        small that fourth powers of lengths overflow or underflow.
     """
     largest = np.abs(V).max(axis=1)
     if not SMALLEST_COORDINATE < largest.max() < LARGEST_COORDINATE:
         i = int(np.argmax(largest))
         raise MeshError(
-            f"the largest coordinate, of vertex {vertices[i]}, is {largest[i]:.1e}, beyond the range of "
-            f"{SMALLEST_COORDINATE:g} to {LARGEST_COORDINATE:g} in which areas can be computed: "
-            "scale the mesh"
+            f"the largest coordinate is {largest[i]:.1e} (vertex {vertices[i]}), outside "
+            f"{SMALLEST_COORDINATE:g} .. {LARGEST_COORDINATE:g}, where areas can be computed: scale the mesh"
         )
     x, y, z = (axis[corner] for axis in np.ascontiguousarray(V.T))
     # side k is opposite to corner k

@@ -1,4 +1,4 @@
-"""Arrays at the door: what a caller hands in, checked and in one form."""
+"""Checks of the caller's arrays, and their conversion to one form."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def face_array(F: ArrayLike) -> IntArray:
         bad = np.flatnonzero(~((array == np.round(array)) & (np.abs(array) < 2.0**53)).all(axis=1))
         if len(bad):
             raise MeshError(
-                f"faces {some(bad)} hold numbers that are no vertex indices "
+                f"faces {some(bad)} have entries that are not vertex indices "
                 f"(face {bad[0]} is {array[bad[0]].tolist()}): pass integers"
             )
     elif array.dtype == np.uint64:
@@ -66,7 +66,7 @@ def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
 
 
 def check_finite(V: FloatArray, vertices: IntArray, name: str = "V") -> None:
-    """Raise where a coordinate is NaN or infinite."""
+    """Raise if a coordinate is NaN or infinite."""
     finite = np.isfinite(V)
     if not finite.all():
         bad = np.flatnonzero(~finite.all(axis=1))
@@ -79,13 +79,13 @@ def check_finite(V: FloatArray, vertices: IntArray, name: str = "V") -> None:
 def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given: int) -> Pins | None:
     """Check pins as `igl.lscm` takes them, two vertices `b` and their positions `bc`.
 
-    `vertices` are those in use among the `n_given` of the caller, in whose numbering `b` is;
-    what is returned is in theirs.
+    `vertices` are those in use among the caller's `n_given`. `b` has the caller's indices; the
+    returned ones are positions in `vertices`.
 
     Raises
     ------
     MeshError
-        There are not two pins, they are equal, out of range, of no face, or at one position.
+        There are not two pins, they are equal, out of range, on no face, or at the same position.
     """
     if b is None and bc is None:
         return None
@@ -120,10 +120,10 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
     try:
         array = np.asarray(seams)
     except ValueError:
-        raise MeshError("seams is no array: pass (#E, 2) vertices of edges, or a (#F, 3) mask") from None
+        raise MeshError("seams is no array: pass (#E, 2) vertex indices, or a (#F, 3) mask") from None
     if array.shape == F.shape:
         if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
-            raise MeshError("the seams of shape (#F, 3) are no mask: pass booleans, or zeros and ones")
+            raise MeshError("seams has the shape (#F, 3), but is no mask: pass booleans, or zeros and ones")
         return array.astype(bool)
     if array.size == 0:
         return np.zeros(F.shape, dtype=bool)
@@ -149,7 +149,7 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
 
 
 def sides_along(edges: IntArray, F: IntArray, n: int) -> BoolArray:
-    """Which sides of the faces, from corner k to k + 1, run along some edges (#E, 2): (#F, 3)."""
+    """Mask (#F, 3) of the sides, from corner k to k + 1, that lie on the given edges (#E, 2)."""
     return np.asarray(np.isin(_side_keys(F, n), _edge_keys(edges, n)))
 
 

@@ -32,7 +32,7 @@ def face_components(F: IntArray, n: int) -> IntArray:
 def in_one_piece(sides: IntArray, n_faces: int) -> bool:
     """Whether every face can be reached from face 0 across edges; `sides` as in `Topology`.
 
-    Every disk is asked this before it is flattened.
+    Checked for every disk before it is flattened.
     """
     neighbour = np.arange(3 * n_faces) % n_faces  # a half-edge on the boundary leads back to its own face
     first, second = sides

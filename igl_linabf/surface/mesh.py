@@ -1,4 +1,4 @@
-"""The checked mesh of one disk, with or without holes, that is flattened."""
+"""The checked mesh of one disk, with or without holes."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Mesh:
         Scalar product of the two sides that meet at each corner, so that
         `dot / double_area` is the cotangent of its angle.
     vertices : (#V,) int64
-        The caller's indices of these vertices, of which there are `n_given`.
+        The caller's indices of these vertices. The caller has `n_given` vertices.
     """
 
     V: FloatArray
@@ -51,7 +51,7 @@ class Mesh:
 
 
 def planar(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
-    """Check that `(V, F)` is one disk, or one with holes, and gather what the other rooms need of it.
+    """Check that `(V, F)` is one disk, with or without holes, and return it as a `Mesh`.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ def planar(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
     F : (#F, 3) array of any integer dtype, or of integral floats
         Oriented triangles.
     outer : int, optional
-        A vertex of the boundary loop that is the outer one; by default that is the longest.
+        A vertex of the outer boundary loop; by default the longest loop is the outer one.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def planar(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
 
 
 def planar_mesh(surface: Submesh, outer: int | None = None) -> Mesh:
-    """`planar` of a surface of which the arrays are checked."""
+    """`planar` of a surface whose arrays are checked."""
     V, topology = surface.V, surface.topology
     check_planar(topology, surface.vertices)
     if outer is not None:
@@ -102,7 +102,7 @@ def planar_mesh(surface: Submesh, outer: int | None = None) -> Mesh:
 
 
 def loop_through(topology: Topology, vertex: object, vertices: IntArray) -> int:
-    """The boundary loop that goes through a vertex of the caller's."""
+    """The boundary loop through one of the caller's vertices."""
     try:
         index = operator.index(vertex)  # type: ignore[arg-type]
     except TypeError:

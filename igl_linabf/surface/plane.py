@@ -10,7 +10,7 @@ from .arrays import Pins
 from .mesh import Mesh
 from .topology import NEXT, PREV, Topology
 
-SPAN = 1e12  # ratio of area scales above which double precision runs out
+SPAN = 1e12  # ratio of area scales above which double precision is no longer enough
 
 
 ALL_DIGITS = 1e30  # above which lengths differ by all digits, and no layout helps
@@ -23,7 +23,7 @@ def span(mesh: Mesh, z: ComplexArray) -> float:
 
 
 def of_size_one(uv: FloatArray) -> FloatArray:
-    """The coordinates by a power of two, which rounds none of them, so that the largest is about one.
+    """The coordinates scaled by a power of two, exactly, so that the largest is about one.
 
     Squares of larger ones could overflow.
     """
@@ -60,17 +60,17 @@ def flipped_faces(z: ComplexArray, corner: IntArray) -> IntArray:
 
 
 def placed_at(z: ComplexArray, pinned: Pins) -> ComplexArray:
-    """The map turned, scaled and moved so that two of its vertices are where their pins are."""
+    """The map rotated, scaled and moved so that the pinned vertices are at their pins."""
     (i, j), position = pinned[0], complex_positions(pinned[1])
     if z[i] == z[j]:
-        raise MeshError(f"vertices {i} and {j} lie on each other in the map: pin two others")
+        raise MeshError(f"vertices {i} and {j} coincide in the map: pin two other vertices")
     return np.asarray(position[0] + (z - z[i]) * ((position[1] - position[0]) / (z[j] - z[i])))
 
 
 def centred(topology: Topology, z: ComplexArray, area: float) -> ComplexArray:
     """The map scaled to `area`, its centroid at 0 and its principal axes along x and y.
 
-    The longer axis is x; of its two directions the one that gives a positive third moment.
+    The longer axis is x, in the direction of positive third moment.
     """
     double = np.abs(signed_double_areas(z, topology.corner))
     total = double.sum()

@@ -1,4 +1,4 @@
-"""A checked surface, and the parts of it that remain of cuts."""
+"""A checked surface, and the parts into which cuts divide it."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from .topology import Topology, check_fans, topology_of
 
 @dataclass(frozen=True, eq=False)
 class Submesh:
-    """Some faces of the caller's mesh, their vertices numbered for themselves; each has a face.
+    """Some faces of the caller's mesh, with vertices numbered from 0; every vertex has a face.
 
     Attributes
     ----------
@@ -29,7 +29,7 @@ class Submesh:
     faces : (#F,) int64
         The rows of these faces in the caller's F, ascending.
     vertices : (#V,) int64
-        The caller's vertices that these are; two copies of one on the two sides of a cut are equal.
+        The caller's index of each vertex; the two copies of a vertex on a cut have the same.
     n_given : int
         Number of the caller's vertices.
     """
@@ -42,7 +42,7 @@ class Submesh:
 
     @classmethod
     def checked(cls, V: ArrayLike, F: ArrayLike, columns: int = 3, name: str = "V") -> Submesh:
-        """Check arrays, indices and coordinates of a caller's mesh, in space or, of 2 columns, flat.
+        """Check arrays, indices and coordinates of a caller's mesh, in space or, with 2 columns, flat.
 
         Raises
         ------
@@ -60,14 +60,14 @@ class Submesh:
 
     @classmethod
     def checked_manifold(cls, V: ArrayLike, F: ArrayLike) -> Submesh:
-        """As `checked`, and: an oriented manifold, of which each face has an area."""
+        """As `checked`; also check that it is an oriented manifold without degenerate faces."""
         surface = cls.checked(V, F)
         measure(surface.V, surface.F.T, surface.vertices)
         check_fans(surface.F, surface.topology.sides, surface.vertices)
         return surface
 
     def checked_map(self, uv: ArrayLike) -> FloatArray:
-        """Check a flat map of the caller's vertices; return its rows by these."""
+        """Check a flat map of the caller's vertices; return the rows of these vertices."""
         map_ = vertex_array(uv, 2, "uv")
         if len(map_) != self.n_given:
             raise MeshError(f"uv has {len(map_)} rows for {self.n_given} vertices: pass one row a vertex")
@@ -87,38 +87,38 @@ class Submesh:
 
     @property
     def named_faces(self) -> IntArray:
-        """`F` by the caller's vertices."""
+        """`F` with the caller's vertex indices."""
         return self.vertices[self.F]
 
     def of_faces(self, rows: IntArray) -> Submesh:
-        """The part that these rows of `F` make, ascending."""
+        """The part made of these rows of `F`, which are ascending."""
         used, F = compact(self.F[rows], len(self.V))
         return Submesh(self.V[used], F, self.faces[rows], self.vertices[used], self.n_given)
 
     def components(self) -> list[Submesh]:
-        """Its components, in the order of their first vertices."""
+        """The components, in the order of their first vertices."""
         label = face_components(self.F, len(self.V))
         order = np.argsort(label, kind="stable")
         parts = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
         return [self] if len(parts) == 1 else [self.of_faces(rows) for rows in parts]
 
     def cut(self, seams: BoolArray) -> list[Submesh]:
-        """The components that a cut leaves along the marked sides k to k + 1 of the faces, (#F, 3)."""
+        """The components after a cut along the marked sides k to k + 1 of the faces, (#F, 3)."""
         if not seams.any():
             return self.components()
         F, origin = cut_faces(self.F, len(self.V), seams)
         return Submesh(self.V[origin], F, self.faces, self.vertices[origin], self.n_given).components()
 
     def cut_along(self, edges: IntArray) -> list[Submesh]:
-        """The components that a cut along edges leaves, (#E, 2) of the caller's vertices."""
+        """The components after a cut along edges, (#E, 2) of the caller's vertices."""
         return self.cut(sides_along(edges, self.named_faces, self.n_given))
 
     def scatter(self, values: FloatArray) -> FloatArray:
-        """Rows by these vertices as rows by the caller's; NaN for those that have no face here."""
+        """Values of these vertices as rows for the caller's vertices; NaN for the others."""
         return scatter(values, self.vertices, self.n_given)
 
 
 def cut_faces(F: IntArray, n: int, seams: BoolArray) -> tuple[IntArray, IntArray]:
-    """`F` over 0 .. n - 1 with the vertices doubled along the marked sides, and what each vertex was."""
+    """`F` with the vertices 0 .. n - 1 duplicated along the marked sides, and each vertex's original."""
     _, F_cut, origin = igl.cut_mesh(np.zeros((n, 3)), F, seams)
     return np.asarray(F_cut, dtype=np.int64), np.asarray(origin, dtype=np.int64)

@@ -38,7 +38,7 @@ class Topology:
     sides : (2, #E) int64
         Its two half-edges, numbered k #F + t; -1 for the missing one on the boundary.
     loops : tuple of int64 arrays
-        Boundary loops, the mesh on their left; the first is the outer one, by default the one of
+        Boundary loops, the mesh on their left. The first is the outer one, by default the one with
         the most edges.
     """
 
@@ -57,12 +57,12 @@ class Topology:
 
     @property
     def genus(self) -> int:
-        """Number of handles, of a manifold in one piece: characteristic = 2 - 2 genus - loops."""
+        """Number of handles of a connected manifold: characteristic = 2 - 2 genus - loops."""
         return (2 - len(self.loops) - self.characteristic) // 2
 
     @property
     def is_planar(self) -> bool:
-        """Whether it is one disk, or one with holes."""
+        """Whether it is one disk, with or without holes."""
         # In one piece across edges, with a characteristic of 2 - loops, it has no handle: taken apart
         # at vertices where fans meet, it would have a larger one than the 2 - 2 genus - loops of a piece.
         loops, n_faces = len(self.loops), len(self.corner[0])
@@ -73,13 +73,13 @@ class Topology:
         return sum_by(self.corner, values, self.n)
 
     def sum_at_edges(self, values: FloatArray) -> FloatArray:
-        """Sum (3, #F) values, each of the half-edge opposite to a corner, over the edges' sides."""
+        """Sum values of half-edges, (3, #F), over the two sides of each edge."""
         first, second = np.append(values, 0.0)[self.sides]  # a missing side reads the zero at the end
         return np.asarray(first + second)
 
     @cached_property
     def interior(self) -> BoolArray:
-        """(#V,) bool: the vertices on no boundary loop."""
+        """(#V,) bool: the interior vertices."""
         inside = np.ones(self.n, dtype=bool)
         for loop in self.loops:
             inside[loop] = False
@@ -94,13 +94,13 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     F : (#F, 3) int64
         Triangles over `0 .. len(vertices) - 1`, each used.
     vertices : (#V,) int64
-        What the caller calls these vertices, for the messages.
+        The caller's indices of these vertices, for the messages.
 
     Raises
     ------
     MeshError
-        An edge has more than two faces, or two of opposite orientation; two fans of faces with
-        boundaries meet in a vertex.
+        An edge has more than two faces, or two of opposite orientation; or two fans of faces meet
+        in a boundary vertex.
     """
     n = len(vertices)
     corner = np.ascontiguousarray(F.T)
@@ -137,7 +137,7 @@ def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
 
 
 def with_outer(topology: Topology, outer: int) -> Topology:
-    """The same with another outer loop, `topology.loops[outer]`."""
+    """The topology with another outer loop, `topology.loops[outer]`."""
     loops = (topology.loops[outer], *topology.loops[:outer], *topology.loops[outer + 1 :])
     return replace(topology, loops=loops)
 
@@ -158,7 +158,7 @@ def _undirected(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntAr
 
 
 def _trace_loops(tail: IntArray, head: IntArray) -> tuple[IntArray, ...] | None:
-    """Chain boundary half-edges into loops, the longest first; None where two leave one vertex."""
+    """Chain boundary half-edges into loops, the longest first; None if two leave one vertex."""
     start, index = np.unique(tail, return_index=True)
     if len(start) < len(tail):
         return None
@@ -183,7 +183,7 @@ def cycles(following: IntArray) -> list[list[int]]:
 def _check_edges(
     F: IntArray, edges: IntArray, edge: IntArray, same_way: BoolArray, count: IntArray, vertices: IntArray
 ) -> None:
-    """Raise where an edge has more than two faces, or two that run along it the same way."""
+    """Raise if an edge has more than two faces, or two of opposite orientation."""
     crowded, turned = np.flatnonzero(count > 2), np.flatnonzero(same_way & (count == 2))
     if not (len(crowded) or len(turned)):
         return
@@ -211,7 +211,7 @@ def _check_edges(
 
 
 def check_planar(topology: Topology, vertices: IntArray) -> None:
-    """Raise where a mesh is not one disk, nor one with holes, saying what it is instead."""
+    """Raise if a mesh is not one disk, with or without holes; the text says what it is instead."""
     if topology.is_planar:
         return
     loops, chi, genus, F = topology.loops, topology.characteristic, topology.genus, topology.corner.T
@@ -221,25 +221,25 @@ def check_planar(topology: Topology, vertices: IntArray) -> None:
         raise MeshError(
             f"the mesh has {len(first)} components, of {some(np.bincount(label[F[:, 0]]))} faces, with "
             f"vertices {some(first)}: "
-            "use igl_linabf.unwrap, which makes a chart of each, or flatten them one by one"
+            "use igl_linabf.unwrap, which makes charts of all, or flatten them one by one"
         )
     check_fans(F, topology.sides, vertices)
     if not loops:
         raise MeshError(
             f"the mesh is closed (no boundary, Euler characteristic {chi}, genus {genus}): "
-            "use igl_linabf.unwrap, which cuts it open and makes an atlas, or flatten what "
-            "igl_linabf.cut makes of it along the seams of igl_linabf.find_seams"
+            "use igl_linabf.unwrap, which makes an atlas, or cut it with igl_linabf.cut along "
+            "igl_linabf.find_seams(V, F)"
         )
     raise MeshError(
         f"the mesh has {genus} handle{'s' * (genus > 1)} (Euler characteristic {chi} with "
         f"{len(loops)} boundary loop{'s' * (len(loops) > 1)}, the longest through vertex "
-        f"{vertices[loops[0][0]]}): use igl_linabf.unwrap, which cuts handles open and makes an atlas, or "
-        "flatten what igl_linabf.cut makes of it along the seams of igl_linabf.find_seams"
+        f"{vertices[loops[0][0]]}): use igl_linabf.unwrap, which makes an atlas, or cut it with "
+        "igl_linabf.cut along igl_linabf.find_seams(V, F)"
     )
 
 
 def check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
-    """Raise where the faces around a vertex are more than one edge-connected fan."""
+    """Raise if the faces around a vertex form more than one edge-connected fan."""
     m = len(F)
     a, b = sides[:, sides[1] >= 0]
     # half-edge (k, t) has its ends at corners k + 1 and k + 2; across an edge, end meets start
@@ -253,6 +253,6 @@ def check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
     if len(bad):
         raise MeshError(
             f"at vertices {some(vertices[bad])} several fans of faces meet in one point "
-            f"(a bowtie; {fans[bad[0]]} fans at the first): give each fan a vertex of its own, "
+            f"(a bowtie; {fans[bad[0]]} fans at the first): duplicate the vertex for each fan, "
             "as igl.split_nonmanifold does"
         )
