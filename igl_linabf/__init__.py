@@ -7,7 +7,14 @@
 
 from . import io
 from .charts import Atlas, Chart, cut, find_seams, texture_seams, unwrap
-from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
+from .errors import (
+    FallbackWarning,
+    MemoryLimitError,
+    MeshError,
+    MeshWarning,
+    OutcomeWarning,
+    SingularSystemError,
+)
 from .flattening import (
     ABF,
     DNCP,
@@ -44,6 +51,7 @@ __all__ = [
     "Flattening",
     "Hole",
     "LinABF",
+    "MemoryLimitError",
     "MeshError",
     "MeshWarning",
     "OneStepABFpp",
@@ -52,6 +60,7 @@ __all__ = [
     "QuadGrid",
     "Quality",
     "Residuals",
+    "SingularSystemError",
     "abf",
     "compare",
     "cut",

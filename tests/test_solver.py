@@ -10,6 +10,7 @@ from scipy import sparse
 from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, layout, linabf
 from igl_linabf.linalg import NotPositiveDefiniteError, Solvers, SuperLU, choice, conjugate_gradients
 from igl_linabf.linalg import factors as solver
+from igl_linabf.linalg.factors import IglCholesky
 
 needs_cholmod = pytest.mark.skipif(not solver.has_cholmod(), reason="scikit-sparse is not installed")
 
@@ -28,19 +29,17 @@ def test_every_solver_gives_the_same_map(name: str) -> None:
     assert maps["direct"].inner_steps == 0
 
 
-def test_without_scikit_sparse_all_works_with_one_warning(monkeypatch) -> None:
+def test_without_scikit_sparse_all_works_the_same(monkeypatch) -> None:
     V, F = load("cortex")
     expected = {layout: linabf(V, F, layout=layout, rtol=1e-11) for layout in ("auto", "least-squares")}
     monkeypatch.setattr(solver, "cholmod", None)
-    choice.warn_of_missing_cholmod.cache_clear()
-    with pytest.warns(FallbackWarning, match="libsuitesparse-dev") as caught:
-        for layout, uv in expected.items():
-            without = linabf(V, F, layout=layout, rtol=1e-11)
-            assert np.abs(without - uv).max() <= 1e-7 * np.ptp(uv)
-    assert len(caught) == 1
-    assert caught[0].filename == __file__
-    direct = flatten(V, F, LinABF(iterations=1, solver="direct"))
-    assert direct.solver == "direct, SuperLU"
+    for name, uv in expected.items():
+        without = linabf(V, F, layout=name, rtol=1e-11)
+        assert np.abs(without - uv).max() <= 1e-7 * np.ptp(uv)
+    assert flatten(V, F).solver == "conjugate gradients, igl's Cholesky"
+    assert flatten(V, F, LinABF(iterations=1, solver="direct")).solver == "direct, igl's Cholesky"
+    monkeypatch.setattr(choice, "MULTIGRID_FROM", 1000)
+    assert flatten(V, F).solver == "conjugate gradients, PyAMG"
     with pytest.raises(ImportError, match="libsuitesparse-dev"):
         linabf(V, F, solver="cholmod")
 
@@ -95,7 +94,7 @@ def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkey
     assert np.abs(result.angles - expected.angles).max() <= 1e-10
 
 
-@pytest.mark.parametrize("kind", [SuperLU, *([solver.Cholmod] if solver.has_cholmod() else [])])
+@pytest.mark.parametrize("kind", [SuperLU, IglCholesky, *([solver.Cholmod] if solver.has_cholmod() else [])])
 @pytest.mark.parametrize("supernodal", [False, True])
 def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: bool, monkeypatch) -> None:
     if supernodal:
@@ -108,7 +107,7 @@ def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: boo
         analysis = kind(good)
         with pytest.raises(NotPositiveDefiniteError) as caught:
             analysis.factor(bad)
-        assert caught.value.row == 20 or (bad_value == 0 and kind is SuperLU)
+        assert caught.value.row == 20 or (bad_value == 0 and kind is not solver.Cholmod)
         factored, precondition = analysis.factor(good), analysis.preconditioner(good)
         b = np.arange(100.0).reshape(50, 2)
         full = good + sparse.tril(good, -1).T
@@ -146,7 +145,7 @@ def test_maps_that_need_all_digits_get_them_without_cholmod() -> None:
     V, F = load("disk__optcuts_lion_o_f10000.obj")
     result = flatten(V, F, LinABF(solver="multigrid"))
     assert len(result.flipped) == 0
-    assert result.layout_solver == "SuperLU"
+    assert result.layout_solver == "igl's Cholesky"
 
 
 def test_a_singular_layout_is_an_error_with_a_place(monkeypatch) -> None:
@@ -155,7 +154,7 @@ def test_a_singular_layout_is_an_error_with_a_place(monkeypatch) -> None:
     def singular(self, lower) -> None:
         raise NotPositiveDefiniteError(7)
 
-    for kind in (SuperLU, solver.Cholmod):
+    for kind in (SuperLU, IglCholesky, solver.Cholmod):
         monkeypatch.setattr(kind, "factor", singular)
         monkeypatch.setattr(kind, "preconditioner", singular)
     with pytest.raises(MeshError, match=r"singular in double precision.*faces \d+.*remove"):

@@ -58,7 +58,7 @@ class Method:
 class LinABF(Method):
     """Linear angle based parameterization (Zayer, Levy, Seidel, SGP 2007).
 
-    Parameters
+    Attributes
     ----------
     iterations, layout, rtol, tol, threshold, safeguard, guarantee, solver : see `linabf`
         As in `igl_linabf.linabf`.
@@ -72,8 +72,8 @@ class LinABF(Method):
     --------
     >>> import igl, igl_linabf
     >>> V, F = igl.icosahedron()
-    >>> igl_linabf.flatten(V, F[1:], LinABF(iterations=3)).iterations
-    3
+    >>> igl_linabf.flatten(V, F[1:], LinABF(iterations=1)).iterations
+    1
     """
 
     name = "linabf"
@@ -112,7 +112,7 @@ class LinABF(Method):
 class ABF(Method):
     """Converged angle based flattening (Sheffer, de Sturler 2001).
 
-    Parameters
+    Attributes
     ----------
     layout, tol, threshold, guarantee, solver : see `linabf`
         As in `igl_linabf.abf`.
@@ -152,7 +152,7 @@ class ABF(Method):
 class OneStepABFpp(Method):
     """A single Newton step of ABF++ (Sheffer et al. 2005), for comparison.
 
-    Parameters
+    Attributes
     ----------
     layout, threshold, solver : see `linabf`
         As in `igl_linabf.linabf`.
@@ -201,7 +201,7 @@ class SCP(Method):
 class DNCP(Method):
     """Discrete natural conformal parameterization (Desbrun, Meyer, Alliez 2002).
 
-    Parameters
+    Attributes
     ----------
     solver : str
         As in `igl_linabf.linabf`.

@@ -199,6 +199,24 @@ def colour_scale(values: Iterable[FloatArray], measure: Measure) -> dict[str, An
 
     The limits are the 2nd and the 98th percentile, so that a few triangles do not take up the whole
     scale. Areas have a diverging colour map with 0 in the middle.
+
+    Parameters
+    ----------
+    values : iterable of (#F,) float
+        The distortion of each map. All maps share the scale.
+    measure : {"angle", "conformal", "stretch", "area"}
+        What is measured.
+
+    Returns
+    -------
+    dict
+        Keywords of `Plotter.add_mesh`.
+
+    Examples
+    --------
+    >>> scale = colour_scale([np.array([1.0, 1.1]), np.array([1.0, 1.3])], "conformal")
+    >>> scale["cmap"], scale["log_scale"]
+    ('viridis', False)
     """
     every = np.concatenate([np.ravel(v) for v in values])
     every = every[np.isfinite(every)]

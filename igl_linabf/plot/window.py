@@ -21,7 +21,7 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray, IntArray
 from ..charts import find_seams, unwrap
 from ..errors import OutcomeWarning
-from ..flattening import METHODS, flatten
+from ..flattening import METHODS, LinABF, flatten
 from ..measures import MEASURES, Measure, Quality, quality
 from ..surface import compact, face_array, topology_of, vertex_array
 from .scene import Scene, add_flat, add_seams, add_surface, board, distortions, face_the_camera, scene
@@ -135,15 +135,15 @@ class Viewer:
         return self._maps[key]
 
     def _flattened(self, method: str, iterations: int) -> Shown:
-        options: dict[str, Any] = {"iterations": iterations} if iterations else {}
+        chosen = LinABF(iterations=iterations) if iterations else method
         if self._seams is None:
-            drawn = scene(self.V, self.F, flatten(self.V, self.F, method, **options).uv)
+            drawn = scene(self.V, self.F, flatten(self.V, self.F, chosen).uv)
             if self._maps:
                 drawn = drawn.fitted(next(iter(self._maps.values())).drawn)
             return Shown(drawn, quality(drawn.V, drawn.F, drawn.uv), 1)
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", OutcomeWarning)  # what is flipped is seen, and counted
-            atlas = unwrap(self.V, self.F, self._seams, method, **options)
+            atlas = unwrap(self.V, self.F, self._seams, chosen)
         return Shown(scene(self.V, self.F, atlas), atlas.quality, len(atlas.charts))
 
     def draw(self) -> None:
