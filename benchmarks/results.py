@@ -22,7 +22,7 @@ SECTIONS = [
     ("Any surface", "unwrap.py"),
     ("Distortion", "distortion.py"),
     ("Time, with CHOLMOD", "timing.py --large"),
-    ("Time, without CHOLMOD", "timing.py --large --solver multigrid"),
+    ("Time, without CHOLMOD", "timing.py --large --without-cholmod"),
     ("Another pair of pins", "pins.py"),
 ]
 

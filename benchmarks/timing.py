@@ -1,9 +1,11 @@
 """Time of linabf relative to igl.lscm: medians in one process, after a warm-up, with input checks.
 
-    python benchmarks/timing.py [--repeat 5] [--solver auto|multigrid|direct] [--large] [MESH ...]
+    python benchmarks/timing.py [--repeat 5] [--solver auto|multigrid|direct] [--large]
+                                [--without-cholmod] [MESH ...]
 
 Without MESH, the meshes are the cortex, lion, face and camelhead from IGL_LINABF_MESHES, and face
-subdivided once (with --large also twice, 827 k triangles). Prints Markdown.
+subdivided once (with --large also twice, 827 k triangles). With --without-cholmod, scikit-sparse is passed
+over as if it were not installed. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -19,7 +21,7 @@ from meshes import Mesh, brain, shared, subdivided
 from igl_linabf import LinABF, flatten, linabf
 from igl_linabf.flattening import bare_lscm, medians
 from igl_linabf.io import read_mesh
-from igl_linabf.linalg import blas_of_cholmod, has_cholmod
+from igl_linabf.linalg import blas_of_cholmod, factors, has_cholmod
 from igl_linabf.surface import planar
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
@@ -47,7 +49,10 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--solver", default="auto")
     parser.add_argument("--large", action="store_true")
+    parser.add_argument("--without-cholmod", action="store_true")
     options = parser.parse_args()
+    if options.without_cholmod:
+        factors.cholmod = None
     if options.solver == "multigrid" or not has_cholmod():
         print("Without CHOLMOD.\n")
     else:
