@@ -1,6 +1,11 @@
-.PHONY: demo test docs benchmark results fuzz clean
+.PHONY: demo test docs benchmark results fuzz release-check clean
 
-PY = .venv/bin/python
+PYTHON ?= python3
+BIN = .venv/bin
+ifeq ($(OS),Windows_NT)
+BIN = .venv/Scripts
+endif
+PY = $(BIN)/python
 
 demo: .venv/ready
 	$(PY) demos/cortex.py
@@ -9,7 +14,7 @@ test: .venv/ready
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
-	.venv/bin/lint-imports --no-logo --no-cache
+	$(BIN)/lint-imports --no-logo --no-cache
 	$(PY) -m pytest -n 2 --dist loadfile
 
 docs: .venv/ready
@@ -19,8 +24,9 @@ docs: .venv/ready
 benchmark: .venv/ready
 	$(PY) benchmarks/timing.py
 
+# not made where CHOLMOD could not be built, which is so tried again
 .venv/ready: pyproject.toml scripts/bootstrap
-	scripts/bootstrap
+	$(PYTHON) scripts/bootstrap
 
 results: .venv/ready
 	$(PY) benchmarks/results.py
@@ -28,5 +34,9 @@ results: .venv/ready
 fuzz: .venv/ready
 	$(PY) benchmarks/fuzz.py
 
+# makes its own environments
+release-check:
+	$(PYTHON) scripts/release_check.py
+
 clean:
-	rm -rf .venv out demos/out docs/_build docs/gallery docs/api/generated docs/_static/scenes build *.egg-info
+	rm -rf .venv out demos/out docs/_build docs/gallery docs/api/generated docs/_static/scenes build dist *.egg-info
