@@ -1,4 +1,4 @@
-.PHONY: demo test docs benchmark results fuzz release-check clean
+.PHONY: demo test lint pytest docs benchmark results fuzz release-check clean
 
 PYTHON ?= python3
 BIN = .venv/bin
@@ -10,11 +10,17 @@ PY = $(BIN)/python
 demo: .venv/ready
 	$(PY) demos/cortex.py
 
-test: .venv/ready
+test: lint pytest
+
+lint: .venv/ready
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
+	$(PY) -m mypy --platform win32
+	$(PY) -m mypy --platform darwin
 	$(BIN)/lint-imports --no-logo --no-cache
+
+pytest: .venv/ready
 	$(PY) -m pytest -n 2 --dist loadfile
 
 docs: .venv/ready
@@ -34,7 +40,7 @@ results: .venv/ready
 fuzz: .venv/ready
 	$(PY) benchmarks/fuzz.py
 
-# makes its own environments
+# makes its own environments; what it has checked is in dist then
 release-check:
 	$(PYTHON) scripts/release_check.py
 

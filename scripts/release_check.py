@@ -2,7 +2,8 @@
 
 Builds the source archive and the wheel in a temporary folder, checks both with twine, check-wheel-contents
 and pyroma, and installs each into a fresh virtual environment. There the command answers on the plain
-installation, and then those tests run that need no clone. They are the source archive's own.
+installation, and then those tests run that need no clone. They are the source archive's own. In the end
+both files are in `dist`.
 """
 
 from __future__ import annotations
@@ -107,12 +108,12 @@ def check_installed(what: Path, unpacked: Path, folder: Path) -> None:
     run(python.with_name("igl-linabf"), "doctor", cwd=folder)
     run(python, "-m", "pip", "--disable-pip-version-check", "check")
     install(python, f"{what}[viz]", *FOR_TESTS)
-    place = folder / "tests_only"  # not beside the package's sources: the installed one is tested
+    place = folder / "tests_only"  # without the package's sources: the installed one is tested
     for name in ("tests", "demos", "benchmarks"):
         shutil.copytree(unpacked / name, place / name)
     shutil.copy(unpacked / "pyproject.toml", place)
     ignored = [f"--ignore=tests/{name}" for name in NEED_A_CLONE]
-    run(python, "-P" if sys.version_info >= (3, 11) else "-B", "-m", "pytest", "tests", *ignored, cwd=place)
+    run(python, "-m", "pytest", "tests", *ignored, cwd=place)
 
 
 def main() -> None:
@@ -135,7 +136,9 @@ def main() -> None:
             place = folder / f"from_{what.suffix[1:]}"
             place.mkdir()
             check_installed(what, unpacked, place)
-        say(f"{wheel.name} and {archive.name} can be published")
+        shutil.rmtree(ROOT / "dist", ignore_errors=True)
+        shutil.copytree(folder / "dist", ROOT / "dist")
+        say(f"dist/{wheel.name} and dist/{archive.name} can be published")
 
 
 if __name__ == "__main__":
