@@ -11,7 +11,14 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from . import io
     from .charts import Atlas, Chart, cut, find_seams, texture_seams, unwrap
-    from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
+    from .errors import (
+        FallbackWarning,
+        MemoryLimitError,
+        MeshError,
+        MeshWarning,
+        OutcomeWarning,
+        SingularSystemError,
+    )
     from .flattening import (
         ABF,
         DNCP,
@@ -48,6 +55,7 @@ __all__ = [
     "Flattening",
     "Hole",
     "LinABF",
+    "MemoryLimitError",
     "MeshError",
     "MeshWarning",
     "OneStepABFpp",
@@ -56,6 +64,7 @@ __all__ = [
     "QuadGrid",
     "Quality",
     "Residuals",
+    "SingularSystemError",
     "abf",
     "compare",
     "cut",
@@ -79,7 +88,7 @@ __all__ = [
 # and libigl are there, and importing the package costs nothing.
 _NAMES = {
     "charts": "Atlas Chart cut find_seams texture_seams unwrap",
-    "errors": "FallbackWarning MeshError MeshWarning OutcomeWarning",
+    "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
     "flattening": "ABF DNCP LSCM SCP Comparison Flattening Hole LinABF OneStepABFpp Outcome Residuals "
     "abf compare flatten linabf linabf_angles lscm",
     "io": "write_grid",
