@@ -1,15 +1,26 @@
-.PHONY: demo test docs benchmark results fuzz clean
+.PHONY: demo test lint pytest docs benchmark results fuzz release-check clean
 
-PY = .venv/bin/python
+PYTHON ?= python3
+BIN = .venv/bin
+ifeq ($(OS),Windows_NT)
+BIN = .venv/Scripts
+endif
+PY = $(BIN)/python
 
 demo: .venv/ready
 	$(PY) demos/cortex.py
 
-test: .venv/ready
+test: lint pytest
+
+lint: .venv/ready
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	$(PY) -m mypy
-	.venv/bin/lint-imports --no-logo --no-cache
+	$(PY) -m mypy --platform win32
+	$(PY) -m mypy --platform darwin
+	$(BIN)/lint-imports --no-logo --no-cache
+
+pytest: .venv/ready
 	$(PY) -m pytest -n 2 --dist loadfile
 
 docs: .venv/ready
@@ -19,8 +30,9 @@ docs: .venv/ready
 benchmark: .venv/ready
 	$(PY) benchmarks/timing.py
 
+# not made where CHOLMOD could not be built, which is so tried again
 .venv/ready: pyproject.toml scripts/bootstrap
-	scripts/bootstrap
+	$(PYTHON) scripts/bootstrap
 
 results: .venv/ready
 	$(PY) benchmarks/results.py
@@ -28,5 +40,9 @@ results: .venv/ready
 fuzz: .venv/ready
 	$(PY) benchmarks/fuzz.py
 
+# makes its own environments; what it has checked is in dist then
+release-check:
+	$(PYTHON) scripts/release_check.py
+
 clean:
-	rm -rf .venv out demos/out docs/_build docs/gallery docs/api/generated docs/_static/scenes build *.egg-info
+	rm -rf .venv out demos/out docs/_build docs/gallery docs/api/generated docs/_static/scenes build dist *.egg-info

@@ -5,39 +5,43 @@
 >>> uv = igl_linabf.linabf(V, F[1:])
 """
 
-from . import io
-from .charts import Atlas, Chart, cut, find_seams, texture_seams, unwrap
-from .errors import (
-    FallbackWarning,
-    MemoryLimitError,
-    MeshError,
-    MeshWarning,
-    OutcomeWarning,
-    SingularSystemError,
-)
-from .flattening import (
-    ABF,
-    DNCP,
-    LSCM,
-    SCP,
-    Comparison,
-    Flattening,
-    Hole,
-    LinABF,
-    OneStepABFpp,
-    Outcome,
-    Residuals,
-    abf,
-    compare,
-    flatten,
-    linabf,
-    linabf_angles,
-    lscm,
-)
-from .io import write_grid
-from .layouts import layout
-from .measures import Quality, distortion, overlaps, quality
-from .remesh import QuadGrid, quad_grid
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from . import io
+    from .charts import Atlas, Chart, cut, find_seams, texture_seams, unwrap
+    from .errors import (
+        FallbackWarning,
+        MemoryLimitError,
+        MeshError,
+        MeshWarning,
+        OutcomeWarning,
+        SingularSystemError,
+    )
+    from .flattening import (
+        ABF,
+        DNCP,
+        LSCM,
+        SCP,
+        Comparison,
+        Flattening,
+        Hole,
+        LinABF,
+        OneStepABFpp,
+        Outcome,
+        Residuals,
+        abf,
+        compare,
+        flatten,
+        linabf,
+        linabf_angles,
+        lscm,
+    )
+    from .io import write_grid
+    from .layouts import layout
+    from .measures import Quality, distortion, overlaps, quality
+    from .remesh import QuadGrid, quad_grid
 
 __all__ = [
     "ABF",
@@ -79,3 +83,31 @@ __all__ = [
     "unwrap",
     "write_grid",
 ]
+
+# A room is imported when one of its names is first used: so `igl-linabf` answers Ctrl-C before NumPy, SciPy
+# and libigl are there, and importing the package costs nothing.
+_NAMES = {
+    "charts": "Atlas Chart cut find_seams texture_seams unwrap",
+    "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
+    "flattening": "ABF DNCP LSCM SCP Comparison Flattening Hole LinABF OneStepABFpp Outcome Residuals "
+    "abf compare flatten linabf linabf_angles lscm",
+    "io": "write_grid",
+    "layouts": "layout",
+    "measures": "Quality distortion overlaps quality",
+    "remesh": "QuadGrid quad_grid",
+}
+_ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
+_ROOMS = {*_NAMES, "angles", "linalg", "surface"}
+
+if not TYPE_CHECKING:  # a type checker would take any name for one of the package
+
+    def __getattr__(name: str) -> object:
+        if name in _ROOMS:
+            return import_module(f"{__name__}.{name}")
+        if name not in _ROOM:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        value = globals()[name] = getattr(import_module(f"{__name__}.{_ROOM[name]}"), name)
+        return value
+
+    def __dir__() -> list[str]:
+        return sorted({*globals(), *__all__, *_ROOMS})

@@ -27,6 +27,7 @@ from .linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .measures import MEASURES, quality
 
 GOOD, NOT_VALID, ERROR = 0, 1, 2
+SHELLS = ("bash", "zsh", "fish")
 PICTURE = {"metavar": "OUT.png", "type": Path}
 ARGUMENTS: dict[str, dict[str, Any]] = {
     "mesh": {"metavar": "MESH", "type": Path, "help": "OBJ, OFF, PLY or STL file"},
@@ -78,6 +79,22 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
 }
 
 
+class Completion(argparse.Action):
+    """Prints what makes the TAB key of a shell complete this command, and paths for the arguments `files`."""
+
+    def __init__(self, *args: Any, files: Sequence[argparse.Action], **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.files = files
+
+    def __call__(self, parser: argparse.ArgumentParser, *rest: Any) -> NoReturn:
+        import shtab
+
+        for argument in self.files:
+            argument.complete = shtab.FILE  # type: ignore[attr-defined]
+        print(shtab.complete(parser, shell=rest[1]))
+        parser.exit()
+
+
 class Parser(argparse.ArgumentParser):
     """Reports errors in one line, like all errors of the command."""
 
@@ -117,8 +134,16 @@ def _give_up_stdout() -> None:
 
 
 def _parser() -> Parser:
+    files: list[argparse.Action] = []
     parser = Parser(prog="igl-linabf", description="Linear angle based parameterization of triangle meshes.")
-    parser.add_argument("--version", action="version", version=metadata.version("igl-linabf"))
+    parser.add_argument("--version", action="version", version=f"igl-linabf {_version('igl-linabf')}")
+    parser.add_argument(
+        "--print-completion",
+        action=Completion,
+        choices=SHELLS,
+        files=files,
+        help="print a script with which the shell completes options and files at TAB, and exit",
+    )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for run, names, line, description in (
         (
@@ -151,7 +176,9 @@ def _parser() -> Parser:
         command.set_defaults(run=run)
         for name in names.split():
             flags = {"mesh": ["mesh"], "output": ["-o", "--output"]}.get(name, [f"--{name}"])
-            command.add_argument(*flags, **ARGUMENTS[name])
+            argument = command.add_argument(*flags, **ARGUMENTS[name])
+            if argument.type is Path or name == "seams":
+                files.append(argument)
     return parser
 
 
@@ -281,12 +308,9 @@ def _iterations(text: str) -> int | str:
 
 
 def _doctor(options: argparse.Namespace) -> int:
-    print(f"igl-linabf {metadata.version('igl-linabf')}, Python {platform.python_version()}")
+    print(f"igl-linabf {_version('igl-linabf')}, Python {platform.python_version()}, {platform.platform()}")
     for name in ("libigl", "numpy", "scipy", "pyamg", "scikit-sparse", "pyvista"):
-        try:
-            print(f"  {name} {metadata.version(name)}")
-        except metadata.PackageNotFoundError:
-            print(f"  {name} not installed")
+        print(f"  {name} {_version(name)}")
     if has_cholmod():
         print(f"CHOLMOD: yes, with {blas_of_cholmod() or 'an unknown BLAS'}")
     else:
@@ -294,6 +318,13 @@ def _doctor(options: argparse.Namespace) -> int:
     if find_spec("pyvista") is None:
         print("Pictures: no; pip install 'igl-linabf[viz]'")
     return GOOD
+
+
+def _version(package: str) -> str:
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return "not installed"
 
 
 @contextlib.contextmanager

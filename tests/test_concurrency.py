@@ -61,7 +61,7 @@ def test_eight_threads_give_the_same_numbers() -> None:
 
 # with multigrid PyAMG, with METIS and OpenBLAS their threads, have been used before the fork
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
-@pytest.mark.parametrize("method", ["fork", "spawn"])
+@pytest.mark.parametrize("method", ["fork", "spawn"] if sys.platform == "linux" else ["spawn"])
 def test_processes_give_the_same_numbers(method: str) -> None:
     expected = in_turn()
     context = multiprocessing.get_context(method)
@@ -98,6 +98,7 @@ def test_supernodal_factors_are_the_same_in_threads() -> None:
         solver.SIMPLICIAL_UP_TO = before
 
 
+@pytest.mark.skipif(os.name != "posix", reason="modes are POSIX's")
 def test_files_written_in_threads_have_the_mode_that_the_umask_says(tmp_path: Path) -> None:
     V, F = bumps(60)
     mask = os.umask(0o027)

@@ -15,7 +15,7 @@ import pytest
 from conftest import bumps
 from hostile_meshes import doubled
 
-ENTRY = [sys.executable, "-m", "igl_linabf_command"]
+ENTRY = [sys.executable, "-m", "igl_linabf"]
 ARGUMENTS = {
     "flatten": ["flatten", "{mesh}", "-o", "{out}", "--method", "abf", "--picture", "{picture}"],
     "unwrap": ["unwrap", "{closed}", "-o", "{out}", "--picture", "{picture}"],

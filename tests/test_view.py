@@ -50,7 +50,7 @@ class Window:
     def __init__(self, display: str, mesh: Path, *options: str) -> None:
         from Xlib.display import Display
 
-        command = [sys.executable, "-m", "igl_linabf.cli", "view", str(mesh), *options]
+        command = [sys.executable, "-m", "igl_linabf", "view", str(mesh), *options]
         self.process = subprocess.Popen(
             command, env={**os.environ, "DISPLAY": display}, stderr=subprocess.PIPE, text=True
         )
@@ -233,7 +233,7 @@ def test_a_closed_surface_is_unwrapped_and_its_seams_drawn(opened) -> None:
 def test_without_a_display_there_is_one_sentence(tmp_path, display) -> None:
     igl.write_triangle_mesh(str(tmp_path / "mesh.ply"), *load("bumps"))
     kept = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    command = [sys.executable, "-m", "igl_linabf.cli", "view", str(tmp_path / "mesh.ply")]
+    command = [sys.executable, "-m", "igl_linabf", "view", str(tmp_path / "mesh.ply")]
     process = subprocess.run(command, env=kept | display, capture_output=True, text=True, timeout=PATIENCE)
     assert process.returncode == 2
     said = [line for line in process.stderr.splitlines() if "scikit-sparse is not" not in line]

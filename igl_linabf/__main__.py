@@ -1,4 +1,8 @@
-"""Entry of the command: Ctrl-C ends it at once with one line, also while the libraries are imported."""
+"""Entry of the command: Ctrl-C ends it at once with one line, also while the libraries are imported.
+
+Nothing but the standard library is imported before `main` has taken over the signal: the package's `__init__`
+imports a room only when one of its names is used.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +30,7 @@ def main() -> int:
     """Run `igl-linabf`; exit code 130 where it is interrupted, else those of `igl_linabf.cli.main`."""
     if signal.getsignal(signal.SIGINT) != signal.SIG_IGN:  # as it is in the background of a shell script
         signal.signal(signal.SIGINT, _stop)
-    from igl_linabf import cli
+    from . import cli
 
     too_late = partial(signal.signal, signal.SIGINT, signal.SIG_IGN)
     code = cli.main(settled=too_late)

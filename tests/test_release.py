@@ -1,0 +1,229 @@
+"""What is published: a package that imports nothing unasked, a command, workflows that name what is there."""
+
+from __future__ import annotations
+
+import importlib.machinery
+import importlib.util
+import inspect
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import yaml
+from conftest import ROOT
+
+import igl_linabf
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+HEAVY = ("numpy", "scipy", "igl", "pyamg", "shapely", "pyvista")
+
+
+def python(*arguments: str, **options: object) -> str:
+    """What another Python prints."""
+    process = subprocess.run(
+        [sys.executable, *arguments], **{"capture_output": True, "text": True, "timeout": 120, **options}
+    )
+    assert process.returncode == 0, process.stderr
+    return process.stdout
+
+
+def script(name: str) -> object:
+    """A module of the folder `scripts`."""
+    loader = importlib.machinery.SourceFileLoader(Path(name).stem, str(ROOT / "scripts" / name))
+    spec = importlib.util.spec_from_loader(loader.name, loader)
+    module = importlib.util.module_from_spec(spec)
+    loader.exec_module(module)
+    return module
+
+
+def test_nothing_is_imported_before_it_is_used() -> None:
+    code = """
+import json, sys
+import igl_linabf, igl_linabf.__main__
+bare = [name for name in sys.argv[1:] if name in sys.modules]
+igl_linabf.linabf
+print(json.dumps([bare, "numpy" in sys.modules]))
+"""
+    assert json.loads(python("-c", code, *HEAVY)) == [[], True]
+
+
+def test_every_public_name_is_there_however_it_is_asked_for() -> None:
+    code = """
+import igl_linabf
+assert set(igl_linabf.__all__) <= set(dir(igl_linabf))
+from igl_linabf import *
+import igl_linabf.io, igl_linabf.linalg
+assert io is igl_linabf.io and igl_linabf.errors.MeshError is MeshError
+for name in igl_linabf.__all__:
+    assert globals()[name] is getattr(igl_linabf, name), name
+try:
+    igl_linabf.lin_abf
+except AttributeError as error:
+    print(error)
+"""
+    assert python("-c", code) == "module 'igl_linabf' has no attribute 'lin_abf'\n"
+    listed = {name for names in igl_linabf._NAMES.values() for name in names.split()}
+    assert listed | {"io"} == set(igl_linabf.__all__)
+
+
+def test_a_type_checker_sees_every_name_and_no_other(tmp_path) -> None:
+    pytest.importorskip("mypy")
+    names = "\n".join(f"igl_linabf.{name}" for name in igl_linabf.__all__)
+    (tmp_path / "use.py").write_text(f"import igl_linabf\n{names}\nigl_linabf.lin_abf\n")
+    options = ("--strict", "--follow-imports=silent", "--ignore-missing-imports")
+    process = subprocess.run(
+        [sys.executable, "-m", "mypy", *options, "use.py"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        timeout=200,
+        env={**os.environ, "MYPYPATH": str(ROOT)},
+    )
+    errors = [line for line in process.stdout.splitlines() if "error:" in line]
+    assert len(errors) == 1, process.stdout
+    assert 'Module has no attribute "lin_abf"' in errors[0]
+
+
+def test_the_package_is_a_command_and_says_its_version() -> None:
+    assert python("-m", "igl_linabf", "--version") == f"igl-linabf {PROJECT['version']}\n"
+    module, _, function = PROJECT["scripts"]["igl-linabf"].partition(":")
+    assert inspect.isfunction(getattr(importlib.import_module(module), function))
+
+
+@pytest.mark.skipif(shutil.which("bash") is None, reason="there is no bash")
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        (["fl"], {"flatten"}),
+        (["unwrap", "--bi"], {"--bijective"}),
+        (["flatten", "x.obj", "--layout", ""], {"auto", "boundary", "least-squares", "greedy"}),
+        (["compare", "bu"], {"bumps.obj"}),
+    ],
+)
+def test_bash_completes_commands_options_values_and_files(words, expected, tmp_path) -> None:
+    pytest.importorskip("shtab")
+    (tmp_path / "bumps.obj").write_text("")
+    (tmp_path / "completion").write_text(python("-m", "igl_linabf", "--print-completion", "bash"))
+    asked = f"""
+source completion
+COMP_WORDS=(igl-linabf {" ".join(word or '""' for word in words)})
+COMP_CWORD={len(words)}
+[ -n "${{COMP_WORDS[-1]//\\"}}" ] || COMP_WORDS[-1]=""
+_shtab_igl_linabf igl-linabf "${{COMP_WORDS[-1]}}"
+printf '%s\\n' "${{COMPREPLY[@]}}"
+"""
+    process = subprocess.run(["bash", "-c", asked], cwd=tmp_path, capture_output=True, text=True, timeout=60)
+    assert set(process.stdout.split()) == expected, process.stderr
+
+
+def test_the_wheel_is_one_typed_module_with_a_page_whose_links_lead_somewhere(tmp_path) -> None:
+    command = ("-m", "pip", "wheel", "-q", "--no-deps", "-w", str(tmp_path), str(ROOT))
+    process = subprocess.run([sys.executable, *command], capture_output=True, text=True, timeout=250)
+    if "No matching distribution found for hatch" in process.stderr:
+        pytest.skip("hatchling cannot be fetched")
+    assert process.returncode == 0, process.stderr
+    (wheel,) = tmp_path.glob("*.whl")
+    script("release_check.py").check_wheel(wheel)
+
+
+def test_the_page_of_the_index_links_to_files_that_are_there() -> None:
+    rules = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["metadata"]["hooks"]
+    page = (ROOT / "README.md").read_text()
+    for rule in rules["fancy-pypi-readme"]["substitutions"]:
+        page = re.sub(rule["pattern"], rule["replacement"].replace("$HFPR_VERSION", "0"), page)
+    base = re.compile(
+        r"https://(?:github\.com|raw\.githubusercontent\.com)/igl-linabf/igl_linabf/(?:blob/)?v0/(.*)"
+    )
+    links = re.findall(r"\]\(([^)\s]+)\)", page)
+    here = [match[1] for link in links if (match := base.match(link))]
+    assert len(here) > 10
+    assert any(path.endswith(".png") for path in here)
+    assert all((ROOT / path.partition("#")[0]).is_file() for path in here)
+    assert all(link.startswith("https://") for link in links)
+
+
+def test_the_version_is_one() -> None:
+    recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text())
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    assert recipe["context"]["version"] == citation["version"] == PROJECT["version"]
+
+
+def test_the_conda_recipe_wants_what_the_package_wants() -> None:
+    recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text())
+    wanted = {re.sub(r"^libigl\b", "igl", text).replace(">=", " >=") for text in PROJECT["dependencies"]}
+    assert set(recipe["requirements"]["run"]) == wanted | {f"python {PROJECT['requires-python']}"}
+    (entry,) = recipe["build"]["python"]["entry_points"]
+    assert entry == f"igl-linabf = {PROJECT['scripts']['igl-linabf']}"
+
+
+def test_pythons_of_classifiers_and_of_the_workflow_are_the_same() -> None:
+    listed = [c.rpartition(" ")[2] for c in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", c)]
+    matrix = yaml.safe_load((ROOT / ".github/workflows/tests.yml").read_text())["jobs"]["tests"]["strategy"]
+    assert matrix["matrix"]["python"] == listed
+    assert PROJECT["requires-python"] == f">={listed[0]}"
+    assert {name.partition("-")[0] for name in matrix["matrix"]["os"]} == {"ubuntu", "macos", "windows"}
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_workflows_run_targets_and_files_that_are_there(path: Path) -> None:
+    targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    jobs = yaml.safe_load(path.read_text())["jobs"]
+    for job in jobs.values():
+        assert set(job.get("needs", "").split()) <= set(jobs)
+        if "uses" in job:
+            assert (ROOT / job["uses"]).is_file()
+    asked = set(re.findall(r"run: make ([\w-]+)", path.read_text()))
+    assert asked <= targets
+    assert asked or path.name == "publish.yml"
+
+
+def test_publication_needs_no_token() -> None:
+    text = (ROOT / ".github/workflows/publish.yml").read_text()
+    publish = yaml.safe_load(text)["jobs"]["publish"]
+    assert publish["permissions"] == {"id-token": "write"}
+    assert publish["needs"] == "wheels"
+    assert "secrets" not in text
+
+
+@pytest.mark.parametrize(
+    ("schema", "files"),
+    [
+        ("vendor.github-workflows", [str(path) for path in WORKFLOWS]),
+        ("vendor.dependabot", [str(ROOT / ".github" / "dependabot.yml")]),
+        (
+            "vendor.github-issue-forms",
+            [str(ROOT / f".github/ISSUE_TEMPLATE/{n}.yml") for n in ("bug", "feature")],
+        ),
+        ("vendor.github-issue-config", [str(ROOT / ".github/ISSUE_TEMPLATE/config.yml")]),
+        ("vendor.citation-file-format", [str(ROOT / "CITATION.cff")]),
+    ],
+    ids=["workflows", "dependabot", "issue forms", "issues", "citation"],
+)
+def test_they_have_the_form_that_their_readers_want(schema: str, files: list[str]) -> None:
+    pytest.importorskip("check_jsonschema")
+    kind = ["--default-filetype", "yaml"]
+    python("-m", "check_jsonschema", "--builtin-schema", schema, *kind, *files)
+
+
+def test_who_reports_an_error_is_asked_for_the_doctor() -> None:
+    form = yaml.safe_load((ROOT / ".github/ISSUE_TEMPLATE/bug.yml").read_text())
+    (field,) = (part for part in form["body"] if "igl-linabf doctor" in part["attributes"]["label"])
+    assert field["validations"]["required"]
+
+
+def test_pre_commit_runs_the_ruff_of_the_tests() -> None:
+    hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
+    (rev,) = (hook["rev"] for hook in hooks if "ruff" in hook["repo"])
+    (pinned,) = (text for text in PROJECT["optional-dependencies"]["test"] if text.startswith("ruff"))
+    assert pinned == f"ruff=={rev[1:]}"
