@@ -314,7 +314,7 @@ def _doctor(options: argparse.Namespace) -> int:
     if has_cholmod():
         print(f"CHOLMOD: yes, with {blas_of_cholmod() or 'an unknown BLAS'}")
     else:
-        print(f"CHOLMOD: no; PyAMG and SuperLU are used. To get it, {HOW_TO_GET}")
+        print(f"CHOLMOD: no; libigl's Cholesky and PyAMG's multigrid are used. To get it, {HOW_TO_GET}")
     if find_spec("pyvista") is None:
         print("Pictures: no; pip install 'igl-linabf[viz]'")
     return GOOD
