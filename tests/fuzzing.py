@@ -33,10 +33,7 @@ def _disk(seed: int, most: int = 250) -> meshes.Disk:
 KINDS: dict[str, tuple[Callable[[int], str], int]] = {
     "`flatten`, random disks": (lambda seed: meshes.check_disk(_disk(seed)), 2500),
     '`flatten`, `method="abf"`': (lambda seed: meshes.check_disk(_disk(seed), "abf"), 700),
-    '`flatten`, `guarantee="injective"`': (
-        lambda seed: meshes.check_disk(_disk(seed, 120), guarantee="injective"),
-        500,
-    ),
+    '`flatten`, `guarantee="injective"`': (meshes.check_guarantee, 500),
     "`flatten`, the other methods": (meshes.check_method, 600),
     "`flatten`, random options and pins": (meshes.check_options, 700),
     "`flatten`, dtypes, orders, strides": (meshes.check_dtypes, 400),

@@ -11,12 +11,14 @@ import pytest
 import shapely
 import trimesh
 from conftest import load, pixels
+from holes import crown_without_tips
 from test_cli import run
 
 from igl_linabf import (
     FallbackWarning,
     MeshError,
     Outcome,
+    OutcomeWarning,
     cut,
     find_seams,
     flatten,
@@ -203,6 +205,17 @@ def test_what_is_wrong_with_a_chart_is_told() -> None:
         "has flipped faces, 3: give more seams"
         in replace(atlas, charts=(replace(chart, result=result),)).troubles[0]
     )
+
+
+def test_unwrap_warns_of_every_chart_that_flips_or_overlaps() -> None:
+    V, F = crown_without_tips()
+    whole = np.zeros((0, 2), dtype=int)
+    with pytest.warns(OutcomeWarning, match=r"chart 0 .* has flipped faces") as caught:
+        atlas = unwrap(V, F, whole, "lscm")
+    assert not atlas.good
+    assert atlas.quality.flips > 0
+    assert [str(w.message) for w in caught if w.category is OutcomeWarning] == atlas.troubles
+    assert caught[0].filename == __file__
 
 
 @pytest.mark.parametrize("suffix", ["obj", "glb", "ply"])
