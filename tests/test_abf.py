@@ -77,10 +77,19 @@ def test_it_converges_to_a_flat_mesh_where_the_objective_is_stationary(name: str
     assert quality(V, F, result.uv).flips == 0
 
 
-@pytest.mark.parametrize(("name", "limit"), [("camel_b.obj", 7.54e-3), ("camelhead.off", 2.09e-3)])
-def test_angle_distortion_is_at_or_below_that_of_openabf_and_geogram(name: str, limit: float) -> None:
+@pytest.mark.parametrize(
+    ("name", "limit", "blender"), [("camel_b.obj", 7.54e-3, 7.515e-3), ("camelhead.off", 2.09e-3, 1.997e-3)]
+)
+def test_angle_distortion_is_at_or_below_that_of_openabf_and_geogram(
+    name: str, limit: float, blender: float
+) -> None:
     V, F = load(f"disk__igl_{name}")
-    assert quality(V, F, abf(V, F)).angle_distortion <= limit
+    reached = quality(V, F, abf(V, F)).angle_distortion
+    assert reached <= limit
+    assert reached <= blender  # of Blender's ABF, by benchmarks/table1.py
+    # one linear step is below the other programs' figures, too: converged ABF has to be better than that
+    step = quality(V, F, linabf(V, F, iterations=1)).angle_distortion
+    assert reached < 0.9985 * step
 
 
 @pytest.mark.parametrize("name", BENIGN)

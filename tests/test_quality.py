@@ -71,7 +71,7 @@ def test_a_similarity_is_perfect_and_a_mirror_flips_all() -> None:
 
 def test_overlaps_are_counted_within_charts_and_not_between_them() -> None:
     V, F = load("bumps")
-    twice, both = np.vstack((V, V + [5, 0, 0])), np.vstack((F, F + len(V)))
+    twice, both = np.vstack((V, V + np.array([5, 0, 0]))), np.vstack((F, F + len(V)))
     onto_each_other = np.vstack((V[:, :2], V[:, :2] + 0.1))
     assert quality(twice, both, onto_each_other).overlaps == 0
     assert len(overlaps(onto_each_other, both, between=True)) > len(F)
