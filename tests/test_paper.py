@@ -12,7 +12,7 @@ from scipy.sparse.linalg import splu, spsolve
 from igl_linabf import linabf
 
 CUTS = {"pial, 5 leaves": 5, "pial, 8 leaves": 8, "pial, 12 leaves": 12}
-PLATES = {"wavy": (400, 3, 0.6), "hills": (2000, 5, 0.5)}
+PLATES = {"wavy": (400, 3, 0.6), "hills": (2000, 5, 0.5), "swell": (1200, 7, 0.8)}
 EVERYWHERE = ("bumps", "cortex", "cortex_right", *CUTS, *PLATES)
 SHARED = (
     "disk__bff_hemisphere.obj",
@@ -32,7 +32,6 @@ def angles_of_the_paper(V: np.ndarray, F: np.ndarray) -> np.ndarray:
     total = np.bincount(F.ravel(), a.ravel(), n)
     total[rim] = 2 * np.pi
     a = a * np.where(np.abs(total - 2 * np.pi) > 1, 2 * np.pi / total, 1)[F]
-    a *= np.pi / a.sum(axis=1)[:, None]
     inside = np.delete(np.arange(n), rim)
     row = np.full(n, -1)
     row[inside] = np.arange(len(inside))
@@ -54,7 +53,7 @@ def angles_of_the_paper(V: np.ndarray, F: np.ndarray) -> np.ndarray:
 
 
 def energy_of_the_paper(F: np.ndarray, a: np.ndarray) -> sparse.csc_array:
-    """Section 5: rows z2 - z0 - c (z1 - z0) of triangles with the angles `a`, each of its conformal energy."""
+    """Section 5: rows z2 - z0 - c (z1 - z0) of triangles with the angles `a`, each its conformal energy."""
     c = np.sin(a[:, 1]) / np.sin(a[:, 2]) * np.exp(1j * a[:, 0])
     values = np.column_stack((c - 1, -c, np.ones(len(F)))) / np.sqrt(c.imag)[:, None]
     t = np.repeat(np.arange(len(F)), 3)
