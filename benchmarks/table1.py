@@ -30,9 +30,9 @@ COLUMNS = (
     "F/3nt linABF",
     "differs by",
 )
-# The paper's values, by our mesh of the same model: (triangles there, seconds of its ABF, of linear ABF, F/3nt
-# of its ABF, of linear ABF). Empty: the text of its table could not be had where this was written. Whoever has
-# the paper (SGP 2007, pages 135-141) puts them here, and they are printed beside ours.
+# The paper's values, by our mesh of the same model: (triangles there, seconds of its ABF, of linear ABF,
+# F/3nt of its ABF, of linear ABF). Empty: the text of its table could not be had where this was written.
+# Whoever has the paper (SGP 2007, pages 135-141) puts them here, and they are printed beside ours.
 PAPER: dict[str, tuple[int, float, float, float, float]] = {}
 NO_VALUES = """\
 The columns are those of the paper's Table 1, time and F/3nt. The paper's own values are not beside them:
