@@ -72,18 +72,18 @@ def tube(length: float = 30.0, around: int = 24) -> Surface:
     return V + 0.08 * np.random.default_rng(0).normal(size=V.shape), F
 
 
-def nut() -> Surface:
-    """A hexagon nut, closed, with one handle (pyvista's wheel)."""
+def of_pyvista(name: str) -> Surface:
+    """A mesh of pyvista's wheel: a "nut", closed, with one handle; an "ant" of fifteen closed pieces."""
     import pyvista
 
     from igl_linabf.io import read_mesh
 
-    return read_mesh(Path(pyvista.__file__).parent / "examples" / "nut.ply")
+    return read_mesh(Path(pyvista.__file__).parent / "examples" / f"{name}.ply")
 
 
 def punctured_nut() -> Surface:
     """The same without a triangle."""
-    V, F = nut()
+    V, F = of_pyvista("nut")
     return V, F[1:]
 
 
@@ -114,7 +114,8 @@ MESHES: dict[str, Callable[[], Surface]] = {
     "tube": tube,
     "limb": limb,
     "pial": pial,
-    "nut": nut,
+    "nut": lambda: of_pyvista("nut"),
+    "ant": lambda: of_pyvista("ant"),
     "punctured_nut": punctured_nut,
     "double_torus": double_torus,
     "crown": crown,

@@ -41,6 +41,7 @@ CLOSED = (
 OTHERS = (
     "punctured_nut",
     "pial_with_holes",
+    "ant",
     "bumps",
     "icosahedron",
     "handles__bff_punctured-torus.obj",

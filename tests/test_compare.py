@@ -11,14 +11,14 @@ from conftest import load, pixels
 from test_cli import run
 
 from igl_linabf import FallbackWarning, LinABF, MeshError, compare, flatten, quality
-from igl_linabf.flattening import LABELS, METHODS
+from igl_linabf.flattening import METHODS
 from igl_linabf.flattening import other_programs as peers
 
 
 def test_every_method_has_its_row_with_its_figures() -> None:
     V, F = load("bumps")
     table = compare(V, F, list(METHODS), repeat=1, others=False)
-    assert list(table.entries) == [LABELS[method] for method in METHODS]
+    assert list(table.entries) == [method.label for method in METHODS.values()]
     for method, (label, entry) in zip(METHODS, table.entries.items(), strict=True):
         assert (entry.uv == flatten(V, F, method).uv).all()
         assert entry.quality == quality(V, F, entry.uv)

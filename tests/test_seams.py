@@ -22,6 +22,7 @@ CLOSED = (
 OTHERS = (
     "punctured_nut",
     "pial_with_holes",
+    "ant",
     "handles__bff_punctured-torus.obj",
     "handles__optcuts_torus_with_hole.obj",
     "holes__igl_beetle.off",
