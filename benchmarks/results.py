@@ -1,6 +1,8 @@
 """Write docs/results.md: the output of the other benchmarks, each under its command.
 
-python benchmarks/results.py
+    python benchmarks/results.py
+
+A page that would lose a mesh is not written: the run ends with exit code 1, and says which are missing.
 """
 
 from __future__ import annotations
@@ -24,19 +26,58 @@ SECTIONS = [
     ("Time, with CHOLMOD", "timing.py --large"),
     ("Time, without CHOLMOD", "timing.py --large --without-cholmod"),
     ("Another pair of pins", "pins.py"),
+    ("Another solver", "claims.py solvers"),
+    ("The guarantee from other starts", "claims.py starts"),
+    ("Closed models cut along few edges", "claims.py cuts"),
 ]
+PAGE = ROOT / "docs" / "results.md"
 
 
-def main() -> None:
+def rows(page: str) -> dict[str, list[str]]:
+    """The tables' first columns, which name the meshes, and their heads, by section."""
+    found: dict[str, list[str]] = {}
+    for section in page.split("\n## ")[1:]:
+        title, *lines = section.splitlines()
+        tables = [line for line in lines if line.startswith("| ")]
+        found[title] = [line.split(" | ")[0].removeprefix("| ") for line in tables]
+        found[title] += [f"column {head}" for head in "".join(tables[:1]).strip("| ").split(" | ")]
+    return found
+
+
+def lost(old: str, new: str) -> list[str]:
+    """What each section of the new page does not have of the old one's meshes and columns."""
+    there, said = rows(new), []
+    for title, names in rows(old).items():
+        if missing := [name for name in names if name not in there.get(title, [])]:
+            said.append(f"{title}: {', '.join(missing)}")
+    return said
+
+
+def section(title: str, command: str) -> str:
+    script, *options = command.split()
+    path = ROOT / "benchmarks" / script
+    done = subprocess.run([sys.executable, path, *options], capture_output=True, text=True, check=True)
+    return f"\n## {title}\n\n`python benchmarks/{command}`\n\n{done.stdout}"
+
+
+def main() -> int:
+    old = PAGE.read_text() if PAGE.exists() else ""
+    own = {part.split("\n")[0]: f"\n## {part}" for part in old.split("\n## ")[1:]}
     text = HEAD
     for title, command in SECTIONS:
-        script, *options = command.split()
-        path = ROOT / "benchmarks" / script
-        done = subprocess.run([sys.executable, path, *options], capture_output=True, text=True, check=True)
-        text += f"\n## {title}\n\n`python benchmarks/{command}`\n\n{done.stdout}"
+        made = section(title, command)
+        if missing := lost(own.get(title, ""), made):
+            print(
+                f"{PAGE} is left as it is, for it would lose {missing[0]}. Set IGL_LINABF_MESHES and install "
+                "the extra `peers`; or take out of the page what is to go.",
+                file=sys.stderr,
+            )
+            return 1
+        text += made
         print(title, file=sys.stderr)
-    (ROOT / "docs" / "results.md").write_text(text)
+    PAGE.write_text(text)
+    return 0
 
 
 if __name__ == "__main__":
-    main()
+    sys.exit(main())

@@ -3,7 +3,8 @@
     python benchmarks/table1.py [--repeat 5]
 
 The meshes are the cortex and every disk in IGL_LINABF_MESHES. Times are medians, as ratios to igl.lscm in the
-same process. Blender's ABF is added if `bpy` is installed. Prints Markdown.
+same process. Blender's ABF is added if `bpy` is installed. `PAPER` holds the paper's own values, which are
+printed beside ours. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -29,6 +30,21 @@ COLUMNS = (
     "F/3nt linABF",
     "differs by",
 )
+# The paper's values, by our mesh of the same model: (triangles there, seconds of its ABF, of linear ABF,
+# F/3nt of its ABF, of linear ABF). Empty: the text of its table could not be had where this was written.
+# Whoever has the paper (SGP 2007, pages 135-141) puts them here, and they are printed beside ours.
+PAPER: dict[str, tuple[int, float, float, float, float]] = {}
+NO_VALUES = """\
+The columns are those of the paper's Table 1, time and F/3nt. The paper's own values are not beside them:
+its text could not be had where this was written, so they could not be checked. `PAPER` in
+`benchmarks/table1.py` is the place for them. What differs in any case: the paper's times are of its machine
+and of its program for ABF, while these are ratios to `igl.lscm` within one process; and these meshes need
+not be the paper's.
+"""
+VALUES = """\
+The column "paper" holds the values of the paper's Table 1 for the same model, which may be another mesh or
+another cut of it: triangles, seconds of its ABF and of linear ABF on its machine, F/3nt of both.
+"""
 
 
 def main() -> None:
@@ -38,7 +54,8 @@ def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
     others = [name for name in peers.installed() if name.endswith("ABF")]
     print("Times relative to igl.lscm. linABF: one iteration. ABF: to its default tolerance, and to 1e-7.\n")
-    heads = [*COLUMNS, *(f"{name}: time, F/3nt" for name in others)]
+    print(VALUES if PAPER else NO_VALUES)
+    heads = [*COLUMNS, *(f"{name}: time, F/3nt" for name in others), *["paper"] * bool(PAPER)]
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     for name, V, F in [brain(), *shared("disk")]:
         mesh = planar(V, F)
@@ -57,6 +74,8 @@ def main() -> None:
         for other in others:
             uv, seconds = peers.run(other, mesh.V, mesh.faces)
             cells.append(f"{seconds / lscm:.1f}, {quality(V, F, uv).angle_distortion:.4g}")
+        if PAPER:
+            cells.append(", ".join(f"{value:,g}" for value in PAPER.get(name, ())))
         print(f"| {' | '.join(cells)} |", flush=True)
 
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import os
 import sys
+from collections import Counter
 from pathlib import Path
 
 import igl
 import numpy as np
 import pytest
+from carried import MESHES
 from PIL import Image
 from scipy import sparse
 from scipy.sparse import csgraph
@@ -22,6 +24,7 @@ ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / "demos"), str(ROOT / "benchmarks")]
 
 FOLDER = os.environ.get("IGL_LINABF_MESHES")
+NO_FOLDER = "IGL_LINABF_MESHES is not set: no "  # a mesh
 DISKS = (
     "disk__bff_hemisphere.obj",
     "disk__flipfree_camelhead_small.obj",
@@ -46,6 +49,8 @@ STRESS = (
     "stress__optcuts_golf.obj",
     "stress__optcuts_male_body_i_f10000.obj",
 )
+CARRIED_DISKS = ("cortex_right", "ball", "tube")
+CARRIED_HOLES = ("crown", "pial_with_holes")
 HOLES = ("holes__igl_beetle.off", "holes__igl_halftunnel.off")
 
 Surface = tuple[np.ndarray, np.ndarray]
@@ -87,15 +92,46 @@ def tree_cut(V: np.ndarray, F: np.ndarray, leaves: int, seed: int | None = None)
 
 
 def load(name: str) -> Surface:
-    """A mesh by name: "bumps", "cortex", or a shared file; skips where that is not there."""
+    """A mesh by name: "bumps", one of `carried.MESHES`, or a shared file; skips where that is not there."""
     if name == "bumps":
         return bumps()
-    if name == "cortex":
-        # nilearn's wheel has it, and not every environment has nilearn
-        return pytest.importorskip("cortex", exc_type=ImportError).cortex()[:2]
+    if name in MESHES:
+        try:
+            return MESHES[name]()
+        except ImportError as error:  # not every environment has the packages that carry meshes
+            pytest.skip(f"{error.name} is not installed: no {name}")
     if FOLDER is None:
-        pytest.skip(f"IGL_LINABF_MESHES is not set: no {name}")
+        pytest.skip(f"{NO_FOLDER}{name}")
     return read_mesh(Path(FOLDER) / name)
+
+
+def not_tested(reasons: list[str]) -> list[str]:
+    """What the reasons of skipped tests come to: shared meshes by kind, and the others as they are."""
+    kinds: Counter[str] = Counter()
+    others: Counter[str] = Counter()
+    for reason in reasons:
+        reason = reason.removeprefix("Skipped: ")
+        if reason.startswith(NO_FOLDER):
+            kinds[reason.removeprefix(NO_FOLDER).split("__")[0]] += 1
+        else:
+            others[reason] += 1
+    lines = [f"{number:4} tests: {reason}" for reason, number in others.most_common()]
+    if kinds:
+        told = ", ".join(f"{kind} ({number})" for kind, number in kinds.most_common())
+        what = "IGL_LINABF_MESHES is not set, so the shared meshes of these kinds were not tested"
+        lines.append(f"{kinds.total():4} tests: {what}: {told}")
+        lines.append("      Of each kind, meshes that come with packages or are made by code were tested.")
+    return lines
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say what was not tested: a green run without the shared meshes is no full run."""
+    skipped = terminalreporter.getreports("skipped")
+    lines = not_tested([str(report.longrepr[2]) for report in skipped if isinstance(report.longrepr, tuple)])
+    if lines:
+        terminalreporter.section("not tested here", sep="=", yellow=True)
+        for line in lines:
+            terminalreporter.write_line(line)
 
 
 def pixels(path: Path) -> np.ndarray:

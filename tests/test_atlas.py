@@ -17,6 +17,7 @@ from igl_linabf import (
     FallbackWarning,
     MeshError,
     Outcome,
+    OutcomeWarning,
     cut,
     find_seams,
     flatten,
@@ -29,12 +30,18 @@ from igl_linabf.io import read_mesh, read_texture
 from igl_linabf.surface import arrays, face_components
 
 CLOSED = (
+    "pial",
+    "nut",
+    "double_torus",
     "closed__igl_cow.off",
     "closed__igl_fandisk.off",
     "closed__igl_3holes.off",
     "closed__optcuts_horse_f10000.obj",
 )
 OTHERS = (
+    "punctured_nut",
+    "pial_with_holes",
+    "ant",
     "bumps",
     "icosahedron",
     "handles__bff_punctured-torus.obj",
@@ -154,12 +161,13 @@ def test_unreferenced_vertices_and_degenerate_faces() -> None:
         unwrap(np.where(np.arange(len(V))[:, None] == F[3, 0], V[F[3, 1]], V), F)
 
 
-def test_a_disk_that_double_precision_does_not_hold_is_cut_open() -> None:
-    V, F = load("stress__flipfree_deer.obj")
+@pytest.mark.parametrize(("name", "charts"), [("stress__flipfree_deer.obj", 3), ("limb", 4)])
+def test_a_disk_that_double_precision_does_not_hold_is_cut_open(name: str, charts: int) -> None:
+    V, F = load(name)
     assert len(flatten(V, F).flipped) > 0
     atlas = unwrap(V, F)
     assert atlas.good
-    assert len(atlas.charts) <= 3
+    assert len(atlas.charts) <= charts
 
 
 @pytest.mark.parametrize(
@@ -203,6 +211,23 @@ def test_what_is_wrong_with_a_chart_is_told() -> None:
         "has flipped faces, 3: give more seams"
         in replace(atlas, charts=(replace(chart, result=result),)).troubles[0]
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "method", "says"),
+    [("crown", "lscm", "has flipped faces"), ("spiral", "linabf", "lies over itself in")],
+)
+def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
+    name: str, method: str, says: str, monkeypatch
+) -> None:
+    monkeypatch.setattr(unwrapping, "MAX_SPLITS", 0)
+    V, F = spiral() if name == "spiral" else load(name)
+    with pytest.warns(OutcomeWarning, match=rf"chart 0 .* {says}") as caught:
+        atlas = unwrap(V, F, np.zeros((0, 2), dtype=int), method)
+    assert not atlas.good
+    assert atlas.quality.flips + atlas.quality.overlaps > 0
+    assert [str(w.message) for w in caught if w.category is OutcomeWarning] == atlas.troubles
+    assert caught[0].filename == __file__
 
 
 @pytest.mark.parametrize("suffix", ["obj", "glb", "ply"])

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from fuzzing import KINDS, run_all
 from hostile_files import good_files, mutated
-from hostile_meshes import Disk, check_disk, exactly_flipped, has_place
+from hostile_meshes import Disk, check_disk, check_guarantee, exactly_flipped, has_place
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
@@ -96,6 +96,28 @@ def test_damaged_files_are_read_or_refused(seed: int, suffix: str) -> None:
     rng = np.random.default_rng(seed)
     files = good_files(rng)[suffix[1:]]
     refused_or_read(mutated(files[rng.integers(len(files))], rng), suffix)
+
+
+@pytest.mark.parametrize(
+    ("message", "names"),
+    [
+        ("faces 3, 7 have zero area: remove them", True),
+        ("F has the shape (4, 2): pass #F by 3", True),
+        ("the mesh has 2 components: use unwrap", True),
+        ("a/b.ply cannot be read: its head has no end_header", True),
+        ("it failed after 3 tries: use another mesh", False),
+        ("and/or the mesh is bad", False),
+        ("40 faces are bad: remove them", False),
+        ("some face is bad (residual 3.2e-5): remove it", False),
+    ],
+)
+def test_a_digit_or_a_slash_is_no_place(message: str, names: bool) -> None:
+    assert has_place(message) == names
+
+
+def test_the_guarantee_is_asked_where_maps_flip() -> None:
+    ends = [check_guarantee(seed) for seed in range(12)]
+    assert sum(end.endswith("by the guarantee") for end in ends) >= 2
 
 
 def test_the_exact_test_of_orientation_is_exact() -> None:

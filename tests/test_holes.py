@@ -63,7 +63,7 @@ def surface(name: str) -> Surface:
     return load(name)
 
 
-CURVED = ("wavy plate", "hemisphere", "crown", *HOLES)
+CURVED = ("wavy plate", "hemisphere", "crown", "pial_with_holes", *HOLES)
 
 
 @pytest.mark.parametrize("name", ["annulus", "plate"])

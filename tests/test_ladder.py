@@ -7,15 +7,15 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
-from conftest import HOLES, STRESS, load, tree_cut
+from conftest import CARRIED_HOLES, FOLDER, HOLES, STRESS, load, tree_cut
 
-from igl_linabf import ABF, LinABF, Outcome, abf, flatten, quality
+from igl_linabf import ABF, LinABF, Outcome, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.layouts import injective, on_circle
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import centred, planar, signed_double_areas
 
 DEER = "stress__flipfree_deer.obj"  # its conformal map spans more than double precision
-CLOSED = ("closed__igl_cow.off", "closed__igl_fandisk.off", "closed__optcuts_horse_f10000.obj")
+CLOSED = ("pial", "closed__igl_cow.off", "closed__igl_fandisk.off", "closed__optcuts_horse_f10000.obj")
 
 
 def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> int:
@@ -38,15 +38,30 @@ def test_no_flips_on_closed_surfaces_cut_with_few_leaves(name: str, leaves: int)
         assert quality(V, F, result.uv).flips == 0
 
 
-def test_the_guarantee_leaves_no_flips_on_deer() -> None:
-    V, F = load(DEER)
+@pytest.mark.parametrize(("leaves", "seed"), [(2, 8), (2, 118), (3, 24), (4, 101)])
+def test_a_model_cut_too_little_flips_says_so_and_is_helped(leaves: int, seed: int) -> None:
+    V, F = tree_cut(*load("closed__igl_cow.off"), leaves, seed)
+    result = flatten(V, F)
+    assert result.outcome is Outcome.FLIPPED
+    assert "flipped" in result.message
+    with pytest.warns(OutcomeWarning, match="flipped"):
+        linabf(V, F)
+    assert exactly_flipped(flatten(V, F, LinABF(guarantee="injective")).uv, F) == 0
+
+
+@pytest.mark.parametrize("name", [DEER, "limb"])
+def test_the_guarantee_leaves_no_flips_on_deer(name: str) -> None:
+    V, F = load(name)
     default, sure = flatten(V, F), flatten(V, F, LinABF(guarantee="injective"))
     assert default.outcome is Outcome.FLIPPED
     assert sure.outcome is Outcome.VALID
     assert sure.layout == "SLIM"
     assert len(sure.flipped) == exactly_flipped(sure.uv, F) == 0
     assert "near the end of double precision" in sure.message
-    assert quality(V, F, sure.uv).angle_distortion < 0.25  # igl.lscm's, with 692 flips: 0.33
+    lscm = quality(V, F, flatten(V, F, "lscm").uv)
+    assert lscm.flips > 500
+    if name == DEER:
+        assert quality(V, F, sure.uv).angle_distortion < 0.25  # igl.lscm's, with 692 flips: 0.33
 
 
 def test_rungs_are_climbed_only_as_far_as_needed() -> None:
@@ -54,7 +69,11 @@ def test_rungs_are_climbed_only_as_far_as_needed() -> None:
         "bumps": ["linear step"],
         "stress__optcuts_golf.obj": ["linear step", "active set"],
         DEER: ["linear step", "active set", "injective"],
+        "ball": ["linear step", "active set"],
+        "limb": ["linear step", "active set", "injective"],
     }
+    if FOLDER is None:
+        names = {name: rungs for name, rungs in names.items() if not name.startswith("stress")}
     for name, expected in names.items():
         V, F = load(name)
         result = flatten(V, F, LinABF(guarantee="injective"))
@@ -65,7 +84,7 @@ def test_rungs_are_climbed_only_as_far_as_needed() -> None:
 
 
 def test_the_guarantee_changes_nothing_where_nothing_is_flipped() -> None:
-    for name in ("bumps", *STRESS):
+    for name in ("bumps", "ball", "tube", *(STRESS if FOLDER else ())):
         if name != DEER:
             V, F = load(name)
             assert (flatten(V, F).uv == flatten(V, F, LinABF(guarantee="injective")).uv).all()
@@ -86,18 +105,18 @@ def test_the_guarantee_helps_the_paper_s_step_and_abf() -> None:
     assert exactly_flipped(abf(V, F, guarantee="injective"), F) == 0
 
 
-@pytest.mark.parametrize("name", ["bumps", HOLES[1], "disk__flipfree_camelhead_small.obj"])
+@pytest.mark.parametrize("name", ["bumps", "ball", HOLES[1], "disk__flipfree_camelhead_small.obj"])
 def test_any_start_ends_without_flips_holes_or_not(name: str) -> None:
     mesh = planar(*load(name))
     rng = np.random.default_rng(0)
     nonsense = rng.normal(size=mesh.topology.n) + 1j * rng.normal(size=mesh.topology.n)
     made = injective(mesh, nonsense, lambda z: centred(mesh.topology, z, mesh.area), Solvers())
     assert (signed_double_areas(made.z, mesh.topology.corner) > 0).all()
-    # far from nonsense, and not far from the best there is
+    # not the same map from every start (benchmarks/claims.py starts), and not far from the best there is
     assert made.distortion < 30 * quality(mesh.V, mesh.faces, flatten(mesh.V, mesh.faces).uv).angle_distortion
 
 
-@pytest.mark.parametrize("name", ["bumps", DEER, *HOLES])
+@pytest.mark.parametrize("name", ["bumps", "limb", *CARRIED_HOLES, DEER, *HOLES])
 def test_embeddings_in_a_circle_are_valid(name: str) -> None:
     topology = planar(*load(name)).topology
     for z in on_circle(topology, Solvers()):

@@ -8,6 +8,7 @@ import pytest
 from conftest import DISKS, best_fit_distance, load
 
 from igl_linabf import LinABF, MeshError, flatten, layout, linabf, linabf_angles
+from igl_linabf.layouts.conformal_energy import far_apart
 
 METHODS = ("boundary", "least-squares", "greedy")
 
@@ -44,6 +45,44 @@ def test_map_without_pins_has_the_area_of_the_surface_and_lies_centred() -> None
     assert np.isclose(area.sum(), igl.doublearea(V, F).sum() / 2)
     assert np.abs(area @ uv[F].mean(axis=1)).max() <= 1e-9 * area.sum() * np.ptp(uv)
     assert np.isclose(igl.doublearea(layout(F, linabf_angles(V, F)), F).sum() / 2, 1)
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex"])
+@pytest.mark.parametrize("method", METHODS)
+def test_map_without_pins_has_its_principal_axes_along_x_and_y(name: str, method: str) -> None:
+    V, F = load(name)
+    uv = linabf(V, F, layout=method)
+    xx, xy, yy = second_moments(uv, F)
+    assert abs(xy) <= 1e-9 * (xx + yy)
+    assert xx >= yy
+    # of the two directions of x, the one of a positive third moment (of the triangles' centres)
+    assert igl.doublearea(uv, F) @ uv[F].mean(axis=1)[:, 0] ** 3 > 0
+
+
+def second_moments(uv: np.ndarray, F: np.ndarray) -> tuple[float, float, float]:
+    """Integrals of x x, x y, y y over the map: exact by the midpoints of the triangles' sides."""
+    middle = (uv[F] + uv[np.roll(F, 1, axis=1)]) / 2
+    weight = np.abs(igl.doublearea(uv, F)) / 6
+    xx, xy, yy = (
+        float((weight[:, None] * middle[..., i] * middle[..., j]).sum()) for i, j in ((0, 0), (0, 1), (1, 1))
+    )
+    return xx, xy, yy
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex"])
+def test_default_pins_of_the_least_squares_layout_are_half_the_loop_apart_and_far(name: str) -> None:
+    V, F = load(name)
+    points = V[igl.boundary_loop(F)]
+    length = np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1)
+    arc = np.cumsum(length) - length
+    i, j = far_apart(points)
+    apart = abs(arc[i] - arc[j])
+    assert abs(apart / length.sum() - 0.5) <= length.max() / length.sum()
+    # of all pairs that are half the loop apart, to an edge, none is more than an edge farther
+    around = np.abs(arc[:, None] - arc)
+    half = np.abs(around - length.sum() / 2) <= length.min() / 2
+    distance = np.linalg.norm(points[:, None] - points, axis=2)
+    assert np.linalg.norm(points[i] - points[j]) >= distance[half].max() - length.max()
 
 
 def test_pins_are_constraints_of_least_squares_and_place_the_others() -> None:
@@ -83,6 +122,7 @@ def test_auto_takes_the_boundary_only_where_it_closes() -> None:
     [
         (lambda a: a[:-1], "rows for"),
         (lambda a: a * 1.01, "not those of a triangle"),
+        (lambda a: a * (1 + 1e-5), "not those of a triangle"),
         (lambda a: a * [1, -1, 1], "not those of a triangle"),
         (lambda a: np.where(np.arange(a.size).reshape(a.shape) == 4, np.nan, a), "faces 1 "),
         (lambda a: a[:, :2], "shape"),
@@ -93,6 +133,12 @@ def test_angles_that_are_no_triangles_are_refused(spoil, says: str) -> None:
     V, _ = load("bumps")
     with pytest.raises(MeshError, match=says):
         layout(F, spoil(igl.internal_angles(V, F)))
+
+
+def test_angles_that_sum_to_pi_but_for_rounding_are_taken() -> None:
+    V, F = load("bumps")
+    angles = linabf_angles(V, F)
+    assert best_fit_distance(layout(F, angles * (1 + 1e-8)), layout(F, angles)) <= 1e-6
 
 
 def test_a_single_triangle_and_two() -> None:

@@ -80,6 +80,58 @@ def test_touching_is_no_overlap_and_charts_are_compared_on_request() -> None:
     assert not len(overlaps(tiles, np.concatenate([pair + 4 * i for i in range(25)]), between=True))
 
 
+@pytest.mark.parametrize(("depth", "counts"), [(1e-2, 1), (1e-5, 1), (3e-6, 1), (3e-7, 0), (-1e-9, 0)])
+@pytest.mark.parametrize("size", [1.0, 1e-9])
+def test_a_millionth_of_a_height_is_the_least_depth(depth: float, counts: int, size: float) -> None:
+    # two triangles of height 1, the lower one's apex so deep in the upper one
+    uv = size * np.array([[0, 0], [4, 0], [2, 1.0], [2, depth], [1, depth - 1], [3, depth - 1]])
+    F = np.array([[0, 1, 2], [3, 4, 5]])
+    assert len(overlaps(uv, F, between=True)) == counts
+
+
+def two_sheets() -> tuple[np.ndarray, np.ndarray]:
+    """Two sheets of a plane, through each other along a slit: no flipped face, no crossing of the loops.
+
+    At the two ends of the slit the angles sum to 4 pi; both boundary loops run counter-clockwise.
+    """
+    sheets, faces, n = [], [], 0
+    for half in (3, 2):
+        side = np.arange(-half, half + 1)
+        x, y = np.meshgrid(side, side, indexing="ij")
+        xy = np.column_stack((x.ravel(), y.ravel())).astype(float)
+        m = 2 * half + 1
+        a = (m * np.arange(m - 1)[:, None] + np.arange(m - 1)).ravel()
+        F = np.concatenate((np.column_stack((a, a + m, a + m + 1)), np.column_stack((a, a + m + 1, a + 1))))
+        sheets.append(xy)
+        faces.append(F + n)
+        n += m * m
+    uv = np.concatenate(sheets)
+    at = {
+        (sheet, *p): i
+        for sheet, (k, xy) in enumerate(zip((0, 49), sheets, strict=True))
+        for i, p in enumerate(xy.astype(int).tolist(), k)
+    }
+    for old, new in ((at[1, -1, 0], at[0, -1, 0]), (at[1, 1, 0], at[0, 1, 0])):  # the ends are common
+        faces[1][faces[1] == old] = new
+    middle = at[0, 0, 0], at[1, 0, 0]
+    for F, mine, other in ((faces[0], *middle), (faces[1], *middle[::-1])):
+        below = uv[F].mean(axis=1)[:, 1] < 0
+        F[below[:, None] & (mine == F)] = other  # who comes from below goes on in the other sheet
+    return uv, np.concatenate(faces)
+
+
+def test_two_sheets_through_each_other_overlap_although_their_loops_do_not_cross() -> None:
+    uv, F = two_sheets()
+    assert (igl.doublearea(uv, F) > 0).all()
+    assert face_components(F, len(uv)).max() == 0
+    used = np.unique(F)
+    assert len(used) == 49 + 25 - 2
+    pairs = overlaps(uv, F)
+    assert len(pairs) >= 32  # every face of the smaller sheet
+    clipped = {tuple(pair) for pair in by_clipping(uv, F).tolist()}
+    assert {tuple(pair) for pair in pairs.tolist()} == clipped
+
+
 def test_vertices_of_no_face_may_be_nan() -> None:
     _, F, uv = strip()
     padded = np.concatenate((np.full((2, 2), np.nan), uv))

@@ -105,6 +105,34 @@ def test_no_point_belongs_to_two_charts() -> None:
     assert MARGIN * (1 - 1e-9) < near < 2 * MARGIN
 
 
+def box(width: float, height: float, turn: float = 0.0) -> Chart:
+    z = np.array([0, width, width + 1j * height, 1j * height]) * np.exp(1j * turn)
+    return np.column_stack((z.real, z.imag)), np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def fill(charts: list[Chart]) -> float:
+    return float(sum(new.area for new in pack(charts, margin=0)))
+
+
+def test_rectangles_are_turned_by_quarters_where_they_fit_so() -> None:
+    pinwheel = [box(2, 1), box(2, 1), box(2, 1), box(2, 1), box(1, 1)]
+    assert fill(pinwheel) > 0.999  # 9/16 if all lie
+
+
+def test_charts_are_turned_to_their_narrowest_rectangle() -> None:
+    rng = np.random.default_rng(0)
+    sizes, turns = rng.uniform(0.5, 2, (9, 2)), rng.uniform(0, 2 * np.pi, 9)
+    upright = fill([box(*size) for size in sizes])
+    tilted = fill([box(*size, turn) for size, turn in zip(sizes, turns, strict=True)])
+    assert tilted > 0.95 * upright > 0.8
+
+
+def test_the_scale_is_searched_finely() -> None:
+    # the sides of the least perfect squared square
+    sides = (50, 35, 27, 8, 19, 15, 17, 11, 6, 24, 29, 25, 9, 2, 7, 18, 16, 42, 4, 37, 33)
+    assert fill([box(side, side) for side in sides]) > 0.93
+
+
 def test_the_same_again() -> None:
     first, second = pack(SETS["six"]), pack(SETS["six"])
     assert all((a.uv == b.uv).all() for a, b in zip(first, second, strict=True))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from conftest import load
 
-from igl_linabf import MeshError, flatten, quality
+from igl_linabf import MeshError, flatten, overlaps, quality
 from igl_linabf.measures import table
 
 
@@ -67,6 +67,16 @@ def test_a_similarity_is_perfect_and_a_mirror_flips_all() -> None:
     assert max(q.angle_distortion, q.angle_error, q.area_distortion) < 1e-12
     assert q.flips == 0
     assert quality(V, F, V[:, :2] * [1, -1]).flips == len(F)
+
+
+def test_overlaps_are_counted_within_charts_and_not_between_them() -> None:
+    V, F = load("bumps")
+    twice, both = np.vstack((V, V + np.array([5, 0, 0]))), np.vstack((F, F + len(V)))
+    onto_each_other = np.vstack((V[:, :2], V[:, :2] + 0.1))
+    assert quality(twice, both, onto_each_other).overlaps == 0
+    assert len(overlaps(onto_each_other, both, between=True)) > len(F)
+    folded = V[:, :2] * [1, 1] - 2 * np.maximum(V[:, :1], 0) * [1, 0]  # the right half onto the left one
+    assert quality(V, F, folded).overlaps == len(overlaps(folded, F)) > len(F) / 2
 
 
 def test_collapsed_triangles_count_as_flips_and_infinite_stretch() -> None:

@@ -11,12 +11,18 @@ from igl_linabf import MeshError, flatten, quality
 from igl_linabf.charts import cut, find_seams, texture_seams
 
 CLOSED = (
+    "pial",
+    "nut",
+    "double_torus",
     "closed__igl_cow.off",
     "closed__igl_fandisk.off",
     "closed__igl_3holes.off",
     "closed__optcuts_horse_f10000.obj",
 )
 OTHERS = (
+    "punctured_nut",
+    "pial_with_holes",
+    "ant",
     "handles__bff_punctured-torus.obj",
     "handles__optcuts_torus_with_hole.obj",
     "holes__igl_beetle.off",

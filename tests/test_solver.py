@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import load
+from conftest import best_fit_distance, load
 from scipy import sparse
 
 from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, layout, linabf
@@ -27,6 +27,15 @@ def test_every_solver_gives_the_same_map(name: str) -> None:
     assert "PyAMG" in maps["multigrid"].solver
     assert maps["direct"].solver.startswith("direct")
     assert maps["direct"].inner_steps == 0
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", "ball", "disk__igl_camel_b.obj"])
+def test_solvers_agree_to_the_default_tolerance(name: str) -> None:
+    V, F = load(name)
+    for rtol, apart in (({}, 5e-3), ({"rtol": 1e-10}, 1e-8)):
+        first, *others = (flatten(V, F, LinABF(solver=s, **rtol)).uv for s in ("auto", "multigrid", "direct"))
+        for uv in others:
+            assert best_fit_distance(uv, first) <= apart
 
 
 def test_without_scikit_sparse_all_works_the_same(monkeypatch) -> None:

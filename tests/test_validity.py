@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import DISKS, STRESS, load
+from conftest import CARRIED_DISKS, DISKS, STRESS, load
 
 from igl_linabf import FallbackWarning, LinABF, Outcome, OutcomeWarning, flatten, linabf, quality
 
@@ -30,7 +30,7 @@ def test_one_iteration_reaches_the_angle_distortion_of_table_1(name: str) -> Non
     assert measured.angle_distortion <= 1.02 * ONE_ITERATION[name]
 
 
-@pytest.mark.parametrize("name", ["bumps", "cortex", *DISKS, *STRESS])
+@pytest.mark.parametrize("name", ["bumps", "cortex", *CARRIED_DISKS, *DISKS, *STRESS])
 def test_no_flips_by_default_and_residual_gone_when_converged(name: str) -> None:
     if name == HOLDS_FLIPS:
         pytest.skip("tested below")
@@ -49,6 +49,7 @@ def test_no_flips_by_default_and_residual_gone_when_converged(name: str) -> None
 @pytest.mark.parametrize(
     "name",
     [
+        *CARRIED_DISKS,
         "disk__igl_camel_b.obj",
         "disk__optcuts_lion_o_f10000.obj",
         "disk__optcuts_armadillo_i_f10000.obj",
@@ -67,8 +68,9 @@ def test_no_flips_where_igl_lscm_flips(name: str) -> None:
     assert quality(V, F, ours.uv).angle_distortion < quality(V, F, lscm.uv).angle_distortion
 
 
-def test_what_double_precision_cannot_hold_is_said() -> None:
-    V, F = load(HOLDS_FLIPS)
+@pytest.mark.parametrize("name", [HOLDS_FLIPS, "limb"])
+def test_what_double_precision_cannot_hold_is_said(name: str) -> None:
+    V, F = load(name)
     result = flatten(V, F)
     assert result.outcome is Outcome.FLIPPED
     assert result.after.largest < 1e-8
@@ -79,19 +81,21 @@ def test_what_double_precision_cannot_hold_is_said() -> None:
         linabf(V, F)
 
 
-def test_auto_goes_on_only_where_it_must() -> None:
+@pytest.mark.parametrize("name", ["stress__optcuts_golf.obj", "ball"])
+def test_auto_goes_on_only_where_it_must(name: str) -> None:
     V, F = load("cortex")
     easy = flatten(V, F)
     assert [step.kind for step in easy.steps] == ["step", "chord"]
-    V, F = load("stress__optcuts_golf.obj")
+    V, F = load(name)
     hard = flatten(V, F)
     assert [step.kind for step in hard.steps][:2] == ["step", "step"]
     assert hard.steps[0].limited > 0
     assert hard.outcome is Outcome.CONVERGED
 
 
-def test_the_bare_scheme_leaves_the_triangles_where_the_safeguard_does_not() -> None:
-    V, F = load("stress__optcuts_male_body_i_f10000.obj")
+@pytest.mark.parametrize("name", ["stress__optcuts_male_body_i_f10000.obj", "ball"])
+def test_the_bare_scheme_leaves_the_triangles_where_the_safeguard_does_not(name: str) -> None:
+    V, F = load(name)
     with pytest.warns(FallbackWarning, match="not within|factored"):
         bare = flatten(V, F, LinABF(iterations=1, safeguard=False))
     assert bare.outcome is Outcome.ANGLES_INVALID

@@ -1,0 +1,123 @@
+"""Meshes of every kind that need no folder: made by code, or in the wheels of what the tests require."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+from pathlib import Path
+
+import igl
+import numpy as np
+
+Surface = tuple[np.ndarray, np.ndarray]
+
+
+@cache
+def hemisphere(shape: str) -> Surface:
+    """A hemisphere of fsaverage5 (nilearn's wheel): closed "pial_left", or the folded disk "flat_right"."""
+    from nilearn.datasets import fetch_surf_fsaverage
+    from nilearn.surface import load_surf_mesh
+
+    fsaverage = fetch_surf_fsaverage("fsaverage5")
+    side = shape.split("_")[1]
+    V = np.asarray(load_surf_mesh(fsaverage[f"pial_{side}"]).coordinates, dtype=float)
+    F = np.asarray(load_surf_mesh(fsaverage[shape]).faces, dtype=np.int64)
+    return igl.remove_unreferenced(V, F)[:2]
+
+
+@cache
+def pial() -> Surface:
+    """The left hemisphere, closed, decimated to 3,000 triangles."""
+    V, F = igl.qslim(*hemisphere("pial_left"), 3000)[:2]
+    return np.asarray(V), np.asarray(F, dtype=np.int64)
+
+
+def limb() -> Surface:
+    """The same, long as a limb and cut open along one path only: its map spans more than double precision."""
+    from conftest import tree_cut
+
+    V, F = pial()
+    return tree_cut(V * [1, 15, 1], F, 2, 1)
+
+
+def pial_with_holes() -> Surface:
+    """The cortex of the right hemisphere with three holes."""
+    V, F = hemisphere("flat_right")
+    inside = np.linalg.norm(V[:, None] - V[[2000, 5000, 8000]], axis=2).min(axis=1)
+    return igl.remove_unreferenced(V, F[~(inside < 6)[F].any(axis=1)])[:2]
+
+
+def ball() -> Surface:
+    """A rough ball with a hole of one triangle: nearly all of its curvature is to be laid flat."""
+    V, F = igl.upsample(*igl.icosahedron(), 3)
+    rough = 1 + 0.15 * np.random.default_rng(0).normal(size=len(V))
+    return V / np.linalg.norm(V, axis=1)[:, None] * rough[:, None], F[1:]
+
+
+def tube(length: float = 30.0, around: int = 24) -> Surface:
+    """A long rough tube, closed at one end: the scale of its map falls by e each radius."""
+    side = 2 * np.pi / around
+    rows = int(length / side)
+    k, i = np.arange(around), np.arange(rows + 1)[:, None]
+    z = np.exp(1j * side * k)
+    rim = np.stack(np.broadcast_arrays(z.real, z.imag, side * i), axis=2).reshape(-1, 3)
+    V = np.vstack((rim, [0, 0, (rows + 1) * side]))
+    a = (around * i[:-1] + k).ravel()
+    b = (around * i[:-1] + (k + 1) % around).ravel()
+    last = around * rows + k
+    tip = np.column_stack((last, around * rows + (k + 1) % around, np.full(around, len(V) - 1)))
+    F = np.concatenate(
+        (np.column_stack((a, b, b + around)), np.column_stack((a, b + around, a + around)), tip)
+    )
+    return V + 0.08 * np.random.default_rng(0).normal(size=V.shape), F
+
+
+def of_pyvista(name: str) -> Surface:
+    """A mesh of pyvista's wheel: a "nut", closed, with one handle; an "ant" of fifteen closed pieces."""
+    import pyvista
+
+    from igl_linabf.io import read_mesh
+
+    return read_mesh(Path(pyvista.__file__).parent / "examples" / f"{name}.ply")
+
+
+def punctured_nut() -> Surface:
+    """The same without a triangle."""
+    V, F = of_pyvista("nut")
+    return V, F[1:]
+
+
+def double_torus() -> Surface:
+    """Closed, with two handles."""
+    from checkerboards import double_torus
+
+    return double_torus()
+
+
+def crown() -> Surface:
+    """A crown without its seven tips: a disk with as many holes."""
+    from holes import crown_without_tips
+
+    return crown_without_tips()
+
+
+def cortex() -> Surface:
+    from cortex import cortex
+
+    return cortex()[:2]
+
+
+MESHES: dict[str, Callable[[], Surface]] = {
+    "cortex": cortex,
+    "cortex_right": lambda: hemisphere("flat_right"),
+    "ball": ball,
+    "tube": tube,
+    "limb": limb,
+    "pial": pial,
+    "nut": lambda: of_pyvista("nut"),
+    "ant": lambda: of_pyvista("ant"),
+    "punctured_nut": punctured_nut,
+    "double_torus": double_torus,
+    "crown": crown,
+    "pial_with_holes": pial_with_holes,
+}

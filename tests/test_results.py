@@ -1,0 +1,55 @@
+"""docs/results.md: it is what the benchmarks print, and no run takes a mesh from it."""
+
+from __future__ import annotations
+
+import results
+import table1
+from conftest import ROOT
+
+PAGE = """# Results
+
+## One
+
+| mesh | time |
+|---|---|
+| lion | 1 |
+| cow | 2 |
+
+## Two
+
+| mesh | time | xatlas |
+|---|---|---|
+| lion | 1 | 3 |
+"""
+
+
+def test_a_lost_mesh_a_lost_column_and_a_lost_section_are_named() -> None:
+    assert results.lost(PAGE, PAGE) == []
+    assert results.lost(PAGE, PAGE.replace("| cow | 2 |\n", "| horse | 2 |\n| bunny | 1 |\n")) == ["One: cow"]
+    assert results.lost(PAGE, PAGE.replace(" xatlas |", "")) == ["Two: column xatlas"]
+    (said,) = results.lost(PAGE, PAGE.split("## Two")[0])
+    assert said.startswith("Two: ")
+    assert results.lost("", PAGE) == []
+
+
+def test_a_run_with_fewer_meshes_leaves_the_page_as_it_is(tmp_path, monkeypatch, capsys) -> None:
+    page = tmp_path / "results.md"
+    page.write_text(PAGE)
+    monkeypatch.setattr(results, "PAGE", page)
+    monkeypatch.setattr(results, "SECTIONS", [("One", "one.py"), ("Two", "two.py")])
+    sections = {part.split("\n")[0]: f"\n## {part}" for part in PAGE.split("\n## ")[1:]}
+    monkeypatch.setattr(results, "section", lambda title, _: sections[title].replace("| cow | 2 |\n", ""))
+    assert results.main() == 1
+    assert page.read_text() == PAGE
+    assert "would lose One: cow" in capsys.readouterr().err
+    monkeypatch.setattr(results, "section", lambda title, _: sections[title])
+    assert results.main() == 0
+    assert results.rows(page.read_text()) == results.rows(PAGE)
+
+
+def test_the_page_has_every_section_under_its_command() -> None:
+    page = (ROOT / "docs" / "results.md").read_text()
+    for title, command in results.SECTIONS:
+        assert f"## {title}\n\n`python benchmarks/{command}`\n" in page
+        assert len(results.rows(page)[title]) > 3
+    assert (table1.VALUES if table1.PAPER else table1.NO_VALUES) in page
