@@ -59,7 +59,7 @@ def test_eight_threads_give_the_same_numbers() -> None:
     assert at_once(ThreadPoolExecutor(8, initializer=Barrier(8).wait, initargs=(10,))) == in_turn()
 
 
-# with multigrid PyAMG, with METIS and OpenBLAS their threads, have been used before the fork
+# with multigrid PyAMG, with supernodal CHOLMOD OpenBLAS their threads, have been used before the fork
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 @pytest.mark.parametrize("method", ["fork", "spawn"] if sys.platform == "linux" else ["spawn"])
 def test_processes_give_the_same_numbers(method: str) -> None:
@@ -88,7 +88,7 @@ def test_supernodal_factors_are_the_same_in_threads() -> None:
 
     V, F = bumps(4000)
     before = solver.SIMPLICIAL_UP_TO
-    solver.SIMPLICIAL_UP_TO = 100  # else only meshes of 60,000 vertices have them
+    solver.SIMPLICIAL_UP_TO = 100  # else only meshes of 40,000 vertices have them
     try:
         first = flatten(V, F).uv
         with ThreadPoolExecutor(8) as pool:

@@ -26,8 +26,7 @@ except ImportError:
     cholmod = None
 
 
-SIMPLICIAL_UP_TO = 60_000  # rows; supernodal CHOLMOD with a good BLAS is faster above
-METIS_FROM = 150_000  # rows; AMD's larger fill costs less than METIS's analysis below
+SIMPLICIAL_UP_TO = 40_000  # rows; supernodal CHOLMOD with a good BLAS is faster above
 NO_ROWS, NO_EQUATIONS = np.empty(0, dtype=np.int64), sparse.csc_matrix((0, 0))
 MULTIGRID_RTOL = 1e-10  # where multigrid stands in for a factorisation
 
@@ -91,7 +90,7 @@ class Cholmod:
         self._symbolic = cholmod.analyze(
             lower,
             mode="supernodal" if self._supernodal else "simplicial",
-            ordering_method="amd" if n < METIS_FROM else "metis",
+            ordering_method="amd",  # METIS's smaller fill never pays for its analysis
         )
 
     def factor(self, lower: sparse.csc_array) -> Factored:
