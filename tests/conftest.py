@@ -98,7 +98,7 @@ def load(name: str) -> Surface:
     if name in MESHES:
         try:
             return MESHES[name]()
-        except ImportError as error:  # not every environment has the packages that carry meshes
+        except ImportError as error:  # not every environment has the wheels that they come with
             pytest.skip(f"{error.name} is not installed: no {name}")
     if FOLDER is None:
         pytest.skip(f"{NO_FOLDER}{name}")
@@ -120,7 +120,10 @@ def not_tested(reasons: list[str]) -> list[str]:
         told = ", ".join(f"{kind} ({number})" for kind, number in kinds.most_common())
         what = "IGL_LINABF_MESHES is not set, so the shared meshes of these kinds were not tested"
         lines.append(f"{kinds.total():4} tests: {what}: {told}")
-        lines.append("      Of each kind, meshes that come with packages or are made by code were tested.")
+        if not any("is not installed: no " in reason for reason in others):
+            lines.append(
+                "      Of each kind, meshes that come with packages or are made by code were tested."
+            )
     return lines
 
 

@@ -134,8 +134,9 @@ def test_a_picture_that_fails_leaves_nothing(mesh, tmp_path, monkeypatch, capsys
     assert not picture.exists()
 
 
-def test_a_map_with_flips_is_written_and_told(tmp_path) -> None:
-    V, F = load("stress__flipfree_deer.obj")
+@pytest.mark.parametrize("name", ["stress__flipfree_deer.obj", "limb"])
+def test_a_map_with_flips_is_written_and_told(tmp_path, name: str) -> None:
+    V, F = load(name)
     mesh, out = tmp_path / "deer.obj", tmp_path / "flat.obj"
     igl.write_triangle_mesh(str(mesh), V, F)
     process = run("flatten", mesh, "-o", out)

@@ -108,8 +108,9 @@ def test_one_step_of_abfpp_is_newtons_step_of_the_problem_in_products() -> None:
     assert result.iterations == 1
 
 
-def test_lscm_warns_of_flips_and_checks_its_input() -> None:
-    V, F = load("disk__igl_camel_b.obj")
+@pytest.mark.parametrize("name", ["ball", "disk__igl_camel_b.obj"])
+def test_lscm_warns_of_flips_and_checks_its_input(name: str) -> None:
+    V, F = load(name)
     with pytest.warns(OutcomeWarning, match="flipped"):
         uv = lscm(V, F)
     result = flatten(V, F, "lscm")
