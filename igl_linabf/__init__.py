@@ -6,6 +6,7 @@
 """
 
 from . import io
+from .batch_runs import batch
 from .charts import Atlas, Chart, cut, find_seams, texture_seams, unwrap
 from .errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning
 from .flattening import (
@@ -53,6 +54,7 @@ __all__ = [
     "Quality",
     "Residuals",
     "abf",
+    "batch",
     "compare",
     "cut",
     "distortion",
