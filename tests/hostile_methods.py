@@ -27,7 +27,7 @@ class Hostile(Method):
 
     def run(self, mesh, pinned):
         time.sleep(self.pause)
-        faces = len(mesh.F)
+        faces = len(mesh.double_area)
         if faces == self.aborts:
             os.abort()
         if faces == self.aborts_once and not Path(self.flag).exists():

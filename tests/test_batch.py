@@ -10,21 +10,18 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from pathlib import Path
-from urllib.request import urlopen
 
 import igl
 import numpy as np
 import psutil
 import pytest
-from bad_input import flap
 from conftest import ROOT, bumps
 from hostile_methods import Hostile
 from test_interrupts import of_session
 
-import igl_linabf
 from igl_linabf import MeshError, batch, unwrap
-from igl_linabf.batch_runs import Row
 from igl_linabf.io import read_mesh, read_texture, write_mesh
 
 distributed = pytest.importorskip("distributed")
@@ -59,18 +56,21 @@ def table(out: Path) -> list[dict[str, str]]:
 
 
 def snapshot(out: Path) -> dict[str, tuple[int, int]]:
-    """What tells whether a map was written again."""
-    return {p.name: (p.stat().st_ino, p.stat().st_mtime_ns) for p in out.rglob("*.obj")}
+    """What tells whether a map was written again, for each."""
+    maps = (path for path in out.rglob("*.obj") if not path.name.startswith("."))
+    return {path.name: (path.stat().st_ino, path.stat().st_mtime_ns) for path in maps}
 
 
 def test_a_row_and_a_map_for_each_and_no_two_of_one_name(scheduler: str, tmp_path: Path) -> None:
+    V, F = bumps(100)
+    twice = V, np.concatenate((F, F[:1]))
     surfaces = {
         "a/x.obj": bumps(200, 1),
         "a/x.off": bumps(200, 2),
         "a/X.stl": bumps(200, 3),
         "b/x.obj": bumps(200, 4),
         "b/ü, 'q\".ply": igl.icosahedron(),
-        "b/bad.obj": flap(*bumps(100)),
+        "b/bad.obj": twice,
     }
     files = {name: tmp_path / "in" / name for name in surfaces}
     for name, (V, F) in surfaces.items():
@@ -131,11 +131,17 @@ def test_started_again_it_does_what_is_missing_or_new(scheduler: str, tmp_path: 
     igl.write_triangle_mesh(str(paths[1]), *bumps(130))
     disks(tmp_path / "new", [90])
     told: list[float] = []
-    second = batch([tmp_path / "in", tmp_path / "new"], out, scheduler=scheduler, progress=lambda _, x: told.append(x))
+    second = batch(
+        [tmp_path / "in", tmp_path / "new"], out, scheduler=scheduler, progress=lambda _, x: told.append(x)
+    )
     after = snapshot(out)
     assert second.done == len(told) == 3
     assert told[-1] == 1
-    assert {name for name in after if after[name] != before.get(name)} == {"0.obj", "1.obj", second.rows[-1].output}
+    assert {name for name in after if after[name] != before.get(name)} == {
+        "0.obj",
+        "1.obj",
+        second.rows[-1].output,
+    }
     assert second.rows[-1].output.startswith("0-")
     assert second.rows[2:5] == first.rows[2:]
     assert batch(tmp_path / "in", out, method="lscm", **options).done == 5
@@ -157,7 +163,9 @@ def test_urls_of_fsspec_are_places_as_paths_are(scheduler: str, tmp_path: Path) 
         assert [row.output for row in by_url.rows] == [row.output for row in by_path.rows]
     assert by_url.done == 0
     for row in by_path.rows:
-        assert (tmp_path / "far/out" / row.output).read_bytes() == (tmp_path / "out" / row.output).read_bytes()
+        assert (tmp_path / "far/out" / row.output).read_bytes() == (
+            tmp_path / "out" / row.output
+        ).read_bytes()
     assert [p.name for p in (tmp_path / "far/out/deep").iterdir() if p.suffix != ".obj"] == []
 
 
@@ -165,22 +173,28 @@ def listening() -> list[tuple[str, int]]:
     """Where this process and those that it has started can be reached from."""
     found = []
     for process in (psutil.Process(), *psutil.Process().children(recursive=True)):
-        for connection in process.net_connections("inet"):
-            if connection.status == psutil.CONN_LISTEN or connection.type == socket.SOCK_DGRAM:
-                found.append(connection.laddr)
+        with suppress(psutil.NoSuchProcess):  # of those that are short
+            for connection in process.net_connections("inet"):
+                if connection.status == psutil.CONN_LISTEN or connection.type == socket.SOCK_DGRAM:
+                    found.append(connection.laddr)
     return found
 
 
 def workers() -> list[psutil.Process]:
     """The worker processes of a local cluster of this process."""
-    return [p for p in psutil.Process().children(recursive=True) if "spawn_main" in " ".join(p.cmdline())]
+    found = []
+    for process in psutil.Process().children(recursive=True):
+        with suppress(psutil.NoSuchProcess):
+            if "spawn_main" in " ".join(process.cmdline()):
+                found.append(process)
+    return found
 
 
-def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path, capsys) -> None:
-    paths, out = disks(tmp_path / "in", [300 + 10 * k for k in range(20)]), tmp_path / "out"
+def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
+    paths, out = disks(tmp_path / "in", [200 + 10 * k for k in range(18)]), tmp_path / "out"
     faces = [len(read_mesh(path)[1]) for path in paths]
     method = Hostile(faces[3], faces[7], faces[11], faces[15], str(tmp_path / "flag"), 0.05)
-    before = listening()
+    before, others = listening(), set(workers())
     environment = dict(os.environ)
     seen: list[tuple[str, int]] = []
     threads: set[str | None] = set()
@@ -189,10 +203,11 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path, capsys) -> N
         assert {row["outcome"] for row in table(out)} <= {"waiting", *ends}
         if share == 1 / len(paths):
             seen.extend(set(listening()) - set(before))
-            threads.update(w.environ().get(n) for w in workers() for n in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"))
+            threads.update(
+                w.environ().get(n) for w in workers() for n in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+            )
         if share == 2 / len(paths):
-            (worker, *_) = [w for w in workers() if w.environ().get("OMP_NUM_THREADS")]
-            worker.kill()
+            (set(workers()) - others).pop().kill()
 
     ends = {"valid", "died", "out of memory", "failed"}
     done = batch(paths, out, workers=2, method=method, memory="500 MB", progress=look)
@@ -201,7 +216,7 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path, capsys) -> N
         "died": [3],
         "out of memory": [11],
         "failed": [15],
-        "valid": [k for k in range(20) if k not in (3, 11, 15)],
+        "valid": [k for k in range(18) if k not in (3, 11, 15)],
     }
     assert "alone" in done.rows[3].message
     assert done.rows[15].message == "ZeroDivisionError: a mistake in the program"
@@ -241,11 +256,10 @@ def wait_for(condition: Callable[[], bool], seconds: float = 60) -> None:
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path: Path) -> None:
-    count = 30
-    disks(tmp_path / "in", [600] * count)
-    out, temporary = tmp_path / "out", tmp_path / "tmp"
-    temporary.mkdir()
-    process = command(tmp_path / "in", "-o", out, "--workers", 2, preexec_fn=None)
+    count = 12
+    disks(tmp_path / "in", [3000] * count)
+    out = tmp_path / "out"
+    process = command(tmp_path / "in", "-o", out, "--workers", 2)
     done: list[int] = [0]
 
     def enough() -> bool:
@@ -281,8 +295,10 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
     after = snapshot(out)
     assert all(after[name] == before[name] for name in known)
     assert not list(out.glob(".igl_linabf-*"))
-    again = batch(tmp_path / "in", tmp_path / "again", scheduler=scheduler, progress=False)
-    assert all((out / r.output).read_bytes() == (tmp_path / "again" / r.output).read_bytes() for r in again.rows)
+    if how == signal.SIGKILL:
+        twin = tmp_path / "twin"
+        for row in batch(tmp_path / "in", twin, scheduler=scheduler, progress=False).rows:
+            assert (twin / row.output).read_bytes() == (out / row.output).read_bytes()
 
 
 def test_a_full_disk_ends_the_batch_and_room_lets_it_go_on(scheduler: str, tmp_path: Path) -> None:
@@ -304,7 +320,9 @@ def test_a_full_disk_ends_the_batch_and_room_lets_it_go_on(scheduler: str, tmp_p
 
 def test_the_command_prints_the_dashboard_and_a_summary(scheduler: str, tmp_path: Path) -> None:
     disks(tmp_path / "in", [100])
-    process = command(tmp_path / "in/*.obj", "-o", tmp_path / "out", "--scheduler", scheduler, "--format", "ply")
+    process = command(
+        tmp_path / "in/*.obj", "-o", tmp_path / "out", "--scheduler", scheduler, "--format", "ply"
+    )
     printed, said = process.communicate(timeout=100)
     assert process.returncode == 0, said
     assert said.startswith("igl-linabf: dashboard at http")

@@ -82,14 +82,15 @@ def local_client(workers: int | None, memory: int | None) -> Iterator[Any]:
 def _single_threaded() -> Iterator[None]:
     """Processes that are started within have BLAS and OpenMP use one thread: each has a mesh of its own.
 
-    Nannies put these into the environment of this process, too.
+    The nannies put these variables, and more, into the environment of this process, too.
     """
-    before = {name: os.environ.get(name) for name in THREADS}
+    before = dict(os.environ)
     os.environ.update(dict.fromkeys(THREADS, "1"))
+    warned = before.get("PYTHONWARNINGS")  # if this process is killed, multiprocessing cleans up: in silence
+    os.environ["PYTHONWARNINGS"] = ",".join(filter(None, (warned, "ignore:resource_tracker:UserWarning")))
     try:
         yield
     finally:
-        for name, value in before.items():
-            os.environ.pop(name, None)
-            if value is not None:
-                os.environ[name] = value
+        for name in set(os.environ) - set(before):
+            del os.environ[name]
+        os.environ.update(before)

@@ -6,7 +6,8 @@ import os
 import sys
 from collections import Counter
 from collections.abc import Iterable, Iterator
-from contextlib import ExitStack
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, suppress
 from dataclasses import dataclass, replace
 from functools import partial
 from hashlib import sha256
@@ -260,10 +261,10 @@ def _results(client: Any, tasks: list[Task]) -> Iterator[Row]:
 
 def _run(client: Any, tasks: Iterator[Task], ahead: int) -> Iterator[tuple[Task, Row | Any]]:
     """The tasks with their rows, or with Dask's KilledWorker; so many at most are handed out at a time."""
-    from distributed import KilledWorker, as_completed
+    from distributed import as_completed
 
     under_way: dict[Any, Task] = {}
-    finished = as_completed(loop=client.loop, with_results=True, raise_errors=False)
+    finished = as_completed(loop=client.loop)
     while True:
         more = list(islice(tasks, ahead - len(under_way)))
         if more:
@@ -272,17 +273,27 @@ def _run(client: Any, tasks: Iterator[Task], ahead: int) -> Iterator[tuple[Task,
             finished.update(futures)
         if not under_way:
             return
-        for future, result in finished.next_batch():
-            task = under_way.pop(future)
-            error = future.exception() if future.status == "error" else None
-            if future.status == "finished":
-                yield task, result
-            elif isinstance(error, KilledWorker):
-                yield task, error
-            elif error is not None:
-                raise error
-            else:
-                raise OSError(None, "the scheduler was lost: start the batch again", client.scheduler.address)
+        futures = finished.next_batch()
+        yield from zip([under_way.pop(f) for f in futures], _gathered(client, futures), strict=True)
+
+
+def _gathered(client: Any, futures: list[Any]) -> list[Row | Any]:
+    """The rows of finished tasks, or Dask's KilledWorker for some."""
+    from distributed import KilledWorker
+
+    if all(future.status == "finished" for future in futures):
+        with suppress(KilledWorker, CancelledError):  # the worker has died that had a row: it is made again
+            return list(client.gather(futures))
+    rows = []
+    for future in futures:
+        try:
+            rows.append(future.result())
+        except KilledWorker as killed:
+            rows.append(killed)
+        except CancelledError:
+            place = client.scheduler.address
+            raise OSError(None, "the scheduler was lost: start the batch again", place) from None
+    return rows
 
 
 def _of_the_dead(client: Any, task: Task, killed: Any) -> Row:

@@ -147,6 +147,7 @@ class Table:
         kept = {row.input: row for row in self._rows.values() if row.outcome != WAITING}
         self._rows = {**{k: row for k, row in kept.items() if k not in planned}, **planned}
         self.write()
+        self._cost = 0.0  # pyarrow's imports are no part of the next
 
     def add(self, row: Row) -> None:
         """A result."""
