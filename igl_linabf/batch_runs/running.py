@@ -43,7 +43,7 @@ class Batch:
     done : int
         How many of the inputs this run did; the others were done before.
     seconds : float
-        What that took, without the start of the workers.
+        What that took, without the start and the end of the workers.
     """
 
     rows: tuple[Row, ...]
@@ -155,7 +155,7 @@ def batch(
     found = places.found([inputs] if isinstance(inputs, str | os.PathLike) else inputs, folder)
     with Table(folder) as table:
         tasks = _planned(found, table, settings, retry)
-        start = perf_counter()
+        seconds = 0.0
         if tasks:
             with ExitStack() as stack:
                 stack.enter_context(undone_at_once(table.write))
@@ -173,8 +173,8 @@ def batch(
                 for row in _results(client, tasks):
                     table.add(row)
                     tell()
+                seconds = perf_counter() - start
         rows = [table.row(shown(file.place)) for file in found]
-    seconds = perf_counter() - start
     return Batch(tuple(row for row in rows if row), places.joined(folder, CSV), len(tasks), seconds)
 
 
