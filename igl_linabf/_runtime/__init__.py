@@ -6,7 +6,7 @@ processes, for code that may crash or hang; tables as text.
 
 from .child_process import Arrays, run_as_child_process, run_in_child_process
 from .cleanup import replacing, undone_at_once
-from .counting import counting
 from .progress import Progress, advance, part, reporting
+from .tally import counting
 from .text import aligned
 from .timing import stopwatch, timed
