@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from . import io
+    from .batch_runs import batch
     from .charts import Atlas, Chart, cut, find_seams, texture_seams, unwrap
     from .errors import (
         FallbackWarning,
@@ -66,6 +67,7 @@ __all__ = [
     "Residuals",
     "SingularSystemError",
     "abf",
+    "batch",
     "compare",
     "cut",
     "distortion",
@@ -87,6 +89,7 @@ __all__ = [
 # A room is imported when one of its names is first used: so `igl-linabf` answers Ctrl-C before NumPy, SciPy
 # and libigl are there, and importing the package costs nothing.
 _NAMES = {
+    "batch_runs": "batch",
     "charts": "Atlas Chart cut find_seams texture_seams unwrap",
     "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
     "flattening": "ABF DNCP LSCM SCP Comparison Flattening Hole LinABF OneStepABFpp Outcome Residuals "

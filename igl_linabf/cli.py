@@ -19,6 +19,7 @@ from typing import Any, NoReturn
 import numpy as np
 
 from ._types import FloatArray, IntArray
+from .batch_runs import batch
 from .charts import TRADE, texture_seams, unwrap
 from .errors import MeshError, OutcomeWarning
 from .flattening import METHODS, compare, flatten
@@ -28,6 +29,8 @@ from .measures import MEASURES, quality
 
 GOOD, NOT_VALID, ERROR = 0, 1, 2
 SHELLS = ("bash", "zsh", "fish")
+FLAGS = {"mesh": ["mesh"], "inputs": ["inputs"], "output": ["-o", "--output"], "folder": ["-o", "--output"]}
+BATCH = "inputs folder workers scheduler how method format memory trade holes bijective retry"
 PICTURE = {"metavar": "OUT.png", "type": Path}
 ARGUMENTS: dict[str, dict[str, Any]] = {
     "mesh": {"metavar": "MESH", "type": Path, "help": "OBJ, OFF, PLY or STL file"},
@@ -37,6 +40,22 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
         "required": True,
         "help": "OBJ file to write; unwrap also writes PLY and GLB",
     },
+    "inputs": {"metavar": "IN", "nargs": "+", "help": "mesh files, folders of them, globs in quotes, URLs"},
+    "folder": {
+        "metavar": "OUT",
+        "required": True,
+        "help": "folder of the maps and of results.csv; a batch that was stopped goes on there",
+    },
+    "workers": {"metavar": "N", "type": int, "help": "processes on this machine (default: one a core)"},
+    "scheduler": {"metavar": "ADDRESS", "help": "use the workers of this Dask scheduler instead"},
+    "how": {
+        "choices": ("unwrap", "flatten"),
+        "default": "unwrap",
+        "help": "with seams, or disks as they are (default: %(default)s)",
+    },
+    "format": {"choices": [suffix[1:] for suffix in SUFFIXES], "default": "obj", "help": "of the maps"},
+    "memory": {"metavar": "SIZE", "help": "what one mesh may take, like 2GiB"},
+    "retry": {"action": "store_true", "help": "do again what died, ran out of memory or failed before"},
     "picture": {**PICTURE, "help": "checkerboard picture to write"},
     "screenshot": {**PICTURE, "help": "write a picture instead of opening a window"},
     "method": {"choices": sorted(METHODS), "default": "linabf"},
@@ -118,7 +137,7 @@ def main(arguments: Sequence[str] | None = None, *, settled: Callable[[], object
             said = f"{place}{error.strerror or error}"
             _give_up_stdout()
         except MemoryError:
-            said = f"{options.mesh}: not enough memory: decimate the mesh"
+            said = f"{getattr(options, 'mesh', 'the batch')}: not enough memory: decimate the mesh"
         except (MeshError, ImportError, ValueError) as error:
             said = str(error)
         print(f"igl-linabf: {said}", file=sys.stderr)
@@ -170,12 +189,19 @@ def _parser() -> Parser:
             "open a window with the surface and its flat map side by side",
             "Show any surface beside its flat map. In the window, h lists the keys.",
         ),
+        (
+            _batch,
+            BATCH,
+            "unwrap many files on all cores or a cluster; started again, go on",
+            "Unwrap many files, with Dask. Exit code 1: done, but not every mesh has a map without flips and "
+            "overlaps; results.csv says which and why.",
+        ),
         (_doctor, "", "print what is installed and what the solvers use", None),
     ):
         command = commands.add_parser(run.__name__[1:], help=line, description=description)
         command.set_defaults(run=run)
         for name in names.split():
-            flags = {"mesh": ["mesh"], "output": ["-o", "--output"]}.get(name, [f"--{name}"])
+            flags = FLAGS.get(name, [f"--{name}"])
             argument = command.add_argument(*flags, **ARGUMENTS[name])
             if argument.type is Path or name == "seams":
                 files.append(argument)
@@ -305,6 +331,14 @@ def _iterations(text: str) -> int | str:
         return text if text == "auto" else int(text)
     except ValueError:
         raise ValueError(f"--iterations is {text!r}: use 'auto' or a positive integer") from None
+
+
+def _batch(options: argparse.Namespace) -> int:
+    chosen = {name: getattr(options, name) for name in BATCH.split() if name not in ("inputs", "folder")}
+    done = batch(options.inputs, options.output, **chosen)
+    print(done, flush=True)
+    options.settled()
+    return GOOD if done.good else NOT_VALID
 
 
 def _doctor(options: argparse.Namespace) -> int:

@@ -125,6 +125,12 @@ def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: boo
         assert np.allclose(full @ factored.solve(b), b)  # not changed under another's hands
 
 
+@pytest.mark.parametrize("kind", [SuperLU, IglCholesky, *([solver.Cholmod] if solver.has_cholmod() else [])])
+def test_a_system_of_no_rows_has_a_solution_of_none(kind) -> None:
+    none = sparse.csc_array((0, 0))
+    assert kind(none).factor(none).solve(np.empty((0, 2))).shape == (0, 2)
+
+
 @pytest.mark.parametrize("name", ["multigrid", "auto"])
 def test_complex_hermitian_systems_are_factored(name: str) -> None:
     rng = np.random.default_rng(0)

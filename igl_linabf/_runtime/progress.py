@@ -63,9 +63,13 @@ class _Bar:
             self._bar.stop()
 
     def wipe(self) -> None:
-        """Clear its line and show the cursor, without rich's locks."""
         if self._bar is not None:
-            os.write(sys.stderr.fileno(), b"\r\x1b[2K\x1b[?25h")
+            wipe()
+
+
+def wipe() -> None:
+    """Clear the line of a bar and show the cursor, without rich's locks."""
+    os.write(sys.stderr.fileno(), b"\r\x1b[2K\x1b[?25h")
 
 
 _current: ContextVar[_Report | None] = ContextVar("progress", default=None)
@@ -82,7 +86,7 @@ def reporting(progress: Progress) -> Iterator[None]:
     if progress is None and _current.get() is not None:
         yield
         return
-    bar = _Bar() if progress is None and _on_terminal() else None
+    bar = _Bar() if progress is None and on_terminal() else None
     show = bar or progress or None
     token = _current.set(None if show is None else _Report(show))
     try:
@@ -113,7 +117,8 @@ def part(stage: str, end: float) -> Iterator[None]:
             yield
 
 
-def _on_terminal() -> bool:
+def on_terminal() -> bool:
+    """Whether a bar may be shown."""
     return (
         sys.stderr is not None
         and sys.stderr.isatty()

@@ -5,11 +5,13 @@ a format; `files` has the public functions, `parsing` is shared by the readers.
 """
 
 from .._runtime import replacing
-from .files import WRITERS, read_mesh, read_texture, unit_square, write_grid, write_mesh, write_obj
+from .files import READERS, WRITERS, read_mesh, read_texture, unit_square, write_grid, write_mesh, write_obj
 
 SUFFIXES = tuple(WRITERS)
+READABLE = tuple(READERS)
 
 __all__ = [
+    "READABLE",
     "SUFFIXES",
     "read_mesh",
     "read_texture",

@@ -1,0 +1,221 @@
+"""Many meshes: two workers over one, overhead a mesh, a cluster that loses a worker, the cost of a million.
+
+    python benchmarks/batch.py [--meshes 1000] [--largest 50000] [--rounds 4] [--small 200]
+
+The meshes are those of IGL_LINABF_MESHES with 500 triangles or more, and random disks and spheres, of 500 to
+50,000 triangles. Each round unwraps a part of them on one worker and on two. Prints Markdown.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import json
+import os
+import signal
+import statistics
+import subprocess
+import sys
+import tempfile
+from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from time import perf_counter, sleep
+
+os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")  # as in the workers, before NumPy comes
+
+import igl
+import numpy as np
+from distributed import Client
+from meshes import shared
+from scipy.spatial import ConvexHull, Delaunay
+
+from igl_linabf import batch, unwrap
+from igl_linabf.batch_runs import Row
+from igl_linabf.io import read_mesh, write_mesh
+
+SMALLEST = 500  # triangles
+KINDS = ("disk", "holes", "closed", "handles", "stress")
+CLASSES = (1_000, 10_000, 50_000)
+
+
+def disk(triangles: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Random points of the unit disk, lifted by waves."""
+    n = triangles // 2 + 1
+    radius, angle = np.sqrt(rng.uniform(0, 1, n)), rng.uniform(0, 2 * np.pi, n)
+    xy = np.column_stack((radius * np.cos(angle), radius * np.sin(angle)))
+    rim = np.linspace(0, 2 * np.pi, int(4 * np.sqrt(n)), endpoint=False)
+    xy = np.concatenate((0.98 * xy, np.column_stack((np.cos(rim), np.sin(rim)))))
+    F = Delaunay(xy).simplices.astype(np.int64)
+    (x0, y0), (x1, y1), (x2, y2) = (xy[F[:, k]].T for k in range(3))
+    backwards = (x1 - x0) * (y2 - y0) < (x2 - x0) * (y1 - y0)
+    F[backwards] = F[backwards][:, [0, 2, 1]]
+    z = 0.1 * np.sin(xy @ rng.normal(size=(2, 5)) * 4 + rng.uniform(0, 6, 5)).sum(axis=1)
+    return np.column_stack((xy, z)), F
+
+
+def sphere(triangles: int, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+    """Random points of the sphere, moved in and out by waves."""
+    V = rng.normal(size=(triangles // 2 + 2, 3))
+    V /= np.linalg.norm(V, axis=1)[:, None]
+    F = ConvexHull(V).simplices.astype(np.int64)
+    inwards = (
+        np.einsum("ij,ij->i", np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]]), V[F[:, 0]]) < 0
+    )
+    F[inwards] = F[inwards][:, [0, 2, 1]]
+    waves = np.sin(V @ rng.normal(size=(3, 5)) * 3 + rng.uniform(0, 6, 5)).sum(axis=1)
+    return V * (1 + 0.05 * waves)[:, None], F
+
+
+def made(folder: Path, count: int, largest: int) -> list[Path]:
+    """Files of real meshes, as far as there are any of the size, and of random ones, in a random order."""
+    rng = np.random.default_rng(0)
+    meshes = [(V, F) for _, V, F in shared(*KINDS) if SMALLEST <= len(F) <= largest][:count]
+    real = len(meshes)
+    sizes = np.exp(rng.uniform(np.log(SMALLEST), np.log(largest), count - real)).astype(int)
+    meshes += [(disk if k % 2 else sphere)(int(size), rng) for k, size in enumerate(sizes)]
+    paths = [folder / f"{k}.obj" for k in rng.permutation(len(meshes))]
+    for path, (V, F) in zip(paths, meshes, strict=True):
+        igl.write_triangle_mesh(str(path), V, F)
+    total = sum(len(F) for _, F in meshes)
+    print(f"{real} real meshes, {count - real} made by code; {total:,} triangles in all.\n", flush=True)
+    return paths
+
+
+def scaling(folder: Path, paths: list[Path], rounds: int) -> list[Row]:
+    """Print the time on one worker over that on two; returns the rows of both."""
+    print("| meshes | one worker, s | two workers, s | ratio |\n|---|---|---|---|", flush=True)
+    rows: list[Row] = []
+    totals = [0.0, 0.0]
+    for k in range(rounds):
+        part, seconds = paths[k::rounds], []
+        for workers in (1, 2):
+            done = batch(part, folder / f"{workers}", workers=workers, progress=False)
+            seconds.append(done.seconds)
+            rows.extend(done.rows)
+        totals = [a + b for a, b in zip(totals, seconds, strict=True)]
+        print(
+            f"| {len(part)} | {seconds[0]:.1f} | {seconds[1]:.1f} | {seconds[0] / seconds[1]:.2f} |",
+            flush=True,
+        )
+    print(
+        f"| {len(paths)} | {totals[0]:.1f} | {totals[1]:.1f} | **{totals[0] / totals[1]:.2f}** |\n",
+        flush=True,
+    )
+    return rows
+
+
+def overhead(folder: Path, count: int) -> None:
+    """Print what a mesh takes more on a worker than in a loop, for the smallest meshes."""
+    rng = np.random.default_rng(1)
+    (folder / "small").mkdir()
+    paths = [folder / "small" / f"{k}.obj" for k in range(count)]
+    for path in paths:
+        igl.write_triangle_mesh(str(path), *disk(SMALLEST, rng))
+    differences, loops = [], []
+    for k in range(3):
+        start = perf_counter()
+        for path in paths:
+            V, F = read_mesh(path)
+            atlas = unwrap(V, F, progress=False)
+            write_mesh(folder / "loop.obj", V, F, atlas.TC, atlas.FTC)
+        loops.append((perf_counter() - start) / count)
+        done = batch(paths, folder / f"small {k}", workers=1, progress=False)
+        differences.append(done.seconds / count - loops[-1])
+    print(
+        f"Overhead of a mesh over a plain loop: {1e3 * statistics.median(differences):.1f} ms "
+        f"(the loop: {1e3 * statistics.median(loops):.1f} ms a mesh; {count} meshes, median of 3 runs).\n",
+        flush=True,
+    )
+
+
+@contextmanager
+def cluster(folder: Path) -> Iterator[tuple[str, list[subprocess.Popen[bytes]]]]:
+    """A scheduler and two workers on loopback, by their own commands: its address, and the workers."""
+    address, log = folder / "scheduler.json", open(folder / "dask.log", "wb")  # noqa: SIM115
+    environment = {**os.environ, "DASK_DISTRIBUTED__SCHEDULER__ALLOWED_FAILURES": "0"}
+
+    def start(command: str) -> subprocess.Popen[bytes]:
+        line = f"-m dask {command} --scheduler-file {address} --host 127.0.0.1".split()
+        return subprocess.Popen(
+            [sys.executable, *line], stdout=log, stderr=log, start_new_session=True, env=environment
+        )
+
+    started = [start("scheduler --port 0 --no-dashboard")]
+    try:
+        while not address.exists() or not address.read_text().strip().endswith("}"):
+            sleep(0.1)
+        started += [start(f"worker --nthreads 1 --local-directory {folder}") for _ in range(2)]
+        place = json.loads(address.read_text())["address"]
+        with Client(place, set_as_default=False) as client:
+            client.wait_for_workers(2, timeout=120)
+        yield place, started[1:]
+    finally:
+        for process in started[::-1]:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+        log.close()
+
+
+def loss(folder: Path, paths: list[Path]) -> None:
+    """Kill one of two workers of a cluster half-way, and print what became of the meshes."""
+    out, killed = folder / "cluster", []
+    with cluster(folder) as (address, workers):
+
+        def tell(_: str, share: float) -> None:
+            if share >= 0.5 and not killed:
+                killed.append(share)
+                os.killpg(workers[0].pid, signal.SIGKILL)  # its nanny, too
+
+        done = batch(paths, out, scheduler=address, progress=tell)
+        assert workers[0].poll() is not None or workers[0].wait(10)
+        assert workers[1].poll() is None
+    with open(out / "results.csv", newline="") as file:
+        rows = list(csv.DictReader(file))
+    inputs = [row["input"] for row in rows]
+    maps = {path.name for path in out.glob("*.obj")}
+    lost = len({str(path) for path in paths} - set(inputs)) + sum(row["outcome"] == "waiting" for row in rows)
+    twice = len(inputs) - len(set(inputs))
+    without = {row["output"] for row in rows if row["charts"]} ^ maps
+    for name in maps:
+        read_mesh(out / name)  # whole
+    ends = Counter(row.outcome for row in done.rows)
+    outcomes = ", ".join(f"{n} {end}" for end, n in ends.items())
+    print(
+        f"A scheduler and two workers of their own, one killed after {killed[0]:.0%} of {len(paths)} meshes: "
+        f"{len(rows)} rows ({outcomes}), {len(maps)} maps; {lost} lost, {twice} twice, "
+        f"{len(without)} maps without a row or rows without a map.\n",
+        flush=True,
+    )
+
+
+def cost(rows: list[Row]) -> None:
+    """Print what a million meshes take, by the seconds of those of about that size."""
+    print("| triangles a mesh | seconds a mesh | a million, core hours |\n|---|---|---|")
+    for size in CLASSES:
+        near = [r for r in rows if r.triangles and r.seconds and size / 1.5 <= r.triangles <= size * 1.5]
+        if near:
+            seconds = statistics.fmean((r.seconds or 0) * size / (r.triangles or 1) for r in near)
+            print(f"| {size:,} | {seconds:.3g} | {seconds * 1e6 / 3600:,.0f} |", flush=True)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--meshes", type=int, default=1000)
+    parser.add_argument("--largest", type=int, default=50_000)
+    parser.add_argument("--rounds", type=int, default=4)
+    parser.add_argument("--small", type=int, default=200)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        (folder / "in").mkdir()
+        paths = made(folder / "in", options.meshes, options.largest)
+        overhead(folder, options.small)
+        loss(folder, paths)
+        cost(scaling(folder, paths, options.rounds))
+
+
+if __name__ == "__main__":
+    main()

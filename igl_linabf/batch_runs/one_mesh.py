@@ -1,0 +1,160 @@
+"""What a worker does: one mesh from its file to its map's file, and the row that tells of it."""
+
+from __future__ import annotations
+
+import signal
+import sys
+import threading
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, replace
+from hashlib import sha256
+from importlib import metadata
+from time import perf_counter
+from typing import Any, Literal, NamedTuple
+
+import psutil
+
+from .._types import FloatArray, IntArray
+from ..charts import unwrap
+from ..errors import MemoryLimitError, MeshError, OutcomeWarning
+from ..flattening import Method, Outcome, flatten
+from ..io import read_mesh, unit_square, write_mesh
+from ..measures import Quality, quality
+from . import places
+from .table import FAILED, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row
+
+How = Literal["unwrap", "flatten"]
+
+_one_at_a_time = threading.Lock()  # the limit of memory and the warnings are the process's
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What is done to every mesh: the arguments of `batch`."""
+
+    how: How
+    method: Method
+    format: str
+    trade: float
+    holes: bool
+    bijective: bool
+    memory: int | None
+
+    def key(self, version: str) -> str:
+        """Of a version of a file. The memory makes no difference to a map."""
+        told = repr((version, replace(self, memory=None), metadata.version("igl-linabf")))
+        return sha256(told.encode()).hexdigest()[:16]
+
+
+@dataclass(frozen=True)
+class Task:
+    """An input, and the row that it has before it is done."""
+
+    place: str
+    row: Row
+    folder: str
+    settings: Settings
+
+
+class _Made(NamedTuple):
+    """A map to write, and what the row says of it."""
+
+    TC: FloatArray
+    FTC: IntArray
+    row: Row
+
+
+def run(task: Task) -> Row:
+    """Flatten the mesh of a task; what is wrong with it is in the row.
+
+    Raises
+    ------
+    OSError
+        The map cannot be written: the run had better end.
+    """
+    start = perf_counter()
+    with _one_at_a_time, warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        warnings.simplefilter("ignore", OutcomeWarning)  # what they say is the message
+        row = _tried(task)
+    told = dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, UserWarning))
+    message = " ".join("; ".join(filter(None, (row.message, *told))).split())
+    return replace(row, message=message, seconds=perf_counter() - start)
+
+
+def _tried(task: Task) -> Row:
+    row, writing = task.row, False
+    try:
+        with _limited(task.settings.memory):
+            try:
+                with places.fetched(task.place) as local:
+                    V, F = read_mesh(local)
+            except OSError as error:
+                return replace(row, outcome=UNREADABLE, message=error.strerror or str(error))
+            row = replace(row, triangles=len(F))
+            made = (_unwrapped if task.settings.how == "unwrap" else _flattened)(V, F, row, task.settings)
+            writing = True
+            with places.written(places.joined(task.folder, row.output)) as path:
+                write_mesh(path, V, F, made.TC, made.FTC)
+            return made.row
+    except (MemoryError, MemoryLimitError) as error:
+        return replace(row, outcome=OUT_OF_MEMORY, message=str(error) or "not enough memory")
+    except MeshError as error:
+        return replace(row, outcome=REFUSED, message=str(error))
+    except Exception as error:
+        if writing:  # the disk is full, or the folder has gone: so it will be for all others
+            raise
+        return replace(row, outcome=FAILED, message=f"{type(error).__name__}: {error}")
+
+
+def _unwrapped(V: FloatArray, F: IntArray, row: Row, settings: Settings) -> _Made:
+    chosen: dict[str, Any] = {
+        "trade": settings.trade,
+        "holes": settings.holes,
+        "bijective": settings.bijective,
+    }
+    atlas = unwrap(V, F, method=settings.method, progress=False, **chosen)
+    flipped = any(not chart.result.outcome.good for chart in atlas.charts)
+    outcome = VALID if atlas.good else Outcome.FLIPPED.value if flipped else OVERLAPPING
+    told = replace(row, outcome=outcome, message="; ".join(atlas.troubles), charts=len(atlas.charts))
+    return _Made(atlas.TC, atlas.FTC, _measured(told, atlas.quality))
+
+
+def _flattened(V: FloatArray, F: IntArray, row: Row, settings: Settings) -> _Made:
+    result = flatten(V, F, settings.method, progress=False)
+    uv = unit_square(result.uv)
+    measured = quality(V, F, uv)
+    outcome, message = result.outcome, "" if result.outcome.good else result.message
+    if outcome.good and measured.flips:
+        outcome, message = Outcome.FLIPPED, "the map's scale varies too much for the unit square: unwrap it"
+    return _Made(uv, F, _measured(replace(row, outcome=outcome.value, message=message, charts=1), measured))
+
+
+def _measured(row: Row, of: Quality) -> Row:
+    return replace(row, angle_distortion=of.angle_distortion, stretch=of.stretch_l2, flips=of.flips)
+
+
+@contextmanager
+def _limited(memory: int | None) -> Iterator[None]:
+    """Let the process have so many bytes more than it has now, where the system can hold it to that."""
+    if memory is None or sys.platform == "win32":
+        yield
+        return
+    import resource
+
+    before, hard = resource.getrlimit(resource.RLIMIT_AS)
+    limit = psutil.Process().memory_info().vms + memory
+    resource.setrlimit(
+        resource.RLIMIT_AS, (limit if hard == resource.RLIM_INFINITY else min(limit, hard), hard)
+    )
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_AS, (before, hard))
+
+
+def dask_setup(worker: object) -> None:
+    """Dask calls it where a worker of a local cluster starts: Ctrl-C is for the process that started it."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)

@@ -1,0 +1,307 @@
+"""A batch: which meshes are missing, handed to Dask, and their rows put into the table."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections import Counter
+from collections.abc import Iterable, Iterator
+from concurrent.futures import CancelledError
+from contextlib import ExitStack, suppress
+from dataclasses import dataclass, replace
+from functools import partial
+from hashlib import sha256
+from importlib.util import find_spec
+from itertools import islice
+from time import perf_counter
+from typing import Any, get_args
+
+from .._runtime import Progress, counting, undone_at_once
+from ..charts import TRADE
+from ..flattening import Method, method_of
+from ..io import SUFFIXES
+from . import places
+from .clusters import client_of, local_client
+from .one_mesh import How, Settings, Task, run
+from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, Row, Table, shown
+
+AHEAD = 8  # meshes that are handed out for each thread, and
+AT_LEAST = 64  # in all
+Paths = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
+
+
+@dataclass(frozen=True)
+class Batch:
+    """What came of a batch; `print` shows how many meshes ended how.
+
+    Attributes
+    ----------
+    rows : tuple of Row
+        One for each input.
+    table : str
+        Where they are: the path of results.csv.
+    done : int
+        How many of the inputs this run did; the others were done before.
+    seconds : float
+        What that took, without the start and the end of the workers.
+    """
+
+    rows: tuple[Row, ...]
+    table: str
+    done: int
+    seconds: float
+
+    @property
+    def good(self) -> bool:
+        """Whether every input has a map without flipped or overlapping triangles."""
+        return all(row.good for row in self.rows)
+
+    def __str__(self) -> str:
+        outcomes = Counter(row.outcome for row in self.rows).most_common()
+        ends = ", ".join(f"{n:,} {outcome}" for outcome, n in outcomes)
+        rate = f", {self.done / self.seconds:.3g} a second" if self.done else ""
+        before = len(self.rows) - self.done
+        return (
+            f"{len(self.rows):,} meshes: {ends}\n"
+            f"{self.done:,} done in {self.seconds:.3g} s{rate}; {before:,} were done before\n"
+            f"a row for each in {self.table}"
+        )
+
+
+def batch(
+    inputs: Paths,
+    out: str | os.PathLike[str],
+    *,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    method: str | Method = "linabf",
+    how: How = "unwrap",
+    format: str = "obj",
+    memory: int | str | None = None,
+    trade: float = TRADE,
+    holes: bool = False,
+    bijective: bool = False,
+    retry: bool = False,
+    progress: Progress = None,
+) -> Batch:
+    """Unwrap many mesh files on many processes or machines, with Dask.
+
+    The maps and `results.csv`, which has a row for each input, are in `out`; with pyarrow, the same table
+    is in `results.parquet`. A batch that was stopped, however that was, and is started again does what is
+    missing. A mesh that cannot be unwrapped, or on which a process dies, is a row.
+
+    A local cluster starts processes that import the program's main module: call `batch` under
+    `if __name__ == "__main__":`.
+
+    Parameters
+    ----------
+    inputs : path or URL, or several
+        Files, folders and globs. Of a folder, all mesh files in it and in the folders in it are taken;
+        hidden ones and those in `out` are not.
+    out : path or URL of a folder
+        It is made. A map is named as its input is, from the folder or the first part with a pattern on;
+        where two would have one name, a part of their paths' hash is added.
+    workers : int, optional
+        Processes on this machine, one thread each; by default one for each core.
+    scheduler : str, optional
+        Address of a running Dask scheduler, "tcp://..." or "tls://...", whose workers see the same
+        files under the same names.
+    method : str or method object
+        As in `flatten`.
+    how : {"unwrap", "flatten"}
+        With or without seams; `flatten` takes disks only, maybe with holes.
+    format : {"obj", "ply", "glb"}
+        Of the maps.
+    memory : int or str, optional
+        What one mesh may take: bytes, or a text like "2 GiB". By default the processes share what there is.
+    trade, holes, bijective : see `unwrap`
+        As in `unwrap`.
+    retry : bool
+        Do again, too, what died, ran out of memory or failed in an earlier run.
+    progress : callable or False, optional
+        As in `flatten`; the default also prints the address of Dask's dashboard, on stderr.
+
+    Returns
+    -------
+    Batch
+
+    Raises
+    ------
+    MeshError
+        A folder or glob holds no meshes.
+    ValueError
+        An argument is none of those above.
+    OSError
+        There is no such input, `out` cannot be written to, the disk is full, another batch is writing
+        there, or no scheduler answers.
+    ImportError
+        Dask is not installed.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf, os, tempfile
+    >>> folder = tempfile.mkdtemp()
+    >>> igl.write_triangle_mesh(os.path.join(folder, "ball.off"), *igl.icosahedron())
+    >>> done = igl_linabf.batch(folder, os.path.join(folder, "maps"), workers=1)
+    >>> [(row.output, row.outcome, row.triangles) for row in done.rows]
+    [('ball.obj', 'valid', 20)]
+    """
+    settings = _checked(method, how, format, memory, trade, holes, bijective)
+    if workers is not None and scheduler is not None:
+        raise ValueError("workers are those of the scheduler: give one of the two")
+    if workers is not None and workers < 1:
+        raise ValueError(f"workers is {workers}: use an integer from 1 on")
+    folder = places.absolute(out)
+    found = places.found([inputs] if isinstance(inputs, str | os.PathLike) else inputs, folder)
+    with Table(folder) as table:
+        tasks = _planned(found, table, settings, retry)
+        seconds = 0.0
+        if tasks:
+            with ExitStack() as stack:
+                stack.enter_context(undone_at_once(table.write))
+                if scheduler is None:  # the workers are gone then, and may have died in the midst of a file
+                    remove = partial(places.remove_temporaries, {task.row.output for task in tasks}, folder)
+                    stack.callback(remove)
+                    stack.enter_context(undone_at_once(remove))
+                    client = stack.enter_context(local_client(workers, settings.memory))
+                else:
+                    client = stack.enter_context(client_of(scheduler))
+                if progress is None and sys.stderr is not None:
+                    print(f"igl-linabf: dashboard at {client.dashboard_link}", file=sys.stderr)
+                tell = stack.enter_context(counting("batch", len(tasks), progress))
+                start = perf_counter()
+                for row in _results(client, tasks):
+                    table.add(row)
+                    tell()
+                seconds = perf_counter() - start
+        rows = [table.row(shown(file.place)) for file in found]
+    return Batch(tuple(row for row in rows if row), places.joined(folder, CSV), len(tasks), seconds)
+
+
+def _checked(
+    method: str | Method,
+    how: How,
+    format: str,
+    memory: int | str | None,
+    trade: float,
+    holes: bool,
+    bijective: bool,
+) -> Settings:
+    if find_spec("distributed") is None:
+        raise ImportError("batch needs Dask: pip install 'igl-linabf[batch]'")
+    from dask.utils import parse_bytes
+
+    if how not in get_args(How):
+        raise ValueError(f"how is {how!r}: use 'unwrap' or 'flatten'")
+    if f".{format}" not in SUFFIXES:
+        raise ValueError(f"format is {format!r}: use {', '.join(suffix[1:] for suffix in SUFFIXES)}")
+    if how == "flatten" and (trade, holes, bijective) != (TRADE, False, False):
+        raise ValueError("trade, holes and bijective mean nothing to flatten: leave them out, or unwrap")
+    try:
+        limit = None if memory is None else int(parse_bytes(memory))
+    except ValueError:
+        limit = 0
+    if limit is not None and limit < 1:
+        raise ValueError(f"memory is {memory!r}: use a number of bytes, or a text like '2 GiB'")
+    return Settings(how, method_of(method), format, trade, holes, bijective, limit)
+
+
+def _planned(found: list[places.Found], table: Table, settings: Settings, retry: bool) -> list[Task]:
+    """The tasks that are missing; the table has a row for every input then."""
+    there = places.names_in(table.folder)
+    places.remove_temporaries(there, table.folder)
+    names = _outputs(found, table, settings.format)
+    rows, tasks = [], []
+    for file in found:
+        row = Row(input=shown(file.place), output=names[file.place], key=settings.key(file.version))
+        old = table.row(row.input)
+        if (
+            old is not None
+            and (old.key, old.output) == (row.key, row.output)
+            and old.outcome not in MISSING
+            and not (retry and old.outcome in MAY_DIFFER)
+            and (not old.written or old.output in there)
+        ):
+            rows.append(old)
+            continue
+        rows.append(row)
+        tasks.append(Task(file.place, row, table.folder, settings))
+    table.plan(rows)
+    return tasks
+
+
+def _outputs(found: list[places.Found], table: Table, suffix: str) -> dict[str, str]:
+    """A name for the map of each input that no other has; an input of an earlier run keeps its own."""
+    names = {file.place: f"{os.path.splitext(shown(file.name))[0]}.{suffix}" for file in found}
+    taken = {output.casefold(): input for output, input in table.taken().items()}
+    wanted = Counter(name.casefold() for name in names.values())
+    for file in found:
+        name, input = names[file.place], shown(file.place)
+        old = table.row(input)
+        if old is not None and old.output.endswith(f".{suffix}"):
+            names[file.place] = old.output
+        elif wanted[name.casefold()] > 1 or taken.get(name.casefold(), input) != input:
+            stem = name.removesuffix(f".{suffix}")
+            names[file.place] = f"{stem}-{sha256(os.fsencode(file.place)).hexdigest()[:10]}.{suffix}"
+    return names
+
+
+def _results(client: Any, tasks: list[Task]) -> Iterator[Row]:
+    """The rows of the tasks, as they come; those whose process died last, each once more and alone."""
+    suspects: list[Task] = []
+    threads = sum(client.nthreads().values())
+    for task, result in _run(client, iter(tasks), max(AT_LEAST, AHEAD * threads)):
+        if isinstance(result, Row):
+            yield result
+        else:
+            suspects.append(task)
+    for task, result in _run(client, iter(suspects), 1):
+        yield result if isinstance(result, Row) else _of_the_dead(client, task, result)
+
+
+def _run(client: Any, tasks: Iterator[Task], ahead: int) -> Iterator[tuple[Task, Row | Any]]:
+    """The tasks with their rows, or with Dask's KilledWorker; so many at most are handed out at a time."""
+    from distributed import as_completed
+
+    under_way: dict[Any, Task] = {}
+    finished = as_completed(loop=client.loop)
+    while True:
+        more = list(islice(tasks, ahead - len(under_way)))
+        if more:
+            futures = client.map(run, more, key="igl_linabf", pure=False)
+            under_way.update(zip(futures, more, strict=True))
+            finished.update(futures)
+        if not under_way:
+            return
+        futures = finished.next_batch()
+        yield from zip([under_way.pop(f) for f in futures], _gathered(client, futures), strict=True)
+
+
+def _gathered(client: Any, futures: list[Any]) -> list[Row | Any]:
+    """The rows of finished tasks, or Dask's KilledWorker for some."""
+    from distributed import KilledWorker
+
+    if all(future.status == "finished" for future in futures):
+        with suppress(KilledWorker, CancelledError):  # the worker has died that had a row: it is made again
+            return list(client.gather(futures))
+    rows = []
+    for future in futures:
+        try:
+            rows.append(future.result())
+        except KilledWorker as killed:
+            rows.append(killed)
+        except CancelledError:
+            place = client.scheduler.address
+            raise OSError(None, "the scheduler was lost: start the batch again", place) from None
+    return rows
+
+
+def _of_the_dead(client: Any, task: Task, killed: Any) -> Row:
+    """The row of a mesh on which a process died twice."""
+    exceeded = [event["worker"] for _, event in client.get_events("worker-restart-memory") or ()]
+    if killed.last_worker.address in exceeded:
+        said = "its process took more memory than it may, also alone: allow it more, or decimate the mesh"
+        return replace(task.row, outcome=OUT_OF_MEMORY, message=said)
+    limit = ", maybe for want of memory" if task.settings.memory else ""
+    said = f"its process died{limit}, and once more when it was tried alone"
+    return replace(task.row, outcome=DIED, message=said)

@@ -1,0 +1,237 @@
+"""The table of results: a row for every input, written as a whole; a journal of what is new since then."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+from collections.abc import Iterable
+from contextlib import suppress
+from dataclasses import asdict, dataclass, fields
+from importlib.util import find_spec
+from pathlib import Path
+from time import perf_counter
+from types import TracebackType
+from typing import Any
+
+from ..flattening import Outcome
+from . import places
+
+WAITING = "waiting"
+VALID, OVERLAPPING = Outcome.VALID.value, "overlapping"
+REFUSED, UNREADABLE, FAILED, OUT_OF_MEMORY, DIED = "refused", "unreadable", "failed", "out of memory", "died"
+GOOD = frozenset(outcome.value for outcome in Outcome if outcome.good)
+MISSING = frozenset({WAITING, UNREADABLE})  # done by every run
+MAY_DIFFER = frozenset({FAILED, OUT_OF_MEMORY, DIED})  # another time
+
+CSV, PARQUET, JOURNAL = "results.csv", "results.parquet", ".results.journal"
+PAUSES = 50  # writing the table takes a fiftieth of the time at most
+
+
+@dataclass(frozen=True)
+class Row:
+    """What is known of one input of a batch; a column of `results.csv` each.
+
+    Attributes
+    ----------
+    input : str
+        Absolute path, or URL.
+    output : str
+        The file with the map, from the output folder.
+    outcome : str
+        Of `unwrap`: "valid", "flipped" or "overlapping"; of `flatten`: the value of its `Outcome`. Without
+        a map: "refused" for a `MeshError`, "unreadable", "out of memory", "died" where its process was
+        lost twice, "failed" for all other errors, "waiting" before it is done.
+    message : str
+        What is wrong, and warnings.
+    triangles, charts : int or None
+    angle_distortion : float or None
+        F/3nt, which is the name of its column.
+    stretch : float or None
+        Its L2 norm.
+    flips : int or None
+    seconds : float or None
+        To read, flatten, measure and write it.
+    key : str
+        Of the file's version and the settings: where it differs, the input is done again.
+    """
+
+    input: str
+    output: str
+    outcome: str = WAITING
+    message: str = ""
+    triangles: int | None = None
+    charts: int | None = None
+    angle_distortion: float | None = None
+    stretch: float | None = None
+    flips: int | None = None
+    seconds: float | None = None
+    key: str = ""
+
+    @property
+    def good(self) -> bool:
+        """Whether there is a map without flipped or overlapping triangles."""
+        return self.outcome in GOOD
+
+    @property
+    def written(self) -> bool:
+        """Whether there is a map."""
+        return self.charts is not None
+
+
+NUMBERS = {
+    "triangles": int,
+    "charts": int,
+    "angle_distortion": float,
+    "stretch": float,
+    "flips": int,
+    "seconds": float,
+}
+NAMES = [field.name for field in fields(Row)]
+HEADER = ["F/3nt" if name == "angle_distortion" else name for name in NAMES]
+
+
+def shown(path: str) -> str:
+    """The path as the table has it: valid UTF-8, in one line."""
+    return path.encode("utf-8", "backslashreplace").decode().replace("\n", "\\n").replace("\r", "\\r")
+
+
+class Table:
+    """The rows of an output folder, on disk and here; only one process at a time has it open.
+
+    Every result is appended to the journal at once. The table itself is written anew now and then, and where
+    the table is closed; opened again, it has what the journal knows. Where a URL has the folder there is no
+    journal: the table on disk may lack the last results.
+    """
+
+    def __init__(self, folder: str) -> None:
+        self.folder = folder
+        self._rows: dict[str, Row] = {}
+        self._journal: int | None = None
+        self._written_at = self._cost = 0.0
+
+    def __enter__(self) -> Table:
+        if not places.is_url(self.folder):
+            os.makedirs(self.folder, exist_ok=True)
+            path = os.path.join(self.folder, JOURNAL)
+            self._journal = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+            try:
+                _lock(self._journal, self.folder)
+            except BaseException:
+                os.close(self._journal)
+                raise
+        self._rows = {row.input: row for row in (*self._of_csv(), *self._of_journal())}
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, _: object, __: TracebackType | None) -> None:
+        try:
+            if kind is None:
+                self.write()
+            else:
+                with suppress(OSError):  # what ended the run is told
+                    self.write()
+        finally:
+            if self._journal is not None:
+                os.close(self._journal)
+
+    def row(self, input: str) -> Row | None:
+        return self._rows.get(input)
+
+    def taken(self) -> dict[str, str]:
+        """The inputs by their outputs."""
+        return {row.output: row.input for row in self._rows.values()}
+
+    def plan(self, rows: Iterable[Row]) -> None:
+        """These rows are the next, in this order, behind those of earlier runs over other inputs."""
+        planned = {row.input: row for row in rows}
+        kept = {row.input: row for row in self._rows.values() if row.outcome != WAITING}
+        self._rows = {**{k: row for k, row in kept.items() if k not in planned}, **planned}
+        self.write()
+        self._cost = 0.0  # pyarrow's imports are no part of the next
+
+    def add(self, row: Row) -> None:
+        """A result."""
+        if self._journal is not None:
+            line = json.dumps(asdict(row)).encode() + b"\n"
+            if os.write(self._journal, line) < len(line):
+                raise OSError(28, "No space left on device", os.path.join(self.folder, JOURNAL))
+        self._rows[row.input] = row
+        if perf_counter() - self._written_at > PAUSES * self._cost:
+            self.write()
+
+    def write(self) -> None:
+        """Put the table on disk as it is."""
+        start = perf_counter()
+        rows = list(self._rows.values())
+        with (
+            places.written(places.joined(self.folder, CSV)) as path,
+            open(path, "w", newline="", encoding="utf-8") as file,
+        ):
+            writer = csv.writer(file)
+            writer.writerow(HEADER)
+            writer.writerows([_cell(getattr(row, name)) for name in NAMES] for row in rows)
+        if find_spec("pyarrow"):
+            with places.written(places.joined(self.folder, PARQUET)) as path:
+                _save_parquet(path, rows)
+        if self._journal is not None:
+            os.ftruncate(self._journal, 0)
+        self._written_at = perf_counter()
+        self._cost = self._written_at - start
+
+    def _of_csv(self) -> list[Row]:
+        try:
+            with (
+                places.fetched(places.joined(self.folder, CSV)) as path,
+                open(path, newline="", encoding="utf-8") as file,
+            ):
+                header, *lines = csv.reader(file)
+        except FileNotFoundError:
+            return []
+        except ValueError:
+            header, lines = [], []
+        if header != HEADER:
+            raise OSError(None, "is no table of a batch: move it away", os.path.join(self.folder, CSV))
+        return [_row(dict(zip(NAMES, line, strict=True))) for line in lines]
+
+    def _of_journal(self) -> list[Row]:
+        if self._journal is None:
+            return []
+        data = Path(self.folder, JOURNAL).read_bytes()
+        whole, _, _ = data.rpartition(b"\n")  # a process may have been killed in the midst of a line
+        return [Row(**json.loads(line)) for line in whole.splitlines()]
+
+
+def _cell(value: object) -> str:
+    return "" if value is None else repr(value) if isinstance(value, float) else str(value)
+
+
+def _row(cells: dict[str, str]) -> Row:
+    values: dict[str, Any] = {
+        name: text if name not in NUMBERS else NUMBERS[name](text) if text else None
+        for name, text in cells.items()
+    }
+    return Row(**values)
+
+
+def _save_parquet(path: str, rows: list[Row]) -> None:
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    types = {int: pa.int64(), float: pa.float64(), str: pa.string()}
+    columns = {
+        title: pa.array([getattr(row, name) for row in rows], types[NUMBERS.get(name, str)])
+        for title, name in zip(HEADER, NAMES, strict=True)
+    }
+    parquet.write_table(pa.table(columns), path)
+
+
+def _lock(journal: int, folder: str) -> None:
+    """Until the process ends, however it does."""
+    if os.name != "posix":
+        return
+    import fcntl
+
+    try:
+        fcntl.flock(journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        raise OSError(None, "another batch is writing there: wait for its end", folder) from None

@@ -1,0 +1,40 @@
+"""Methods for the tests of batches that do harm to the process they run in, on the meshes they are told."""
+
+from __future__ import annotations
+
+import os
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from igl_linabf import LSCM
+from igl_linabf.flattening import Method
+
+
+@dataclass(frozen=True)
+class Hostile(Method):
+    """LSCM, but for meshes of certain numbers of faces, and after a pause."""
+
+    aborts: int = 0
+    aborts_once: int = 0
+    allocates: int = 0
+    fails: int = 0
+    flag: str = ""
+    pause: float = 0.0
+    name = label = "hostile"
+
+    def run(self, mesh, pinned):
+        time.sleep(self.pause)
+        faces = len(mesh.double_area)
+        if faces == self.aborts:
+            os.abort()
+        if faces == self.aborts_once and not Path(self.flag).exists():
+            Path(self.flag).touch()
+            os.abort()
+        if faces == self.allocates:
+            np.ones(2**27)  # 1 GiB
+        if faces == self.fails:
+            raise ZeroDivisionError("a mistake in the program")
+        return LSCM().run(mesh, pinned)

@@ -1,0 +1,358 @@
+"""Many meshes: nothing lost, nothing twice, nothing half there, whatever happens to the processes."""
+
+from __future__ import annotations
+
+import csv
+import os
+import signal
+import socket
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from pathlib import Path
+
+import igl
+import numpy as np
+import psutil
+import pytest
+from conftest import ROOT, bumps
+from hostile_methods import Hostile
+from test_interrupts import of_session
+
+from igl_linabf import MeshError, batch, unwrap
+from igl_linabf.io import read_mesh, read_texture, write_mesh
+
+distributed = pytest.importorskip("distributed")
+ENTRY = [sys.executable, "-m", "igl_linabf_command", "batch"]
+HEADER = "input,output,outcome,message,triangles,charts,F/3nt,stretch,flips,seconds,key"
+
+
+@pytest.fixture(scope="module")
+def scheduler() -> Iterator[str]:
+    """The address of a cluster that is not the batch's."""
+    with distributed.LocalCluster(
+        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50
+    ) as cluster:
+        yield cluster.scheduler_address
+
+
+def disks(folder: Path, sizes: list[int]) -> list[Path]:
+    """Files of random disks, with about so many vertices."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"{k}.obj" for k in range(len(sizes))]
+    for k, (path, size) in enumerate(zip(paths, sizes, strict=True)):
+        igl.write_triangle_mesh(str(path), *bumps(size, seed=k))
+    return paths
+
+
+def table(out: Path) -> list[dict[str, str]]:
+    """The rows on disk; fails where it is no table."""
+    with open(out / "results.csv", newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file, strict=True))
+    assert all(None not in row and None not in row.values() for row in rows)
+    return rows
+
+
+def snapshot(out: Path) -> dict[str, tuple[int, int]]:
+    """What tells whether a map was written again, for each."""
+    maps = (path for path in out.rglob("*.obj") if not path.name.startswith("."))
+    return {path.name: (path.stat().st_ino, path.stat().st_mtime_ns) for path in maps}
+
+
+def test_a_row_and_a_map_for_each_and_no_two_of_one_name(scheduler: str, tmp_path: Path) -> None:
+    V, F = bumps(100)
+    twice = V, np.concatenate((F, F[:1]))
+    surfaces = {
+        "a/x.obj": bumps(200, 1),
+        "a/x.off": bumps(200, 2),
+        "a/X.stl": bumps(200, 3),
+        "b/x.obj": bumps(200, 4),
+        "b/ü, 'q\".ply": igl.icosahedron(),
+        "b/bad.obj": twice,
+    }
+    files = {name: tmp_path / "in" / name for name in surfaces}
+    for name, (V, F) in surfaces.items():
+        files[name].parent.mkdir(parents=True, exist_ok=True)
+        igl.write_triangle_mesh(str(files[name]), V, F)
+    (tmp_path / "in/b/damaged.off").write_text("OFF\n3 1 0\n0 0 0\n")
+    (tmp_path / "in/b/texture.png").write_text("no mesh")
+    out = tmp_path / "in" / "maps"  # within the input: its meshes are no inputs
+    for _ in range(2):
+        done = batch([tmp_path / "in", tmp_path / "in/b/*.o*"], out, scheduler=scheduler, progress=False)
+        rows = {Path(row.input).relative_to(tmp_path / "in").as_posix(): row for row in done.rows}
+        assert set(rows) == {*surfaces, "b/damaged.off"}
+        assert not done.good
+        assert "7 meshes: 5 valid, 2 refused" in str(done)
+        assert rows["b/x.obj"].output == "b/x.obj"
+        outputs = {row.output.casefold() for row in rows.values()}
+        assert len(outputs) == 7
+        assert {path.relative_to(out).as_posix().casefold() for path in out.rglob("*.obj")} == {
+            row.output.casefold() for row in rows.values() if row.outcome == "valid"
+        }
+    assert done.done == 0
+    for name, row in rows.items():
+        if row.outcome == "refused":
+            assert row.message
+            continue
+        V, F = read_mesh(files[name])
+        atlas = unwrap(V, F)
+        here = tmp_path / "here.obj"
+        write_mesh(here, V, F, atlas.TC, atlas.FTC)
+        assert (out / row.output).read_bytes() == here.read_bytes()
+        q = atlas.quality
+        measured = (row.triangles, row.charts, row.angle_distortion, row.stretch, row.flips)
+        assert measured == (len(F), len(atlas.charts), q.angle_distortion, q.stretch_l2, q.flips)
+    on_disk = table(out)
+    assert ",".join(on_disk[0]) == HEADER
+    assert [row["input"] for row in on_disk] == [row.input for row in done.rows]
+    assert [row["outcome"] for row in on_disk] == [row.outcome for row in done.rows]
+
+
+def test_parquet_has_the_same_rows(scheduler: str, tmp_path: Path) -> None:
+    parquet = pytest.importorskip("pyarrow.parquet")
+    disks(tmp_path / "in", [100, 150])
+    (tmp_path / "in/damaged.ply").write_text("ply\n")
+    done = batch(tmp_path / "in", tmp_path / "out", scheduler=scheduler, progress=False)
+    columns = parquet.read_table(tmp_path / "out/results.parquet").to_pydict()
+    assert ",".join(columns) == HEADER
+    assert columns["F/3nt"] == [row.angle_distortion for row in done.rows]
+    assert columns["triangles"] == [row.triangles for row in done.rows]
+
+
+def test_started_again_it_does_what_is_missing_or_new(scheduler: str, tmp_path: Path) -> None:
+    paths, out = disks(tmp_path / "in", [100, 120, 140, 160, 180]), tmp_path / "out"
+    options = {"scheduler": scheduler, "progress": False}
+    first = batch(tmp_path / "in", out, **options)
+    assert first.done == 5
+    before = snapshot(out)
+    (out / "0.obj").unlink()
+    igl.write_triangle_mesh(str(paths[1]), *bumps(130))
+    disks(tmp_path / "new", [90])
+    told: list[float] = []
+    second = batch(
+        [tmp_path / "in", tmp_path / "new"], out, scheduler=scheduler, progress=lambda _, x: told.append(x)
+    )
+    after = snapshot(out)
+    assert second.done == len(told) == 3
+    assert told[-1] == 1
+    assert {name for name in after if after[name] != before.get(name)} == {
+        "0.obj",
+        "1.obj",
+        second.rows[-1].output,
+    }
+    assert second.rows[-1].output.startswith("0-")
+    assert second.rows[2:5] == first.rows[2:]
+    assert batch(tmp_path / "in", out, method="lscm", **options).done == 5
+    assert len(table(out)) == 6  # that of an earlier run stays
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other/results.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(OSError, match="is no table of a batch"):
+        batch(tmp_path / "in", tmp_path / "other", **options)
+    assert (tmp_path / "other/results.csv").read_text() == "a,b\n1,2\n"
+
+
+def test_urls_of_fsspec_are_places_as_paths_are(scheduler: str, tmp_path: Path) -> None:
+    disks(tmp_path / "in/deep", [100, 120])
+    options = {"scheduler": scheduler, "progress": False}
+    by_path = batch(tmp_path / "in", tmp_path / "out", **options)
+    for _ in range(2):
+        by_url = batch(f"file://{tmp_path}/in/", f"file://{tmp_path}/far/out/", **options)
+        assert by_url.good
+        assert [row.output for row in by_url.rows] == [row.output for row in by_path.rows]
+    assert by_url.done == 0
+    for row in by_path.rows:
+        assert (tmp_path / "far/out" / row.output).read_bytes() == (
+            tmp_path / "out" / row.output
+        ).read_bytes()
+    assert [p.name for p in (tmp_path / "far/out/deep").iterdir() if p.suffix != ".obj"] == []
+
+
+def listening() -> list[tuple[str, int]]:
+    """Where this process and those that it has started can be reached from."""
+    found = []
+    for process in (psutil.Process(), *psutil.Process().children(recursive=True)):
+        with suppress(psutil.NoSuchProcess):  # of those that are short
+            for connection in process.net_connections("inet"):
+                if connection.status == psutil.CONN_LISTEN or connection.type == socket.SOCK_DGRAM:
+                    found.append(connection.laddr)
+    return found
+
+
+def workers() -> list[psutil.Process]:
+    """The worker processes of a local cluster of this process."""
+    found = []
+    for process in psutil.Process().children(recursive=True):
+        with suppress(psutil.NoSuchProcess):
+            if "spawn_main" in " ".join(process.cmdline()):
+                found.append(process)
+    return found
+
+
+def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
+    paths, out = disks(tmp_path / "in", [200 + 10 * k for k in range(18)]), tmp_path / "out"
+    faces = [len(read_mesh(path)[1]) for path in paths]
+    method = Hostile(faces[3], faces[7], faces[11], faces[15], str(tmp_path / "flag"), 0.05)
+    before, others = listening(), set(workers())
+    environment = dict(os.environ)
+    seen: list[tuple[str, int]] = []
+    threads: set[str | None] = set()
+
+    def look(_: str, share: float) -> None:
+        assert {row["outcome"] for row in table(out)} <= {"waiting", *ends}
+        if share == 1 / len(paths):
+            seen.extend(set(listening()) - set(before))
+            threads.update(
+                w.environ().get(n) for w in workers() for n in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+            )
+        if share == 2 / len(paths):
+            (set(workers()) - others).pop().kill()
+
+    ends = {"valid", "died", "out of memory", "failed"}
+    done = batch(paths, out, workers=2, method=method, memory="500 MB", progress=look)
+    by_outcome = {end: [k for k, row in enumerate(done.rows) if row.outcome == end] for end in ends}
+    assert by_outcome == {
+        "died": [3],
+        "out of memory": [11],
+        "failed": [15],
+        "valid": [k for k in range(18) if k not in (3, 11, 15)],
+    }
+    assert "alone" in done.rows[3].message
+    assert done.rows[15].message == "ZeroDivisionError: a mistake in the program"
+    assert (tmp_path / "flag").exists()  # it died once, and its mesh is valid
+    assert len(seen) >= 4  # scheduler, dashboard, two workers
+    assert {address.ip for address in seen} == {"127.0.0.1"}
+    assert threads == {"1"}
+    assert dict(os.environ) == environment
+    assert set(listening()) <= set(before)
+    assert {path.name for path in out.rglob("*")} == {
+        *(f"{k}.obj" for k in by_outcome["valid"]),
+        *("results.csv", ".results.journal"),
+        *(path.name for path in out.glob("results.parquet")),
+    }
+    assert batch(paths, out, workers=1, method=method, memory="500 MB", progress=False).done == 0
+
+
+def command(*arguments: object, **options: object) -> subprocess.Popen[str]:
+    return subprocess.Popen(
+        [*ENTRY, *map(str, arguments)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT), os.environ.get("PYTHONPATH", "")))},
+        **options,
+    )
+
+
+def wait_for(condition: Callable[[], bool], seconds: float = 60) -> None:
+    end = time.monotonic() + seconds
+    while not condition():
+        assert time.monotonic() < end
+        time.sleep(0.01)
+
+
+@pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
+def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path: Path) -> None:
+    count = 12
+    disks(tmp_path / "in", [3000] * count)
+    out = tmp_path / "out"
+    process = command(tmp_path / "in", "-o", out, "--workers", 2)
+    done: list[int] = [0]
+
+    def enough() -> bool:
+        if (out / "results.csv").exists():
+            rows = table(out)
+            assert len(rows) == count
+            done.append(sum(row["outcome"] != "waiting" for row in rows))
+            assert done[-1] >= done[-2]
+        return done[-1] >= 3
+
+    wait_for(enough)
+    process.send_signal(how)
+    _, said = process.communicate(timeout=60)
+    wait_for(lambda: not of_session(process.pid))
+    if how == signal.SIGINT:
+        assert process.returncode == 130
+        assert said.splitlines()[1:] == ["igl-linabf: interrupted"]
+        assert not list(out.glob(".igl_linabf-*"))
+    before = snapshot(out)
+    assert 3 <= len(before) < count
+    for name in before:
+        read_texture(out / name)  # whole
+    rows = table(out)
+    assert len(rows) == count
+    known = {row["output"] for row in rows if row["outcome"] == "valid"}
+    journal = (out / ".results.journal").read_text()
+    known |= {row["output"] for row in rows if f'"{row["output"]}"' in journal}
+    assert known <= set(before)
+    assert len(known) >= len(before) - 2  # those at which a worker was
+    rest = batch(tmp_path / "in", out, scheduler=scheduler, progress=False)
+    assert rest.good
+    assert rest.done == count - len(known)
+    after = snapshot(out)
+    assert all(after[name] == before[name] for name in known)
+    assert not list(out.glob(".igl_linabf-*"))
+    if how == signal.SIGKILL:
+        twin = tmp_path / "twin"
+        for row in batch(tmp_path / "in", twin, scheduler=scheduler, progress=False).rows:
+            assert (twin / row.output).read_bytes() == (out / row.output).read_bytes()
+
+
+def test_a_full_disk_ends_the_batch_and_room_lets_it_go_on(scheduler: str, tmp_path: Path) -> None:
+    import resource
+
+    disks(tmp_path / "in", [100, 110, 3000, 120])
+    out = tmp_path / "out"
+    limit = lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))  # noqa: E731
+    process = command(tmp_path / "in", "-o", out, "--workers", 1, preexec_fn=limit)
+    _, said = process.communicate(timeout=100)
+    assert process.returncode == 2
+    assert said.splitlines()[-1] == f"igl-linabf: {out}/2.obj: File too large"
+    assert len(said.splitlines()) == 2  # the other is the dashboard's address
+    assert "2.obj" not in snapshot(out)
+    assert table(out)[2]["outcome"] == "waiting"
+    assert batch(tmp_path / "in", out, scheduler=scheduler, progress=False).good
+    assert "2.obj" in snapshot(out)
+
+
+def test_the_command_prints_the_dashboard_and_a_summary(scheduler: str, tmp_path: Path) -> None:
+    disks(tmp_path / "in", [100])
+    process = command(
+        tmp_path / "in/*.obj", "-o", tmp_path / "out", "--scheduler", scheduler, "--format", "ply"
+    )
+    printed, said = process.communicate(timeout=100)
+    assert process.returncode == 0, said
+    assert said.startswith("igl-linabf: dashboard at http")
+    assert printed.startswith("1 meshes: 1 valid\n1 done in ")
+    assert igl.read_triangle_mesh(str(tmp_path / "out/0.ply"))[1].shape[1] == 3
+
+
+def test_what_cannot_be_is_said_before_any_work(tmp_path: Path, monkeypatch) -> None:
+    disks(tmp_path / "in", [100])
+    (tmp_path / "empty").mkdir()
+    out = tmp_path / "out"
+    for options, said in (
+        ({"format": "stl"}, "format is 'stl': use obj, ply, glb"),
+        ({"method": "lscmm"}, "method is 'lscmm'"),
+        ({"how": "fold"}, "how is 'fold'"),
+        ({"how": "flatten", "holes": True}, "mean nothing to flatten"),
+        ({"memory": "much"}, "memory is 'much'"),
+        ({"memory": 0}, "memory is 0"),
+        ({"workers": 0}, "workers is 0"),
+        ({"workers": 1, "scheduler": "tcp://127.0.0.1:1"}, "give one of the two"),
+    ):
+        with pytest.raises(ValueError, match=said):
+            batch(tmp_path / "in", out, **options)
+    with pytest.raises(MeshError, match="holds no mesh file"):
+        batch(tmp_path / "empty", out)
+    with pytest.raises(MeshError, match="holds no mesh file"):
+        batch(str(tmp_path / "in/*.png"), out)
+    with pytest.raises(FileNotFoundError):
+        batch(tmp_path / "nowhere.obj", out)
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    with pytest.raises(ImportError, match=r"igl-linabf\[batch\]"):
+        batch(tmp_path / "in", out)
+    assert not out.exists()
