@@ -84,26 +84,34 @@ def made(folder: Path, count: int, largest: int) -> list[Path]:
 
 
 def scaling(folder: Path, paths: list[Path], rounds: int) -> list[Row]:
-    """Print the time on one worker over that on two; returns the rows of both."""
-    print("| meshes | one worker, s | two workers, s | ratio |\n|---|---|---|---|", flush=True)
-    rows: list[Row] = []
-    totals = [0.0, 0.0]
-    for k in range(rounds):
-        part, seconds = paths[k::rounds], []
-        for workers in (1, 2):
-            done = batch(part, folder / f"{workers}", workers=workers, progress=False)
-            seconds.append(done.seconds)
-            rows.extend(done.rows)
-        totals = [a + b for a, b in zip(totals, seconds, strict=True)]
-        print(
-            f"| {len(part)} | {seconds[0]:.1f} | {seconds[1]:.1f} | {seconds[0] / seconds[1]:.2f} |",
-            flush=True,
-        )
+    """Print the time on one worker over that on two; returns the rows of both.
+
+    Busy is the share of the workers' time that they have a mesh at hand. Where other programs take the cores,
+    it tells more than the ratio.
+    """
     print(
-        f"| {len(paths)} | {totals[0]:.1f} | {totals[1]:.1f} | **{totals[0] / totals[1]:.2f}** |\n",
+        "| meshes | one worker, s | busy | two workers, s | busy | ratio |\n|---|---|---|---|---|---|",
         flush=True,
     )
+    rows: list[Row] = []
+    totals = np.zeros((2, 2))  # seconds, and those with a mesh at hand; for one worker and two
+    for k in range(rounds):
+        part, seconds = paths[k::rounds], np.zeros((2, 2))
+        for workers in (1, 2):
+            done = batch(part, folder / f"{workers}", workers=workers, progress=False)
+            seconds[workers - 1] = done.seconds, sum(row.seconds or 0 for row in done.rows) / workers
+            rows.extend(done.rows)
+        totals += seconds
+        _print_ratio(len(part), seconds)
+    _print_ratio(len(paths), totals)
+    print()
     return rows
+
+
+def _print_ratio(count: int, seconds: np.ndarray) -> None:
+    (one, one_busy), (two, two_busy) = seconds
+    cells = f"{one:.1f} | {one_busy / one:.0%} | {two:.1f} | {two_busy / two:.0%} | {one / two:.2f}"
+    print(f"| {count} | {cells} |", flush=True)
 
 
 def overhead(folder: Path, count: int) -> None:

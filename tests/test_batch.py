@@ -22,6 +22,7 @@ from hostile_methods import Hostile
 from test_interrupts import of_session
 
 from igl_linabf import MeshError, batch, unwrap
+from igl_linabf.batch_runs.table import Table
 from igl_linabf.io import read_mesh, read_texture, write_mesh
 
 distributed = pytest.importorskip("distributed")
@@ -32,9 +33,8 @@ HEADER = "input,output,outcome,message,triangles,charts,F/3nt,stretch,flips,seco
 @pytest.fixture(scope="module")
 def scheduler() -> Iterator[str]:
     """The address of a cluster that is not the batch's."""
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50
-    ) as cluster:
+    options = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, **options) as cluster:
         yield cluster.scheduler_address
 
 
@@ -147,10 +147,13 @@ def test_started_again_it_does_what_is_missing_or_new(scheduler: str, tmp_path: 
     assert batch(tmp_path / "in", out, method="lscm", **options).done == 5
     assert len(table(out)) == 6  # that of an earlier run stays
     (tmp_path / "other").mkdir()
-    (tmp_path / "other/results.csv").write_text("a,b\n1,2\n")
-    with pytest.raises(OSError, match="is no table of a batch"):
-        batch(tmp_path / "in", tmp_path / "other", **options)
-    assert (tmp_path / "other/results.csv").read_text() == "a,b\n1,2\n"
+    for foreign in ("a,b\n1,2\n", "", f"{HEADER}\n1,2\n"):
+        (tmp_path / "other/results.csv").write_text(foreign)
+        with pytest.raises(OSError, match="is no table of a batch"):
+            batch(tmp_path / "in", tmp_path / "other", **options)
+        assert (tmp_path / "other/results.csv").read_text() == foreign
+    with Table(str(out)), pytest.raises(OSError, match="another batch is writing there"):
+        batch(tmp_path / "in", out, **options)
 
 
 def test_urls_of_fsspec_are_places_as_paths_are(scheduler: str, tmp_path: Path) -> None:
