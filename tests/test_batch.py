@@ -27,6 +27,21 @@ from igl_linabf.io import read_mesh, read_texture, write_mesh
 
 distributed = pytest.importorskip("distributed")
 ENTRY = [sys.executable, "-m", "igl_linabf_command", "batch"]
+SLOW = """# the command, with a method that takes its time
+import sys
+
+import igl_linabf
+import igl_linabf.cli
+import igl_linabf_command
+from hostile_methods import Hostile
+
+def batch(*arguments, **options):
+    return igl_linabf.batch(*arguments, **{**options, "method": Hostile(pause=0.4)})
+
+if __name__ == "__main__":
+    igl_linabf.cli.batch = batch
+    sys.exit(igl_linabf_command.main())
+"""
 HEADER = "input,output,outcome,message,triangles,charts,F/3nt,stretch,flips,seconds,key"
 
 
@@ -237,14 +252,15 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
     assert batch(paths, out, workers=1, method=method, memory="500 MB", progress=False).done == 0
 
 
-def command(*arguments: object, **options: object) -> subprocess.Popen[str]:
+def command(*arguments: object, entry: list[str] = ENTRY, **options: object) -> subprocess.Popen[str]:
+    places = (str(ROOT), str(ROOT / "tests"), os.environ.get("PYTHONPATH", ""))
     return subprocess.Popen(
-        [*ENTRY, *map(str, arguments)],
+        [*entry, *map(str, arguments)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT), os.environ.get("PYTHONPATH", "")))},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(places)},
         **options,
     )
 
@@ -259,10 +275,14 @@ def wait_for(condition: Callable[[], bool], seconds: float = 60) -> None:
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path: Path) -> None:
-    count = 12
-    disks(tmp_path / "in", [3000] * count)
+    count, slowly = 14, Hostile(pause=0.4)
+    disks(tmp_path / "in", [600] * count)
     out = tmp_path / "out"
-    process = command(tmp_path / "in", "-o", out, "--workers", 2)
+    script = tmp_path / "slow.py"
+    script.write_text(SLOW)
+    process = command(
+        tmp_path / "in", "-o", out, "--workers", 2, entry=[sys.executable, str(script), "batch"]
+    )
     done: list[int] = [0]
 
     def enough() -> bool:
@@ -292,7 +312,7 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
     known |= {row["output"] for row in rows if f'"{row["output"]}"' in journal}
     assert known <= set(before)
     assert len(known) >= len(before) - 2  # those at which a worker was
-    rest = batch(tmp_path / "in", out, scheduler=scheduler, progress=False)
+    rest = batch(tmp_path / "in", out, method=slowly, scheduler=scheduler, progress=False)
     assert rest.good
     assert rest.done == count - len(known)
     after = snapshot(out)
@@ -300,7 +320,7 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
     assert not list(out.glob(".igl_linabf-*"))
     if how == signal.SIGKILL:
         twin = tmp_path / "twin"
-        for row in batch(tmp_path / "in", twin, scheduler=scheduler, progress=False).rows:
+        for row in batch(tmp_path / "in", twin, method=Hostile(), scheduler=scheduler, progress=False).rows:
             assert (twin / row.output).read_bytes() == (out / row.output).read_bytes()
 
 
