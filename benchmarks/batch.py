@@ -21,7 +21,7 @@ from collections import Counter
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from time import perf_counter, sleep
+from time import perf_counter, process_time, sleep
 
 os.environ.update(OMP_NUM_THREADS="1", OPENBLAS_NUM_THREADS="1")  # as in the workers, before NumPy comes
 
@@ -32,7 +32,6 @@ from meshes import shared
 from scipy.spatial import ConvexHull, Delaunay
 
 from igl_linabf import batch, unwrap
-from igl_linabf.batch_runs import Row
 from igl_linabf.io import read_mesh, write_mesh
 
 SMALLEST = 500  # triangles
@@ -83,27 +82,32 @@ def made(folder: Path, count: int, largest: int) -> list[Path]:
     return paths
 
 
-def scaling(folder: Path, paths: list[Path], rounds: int) -> list[Row]:
-    """Print the time on one worker over that on two; returns the rows of both."""
-    print("| meshes | one worker, s | two workers, s | ratio |\n|---|---|---|---|", flush=True)
-    rows: list[Row] = []
-    totals = [0.0, 0.0]
-    for k in range(rounds):
-        part, seconds = paths[k::rounds], []
-        for workers in (1, 2):
-            done = batch(part, folder / f"{workers}", workers=workers, progress=False)
-            seconds.append(done.seconds)
-            rows.extend(done.rows)
-        totals = [a + b for a, b in zip(totals, seconds, strict=True)]
-        print(
-            f"| {len(part)} | {seconds[0]:.1f} | {seconds[1]:.1f} | {seconds[0] / seconds[1]:.2f} |",
-            flush=True,
-        )
+def scaling(folder: Path, paths: list[Path], rounds: int) -> None:
+    """Print the time on one worker over that on two.
+
+    Busy is the share of the workers' time that they have a mesh at hand. Where other programs take the cores,
+    it tells more than the ratio.
+    """
     print(
-        f"| {len(paths)} | {totals[0]:.1f} | {totals[1]:.1f} | **{totals[0] / totals[1]:.2f}** |\n",
+        "| meshes | one worker, s | busy | two workers, s | busy | ratio |\n|---|---|---|---|---|---|",
         flush=True,
     )
-    return rows
+    totals = np.zeros((2, 2))  # seconds, and those with a mesh at hand; for one worker and two
+    for k in range(rounds):
+        part, seconds = paths[k::rounds], np.zeros((2, 2))
+        for workers in (1, 2):
+            done = batch(part, folder / f"{workers}", workers=workers, progress=False)
+            seconds[workers - 1] = done.seconds, sum(row.seconds or 0 for row in done.rows) / workers
+        totals += seconds
+        _print_ratio(len(part), seconds)
+    _print_ratio(len(paths), totals)
+    print()
+
+
+def _print_ratio(count: int, seconds: np.ndarray) -> None:
+    (one, one_busy), (two, two_busy) = seconds
+    cells = f"{one:.1f} | {one_busy / one:.0%} | {two:.1f} | {two_busy / two:.0%} | {one / two:.2f}"
+    print(f"| {count} | {cells} |", flush=True)
 
 
 def overhead(folder: Path, count: int) -> None:
@@ -191,14 +195,22 @@ def loss(folder: Path, paths: list[Path]) -> None:
     )
 
 
-def cost(rows: list[Row]) -> None:
-    """Print what a million meshes take, by the seconds of those of about that size."""
-    print("| triangles a mesh | seconds a mesh | a million, core hours |\n|---|---|---|")
+def cost(folder: Path) -> None:
+    """Print what a million meshes take, by the processor time of some: other programs do not matter."""
+    rng = np.random.default_rng(2)
+    print("| triangles a mesh | core seconds a mesh | a million, core hours |\n|---|---|---|")
     for size in CLASSES:
-        near = [r for r in rows if r.triangles and r.seconds and size / 1.5 <= r.triangles <= size * 1.5]
-        if near:
-            seconds = statistics.fmean((r.seconds or 0) * size / (r.triangles or 1) for r in near)
-            print(f"| {size:,} | {seconds:.3g} | {seconds * 1e6 / 3600:,.0f} |", flush=True)
+        seconds = []
+        for make in (disk, sphere) * 3:
+            path = folder / "one.obj"
+            igl.write_triangle_mesh(str(path), *make(size, rng))
+            start = process_time()
+            V, F = read_mesh(path)
+            atlas = unwrap(V, F, progress=False)
+            write_mesh(path, V, F, atlas.TC, atlas.FTC)
+            seconds.append(process_time() - start)
+        mean = statistics.fmean(seconds)
+        print(f"| {size:,} | {mean:.3g} | {mean * 1e6 / 3600:,.0f} |", flush=True)
 
 
 def main() -> None:
@@ -214,7 +226,8 @@ def main() -> None:
         paths = made(folder / "in", options.meshes, options.largest)
         overhead(folder, options.small)
         loss(folder, paths)
-        cost(scaling(folder, paths, options.rounds))
+        scaling(folder, paths, options.rounds)
+        cost(folder)
 
 
 if __name__ == "__main__":

@@ -22,19 +22,34 @@ from hostile_methods import Hostile
 from test_interrupts import of_session
 
 from igl_linabf import MeshError, batch, unwrap
+from igl_linabf.batch_runs.table import Table
 from igl_linabf.io import read_mesh, read_texture, write_mesh
 
 distributed = pytest.importorskip("distributed")
 ENTRY = [sys.executable, "-m", "igl_linabf_command", "batch"]
+SLOW = """# the command, with a method that takes its time
+import sys
+
+import igl_linabf
+import igl_linabf.cli
+import igl_linabf_command
+from hostile_methods import Hostile
+
+def batch(*arguments, **options):
+    return igl_linabf.batch(*arguments, **{**options, "method": Hostile(pause=0.4)})
+
+if __name__ == "__main__":
+    igl_linabf.cli.batch = batch
+    sys.exit(igl_linabf_command.main())
+"""
 HEADER = "input,output,outcome,message,triangles,charts,F/3nt,stretch,flips,seconds,key"
 
 
 @pytest.fixture(scope="module")
 def scheduler() -> Iterator[str]:
     """The address of a cluster that is not the batch's."""
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=50
-    ) as cluster:
+    options = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, **options) as cluster:
         yield cluster.scheduler_address
 
 
@@ -147,10 +162,13 @@ def test_started_again_it_does_what_is_missing_or_new(scheduler: str, tmp_path: 
     assert batch(tmp_path / "in", out, method="lscm", **options).done == 5
     assert len(table(out)) == 6  # that of an earlier run stays
     (tmp_path / "other").mkdir()
-    (tmp_path / "other/results.csv").write_text("a,b\n1,2\n")
-    with pytest.raises(OSError, match="is no table of a batch"):
-        batch(tmp_path / "in", tmp_path / "other", **options)
-    assert (tmp_path / "other/results.csv").read_text() == "a,b\n1,2\n"
+    for foreign in ("a,b\n1,2\n", "", f"{HEADER}\n1,2\n"):
+        (tmp_path / "other/results.csv").write_text(foreign)
+        with pytest.raises(OSError, match="is no table of a batch"):
+            batch(tmp_path / "in", tmp_path / "other", **options)
+        assert (tmp_path / "other/results.csv").read_text() == foreign
+    with Table(str(out)), pytest.raises(OSError, match="another batch is writing there"):
+        batch(tmp_path / "in", out, **options)
 
 
 def test_urls_of_fsspec_are_places_as_paths_are(scheduler: str, tmp_path: Path) -> None:
@@ -234,14 +252,15 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
     assert batch(paths, out, workers=1, method=method, memory="500 MB", progress=False).done == 0
 
 
-def command(*arguments: object, **options: object) -> subprocess.Popen[str]:
+def command(*arguments: object, entry: list[str] = ENTRY, **options: object) -> subprocess.Popen[str]:
+    places = (str(ROOT), str(ROOT / "tests"), os.environ.get("PYTHONPATH", ""))
     return subprocess.Popen(
-        [*ENTRY, *map(str, arguments)],
+        [*entry, *map(str, arguments)],
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
         start_new_session=True,
-        env={**os.environ, "PYTHONPATH": os.pathsep.join((str(ROOT), os.environ.get("PYTHONPATH", "")))},
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(places)},
         **options,
     )
 
@@ -256,10 +275,14 @@ def wait_for(condition: Callable[[], bool], seconds: float = 60) -> None:
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path: Path) -> None:
-    count = 12
-    disks(tmp_path / "in", [3000] * count)
+    count, slowly = 14, Hostile(pause=0.4)
+    disks(tmp_path / "in", [600] * count)
     out = tmp_path / "out"
-    process = command(tmp_path / "in", "-o", out, "--workers", 2)
+    script = tmp_path / "slow.py"
+    script.write_text(SLOW)
+    process = command(
+        tmp_path / "in", "-o", out, "--workers", 2, entry=[sys.executable, str(script), "batch"]
+    )
     done: list[int] = [0]
 
     def enough() -> bool:
@@ -289,7 +312,7 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
     known |= {row["output"] for row in rows if f'"{row["output"]}"' in journal}
     assert known <= set(before)
     assert len(known) >= len(before) - 2  # those at which a worker was
-    rest = batch(tmp_path / "in", out, scheduler=scheduler, progress=False)
+    rest = batch(tmp_path / "in", out, method=slowly, scheduler=scheduler, progress=False)
     assert rest.good
     assert rest.done == count - len(known)
     after = snapshot(out)
@@ -297,7 +320,7 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
     assert not list(out.glob(".igl_linabf-*"))
     if how == signal.SIGKILL:
         twin = tmp_path / "twin"
-        for row in batch(tmp_path / "in", twin, scheduler=scheduler, progress=False).rows:
+        for row in batch(tmp_path / "in", twin, method=Hostile(), scheduler=scheduler, progress=False).rows:
             assert (twin / row.output).read_bytes() == (out / row.output).read_bytes()
 
 

@@ -115,12 +115,13 @@ class Table:
             os.makedirs(self.folder, exist_ok=True)
             path = os.path.join(self.folder, JOURNAL)
             self._journal = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
-            try:
+        try:
+            if self._journal is not None:
                 _lock(self._journal, self.folder)
-            except BaseException:
-                os.close(self._journal)
-                raise
-        self._rows = {row.input: row for row in (*self._of_csv(), *self._of_journal())}
+            self._rows = {row.input: row for row in (*self._of_csv(), *self._of_journal())}
+        except BaseException:
+            self._close()
+            raise
         return self
 
     def __exit__(self, kind: type[BaseException] | None, _: object, __: TracebackType | None) -> None:
@@ -131,8 +132,12 @@ class Table:
                 with suppress(OSError):  # what ended the run is told
                     self.write()
         finally:
-            if self._journal is not None:
-                os.close(self._journal)
+            self._close()
+
+    def _close(self) -> None:
+        if self._journal is not None:
+            os.close(self._journal)
+            self._journal = None
 
     def row(self, input: str) -> Row | None:
         return self._rows.get(input)
@@ -185,13 +190,13 @@ class Table:
                 open(path, newline="", encoding="utf-8") as file,
             ):
                 header, *lines = csv.reader(file)
+            if header == HEADER:
+                return [_row(dict(zip(NAMES, line, strict=True))) for line in lines]
         except FileNotFoundError:
             return []
-        except ValueError:
-            header, lines = [], []
-        if header != HEADER:
-            raise OSError(None, "is no table of a batch: move it away", os.path.join(self.folder, CSV))
-        return [_row(dict(zip(NAMES, line, strict=True))) for line in lines]
+        except ValueError:  # something else has written it
+            pass
+        raise OSError(None, "is no table of a batch: move it away", places.joined(self.folder, CSV))
 
     def _of_journal(self) -> list[Row]:
         if self._journal is None:
