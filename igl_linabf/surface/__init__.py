@@ -9,10 +9,13 @@ from .areas import measure
 from .arrays import Pins, check_finite, compact, face_array, pins, scatter, seam_mask, vertex_array
 from .components import connected_labels, face_components
 from .mesh import Mesh, loop_through, planar, planar_mesh
+from .parts import Parts
 from .plane import (
     ALL_DIGITS,
     SPAN,
+    area_ratio,
     centred,
+    centred_each,
     complex_positions,
     coordinates,
     flat_angles,
@@ -22,6 +25,7 @@ from .plane import (
     signed_double_areas,
     span,
 )
+from .side_by_side import Disks, side_by_side
 from .submesh import Submesh, cut_faces
 from .topology import (
     NEXT,
