@@ -1,27 +1,33 @@
 """Charts side by side in the unit square, at one common scale.
 
-Each chart is turned to the rectangle of least area around it; rectpack packs the rectangles.
+Each chart is turned to the rectangle of least area around it. rectpack packs the rectangles of a few
+charts, and those of many go on shelves.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import rectpack
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
-from .._types import ComplexArray, FloatArray, IntArray
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
-from ..surface import Submesh, complex_positions, coordinates, signed_double_areas
+from ..surface import Parts, Submesh, complex_positions, coordinates, signed_double_areas
+from .shelves import areas, extents, narrowest_turns, on_shelves
 
 UNITS = 1 << 20  # along the square's side: rectpack counts in integers
 SCALE_TRIALS = 16  # by each rule, halving the interval
 RULES = (rectpack.MaxRectsBssf, rectpack.MaxRectsBaf, rectpack.SkylineBl)
-FEW_CHARTS = 60  # up to which every rule is tried; above, the last one, which is fast
+FEW_CHARTS = 60  # up to which rectpack tries every rule; more charts are put on shelves, which is fast
+SOME_CHARTS = 250  # up to which rectpack's last rule is tried, too
 
+Shelves = Callable[[IntArray, int], tuple[IntArray, IntArray, BoolArray] | None]
+Rule = type | Shelves
 Place = tuple[int, int, int, int, bool]  # left, bottom, width, height in grid units; whether it is turned
 
 
@@ -103,19 +109,20 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], margin: float) -> lis
     """`pack` of charts that are checked; every vertex has a face."""
     if not 0 <= margin <= 0.1:
         raise ValueError(f"margin is {margin!r}: give a share of the square's side, from 0 to 0.1")
-    given = [_turned(uv, F, i, single=len(maps) == 1) for i, (uv, F) in enumerate(maps)]
+    many = len(maps) > FEW_CHARTS
+    given = _turned_many(maps) if many else [_turned(*pair, i, len(maps) == 1) for i, pair in enumerate(maps)]
     if not given:
         return []
-    extents = np.array([chart.extent for chart in given])
+    sizes = np.array([chart.extent for chart in given])
     inner = 1 - margin  # each rectangle brings the margin on two of its sides
-    longest = max(extents.real.max(), extents.imag.max())
+    longest = max(sizes.real.max(), sizes.imag.max())
     high = min((1 - 2 * margin) / longest, inner / np.sqrt(sum(chart.area for chart in given)))
     high *= 1 - 8 / UNITS  # rectangles are rounded up to the grid
     scale, places = 0.0, None
-    for rule in RULES if len(given) <= FEW_CHARTS else RULES[-1:]:
+    for rule in _rules(len(given)):
         top, trial = high, high
         for _ in range(SCALE_TRIALS):
-            found = _attempt(extents * trial, margin, rule)
+            found = _attempt(sizes * trial, margin, rule)
             if found is None:
                 top = trial
             else:
@@ -135,15 +142,28 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], margin: float) -> lis
     ]
 
 
-def _attempt(extents: ComplexArray, margin: float, rule: type) -> list[Place] | None:
+def _rules(charts: int) -> tuple[Rule, ...]:
+    """How so many charts are packed; of several rules the one that leaves them largest counts."""
+    if charts <= FEW_CHARTS:
+        return RULES
+    return (on_shelves, RULES[-1]) if charts <= SOME_CHARTS else (on_shelves,)
+
+
+def _attempt(charts: ComplexArray, margin: float, rule: Rule) -> list[Place] | None:
     """Places for all charts of these sizes, each with the margin above and right of it."""
+    units = np.ceil((np.column_stack((charts.real, charts.imag)) + margin) * UNITS).astype(np.int64)
+    side, sizes = int((1 - margin) * UNITS), units.tolist()
+    if not isinstance(rule, type):
+        shelved = rule(units, side)
+        if shelved is None:
+            return None
+        turned = shelved[2]
+        lying = np.where(turned[:, None], units[:, ::-1], units)
+        columns = (shelved[0], shelved[1], lying[:, 0], lying[:, 1], turned)
+        return list(zip(*(column.tolist() for column in columns), strict=True))
     packer = rectpack.newPacker(
         mode=rectpack.PackingMode.Offline, bin_algo=rectpack.PackingBin.BNF, pack_algo=rule, rotation=True
     )
-    sizes = (
-        np.ceil((np.column_stack((extents.real, extents.imag)) + margin) * UNITS).astype(np.int64).tolist()
-    )
-    side = int((1 - margin) * UNITS)
     packer.add_bin(side, side)
     for i, (width, height) in enumerate(sizes):
         packer.add_rect(width, height, i)
@@ -165,12 +185,37 @@ def _placed(chart: _TurnedChart, scale: float, place: Place, margin: float, grow
     return Placed(ratio, shift, coordinates(new), float(chart.area * scale**2))
 
 
+def _turned_many(maps: Sequence[tuple[FloatArray, IntArray]]) -> list[_TurnedChart]:
+    """`_turned` of many charts."""
+    vertices, faces = (Parts.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
+    z = complex_positions(np.concatenate([uv for uv, _ in maps]))
+    F = np.concatenate([F for _, F in maps]) + faces.spread(vertices.start[:-1])[:, None]
+    area = areas(signed_double_areas(z, np.ascontiguousarray(F.T)), faces)
+    size = extents(z, vertices)[1]
+    size = np.maximum(size.real, size.imag)
+    flat = ~(area > 4 * np.finfo(float).eps * size * np.maximum(size, vertices.max(np.abs(z))))
+    if flat.any():
+        i = int(np.argmax(flat))
+        raise _without_area(i, len(maps[i][1]))
+    turn = narrowest_turns(z, vertices)
+    z = z * vertices.spread(turn)
+    origin, extent = extents(z, vertices)
+    z -= vertices.spread(origin)
+    rows = zip(turn.tolist(), origin.tolist(), extent.tolist(), area.tolist(), strict=True)
+    bounds = pairwise(vertices.start.tolist())
+    return [_TurnedChart(z[slice(*at)], *row) for at, row in zip(bounds, rows, strict=True)]
+
+
+def _without_area(i: int, n_faces: int) -> MeshError:
+    return MeshError(f"chart {i} has no area (its {n_faces} faces lie on a line): leave it out")
+
+
 def _turned(uv: FloatArray, F: IntArray, i: int, single: bool) -> _TurnedChart:
     z = complex_positions(uv)
     area = float(np.abs(signed_double_areas(z, np.ascontiguousarray(F.T))).sum()) / 2
     size = max(float(np.ptp(z.real)), float(np.ptp(z.imag)))
     if not area > 4 * np.finfo(float).eps * size * max(size, float(np.abs(z).max())):
-        raise MeshError(f"chart {i} has no area (its {len(F)} faces lie on a line): leave it out")
+        raise _without_area(i, len(F))
     turn = _best_turn(z, single)
     z = z * turn
     origin = complex(z.real.min(), z.imag.min())

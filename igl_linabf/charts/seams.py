@@ -19,6 +19,7 @@ from ..surface import (
     compact,
     cut_faces,
     face_array,
+    face_components,
     seam_mask,
     topology_of,
     vertex_array,
@@ -177,13 +178,30 @@ def seams_of(surface: Submesh, trade: float, *, holes: bool = False, disks: bool
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number from 0 (shortest seams) upwards")
     found = [np.zeros((0, 2), dtype=np.int64)]
-    for component in surface.components():
-        loops, genus = len(component.topology.loops), component.topology.genus
+    for component, loops, genus in _shapes(surface):
         open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
         if not open_ or (disks and trade > 0):
             piece = closed_surface(component)
             found.append(component.vertices[piece.edges[_seam(piece, trade, holes)]])
     return np.concatenate(found)
+
+
+def _shapes(surface: Submesh) -> list[tuple[Submesh, int, int]]:
+    """The components, their numbers of boundary loops and handles."""
+    components, topology = surface.components(), surface.topology
+    label = np.empty(len(surface.V), dtype=np.int64)
+    label[surface.F.ravel()] = np.repeat(face_components(surface.F, len(surface.V)), 3)
+    loops, edges, vertices, faces = (
+        np.bincount(label[of], minlength=len(components))
+        for of in (
+            np.array([loop[0] for loop in topology.loops], dtype=np.int64),
+            topology.edges[:, 0],
+            np.arange(len(surface.V)),
+            surface.F[:, 0],
+        )
+    )
+    genus = (2 - loops - (vertices - edges + faces)) // 2
+    return list(zip(components, loops.tolist(), genus.tolist(), strict=True))
 
 
 def _manifold(faces: IntArray, n: int) -> tuple[Topology, IntArray]:
