@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import re
 import warnings
 
@@ -10,9 +11,14 @@ import igl
 import numpy as np
 import pytest
 from conftest import bumps, tree_cut
+from scipy.spatial import ConvexHull
 
 import igl_linabf as il
-from igl_linabf.surface import Parts
+from igl_linabf.charts import TRADE
+from igl_linabf.charts.cut_graph import closed_surface
+from igl_linabf.charts.seams import _cost as seam_cost
+from igl_linabf.charts.seams import seams_of
+from igl_linabf.surface import Parts, Submesh
 
 Surface = tuple[np.ndarray, np.ndarray]
 
@@ -134,3 +140,79 @@ def test_parts_are_reduced_and_summed_each_for_itself() -> None:
         parts.cumsum(values), np.concatenate([np.cumsum(piece) for piece in pieces])
     )
     np.testing.assert_array_equal(parts.spread(np.arange(6)), np.repeat(np.arange(6), sizes))
+
+
+def side_by_side(bodies: list[Surface]) -> Surface:
+    start = np.cumsum([0] + [len(V) for V, _ in bodies[:-1]])
+    return (
+        np.concatenate([V for V, _ in bodies]),
+        np.concatenate([F + first for (_, F), first in zip(bodies, start, strict=True)]),
+    )
+
+
+def box(rng: np.random.Generator) -> Surface:
+    V = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)]) * rng.uniform(0.5, 2, 3)
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    return V, np.array([t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
+
+
+def leaf(rng: np.random.Generator) -> Surface:
+    V = np.array([[0, 0, 0], [1, -0.4, 0.1], [2, 0, 0], [1, 0.4, 0.1], [1, 0, 0.0]])
+    return V + rng.normal(scale=0.03, size=V.shape), np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])
+
+
+def body(rng: np.random.Generator, holes: int) -> Surface:
+    """A convex body of some 20 vertices, some faces without a common vertex taken out."""
+    points = rng.normal(size=(20, 3)) * rng.uniform(0.3, 2, 3)
+    hull = ConvexHull(points)
+    a, b, c = points[hull.simplices.T]
+    inward = (np.cross(b - a, c - a) * (a - points.mean(axis=0))).sum(axis=1) < 0
+    F = np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices)
+    used, F = np.unique(F, return_inverse=True)
+    F = F.reshape(-1, 3)
+    gone: list[int] = []
+    for t in rng.permutation(len(F)).tolist():
+        if len(gone) < holes and not np.isin(F[t], F[gone]).any():
+            gone.append(t)
+    return points[used], np.delete(F, gone, axis=0)
+
+
+def test_an_atlas_of_many_pieces_is_what_its_charts_are_alone() -> None:
+    rng = np.random.default_rng(0)
+    bodies = (
+        [leaf(rng) for _ in range(60)] + [box(rng) for _ in range(30)] + [body(rng, k % 4) for k in range(12)]
+    )
+    V, F = side_by_side(bodies)
+    atlas = il.unwrap(V, F)
+    assert atlas.good and np.sort(np.concatenate([chart.faces for chart in atlas.charts])).tolist() == list(
+        range(len(F))
+    )
+    assert len(il.overlaps(atlas.TC, atlas.FTC, between=True)) == 0
+    for i, chart in enumerate(atlas.charts):
+        corners, local = np.unique(atlas.FTC[atlas.chart == i], return_inverse=True)
+        surface = V[atlas.origin[corners]], local.reshape(-1, 3)
+        np.testing.assert_allclose(chart.result.uv, il.flatten(*surface).uv, rtol=0, atol=1e-10)
+        alone = dataclasses.asdict(il.quality(*surface, atlas.TC[corners]))
+        assert dataclasses.asdict(chart.quality) == pytest.approx(alone, rel=1e-9, abs=1e-12)
+    boxes = [atlas.charts[i].quality for i in np.unique(atlas.chart[240:600])]  # each has an exact net
+    assert max(quality.stretch_l2 for quality in boxes) < 1 + 1e-9
+
+
+def test_seams_of_many_small_bodies_cost_no_more_than_one_by_one() -> None:
+    rng = np.random.default_rng(1)
+    bodies = [body(rng, holes) for holes in (0, 1, 2, 3) for _ in range(8)] + [box(rng) for _ in range(8)]
+    surface = Submesh.checked_manifold(*side_by_side(bodies))
+    together = seams_of(surface, TRADE, disks=True)
+    ratio = []
+    for component in surface.components():
+        piece = closed_surface(component)
+        edges = component.vertices[piece.edges]
+        found = np.isin(np.sort(edges) @ [surface.n_given, 1], np.sort(together) @ [surface.n_given, 1])
+        alone = seams_of(component, TRADE, disks=True)
+        right = np.isin(np.sort(edges) @ [surface.n_given, 1], np.sort(alone) @ [surface.n_given, 1])
+        cost, least = (seam_cost(piece, np.flatnonzero(seam), TRADE) for seam in (found, right))
+        ratio.append(cost / least)
+    assert np.mean(ratio) < 1.005 and max(ratio) < 1.1
+    pieces = surface.cut_along(together)
+    assert len(pieces) == len(bodies)
+    assert all(piece.topology.is_planar and len(piece.topology.loops) == 1 for piece in pieces)

@@ -196,7 +196,7 @@ def join(piece: ClosedSurface, seam: IntArray) -> IntArray:
     distance, before, source = piece.search(terminals)
     group = np.arange(piece.n)
     group[on_seam] = on_seam.min(initial=piece.n)
-    ends = group[source[piece.ends]]
+    ends = group[np.maximum(source, 0)[piece.ends]]  # a body without any of them has no source
     way = distance[piece.ends].sum(axis=1) + piece.length
     between = np.flatnonzero(ends[:, 0] != ends[:, 1])
     bridge, key = _first_of_each(ends.min(axis=1) * piece.n + ends.max(axis=1), way, between)

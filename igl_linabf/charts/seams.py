@@ -25,10 +25,12 @@ from ..surface import (
     vertex_array,
 )
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
+from .small_seams import SmallBodies
 
 TRADE = 6.0
 MAX_LEAVES = 100  # on a component
 MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
+SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 
 
@@ -178,11 +180,20 @@ def seams_of(surface: Submesh, trade: float, *, holes: bool = False, disks: bool
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number from 0 (shortest seams) upwards")
     found = [np.zeros((0, 2), dtype=np.int64)]
-    for component, loops, genus in _shapes(surface):
+    small = []
+    shapes = _shapes(surface)
+    for component, loops, genus in shapes:
         open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
         if not open_ or (disks and trade > 0):
-            piece = closed_surface(component)
-            found.append(component.vertices[piece.edges[_seam(piece, trade, holes)]])
+            if genus == 0 and len(component.F) <= SMALL and len(shapes) >= MANY:
+                small.append(component.faces)
+            else:
+                piece = closed_surface(component)
+                found.append(component.vertices[piece.edges[_seam(piece, trade, holes)]])
+    if small:
+        rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
+        bodies = SmallBodies(surface.of_faces(rows), _log_scale)
+        found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN))
     return np.concatenate(found)
 
 
