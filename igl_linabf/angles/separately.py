@@ -8,9 +8,11 @@ import numpy as np
 
 from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray
-from ..linalg import Multigrid, block_conjugate_gradients
-from ..surface import Disks, Parts
-from .linearised import AngleProblem, Iterate, Linearised, cut_short, errors, linearise, right_side
+from ..linalg import Analysis, Factored, Multigrid, block_conjugate_gradients
+from ..surface import NEXT, PREV, Disks, Parts, sum_by
+from .linearised import AngleProblem, Iterate, cut_short, linearise
+from .preconditioner import Solve, conformal_inverse
+from .reduced import System
 
 MOST_STEPS = 60  # of conjugate gradients; a disk that takes more is no longer held up for
 
@@ -23,8 +25,10 @@ class Separate:
     ----------
     at : Iterate
         All of them.
-    lin : Linearised or None
-        The system; None where all were flat from the start.
+    laplacian : Analysis or None
+        Of the Laplacians over the rows; None where all were flat from the start.
+    how : str
+        What solved the system.
     stepped : (#disks,) bool
         Whose angles were not flat from the start.
     good : (#disks,) bool
@@ -36,7 +40,8 @@ class Separate:
     """
 
     at: Iterate
-    lin: Linearised | None
+    laplacian: Analysis | None
+    how: str
     stepped: BoolArray
     good: BoolArray
     inner_steps: IntArray
@@ -54,24 +59,105 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
         The system of one of the disks is singular in double precision.
     """
     rows = rows_of(problem, disks)
-    at, lin = problem.start, None
+    at, solver = problem.start, None
     residual = [largest_of(at, rows, disks.faces)]
     stepped = residual[0] > tol
     good = ~stepped | (rows.sizes > 0)
     inner_steps = np.zeros((2, len(disks)), dtype=np.int64)
     if (stepped & good).any():
-        lin = linearise(problem, at, fall_back=False)
-        if isinstance(lin.laplacian, Multigrid):
+        solver = _solver(problem)
+        if isinstance(solver.laplacian, Multigrid):
             return None
+        moving = disks.faces.spread(np.where(stepped, 1.0, 0.0))
         for k in range(2):
-            e, inner_steps[k], converged = _errors(lin, at, rows, rtol)
+            e, inner_steps[k], converged = _errors(solver, at, rows, rtol)
             with timed("assembly"):
-                e, cut = cut_short(at.alpha, e * disks.faces.spread(np.where(stepped, 1.0, 0.0)))
+                e, cut = cut_short(at.alpha, e * moving)
                 good &= ~stepped | (converged & ~disks.faces.any(cut))
                 at = problem.at(at.alpha + e)
             residual.append(largest_of(at, rows, disks.faces))
     residual += residual[-1:] * (3 - len(residual))
-    return Separate(at, lin, stepped, good, inner_steps, np.array(residual))
+    laplacian, how = (None, "none") if solver is None else (solver.laplacian, solver.how)
+    return Separate(at, laplacian, how, stepped, good, inner_steps, np.array(residual))
+
+
+@dataclass(frozen=True, eq=False)
+class _Solver:
+    """The system of all disks, and what solves it.
+
+    Attributes
+    ----------
+    fans : _Fans
+    product : callable
+        S times x.
+    precondition : callable or None
+    whole : Factored or None
+        Of S, where that was asked for.
+    laplacian : Analysis or None
+    how : str
+    """
+
+    fans: _Fans
+    product: Solve
+    precondition: Solve | None
+    whole: Factored | None
+    laplacian: Analysis | None
+    how: str
+
+
+def _solver(problem: AngleProblem) -> _Solver:
+    """Linearise at the start.
+
+    S is needed as a matrix for slivers only, or to be factored: a few products take less time than that.
+    """
+    fans = _Fans(System(problem.constraints, problem.start.alpha))
+    if problem.solvers.direct or len(fans.system.sliver_rows()):
+        lin = linearise(problem, problem.start, fall_back=False)
+        return _Solver(fans, lin.product, lin.precondition, lin.whole, lin.laplacian, lin.how)
+    with timed("assembly"):
+        lower = fans.system.laplacian()
+    with timed("analysis"):
+        laplacian = problem.solvers.laplacian(lower)
+    with timed("factor"):
+        precondition = conformal_inverse(fans.system, None, laplacian.preconditioner(lower))
+    how = f"conjugate gradients, {laplacian.name}"
+    return _Solver(fans, fans.product, precondition, None, laplacian, how)
+
+
+class _Fans:
+    """The rows M of the constraints and the projection P of a system, without their matrices."""
+
+    def __init__(self, system: System) -> None:
+        self.system, self._n = system, system.constraints.n
+        row = system.constraints.row[system.topology.corner]
+        self._row = np.where(row < 0, self._n, row)  # one more row for those on the boundary
+        self._pairs = system.w[NEXT] * system.w[PREV] / system.d
+
+    def errors(self, x: FloatArray) -> FloatArray:
+        """P M^T x, (3, #F)."""
+        vertex, wheel = (np.append(x[k::2], 0.0).take(self._row) for k in (0, 1))
+        y = wheel[PREV]
+        y -= wheel[NEXT]
+        y *= self.system.cot
+        y += vertex
+        flow = y[NEXT]
+        flow -= y[PREV]
+        flow *= self._pairs  # of the pair opposite to each corner
+        e = flow[PREV]
+        e -= flow[NEXT]
+        return np.asarray(e)
+
+    def rows(self, e: FloatArray) -> FloatArray:
+        """M e, (2 #rows,)."""
+        q = self.system.cot * e
+        made = np.empty((self._n, 2))
+        for k, values in enumerate((e, q[NEXT] - q[PREV])):
+            made[:, k] = sum_by(self._row, values, self._n + 1)[:-1]
+        return made.ravel()
+
+    def product(self, x: FloatArray) -> FloatArray:
+        """S x = M P M^T x."""
+        return self.rows(self.errors(x))
 
 
 def rows_of(problem: AngleProblem, disks: Disks) -> Parts:
@@ -92,18 +178,20 @@ def largest_of(at: Iterate, rows: Parts, faces: Parts) -> FloatArray:
     return np.asarray(families_of(at, rows, faces).max(axis=0))
 
 
-def _errors(lin: Linearised, at: Iterate, rows: Parts, rtol: float) -> tuple[FloatArray, IntArray, BoolArray]:
+def _errors(solver: _Solver, at: Iterate, rows: Parts, rtol: float) -> tuple[FloatArray, IntArray, BoolArray]:
     """The errors that the linearised constraints ask for, the inner steps, and who converged."""
+    b, fans = at.residual, solver.fans
     with timed("assembly"):
-        e0, rhs = right_side(lin, at)
+        e0 = fans.system.w * (b.triangle / fans.system.d)
+        rhs = np.column_stack((b.vertex, b.wheel)).ravel() - fans.rows(e0)
     with timed("solve"):
-        if lin.whole is not None:
-            x = lin.whole.solve(rhs)
+        if solver.whole is not None:
+            x = solver.whole.solve(rhs)
             steps, converged = np.zeros(len(rows), dtype=np.int64), rows.min(np.isfinite(x[::2]))
         else:
-            assert lin.precondition is not None
+            assert solver.precondition is not None
             x, steps, converged = block_conjugate_gradients(
-                lin.product, rhs, lin.precondition, Parts(2 * rows.start), rtol, MOST_STEPS
+                solver.product, rhs, solver.precondition, Parts(2 * rows.start), rtol, MOST_STEPS
             )
     with timed("assembly"):
-        return errors(lin, e0, x), steps, converged
+        return e0 + fans.errors(x), steps, converged

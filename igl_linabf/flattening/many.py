@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from time import perf_counter
 from typing import cast
 
@@ -22,9 +21,9 @@ from ..angles import (
     rows_of,
     step_and_chord,
 )
-from ..errors import MemoryLimitError, MeshError, SingularSystemError
+from ..errors import MeshError, SingularSystemError
 from ..layouts import GAP, flat_disks
-from ..linalg import NotPositiveDefiniteError, Solvers, check_memory
+from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import Disks, coordinates, face_array, side_by_side, vertex_array
 from .methods import ONE_SYSTEM_RTOL, STAGES, LinABF, Method, method_of
 from .outcome import judge
@@ -157,20 +156,17 @@ def _group(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> Iterat
         for half in np.array_split(found, 2):  # until it is alone
             yield from _group(meshes, [group[i] for i in half], method)
         return
-    except MemoryLimitError:
-        return
     seconds["total"] = perf_counter() - start
     for k, result in results:
         share = float(disks.faces.sizes[k] / disks.faces.start[-1])
-        own = {stage: share * value for stage, value in seconds.items()}
-        yield group[found[k]], replace(result, seconds=own)
+        result.seconds.update({stage: share * value for stage, value in seconds.items()})
+        yield group[found[k]], result
 
 
 def _flat(disks: Disks, method: LinABF) -> Iterator[tuple[int, Flattening]]:
     """Disks by one system, the ladder's first rung; the places of those for which that is enough."""
     solvers, vertices, faces = Solvers(method.solver), disks.vertices, disks.faces
     with timed("estimate"):
-        check_memory(int(faces.start[-1]))
         alpha, caps = opened(np.arctan2(disks.double_area, disks.dot))
         estimate = initial_estimate(disks.topology, alpha, method.threshold)
     with timed("assembly"):
@@ -179,8 +175,7 @@ def _flat(disks: Disks, method: LinABF) -> Iterator[tuple[int, Flattening]]:
     if stepped is None:
         return
     with timed("layout"):
-        laplacian = None if stepped.lin is None else stepped.lin.laplacian
-        flat = flat_disks(disks, problem.constraints, stepped.at, solvers, laplacian)
+        flat = flat_disks(disks, problem.constraints, stepped.at, solvers, stepped.laplacian)
     if flat is None:
         return
     good = stepped.good & ~flat.flipped & (flat.gap <= GAP)
@@ -192,7 +187,6 @@ def _flat(disks: Disks, method: LinABF) -> Iterator[tuple[int, Flattening]]:
     residual, inner, gap, ratio = (
         values.tolist() for values in (stepped.residual.T, stepped.inner_steps.T, flat.gap, flat.ratio)
     )
-    how = "none" if stepped.lin is None else stepped.lin.how
     nothing = np.empty(0, dtype=np.int64)
     for k in np.flatnonzero(good).tolist():
         first, last = residual[k][0], residual[k][2]
@@ -221,9 +215,9 @@ def _flat(disks: Disks, method: LinABF) -> Iterator[tuple[int, Flattening]]:
                 holes=(),
                 gap=gap[k],
                 layout="boundary",
-                solver=how if steps else "none",
+                solver=stepped.how if steps else "none",
                 layout_solver=solver,
-                seconds={},
+                seconds={},  # when all is done
             ),
         )
 

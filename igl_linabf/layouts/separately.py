@@ -62,8 +62,9 @@ def flat_disks(
         z[topology.interior] = complex_positions(factored.solve(pattern.pull(weight, z[topology.edges.T])))
         solver = factored.name
     with np.errstate(divide="ignore", invalid="ignore"):  # of a disk whose angles are not to be drawn
-        z = centred_each(topology.corner, z, disks.area, disks.vertices, disks.faces)
         areas = signed_double_areas(z, topology.corner)
-        scale = np.abs(areas) / disks.double_area
+        scale = np.abs(areas)
+        z = centred_each(topology.corner, z, scale, disks.area, disks.vertices, disks.faces)
+        scale /= disks.double_area
         ratio = area_ratio(disks.faces.max(scale), disks.faces.min(scale))
     return FlatDisks(z, boundaries.gap, disks.faces.any(~(areas > 0)), ratio, solver)

@@ -84,14 +84,15 @@ def centred(topology: Topology, z: ComplexArray, area: float) -> ComplexArray:
     map, of which rounding would choose the axes or a direction, is turned by a rule that does not
     depend on rounding.
     """
-    return _centred(topology.corner, z, np.asarray(area), np.sum, _itself, _itself)
+    double = np.abs(signed_double_areas(z, topology.corner))
+    return _centred(topology.corner, z, double, np.asarray(area), np.sum, _itself, _itself)
 
 
 def centred_each(
-    corner: IntArray, z: ComplexArray, area: FloatArray, vertices: Parts, faces: Parts
+    corner: IntArray, z: ComplexArray, double: FloatArray, area: FloatArray, vertices: Parts, faces: Parts
 ) -> ComplexArray:
-    """`centred` of maps side by side, each scaled to an area of its own."""
-    return _centred(corner, z, area, faces.sum, faces.spread, vertices.spread)
+    """`centred` of maps side by side, each scaled to its own area; `double` is twice their faces' areas."""
+    return _centred(corner, z, double, area, faces.sum, faces.spread, vertices.spread)
 
 
 def _itself(values: Array) -> Array:
@@ -101,12 +102,12 @@ def _itself(values: Array) -> Array:
 def _centred(
     corner: IntArray,
     z: ComplexArray,
+    double: FloatArray,
     area: Array,
     add: Callable[[Array], Array],
     at_faces: Callable[[Array], Array],
     at_vertices: Callable[[Array], Array],
 ) -> ComplexArray:
-    double = np.abs(signed_double_areas(z, corner))
     total = add(double)
     corners = z[corner]
     centroid = add(double * corners.mean(axis=0)) / total
