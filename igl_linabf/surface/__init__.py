@@ -8,6 +8,7 @@ Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 from .areas import measure
 from .arrays import Pins, check_finite, compact, face_array, pins, scatter, seam_mask, vertex_array
 from .components import connected_labels, face_components
+from .disks import Disks, side_by_side
 from .mesh import Mesh, loop_through, planar, planar_mesh
 from .parts import Parts
 from .plane import (
@@ -25,7 +26,6 @@ from .plane import (
     signed_double_areas,
     span,
 )
-from .side_by_side import Disks, side_by_side
 from .submesh import Submesh, cut_faces
 from .topology import (
     NEXT,
