@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import sparse
 
 from .._runtime import advance
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from ..linalg import Solvers
 from ..surface import (
     NEXT,
     PREV,
@@ -226,8 +224,13 @@ def _manifold(faces: IntArray, n: int) -> tuple[Topology, IntArray]:
 def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
     """Edges to cut `piece` along."""
 
+    known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
+
     def cost(seam: IntArray) -> float:
-        return _cost(piece, seam, trade)
+        key = seam.tobytes()
+        if key not in known:
+            known[key] = _cost(piece, seam, trade)
+        return known[key]
 
     seam = open_handles(piece) if piece.genus else np.zeros(0, dtype=np.int64)
     seam = shortened(piece, seam, piece.total)
@@ -289,10 +292,5 @@ def _open_nodes(piece: ClosedSurface, seam: IntArray) -> IntArray:
 
 def _log_scale(piece: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
     """Logarithm of the scale that takes away `curvature`, zero at the nodes `fixed`."""
-    free = np.setdiff1d(np.arange(piece.n), fixed)
-    u = np.zeros(piece.n)
-    if len(free):
-        lower = sparse.tril(piece.laplacian[free][:, free]).tocsc()
-        lower.sort_indices()
-        u[free] = Solvers().laplacian(lower).factor(lower).solve(-curvature[free])
+    u = piece.zero_at_nodes.solve(fixed, -curvature)
     return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)
