@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from .._types import FloatArray, IntArray
-from ..linalg import Analysis, Solvers
+from ..linalg import Analysis, factored_often
 
 
 class ZeroAtNodes:
@@ -32,7 +32,7 @@ class ZeroAtNodes:
 
     @cached_property
     def _analysis(self) -> Analysis:
-        return Solvers().laplacian(self._lower)
+        return factored_often(self._lower)
 
     def solve(self, fixed: IntArray, r: FloatArray) -> FloatArray:
         """u for a right side (n,), of which the rows of the fixed nodes do not count."""
