@@ -138,6 +138,28 @@ def test_the_same_again() -> None:
     assert all((a.uv == b.uv).all() for a, b in zip(first, second, strict=True))
 
 
+def test_hundreds_of_charts_of_all_sizes_are_apart_at_one_scale() -> None:
+    rng = np.random.default_rng(2)
+    charts = [
+        star(rng, size, thin)
+        for size, thin in zip(rng.lognormal(0, 1, 400), rng.uniform(1, 3, 400), strict=True)
+    ]
+    margin = 0.001
+    placed = pack(charts, margin=margin)
+    assert sum(new.area for new in placed) > 0.35
+    assert np.ptp([abs(new.ratio) for new in placed]) < 1e-13 * abs(placed[0].ratio)
+    everything = np.concatenate([new.uv for new in placed])
+    assert everything.min() == pytest.approx(margin, abs=1e-12)
+    assert everything.max() == pytest.approx(1 - margin, abs=1e-5)
+    shapes = [shapely.polygons(new.uv[:-1]) for new in placed]  # the stars' rims
+    tree = shapely.STRtree(shapes)
+    near = tree.query(shapes, "dwithin", 0.999 * margin)
+    assert (near[0] == near[1]).all()
+    for (uv, _), new in zip(charts, placed, strict=True):
+        z = new.ratio * complex_positions(uv) + new.shift
+        np.testing.assert_allclose(complex_positions(new.uv), z, rtol=0, atol=1e-13)
+
+
 def test_many_charts_and_a_fine_one() -> None:
     V, F = bumps(30_000)
     placed = pack([(V[:, :2], F), *stars(RANDOM.uniform(0.02, 0.1, 60))])

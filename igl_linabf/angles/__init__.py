@@ -13,3 +13,4 @@ from .iterations import State, active_set, chord_step, linear_step
 from .linearised import AngleProblem, Direction, Iterate, Linearised, Step, advance, linearise, solve
 from .loops import Closure, closure_of
 from .reduced import System
+from .separately import Separate, families_of, rows_of, step_and_chord

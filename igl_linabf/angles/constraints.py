@@ -52,7 +52,7 @@ def constraints_of(topology: Topology) -> Constraints:
 
     Around a hole of m vertices the angles sum to (m + 2) pi; m = 0 is an interior vertex.
     """
-    holes = topology.loops[1:]
+    holes = topology.holes
     row = np.where(topology.interior, np.cumsum(topology.interior) - 1, -1)
     n_interior = int(np.count_nonzero(topology.interior))
     for i, loop in enumerate(holes):

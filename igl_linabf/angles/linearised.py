@@ -190,6 +190,7 @@ def linearise(
     close: bool = True,
     same_factor: bool = False,
     same_slivers: bool = True,
+    fall_back: bool = True,
 ) -> Linearised:
     """Linearise the constraints at some angles, and prepare to solve for errors weighed by `weights`.
 
@@ -207,10 +208,14 @@ def linearise(
         Use the factor of `reuse` as the preconditioner.
     same_slivers : bool
         Reuse the sliver rows of `reuse`.
+    fall_back : bool
+        Factor the whole system where the preconditioner is singular.
 
     Raises
     ------
     SingularSystemError
+    NotPositiveDefiniteError
+        The preconditioner is singular, and there is no falling back.
     """
     with timed("assembly"):
         system = System(problem.constraints, at.alpha, weights)
@@ -235,6 +240,8 @@ def linearise(
     try:
         return _preconditioned(lin)
     except NotPositiveDefiniteError:
+        if not fall_back:
+            raise
         return _fallen_back(lin, at, "the preconditioner is singular in double precision")
 
 
@@ -319,15 +326,8 @@ def solve(
     """
     if not lin.problem.constraints.n:
         return Direction(np.zeros_like(at.alpha), np.empty(0), 0, lin)
-    b, system = at.residual, lin.system
     with timed("assembly"):
-        e0 = system.w * (b.triangle / system.d)
-        if gradient is not None:
-            e0 = e0 - system.projected(gradient)
-        rhs = (np.column_stack((b.vertex, b.wheel)) - system.rows(e0)).ravel()
-        if lin.closing is not None:
-            gap = b.closure.gap
-            rhs = np.concatenate((rhs, -np.column_stack((gap.real, gap.imag)).ravel() - lin.closing.rows(e0)))
+        e0, rhs = right_side(lin, at, gradient)
         if start is not None:
             start = np.append(start, np.zeros(len(rhs) - len(start)))  # where the closing rows are new
             rhs -= lin.product(start)
@@ -336,8 +336,29 @@ def solve(
     with timed("assembly"):
         if start is not None:
             x = start + x
-        e = e0 + system.projected(system.at_corners(lin.at_vertices(x)))
+        e = errors(lin, e0, x)
     return Direction(e, x, inner_steps, lin)
+
+
+def right_side(
+    lin: Linearised, at: Iterate, gradient: FloatArray | None = None
+) -> tuple[FloatArray, FloatArray]:
+    """The errors e0 of the triangle constraints alone, (3, #F), and the right side r - M e0."""
+    b, system = at.residual, lin.system
+    e0 = system.w * (b.triangle / system.d)
+    if gradient is not None:
+        e0 = e0 - system.projected(gradient)
+    rhs = (np.column_stack((b.vertex, b.wheel)) - system.rows(e0)).ravel()
+    if lin.closing is not None:
+        gap = b.closure.gap
+        rhs = np.concatenate((rhs, -np.column_stack((gap.real, gap.imag)).ravel() - lin.closing.rows(e0)))
+    return e0, rhs
+
+
+def errors(lin: Linearised, e0: FloatArray, x: FloatArray) -> FloatArray:
+    """The errors e = e0 + P M^T x of the multipliers x."""
+    system = lin.system
+    return np.asarray(e0 + system.projected(system.at_corners(lin.at_vertices(x))))
 
 
 def _multipliers(
@@ -356,7 +377,7 @@ def _multipliers(
             direct = lin.closing.solver(lin.whole.solve)
         except NotPositiveDefiniteError:
             topology = lin.problem.constraints.topology
-            at_holes = np.isin(np.arange(topology.n), np.concatenate(topology.loops[1:]))
+            at_holes = np.isin(np.arange(topology.n), np.concatenate(topology.holes))
             raise _singular(lin.problem, at, at_holes) from None
     return direct(rhs), 0, lin
 
@@ -366,10 +387,15 @@ def advance(problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
     limited, e = 0, direction.e
     with timed("assembly"):
         if problem.safeguard:
-            with np.errstate(divide="ignore"):  # how many times each triangle could take its errors
-                reach = np.where(e < 0, at.alpha / -e, np.inf).min(axis=0)
-            limited = int(np.count_nonzero(reach <= 1))
-            e = e * np.minimum(REACH * reach, 1.0)
+            e, cut = cut_short(at.alpha, e)
+            limited = int(np.count_nonzero(cut))
         at = problem.at(at.alpha + e)
     tell_progress(kind, 0.2)
     return at, Step(kind, direction.inner_steps, limited, at.residual.largest)
+
+
+def cut_short(alpha: FloatArray, e: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """The errors, in each triangle so much of them that its angles stay positive; where that is not all."""
+    with np.errstate(divide="ignore"):  # how many times each triangle could take its errors
+        reach = np.where(e < 0, alpha / -e, np.inf).min(axis=0)
+    return e * np.minimum(REACH * reach, 1.0), reach <= 1

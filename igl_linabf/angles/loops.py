@@ -37,7 +37,7 @@ class Closure:
 
 def closure_of(topology: Topology, turning: FloatArray, log_ratio: FloatArray) -> Closure:
     """Draw each hole's loop; `turning` and `log_ratio` as in `Residual`."""
-    holes = topology.loops[1:]
+    holes = topology.holes
     gap, q = np.zeros(len(holes), dtype=np.complex128), []
     for i, loop in enumerate(holes):
         angle, ratio = turning[loop], log_ratio[loop]

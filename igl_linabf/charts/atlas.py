@@ -86,11 +86,13 @@ class Atlas:
         """A sentence on each chart with flipped or overlapping faces."""
         said = []
         for i, chart in enumerate(self.charts):
+            if chart.result.outcome.good and not chart.overlapping:
+                continue
             where = f"chart {i} (faces {some(chart.faces)})"
             if not chart.result.outcome.good:
                 flipped = some(chart.faces[chart.result.flipped])
                 said.append(f"{where} has flipped faces, {flipped}: give more seams there, or a larger trade")
-            elif chart.overlapping:
+            else:
                 pairs = f"{chart.overlapping} pair{'s' * (chart.overlapping > 1)} of faces"
                 said.append(f"{where} lies over itself in {pairs}: give more seams there")
         return said

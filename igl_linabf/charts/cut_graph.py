@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import combinations
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.sparse import csgraph
 
 from .._types import FloatArray, IntArray
 from ..surface import Submesh, connected_labels, sum_by
+from .scale import ZeroAtNodes
 
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
@@ -62,6 +64,11 @@ class ClosedSurface:
     area: FloatArray
     laplacian: sparse.csr_array
     size: float
+
+    @cached_property
+    def zero_at_nodes(self) -> ZeroAtNodes:
+        """Solves Laplace systems."""
+        return ZeroAtNodes(self.laplacian)
 
     def between(self, i: IntArray, j: IntArray) -> IntArray:
         """The shortest edges between neighbouring nodes."""
@@ -196,7 +203,7 @@ def join(piece: ClosedSurface, seam: IntArray) -> IntArray:
     distance, before, source = piece.search(terminals)
     group = np.arange(piece.n)
     group[on_seam] = on_seam.min(initial=piece.n)
-    ends = group[source[piece.ends]]
+    ends = group[np.maximum(source, 0)[piece.ends]]  # a body without any of them has no source
     way = distance[piece.ends].sum(axis=1) + piece.length
     between = np.flatnonzero(ends[:, 0] != ends[:, 1])
     bridge, key = _first_of_each(ends.min(axis=1) * piece.n + ends.max(axis=1), way, between)

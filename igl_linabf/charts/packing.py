@@ -1,48 +1,65 @@
 """Charts side by side in the unit square, at one common scale.
 
-Each chart is turned so that its bounding rectangle has the least area; rectpack packs the rectangles.
+Each chart is turned to the rectangle of least area around it. rectpack packs the rectangles of a few
+charts, and those of many go on shelves.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 import rectpack
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
-from .._types import ComplexArray, FloatArray, IntArray
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
-from ..surface import Submesh, complex_positions, coordinates, signed_double_areas
+from ..surface import Parts, Submesh, complex_positions, coordinates, signed_double_areas
+from .shelves import areas, extents, narrowest_turns, on_shelves
 
 UNITS = 1 << 20  # along the square's side: rectpack counts in integers
 SCALE_TRIALS = 16  # by each rule, halving the interval
 RULES = (rectpack.MaxRectsBssf, rectpack.MaxRectsBaf, rectpack.SkylineBl)
-FEW_CHARTS = 60  # up to which every rule is tried; above, the last one, which is fast
+FEW_CHARTS = 60  # up to which rectpack tries every rule; more charts are put on shelves, which is fast
+SOME_CHARTS = 250  # up to which rectpack's last rule is tried, too
 
+Shelves = Callable[[IntArray, int], tuple[IntArray, IntArray, BoolArray] | None]
+Rule = type | Shelves
 Place = tuple[int, int, int, int, bool]  # left, bottom, width, height in grid units; whether it is turned
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A chart in the unit square, moved there by u + iv -> `ratio * (u + iv) + shift`.
+    """A chart in the unit square: `ratio * (u + iv) + shift` of what it was.
 
     Attributes
     ----------
     ratio : complex
-        Rotation and scale. Its absolute value is the scale, the same for all charts.
+        Turn and scale. Its absolute value is the common scale, the same for all charts.
     shift : complex
     uv : (#V, 2) float64
-        The chart's coordinates in the square; NaN at vertices that no face uses.
+        The chart's coordinates there; NaN at vertices that no face refers to.
     area : float
-        Its area in the square; the sum over the charts is the share of the square that is filled.
+        Its area there; the sum over the charts is the share of the square that is filled.
     """
 
     ratio: complex
     shift: complex
     uv: FloatArray
+    area: float
+
+
+@dataclass(frozen=True, eq=False)
+class _TurnedChart:
+    """A chart turned to its narrowest rectangle, its lower left corner at 0."""
+
+    z: ComplexArray
+    turn: complex
+    origin: complex
+    extent: complex
     area: float
 
 
@@ -52,15 +69,15 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005
     Parameters
     ----------
     charts : sequence of (uv, F)
-        Coordinates (#V, 2) float and triangles (#F, 3) int of each chart. The ratios of their
-        scales are kept: scale them to their 3-D areas first.
+        Coordinates (#V, 2) float and triangles (#F, 3) int of each chart, at the relative scale
+        they shall keep (that of their 3-D areas).
     margin : float
         Smallest distance between two charts and to the border, as a share of the square's side.
 
     Returns
     -------
     list of Placed
-        In the order of `charts`; deterministic.
+        In the order of `charts`; the same for the same input.
 
     Raises
     ------
@@ -92,19 +109,20 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], margin: float) -> lis
     """`pack` of charts that are checked; every vertex has a face."""
     if not 0 <= margin <= 0.1:
         raise ValueError(f"margin is {margin!r}: give a share of the square's side, from 0 to 0.1")
-    given = [_turned(uv, F, i, single=len(maps) == 1) for i, (uv, F) in enumerate(maps)]
+    many = len(maps) > FEW_CHARTS
+    given = _turned_many(maps) if many else [_turned(*pair, i, len(maps) == 1) for i, pair in enumerate(maps)]
     if not given:
         return []
-    extents = np.array([chart.uv.max(axis=0) for chart in given])
+    sizes = np.array([chart.extent for chart in given])
     inner = 1 - margin  # each rectangle brings the margin on two of its sides
-    longest = extents.max()
+    longest = max(sizes.real.max(), sizes.imag.max())
     high = min((1 - 2 * margin) / longest, inner / np.sqrt(sum(chart.area for chart in given)))
     high *= 1 - 8 / UNITS  # rectangles are rounded up to the grid
     scale, places = 0.0, None
-    for rule in RULES if len(given) <= FEW_CHARTS else RULES[-1:]:
+    for rule in _rules(len(given)):
         top, trial = high, high
         for _ in range(SCALE_TRIALS):
-            found = _attempt(extents * trial, margin, rule)
+            found = _attempt(sizes * trial, margin, rule)
             if found is None:
                 top = trial
             else:
@@ -124,13 +142,28 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], margin: float) -> lis
     ]
 
 
-def _attempt(extents: FloatArray, margin: float, rule: type) -> list[Place] | None:
+def _rules(charts: int) -> tuple[Rule, ...]:
+    """How so many charts are packed; of several rules the one that leaves them largest counts."""
+    if charts <= FEW_CHARTS:
+        return RULES
+    return (on_shelves, RULES[-1]) if charts <= SOME_CHARTS else (on_shelves,)
+
+
+def _attempt(charts: ComplexArray, margin: float, rule: Rule) -> list[Place] | None:
     """Places for all charts of these sizes, each with the margin above and right of it."""
+    units = np.ceil((np.column_stack((charts.real, charts.imag)) + margin) * UNITS).astype(np.int64)
+    side, sizes = int((1 - margin) * UNITS), units.tolist()
+    if not isinstance(rule, type):
+        shelved = rule(units, side)
+        if shelved is None:
+            return None
+        turned = shelved[2]
+        lying = np.where(turned[:, None], units[:, ::-1], units)
+        columns = (shelved[0], shelved[1], lying[:, 0], lying[:, 1], turned)
+        return list(zip(*(column.tolist() for column in columns), strict=True))
     packer = rectpack.newPacker(
         mode=rectpack.PackingMode.Offline, bin_algo=rectpack.PackingBin.BNF, pack_algo=rule, rotation=True
     )
-    sizes = np.ceil((extents + margin) * UNITS).astype(np.int64).tolist()
-    side = int((1 - margin) * UNITS)
     packer.add_bin(side, side)
     for i, (width, height) in enumerate(sizes):
         packer.add_rect(width, height, i)
@@ -141,33 +174,58 @@ def _attempt(extents: FloatArray, margin: float, rule: type) -> list[Place] | No
     return [(*found[i], list(found[i][2:]) != size) for i, size in enumerate(sizes)]
 
 
-def _placed(chart: Placed, scale: float, place: Place, margin: float, grow: float) -> Placed:
-    """A chart in its rectangle, moved from 0 to its place."""
+def _placed(chart: _TurnedChart, scale: float, place: Place, margin: float, grow: float) -> Placed:
     x, y, _, _, lies = place
     corner = complex(x, y) / UNITS * grow + complex(margin, margin)
     # a quarter turn about the lower left corner, and back into the rectangle
-    turn, back = (1j, float(chart.uv[:, 1].max())) if lies else (1 + 0j, 0.0)
-    new = (complex_positions(chart.uv) * turn + back) * scale + corner
-    shift = corner + scale * (back + turn * chart.shift)
-    return Placed(scale * turn * chart.ratio, shift, coordinates(new), float(chart.area * scale**2))
+    turn, back = (1j, chart.extent.imag) if lies else (1 + 0j, 0.0)
+    new = (chart.z * turn + back) * scale + corner
+    ratio = scale * turn * chart.turn
+    shift = corner + scale * (back - turn * chart.origin)
+    return Placed(ratio, shift, coordinates(new), float(chart.area * scale**2))
 
 
-def _turned(uv: FloatArray, F: IntArray, i: int, single: bool) -> Placed:
-    """A chart turned to its narrowest rectangle, its lower left corner at 0."""
+def _turned_many(maps: Sequence[tuple[FloatArray, IntArray]]) -> list[_TurnedChart]:
+    """`_turned` of many charts."""
+    vertices, faces = (Parts.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
+    z = complex_positions(np.concatenate([uv for uv, _ in maps]))
+    F = np.concatenate([F for _, F in maps]) + faces.spread(vertices.start[:-1])[:, None]
+    area = areas(signed_double_areas(z, np.ascontiguousarray(F.T)), faces)
+    size = extents(z, vertices)[1]
+    size = np.maximum(size.real, size.imag)
+    flat = ~(area > 4 * np.finfo(float).eps * size * np.maximum(size, vertices.max(np.abs(z))))
+    if flat.any():
+        i = int(np.argmax(flat))
+        raise _without_area(i, len(maps[i][1]))
+    turn = narrowest_turns(z, vertices)
+    z = z * vertices.spread(turn)
+    origin, extent = extents(z, vertices)
+    z -= vertices.spread(origin)
+    rows = zip(turn.tolist(), origin.tolist(), extent.tolist(), area.tolist(), strict=True)
+    bounds = pairwise(vertices.start.tolist())
+    return [_TurnedChart(z[slice(*at)], *row) for at, row in zip(bounds, rows, strict=True)]
+
+
+def _without_area(i: int, n_faces: int) -> MeshError:
+    return MeshError(f"chart {i} has no area (its {n_faces} faces lie on a line): leave it out")
+
+
+def _turned(uv: FloatArray, F: IntArray, i: int, single: bool) -> _TurnedChart:
     z = complex_positions(uv)
     area = float(np.abs(signed_double_areas(z, np.ascontiguousarray(F.T))).sum()) / 2
     size = max(float(np.ptp(z.real)), float(np.ptp(z.imag)))
     if not area > 4 * np.finfo(float).eps * size * max(size, float(np.abs(z).max())):
-        raise MeshError(f"chart {i} has no area (its {len(F)} faces lie on a line): leave it out")
+        raise _without_area(i, len(F))
     turn = _best_turn(z, single)
     z = z * turn
     origin = complex(z.real.min(), z.imag.min())
-    return Placed(turn, -origin, coordinates(z - origin), area)
+    z -= origin
+    return _TurnedChart(z, turn, origin, complex(z.real.max(), z.imag.max()), area)
 
 
 def _best_turn(z: ComplexArray, single: bool) -> complex:
     """The turn to the rectangle of least area around `z`; to the least square for a single chart."""
-    points = coordinates(z) - [z.real.mean(), z.imag.mean()]
+    points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
     axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)
     # Qhull takes long thin charts as flat: whiten them, which does not change what is on the hull
     hull = z[ConvexHull(points @ (axes / sizes)).vertices]

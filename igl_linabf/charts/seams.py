@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import sparse
 
 from .._runtime import advance
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from ..linalg import Solvers
 from ..surface import (
     NEXT,
     PREV,
@@ -18,15 +16,18 @@ from ..surface import (
     compact,
     cut_faces,
     face_array,
+    face_components,
     manifold_topology,
     seam_mask,
     vertex_array,
 )
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
+from .small_seams import SmallBodies
 
 TRADE = 6.0
 MAX_LEAVES = 100  # on a component
 MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
+SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 
 
@@ -177,17 +178,52 @@ def seams_of(surface: Submesh, trade: float, *, holes: bool = False, disks: bool
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
     found = [np.zeros((0, 2), dtype=np.int64)]
-    for component in surface.components():
-        loops, genus = len(component.topology.loops), component.topology.genus
-        is_open = genus == 0 and (loops == 1 or (holes and loops > 1))
-        if not is_open or (disks and trade > 0):
-            piece = closed_surface(component)
-            found.append(component.vertices[piece.edges[_seam(piece, trade, holes)]])
+    small = []
+    shapes = _shapes(surface)
+    for component, loops, genus in shapes:
+        open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
+        if not open_ or (disks and trade > 0):
+            if genus == 0 and len(component.F) <= SMALL and len(shapes) >= MANY:
+                small.append(component.faces)
+            else:
+                piece = closed_surface(component)
+                found.append(component.vertices[piece.edges[_seam(piece, trade, holes)]])
+    if small:
+        rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
+        bodies = SmallBodies(surface.of_faces(rows), _log_scale)
+        found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN))
     return np.concatenate(found)
+
+
+def _shapes(surface: Submesh) -> list[tuple[Submesh, int, int]]:
+    """The components, their numbers of boundary loops and handles."""
+    components, topology = surface.components(), surface.topology
+    label = np.empty(len(surface.V), dtype=np.int64)
+    label[surface.F.ravel()] = np.repeat(face_components(surface.F, len(surface.V)), 3)
+    loops, edges, vertices, faces = (
+        np.bincount(label[of], minlength=len(components))
+        for of in (
+            np.array([loop[0] for loop in topology.loops], dtype=np.int64),
+            topology.edges[:, 0],
+            np.arange(len(surface.V)),
+            surface.F[:, 0],
+        )
+    )
+    genus = (2 - loops - (vertices - edges + faces)) // 2
+    return list(zip(components, loops.tolist(), genus.tolist(), strict=True))
 
 
 def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
     """Edges to cut `piece` along."""
+
+    known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
+
+    def cost(seam: IntArray) -> float:
+        key = seam.tobytes()
+        if key not in known:
+            known[key] = _cost(piece, seam, trade)
+        return known[key]
+
     seam = open_handles(piece) if piece.genus else np.zeros(0, dtype=np.int64)
     seam = shortened(piece, seam, piece.total)
     if not holes:
@@ -248,10 +284,5 @@ def _open_nodes(piece: ClosedSurface, seam: IntArray) -> IntArray:
 
 def _log_scale(piece: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
     """Logarithm of the conformal scale that removes `curvature`; zero at the nodes `fixed`."""
-    free = np.setdiff1d(np.arange(piece.n), fixed)
-    u = np.zeros(piece.n)
-    if len(free):
-        lower = sparse.tril(piece.laplacian[free][:, free]).tocsc()
-        lower.sort_indices()
-        u[free] = Solvers().laplacian(lower).factor(lower).solve(-curvature[free])
+    u = piece.zero_at_nodes.solve(fixed, -curvature)
     return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)

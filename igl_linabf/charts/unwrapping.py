@@ -12,8 +12,15 @@ from numpy.typing import ArrayLike
 from .._runtime import Progress, advance, part, reporting
 from .._types import IntArray
 from ..errors import FallbackWarning, MeshError, OutcomeWarning, some, stack_level
-from ..flattening import Flattening, Method, Outcome, guaranteed, method_of
-from ..measures import change_of, overlapping_pairs, quality_of
+from ..flattening import Flattening, Method, Outcome, flatten_together, guaranteed, method_of
+from ..measures import (
+    Quality,
+    change_of,
+    overlapping_pairs,
+    overlapping_pairs_of_each,
+    quality_of,
+    quality_of_each,
+)
 from ..surface import (
     Submesh,
     check_finite,
@@ -31,6 +38,7 @@ from .seams import TRADE, edges_between_textures, seams_of
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 MAX_SPLITS = 8  # of a chart that flips or overlaps, and of its parts
+MANY = 8  # charts from which they are flattened and measured together
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 
 
@@ -121,32 +129,84 @@ class _Task:
     bijective: bool
 
 
+@dataclass(frozen=True, eq=False)
+class _Flat:
+    """A piece whose map needs no further cut.
+
+    `splits` and `cost` are as in `Chart`, and `overlapping` is the number of pairs of faces.
+    """
+
+    piece: Submesh
+    result: Flattening
+    splits: int
+    overlapping: int
+    cost: float
+
+
 def _charts(pieces: list[Submesh], task: _Task) -> list[tuple[Chart, Submesh]]:
-    """Flatten the pieces, and the parts of those that flip or overlap."""
-    waiting = [(piece, 0) for piece in pieces]
-    total = sum(len(piece.F) for piece in pieces)
-    done: list[tuple[Chart, Submesh]] = []
-    while waiting:
-        piece, splits = waiting.pop(0)
-        reached = total - sum(len(other.F) for other, _ in waiting)
-        with part("charts", SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total):
-            made = _chart(piece, splits, task)
-        if isinstance(made, Chart):
-            done.append((made, piece))
-        else:
-            waiting = [(smaller, splits + 1) for smaller in made] + waiting
-    return done
+    """Flatten the pieces, and the parts of those that flip or overlap; all that wait at once."""
+    waiting: list[tuple[tuple[int, ...], Submesh]] = [((i,), piece) for i, piece in enumerate(pieces)]
+    total, reached = sum(len(piece.F) for piece in pieces), 0
+    done: list[tuple[tuple[int, ...], _Flat]] = []
+    for splits in range(MAX_SPLITS + 1):
+        parts: list[tuple[tuple[int, ...], Submesh]] = []
+        known = _flattened_together([piece for _, piece in waiting], task.method)
+        for (key, piece), (result, pairs) in zip(waiting, known, strict=True):
+            reached += len(piece.F) if not splits else 0
+            with part("charts", SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total):
+                made = _chart(piece, splits, task, result, pairs)
+            if isinstance(made, _Flat):
+                done.append((key, made))
+            else:
+                parts += [((*key, k), smaller) for k, smaller in enumerate(made)]
+        waiting = parts
+    done.sort(key=lambda pair: pair[0])  # parts stand where the piece was
+    flat = [made for _, made in done]
+    return [(_told(made, quality), made.piece) for made, quality in zip(flat, _qualities(flat), strict=True)]
 
 
-def _chart(piece: Submesh, splits: int, task: _Task) -> Chart | list[Submesh]:
-    """The flattened piece; or its parts, if it has to be cut further."""
-    result = _flattened(piece, task.method)
+def _flattened_together(
+    pieces: list[Submesh], method: Method
+) -> list[tuple[Flattening | None, IntArray | None]]:
+    """Maps of many small pieces and the pairs of faces that overlap in them; None: to be found alone."""
+    found: list[tuple[Flattening | None, IntArray | None]] = [(None, None)] * len(pieces)
+    if len(pieces) < MANY:
+        return found
+    results = flatten_together([(piece.V, piece.F) for piece in pieces], method)
+    good = [(i, result) for i, result in enumerate(results) if result is not None]
+    pairs = overlapping_pairs_of_each([(result.uv, pieces[i].F) for i, result in good])
+    for (i, result), overlaps in zip(good, pairs, strict=True):
+        found[i] = result, overlaps
+    return found
+
+
+def _qualities(flat: list[_Flat]) -> list[Quality]:
+    if len(flat) < MANY:
+        return [quality_of(made.piece, made.result.uv) for made in flat]
+    return quality_of_each([(made.piece, made.result.uv, made.overlapping) for made in flat])
+
+
+def _told(made: _Flat, quality: Quality) -> Chart:
+    return Chart(made.piece.faces, made.result, quality, made.splits, made.overlapping, made.cost)
+
+
+def _chart(
+    piece: Submesh, splits: int, task: _Task, result: Flattening | None, pairs: IntArray | None
+) -> _Flat | list[Submesh]:
+    """The piece flattened; or its parts, where it is to be cut further.
+
+    `result` and `pairs` are its map and the pairs of faces that overlap in it, where they are known.
+    """
+    if result is None:
+        result = _flattened(piece, task.method)
     if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
         if splits < MAX_SPLITS and len(leaves := _more_leaves(piece, task)):
             return piece.cut_along(leaves)
         result = _flattened_without_flips(piece, result, task)
-    check_finite(result.uv, piece.vertices, "uv")
-    pairs, cost = overlapping_pairs(result.uv, piece.F), 0.0
+    cost = 0.0
+    if pairs is None:
+        check_finite(result.uv, piece.vertices, "uv")
+        pairs = overlapping_pairs(result.uv, piece.F)
     if len(pairs) and task.bijective and not result.holes:
         result, cost = _made_bijective(piece, result)
         pairs = overlapping_pairs(result.uv, piece.F)
@@ -156,7 +216,7 @@ def _chart(piece: Submesh, splits: int, task: _Task) -> Chart | list[Submesh]:
         parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
         if len(parts) > 1:
             return parts
-    return Chart(piece.faces, result, quality_of(piece, result.uv), splits, len(pairs), cost)
+    return _Flat(piece, result, splits, len(pairs), cost)
 
 
 def _flattened(piece: Submesh, method: Method) -> Flattening:

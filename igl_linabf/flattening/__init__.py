@@ -6,6 +6,7 @@ Linear ABF is Zayer, Levy, Seidel 2007; ABF, LSCM, SCP, DNCP and one step of ABF
 
 from .baselines import bare_lscm, far_pins
 from .comparison import Comparison, Entry, compare, medians
+from .many import flatten_many, flatten_together
 from .methods import ABF, DNCP, LSCM, METHODS, SCP, LinABF, Method, OneStepABFpp, guaranteed, method_of
 from .result import Flattening, Hole, Outcome, Residuals, Rung, Status
 from .verbs import abf, flatten, linabf, linabf_angles, lscm
@@ -32,6 +33,8 @@ __all__ = [
     "compare",
     "far_pins",
     "flatten",
+    "flatten_many",
+    "flatten_together",
     "guaranteed",
     "linabf",
     "linabf_angles",

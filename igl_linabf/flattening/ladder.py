@@ -316,8 +316,9 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
     at, angles = best.state.at, problem.angles
     note = next((made.note for made in (best, *tried) if made.note), "")
     outcome, message = judge(
-        problem.mesh,
-        layout,
+        span(problem.mesh, layout.z),
+        layout.method,
+        layout.solver,
         best.flipped,
         at.residual.largest,
         np.flatnonzero(angles.invalid(at)),

@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from .._types import IntArray
 from ..errors import some
-from ..layouts import Layout
-from ..surface import ALL_DIGITS, SPAN, Mesh, span
+from ..surface import ALL_DIGITS, SPAN
 from .result import Outcome
 
 
 def judge(
-    mesh: Mesh,
-    made: Layout,
+    ratio: float,
+    made: str,
+    solver: str,
     flipped: IntArray,
     residual: float,
     invalid: IntArray,
@@ -23,8 +23,10 @@ def judge(
 
     Parameters
     ----------
-    mesh : Mesh
-    made : Layout
+    ratio : float
+        Of the map's largest area scale to its smallest one.
+    made, solver : str
+        The layout, and what solved it.
     flipped, invalid : int64 arrays
         Faces that are flipped in the map; faces with a target angle outside (0, pi).
     residual : float
@@ -40,7 +42,6 @@ def judge(
             f"the target angles of faces {some(invalid)} are outside (0, pi), and {len(flipped)} triangles "
             "of the map are flipped: use safeguard=True, or abf"
         )
-    ratio = span(mesh, made.z)
     wide = f"area scale varies by a factor of {ratio:.0e}{' or more' if ratio > ALL_DIGITS else ''}"
     if not len(flipped):
         end = (
@@ -48,8 +49,8 @@ def judge(
             "igl_linabf.unwrap"
         )
         end = end if ratio > SPAN else ""
-        if made.method == "SLIM":
-            return Outcome.VALID, f"no triangle is flipped, by {made.solver}{end}"
+        if made == "SLIM":
+            return Outcome.VALID, f"no triangle is flipped, by {solver}{end}"
         if converged:
             return Outcome.CONVERGED, f"no triangle is flipped; {fit}{end}"
         if not note:

@@ -138,7 +138,7 @@ class Hole:
     @classmethod
     def all_of(cls, mesh: Mesh, constraints: Constraints, b: Residual) -> tuple[Hole, ...]:
         """Every hole of the mesh, the residual of the angles being `b`."""
-        loops = mesh.topology.loops[1:]
+        loops = mesh.topology.holes
         row = [constraints.row[loop[0]] for loop in loops]
         parts = (b.vertex[row], b.wheel[row], b.closure.gap)
         return tuple(

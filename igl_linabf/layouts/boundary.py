@@ -11,7 +11,7 @@ from .._types import ComplexArray, FloatArray
 from ..angles import Residual
 from ..errors import FallbackWarning, stack_level
 from ..linalg import Analysis, NotConvergedError, Pattern, Solvers
-from ..surface import Topology, complex_positions, signed_double_areas
+from ..surface import Disks, Topology, complex_positions, signed_double_areas
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,43 @@ def develop_boundary(topology: Topology, b: Residual) -> Boundary:
     mu = np.linalg.solve((u * length) @ u.T, -np.array([gap.real, gap.imag]))
     ends = np.cumsum(length * (1 + mu @ u) * edge)
     return Boundary(np.concatenate(([0], ends[:-1])), float(abs(gap) / length.sum()))
+
+
+@dataclass(frozen=True, eq=False)
+class Boundaries:
+    """The boundary loops of disks side by side, as their angles draw them.
+
+    Attributes
+    ----------
+    z : (#rim,) complex128
+        Positions of the vertices of `Disks.rim`.
+    gap : (#disks,) float64
+        As in `Boundary`.
+    """
+
+    z: ComplexArray
+    gap: FloatArray
+
+
+def develop_boundaries(disks: Disks, b: Residual) -> Boundaries:
+    """`develop_boundary` of disks side by side."""
+    vertices, loops = disks.rim
+    turning, log_ratio = b.turning[vertices], b.log_ratio[vertices]
+    turning = turning + loops.spread((2 * np.pi - loops.sum(turning)) / loops.sizes)
+    log_length = loops.cumsum(log_ratio - loops.spread(loops.sum(log_ratio) / loops.sizes))
+    length = np.exp(log_length - loops.spread(loops.max(log_length)))
+    edge = np.exp(1j * loops.cumsum(turning))  # edge i leaves loop vertex i
+    gap = loops.sum(length * edge)
+    u = edge.real, edge.imag
+    xx, xy, yy = (loops.sum(length * (p * q)) for p, q in ((u[0], u[0]), (u[0], u[1]), (u[1], u[1])))
+    with np.errstate(divide="ignore", invalid="ignore"):  # where all edges are parallel
+        det = xx * yy - xy * xy
+        mu = (xy * gap.imag - yy * gap.real) / det, (xy * gap.real - xx * gap.imag) / det
+    step = length * (1 + loops.spread(mu[0]) * u[0] + loops.spread(mu[1]) * u[1]) * edge
+    # each loop begins at 0: its last step is not taken
+    step[loops.start[1:] - 1] = 0.0
+    ends = np.concatenate(([0.0], step[:-1]))
+    return Boundaries(np.asarray(loops.cumsum(ends)), np.asarray(np.abs(gap) / loops.sum(length)))
 
 
 def harmonic(

@@ -4,8 +4,18 @@ In: Hermitian matrices over a mesh's vertices, by their lower triangles. Out: fa
 CHOLMOD (Chen et al. 2008), PyAMG's smoothed aggregation (Vanek et al. 1996), SuperLU, conjugate gradients.
 """
 
+from .block_krylov import block_conjugate_gradients
 from .choice import HOW_TO_GET, SolverName, Solvers, blas_of_cholmod
-from .factors import Analysis, Factored, NotConvergedError, NotPositiveDefiniteError, SuperLU, has_cholmod
+from .factors import (
+    Analysis,
+    Factored,
+    Multigrid,
+    NotConvergedError,
+    NotPositiveDefiniteError,
+    SuperLU,
+    has_cholmod,
+)
 from .krylov import MAX_CG_STEPS, conjugate_gradients
 from .memory import check_memory, factor_bytes
+from .often import factored_often
 from .sparsity import Pattern, Rows, Symmetric

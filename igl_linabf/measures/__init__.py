@@ -5,6 +5,6 @@ triangles that overlap. F/3nt is the paper's measure (table 1); stretch is that 
 and Hoppe 2001.
 """
 
-from .figures import Quality, quality, quality_of, table
-from .overlapping import overlapping_pairs, overlaps
+from .figures import Quality, quality, quality_of, quality_of_each, table
+from .overlapping import overlapping_pairs, overlapping_pairs_of_each, overlaps
 from .per_triangle import MEASURES, Measure, change_of, distortion

@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import aligned
 from .._types import FloatArray
-from ..surface import Submesh
+from ..surface import Parts, Submesh, of_size_one
 from .overlapping import overlapping_pairs
 from .per_triangle import change_of
 
@@ -140,3 +140,43 @@ def quality_of(surface: Submesh, map_: FloatArray) -> Quality:
         overlaps=len(overlapping_pairs(map_, surface.F)),
         faces=len(surface.F),
     )
+
+
+def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Quality]:
+    """`quality_of` many charts, each a surface, its map, and how many pairs of its faces overlap."""
+    if not charts:
+        return []
+    surfaces, maps, overlaps = zip(*charts, strict=True)
+    vertices = Parts.of_sizes([len(surface.V) for surface in surfaces])
+    faces = Parts.of_sizes([len(surface.F) for surface in surfaces])
+    changed = change_of(_joined(surfaces, vertices, faces), np.concatenate([*map(of_size_one, maps)]), faces)
+    total = faces.sum(changed.double_area)
+
+    def mean(values: FloatArray) -> FloatArray:
+        return np.asarray(faces.sum(changed.double_area * values) / total)
+
+    conformal = changed.conformal
+    with np.errstate(invalid="ignore"):
+        figures = np.column_stack(
+            (
+                faces.sum(changed.angle_distortion.mean(axis=0)) / faces.sizes,
+                faces.sum((changed.angle_error**2).mean(axis=0)) / faces.sizes,
+                mean(conformal),
+                faces.max(conformal),
+                mean(np.abs(changed.log_area_ratio)),
+                np.sqrt(mean(changed.squared_stretch)),
+                faces.max(changed.largest_stretch),
+            )
+        ).tolist()
+    flips = faces.sum(changed.flipped.astype(np.int64)).tolist()
+    counts = zip(flips, overlaps, faces.sizes.tolist(), strict=True)
+    names = [field.name for field in fields(Quality)]
+    rows = ((*row, *count) for row, count in zip(figures, counts, strict=True))
+    return [Quality(**dict(zip(names, row, strict=True))) for row in rows]
+
+
+def _joined(surfaces: Sequence[Submesh], vertices: Parts, faces: Parts) -> Submesh:
+    """Surfaces side by side."""
+    F = np.concatenate([surface.F for surface in surfaces]) + faces.spread(vertices.start[:-1])[:, None]
+    V = np.concatenate([surface.V for surface in surfaces])
+    return Submesh(V, F, np.arange(len(F)), np.arange(len(V)), len(V))

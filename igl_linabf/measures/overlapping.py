@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
-from .._types import ComplexArray, FloatArray, IntArray
-from ..surface import Submesh, complex_positions, face_components, of_size_one, signed_double_areas
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..surface import Parts, Submesh, complex_positions, face_components, of_size_one, signed_double_areas
 
 MIN_DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
 BLOCK_SIZE = 1 << 16  # triangles searched at a time, which bounds the memory
@@ -71,11 +73,27 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
     return np.asarray(index[_search(map_, F[index], chart[index])]) if len(index) else _no_pairs()
 
 
+def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> list[IntArray]:
+    """`overlapping_pairs` of many charts (uv, F), each in a plane of its own."""
+    if not maps:
+        return []
+    vertices, faces = (Parts.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
+    F = np.concatenate([F for _, F in maps]) + faces.spread(vertices.start[:-1])[:, None]
+    largest = np.array([np.abs(uv).max() for uv, _ in maps])
+    scale = np.ldexp(1.0, -np.frexp(largest)[1])  # all of size one, without rounding
+    z = complex_positions(np.concatenate([uv for uv, _ in maps]) * vertices.spread(scale)[:, None])
+    proved = _injective(z, F, faces.spread(np.arange(len(maps))))
+    return [
+        _no_pairs() if sound else overlapping_pairs(uv, F)
+        for (uv, F), sound in zip(maps, proved.tolist(), strict=True)
+    ]
+
+
 def _no_pairs() -> IntArray:
     return np.zeros((0, 2), dtype=np.int64)
 
 
-def _injective(z: ComplexArray, F: IntArray, chart: IntArray) -> np.ndarray:
+def _injective(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:
     """Charts whose boundary loops and face orientations prove that nothing overlaps."""
     number = int(chart.max()) + 1
     proved = np.zeros(number, dtype=bool)
@@ -91,20 +109,23 @@ def _injective(z: ComplexArray, F: IntArray, chart: IntArray) -> np.ndarray:
     ends = np.column_stack((z[tail[boundary]], z[head[boundary]]))
     segments = np.stack((ends.real, ends.imag), axis=2)
     of = chart[boundary % len(F)]
-    order = np.argsort(of, kind="stable")
-    cuts = np.searchsorted(of[order], np.arange(number + 1))
-    for i in np.flatnonzero(upright):
-        proved[i] = _winds_once(segments[order[cuts[i] : cuts[i + 1]]])
+    ask = np.flatnonzero(upright[of])
+    ask = ask[np.argsort(of[ask], kind="stable")]
+    if len(ask):
+        chart, place = np.unique(of[ask], return_inverse=True)
+        proved[chart] = _wind_once(segments[ask], place)
     return proved
 
 
-def _winds_once(segments: FloatArray) -> bool:
-    """Whether directed segments make simple disjoint loops, one of them counter-clockwise."""
-    merged = shapely.line_merge(shapely.multilinestrings(segments), directed=True)
-    loops = shapely.get_parts(merged)
-    if not (shapely.is_simple(merged) and shapely.is_closed(loops).all()):
-        return False
-    return bool(np.count_nonzero(shapely.is_ccw(loops)) == 1)
+def _wind_once(segments: FloatArray, of: IntArray) -> BoolArray:
+    """Whether directed segments make simple disjoint loops, one of them counter-clockwise; for each chart."""
+    merged = shapely.line_merge(
+        shapely.multilinestrings(shapely.linestrings(segments), indices=of), directed=True
+    )
+    loops, chart = shapely.get_parts(merged, return_index=True)
+    open_ = np.bincount(chart[~shapely.is_closed(loops)], minlength=len(merged))
+    turns = np.bincount(chart[shapely.is_ccw(loops)], minlength=len(merged))
+    return np.asarray(shapely.is_simple(merged) & (open_ == 0) & (turns == 1))
 
 
 def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:

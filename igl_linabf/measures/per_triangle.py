@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..surface import NEXT, PREV, Submesh, complex_positions, of_size_one
+from ..surface import NEXT, PREV, Parts, Submesh, complex_positions, of_size_one
 
 Measure = Literal["angle", "conformal", "stretch", "area"]
 MEASURES: tuple[Measure, ...] = ("angle", "conformal", "stretch", "area")
@@ -74,6 +74,8 @@ class Change:
         Twice the area in 3-D, and twice the signed area in uv, scaled by `of_size_one`.
     major, minor : (#F,) float64
         The singular values sigma1 >= sigma2 of the map.
+    scale : float, or (#F,) float64
+        Area in uv over area in 3-D, of the whole, or of the map that each triangle belongs to.
     """
 
     angle: FloatArray
@@ -82,11 +84,7 @@ class Change:
     signed: FloatArray
     major: FloatArray
     minor: FloatArray
-
-    @property
-    def scale(self) -> float:
-        """Total area in uv over total area in 3-D."""
-        return float(np.abs(self.signed).sum() / self.double_area.sum())
+    scale: float | FloatArray
 
     @property
     def angle_distortion(self) -> FloatArray:
@@ -125,8 +123,11 @@ class Change:
             return np.where(self.signed != 0, ratio, -np.inf)
 
 
-def change_of(surface: Submesh, map_: FloatArray) -> Change:
-    """Measure a checked map of a checked surface; one row for each vertex of `surface`."""
+def change_of(surface: Submesh, map_: FloatArray, parts: Parts | None = None) -> Change:
+    """Measure what a flat map does to a surface, both of them checked; the map is by its vertices.
+
+    With `parts` of the faces it is several maps, each of a scale of its own.
+    """
     map_ = of_size_one(map_)
     corner = np.ascontiguousarray(surface.F.T)
     double_area, dot = surface.measured
@@ -137,7 +138,13 @@ def change_of(surface: Submesh, map_: FloatArray) -> Change:
     error = np.arctan2(np.abs(cross.imag), cross.real)
     error -= angle
     major, minor = _singular_values(surface.V, corner, double_area, dot, right[0], left[0])
-    return Change(angle, error, double_area, cross[0].imag, major, minor)
+    signed = cross[0].imag
+    scale: float | FloatArray
+    if parts is None:
+        scale = float(np.abs(signed).sum() / double_area.sum())
+    else:
+        scale = parts.spread(parts.sum(np.abs(signed)) / parts.sum(double_area))
+    return Change(angle, error, double_area, signed, major, minor, scale)
 
 
 def _singular_values(

@@ -8,11 +8,15 @@ Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 from .areas import measure
 from .arrays import Pins, check_finite, compact, face_array, pins, scatter, seam_mask, vertex_array
 from .components import connected_labels, face_components
+from .disks import Disks, side_by_side
 from .mesh import Mesh, loop_through, planar, planar_mesh
+from .parts import Parts
 from .plane import (
     ALL_DIGITS,
     SPAN,
+    area_ratio,
     centred,
+    centred_each,
     complex_positions,
     coordinates,
     flat_angles,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from .topology import NEXT, PREV
 
@@ -27,6 +27,19 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
             f"the largest coordinate is {largest[i]:.1e} (vertex {vertices[i]}), outside "
             f"{SMALLEST_COORDINATE:g} .. {LARGEST_COORDINATE:g}, where areas can be computed: scale the mesh"
         )
+    double_area, dot, thin = products(V, corner)
+    bad = np.flatnonzero(thin)
+    if len(bad):
+        raise MeshError(
+            f"faces {some(bad)} have zero area (face {bad[0]} has vertices "
+            f"{vertices[corner[:, bad[0]]].tolist()}): "
+            "collapse or remove them, or move their vertices apart"
+        )
+    return double_area, dot
+
+
+def products(V: FloatArray, corner: IntArray) -> tuple[FloatArray, FloatArray, BoolArray]:
+    """Twice the area of each face, the scalar products at its corners, and whether rounding made its area."""
     x, y, z = (axis[corner] for axis in np.ascontiguousarray(V.T))
     # side k is opposite to corner k
     ux, uy, uz = (c[PREV] - c[NEXT] for c in (x, y, z))
@@ -39,11 +52,4 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
     longest = np.sqrt((ux**2 + uy**2 + uz**2).max(axis=0))
     extent = np.maximum(longest, np.maximum(np.abs(x), np.maximum(np.abs(y), np.abs(z))).max(axis=0))
     # a coordinate x is known to eps |x|; that times the longest side is an area out of nothing
-    bad = np.flatnonzero(~(double_area > 4 * np.finfo(float).eps * extent * longest))
-    if len(bad):
-        raise MeshError(
-            f"faces {some(bad)} have zero area (face {bad[0]} has vertices "
-            f"{vertices[corner[:, bad[0]]].tolist()}): "
-            "collapse or remove them, or move their vertices apart"
-        )
-    return double_area, dot
+    return double_area, dot, ~(double_area > 4 * np.finfo(float).eps * extent * longest)

@@ -2,24 +2,34 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
-from .._types import ComplexArray, FloatArray, IntArray
+from .._types import Array, ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
 from .arrays import Pins
 from .mesh import Mesh
+from .parts import Parts
 from .topology import NEXT, PREV, Topology
 
 SPAN = 1e12  # ratio of area scales above which double precision is no longer enough
 
 
+SYMMETRIC = 1e-9  # relative moment below which it is of rounding
+BESIDE_AXES = np.exp(-0.3j)  # a direction along which no axis of a map is likely to be
 ALL_DIGITS = 1e30  # above which lengths differ by all digits, and no layout helps
 
 
 def span(mesh: Mesh, z: ComplexArray) -> float:
     """The largest ratio of the map's area scales, at most 1e32."""
     scale = np.abs(signed_double_areas(z, mesh.topology.corner)) / mesh.double_area
-    return float(scale.max() / max(scale.min(), 1e-32 * scale.max()))
+    return float(area_ratio(scale.max(), scale.min()))
+
+
+def area_ratio(largest: Array, smallest: Array) -> Array:
+    """The ratio of a map's largest area scale to its smallest one, at most 1e32."""
+    return np.asarray(largest / np.maximum(smallest, 1e-32 * largest))
 
 
 def of_size_one(uv: FloatArray) -> FloatArray:
@@ -70,16 +80,49 @@ def placed_at(z: ComplexArray, pinned: Pins) -> ComplexArray:
 def centred(topology: Topology, z: ComplexArray, area: float) -> ComplexArray:
     """The map scaled to `area`, its centroid at 0 and its principal axes along x and y.
 
-    The longer axis is x, in the direction of positive third moment.
+    The longer axis is x; of its two directions the one that gives a positive third moment. A symmetric
+    map, of which rounding would choose the axes or a direction, is turned by a rule that does not
+    depend on rounding.
     """
     double = np.abs(signed_double_areas(z, topology.corner))
-    total = double.sum()
-    corners = z[topology.corner]
-    centroid = (double * corners.mean(axis=0)).sum() / total
-    a, b, c = corners - centroid
+    return _centred(topology.corner, z, double, np.asarray(area), np.sum, _itself, _itself)
+
+
+def centred_each(
+    corner: IntArray, z: ComplexArray, double: FloatArray, area: FloatArray, vertices: Parts, faces: Parts
+) -> ComplexArray:
+    """`centred` of maps side by side, each scaled to its own area; `double` is twice their faces' areas."""
+    return _centred(corner, z, double, area, faces.sum, faces.spread, vertices.spread)
+
+
+def _itself(values: Array) -> Array:
+    return values
+
+
+def _centred(
+    corner: IntArray,
+    z: ComplexArray,
+    double: FloatArray,
+    area: Array,
+    add: Callable[[Array], Array],
+    at_faces: Callable[[Array], Array],
+    at_vertices: Callable[[Array], Array],
+) -> ComplexArray:
+    total = add(double)
+    corners = z[corner]
+    centroid = add(double * corners.mean(axis=0)) / total
+    a, b, c = corners - at_faces(centroid)
     centre = (a + b + c) / 3
-    second = (double * (a**2 + b**2 + c**2 + (a + b + c) ** 2)).sum()
-    turn = np.exp(-0.5j * np.angle(second))
-    if (double * (centre * turn).real ** 3).sum() < 0:
-        turn = -turn
-    return np.asarray((z - centroid) * turn * np.sqrt(2 * area / total))
+    second = add(double * (a**2 + b**2 + c**2 + (a + b + c) ** 2))
+    size = add(double * (_squared(a) + _squared(b) + _squared(c)))
+    turn = np.exp(-0.5j * np.angle(np.where(np.abs(second) > SYMMETRIC * size, second, 1)))
+    third = add(double * (centre * at_faces(turn)).real ** 3)
+    odd = np.abs(third) > SYMMETRIC * total * (size / total) ** 1.5
+    turn = np.where(np.where(odd, third, (turn * BESIDE_AXES).real) < 0, -turn, turn)
+    return np.asarray(
+        (z - at_vertices(centroid)) * at_vertices(turn) * at_vertices(np.sqrt(2 * area / total))
+    )
+
+
+def _squared(z: ComplexArray) -> FloatArray:
+    return np.asarray(z.real**2 + z.imag**2)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import igl
 import numpy as np
@@ -98,9 +99,23 @@ class Submesh:
     def components(self) -> list[Submesh]:
         """The components, in the order of their first vertices."""
         label = face_components(self.F, len(self.V))
-        order = np.argsort(label, kind="stable")
-        parts = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
-        return [self] if len(parts) == 1 else [self.of_faces(rows) for rows in parts]
+        number = int(label.max()) + 1
+        if number == 1:
+            return [self]
+        rows = np.argsort(label, kind="stable")
+        of_vertex = np.empty(len(self.V), dtype=np.int64)
+        of_vertex[self.F.ravel()] = np.repeat(label, 3)
+        used = np.argsort(of_vertex, kind="stable")
+        parts = np.arange(number + 1)
+        first, start = np.searchsorted(label[rows], parts), np.searchsorted(of_vertex[used], parts)
+        own = np.empty(len(self.V), dtype=np.int64)
+        own[used] = np.arange(len(used)) - start[of_vertex[used]]
+        V, F, faces, vertices = self.V[used], own[self.F[rows]], self.faces[rows], self.vertices[used]
+        at = [
+            (slice(*f), slice(*v))
+            for f, v in zip(pairwise(first.tolist()), pairwise(start.tolist()), strict=True)
+        ]
+        return [Submesh(V[v], F[f], faces[f], vertices[v], self.n_given) for f, v in at]
 
     def cut(self, seams: BoolArray) -> list[Submesh]:
         """The components after a cut along the marked sides k to k + 1 of the faces, (#F, 3)."""

@@ -40,6 +40,8 @@ class Topology:
     loops : tuple of int64 arrays
         Boundary loops, the mesh on their left. The first is the outer one, by default the one with
         the most edges.
+    n_outer : int
+        Of how many pieces side by side the first loops are the outer ones.
     """
 
     n: int
@@ -49,6 +51,12 @@ class Topology:
     edges: IntArray
     sides: IntArray
     loops: tuple[IntArray, ...]
+    n_outer: int = 1
+
+    @property
+    def holes(self) -> tuple[IntArray, ...]:
+        """The loops that are no outer ones."""
+        return self.loops[self.n_outer :]
 
     @property
     def characteristic(self) -> int:
@@ -81,8 +89,8 @@ class Topology:
     def interior(self) -> BoolArray:
         """(#V,) bool: the interior vertices."""
         inside = np.ones(self.n, dtype=bool)
-        for loop in self.loops:
-            inside[loop] = False
+        if self.loops:
+            inside[np.concatenate(self.loops)] = False
         return inside
 
 
@@ -105,7 +113,7 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     n = len(vertices)
     corner = np.ascontiguousarray(F.T)
     tail, head = corner[NEXT], corner[PREV]
-    edge, first, second, count = _undirected(tail, head, n)
+    edge, first, second, count = undirected(tail, head, n)
     t, h = tail.ravel(), head.ravel()
     edges = np.column_stack((t[first], h[first]))
     _check_edges(F, edges, edge, (t[second] == edges[:, 0]) & (second >= 0), count, vertices)
@@ -142,7 +150,7 @@ def with_outer(topology: Topology, outer: int) -> Topology:
     return replace(topology, loops=loops)
 
 
-def _undirected(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
+def undirected(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
     """The edge of each half-edge; the first two half-edges of each edge (or -1), and how many it has."""
     key = (np.minimum(tail, head) * n + np.maximum(tail, head)).ravel()
     order = np.argsort(key, kind="stable")

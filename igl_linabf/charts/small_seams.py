@@ -1,0 +1,134 @@
+"""Seams of many small bodies at once: the search of `find_seams`, a leaf on each of them at a time.
+
+The bodies do not touch, so that one Laplace system, and one search for shortest paths, serves all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from scipy.sparse import csgraph
+
+from .._types import FloatArray, IntArray
+from ..surface import Submesh, connected_labels, sum_by
+from .cut_graph import ClosedSurface, closed_surface, join
+
+LogScale = Callable[[ClosedSurface, IntArray, FloatArray], FloatArray]
+
+FLAT = 1e-9  # radians of curvature that need no seam
+
+
+class SmallBodies:
+    """Bodies without handles, side by side as one closed surface.
+
+    Parameters
+    ----------
+    surface : Submesh
+        Of all of them.
+    log_scale : callable
+        The logarithm of the scale that takes away a curvature, and is zero at some nodes.
+    """
+
+    def __init__(self, surface: Submesh, log_scale: LogScale) -> None:
+        self.vertices = surface.vertices
+        self.piece = piece = closed_surface(surface)
+        self._log_scale = log_scale
+        self._of = connected_labels(piece.ends, piece.n)  # the body of each node
+        self._n = int(self._of.max()) + 1
+        self._area = sum_by(self._of, piece.area, self._n)
+
+    def seams(self, trade: float, holes: bool, leaves: int, in_vain: int) -> IntArray:
+        """Edges to cut all of them along, by the caller's vertices; parameters as `_grow` has them."""
+        seam = np.zeros(0, dtype=np.int64)
+        if not holes:
+            seam = join(self.piece, seam)
+        seam = np.concatenate((seam, self._slits()))
+        if trade > 0:
+            seam, cost = self._grown(seam, trade, leaves, in_vain)
+            if not holes:
+                seam = self._cheaper(seam, cost, self._net(), trade)
+        return self.vertices[self.piece.edges[seam]]
+
+    def _slits(self) -> IntArray:
+        """A path to open each sphere: between the tips farthest from it, as the scale sees it."""
+        piece, rims = self.piece, np.arange(self.piece.holes)
+        bare = np.bincount(self._of[rims], minlength=self._n) == 0
+        if not bare.any():
+            return np.zeros(0, dtype=np.int64)
+        extra = piece.curvature - 4 * np.pi * piece.area / self._area[self._of]
+        first = np.unique(self._of, return_index=True)[1][bare]
+        start = self._least(self._log_scale(piece, np.union1d(first, rims), extra))[bare]
+        end = self._least(self._log_scale(piece, np.union1d(start, rims), piece.curvature))[bare]
+        distance, before, _ = piece.search(start)
+        path = piece.paths(before, end.tolist())
+        # a single edge opens nothing
+        short = bare & (np.bincount(self._body(path), minlength=self._n) < 2)
+        distance[np.concatenate((start, end))] = np.inf
+        more = piece.paths(before, self._least(distance)[short].tolist())
+        return np.concatenate((path, np.setdiff1d(more, path)))
+
+    def _grown(
+        self, seam: IntArray, trade: float, leaves: int, most_in_vain: int
+    ) -> tuple[IntArray, FloatArray]:
+        """Add leaves one by one to each body; of its seams the one of least cost, and these costs."""
+        piece = self.piece
+        when = np.zeros(len(seam), dtype=np.int64)  # the leaf that brought each edge
+        best, least = np.zeros(self._n, dtype=np.int64), np.full(self._n, np.inf)
+        in_vain, growing = np.zeros(self._n, dtype=np.int64), np.ones(self._n, dtype=bool)
+        for leaf in range(leaves):
+            open_nodes = self._open_nodes(seam)
+            u = self._log_scale(piece, open_nodes, piece.curvature)
+            cost = self._cost(seam, u, trade)
+            better = growing & (cost < least)
+            in_vain = np.where(better, 0, in_vain + 1)
+            best[better], least[better] = leaf, cost[better]
+            tip = self._least(-np.abs(u))
+            growing &= (in_vain < most_in_vain) & (u[tip] != 0)
+            if not growing.any():
+                break
+            _, before, _ = piece.search(open_nodes)
+            path = piece.paths(before, tip[growing].tolist())
+            seam = np.concatenate((seam, path))
+            when = np.concatenate((when, np.full(len(path), leaf + 1)))
+        return seam[when <= best[self._body(seam)]], least
+
+    def _net(self) -> IntArray:
+        """The shortest tree of edges through all that is curved: cut along it, a body is its own flat net."""
+        piece = self.piece
+        i, j = csgraph.minimum_spanning_tree(piece.graph).tocoo().coords
+        tree = piece.between(i.astype(np.int64), j.astype(np.int64))
+        needed = np.abs(piece.curvature) > FLAT
+        needed[: piece.holes] = True
+        while True:
+            ends = piece.ends[tree]
+            loose = (np.bincount(ends.ravel(), minlength=piece.n) == 1) & ~needed
+            drop = loose[ends].any(axis=1)
+            if not drop.any():
+                return tree
+            tree = tree[~drop]
+
+    def _cheaper(self, seam: IntArray, cost: FloatArray, other: IntArray, trade: float) -> IntArray:
+        """For each body the one of two seams that costs less."""
+        u = self._log_scale(self.piece, self._open_nodes(other), self.piece.curvature)
+        better = self._cost(other, u, trade) < cost
+        return np.concatenate((seam[~better[self._body(seam)]], other[better[self._body(other)]]))
+
+    def _cost(self, seam: IntArray, u: FloatArray, trade: float) -> FloatArray:
+        """The L2 stretch to expect of each body, and its seam's length by what that is worth."""
+        length = np.bincount(self._body(seam), self.piece.length[seam], self._n) / np.sqrt(self._area)
+        shrunk, grown = (sum_by(self._of, self.piece.area * np.exp(k * u), self._n) for k in (-2, 2))
+        return np.asarray(np.sqrt(shrunk * grown) / self._area + length / trade)
+
+    def _open_nodes(self, seam: IntArray) -> IntArray:
+        return np.union1d(self.piece.ends[seam], np.arange(self.piece.holes))
+
+    def _body(self, edges: IntArray) -> IntArray:
+        """The bodies that edges are on."""
+        return np.asarray(self._of[self.piece.ends[edges, 0]])
+
+    def _least(self, values: FloatArray) -> IntArray:
+        """The node of each body with the least value, the first of equal ones."""
+        order = np.lexsort((values, self._of))
+        first = np.searchsorted(self._of[order], np.arange(self._n))
+        return np.asarray(order[first], dtype=np.int64)

@@ -1,0 +1,227 @@
+"""Many meshes at once: their disks side by side in one system, and alone what needs more than that."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from time import perf_counter
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._runtime import Progress, advance, part, reporting, stopwatch, timed
+from .._types import FloatArray, IntArray
+from ..angles import (
+    AngleProblem,
+    Step,
+    constraints_of,
+    families_of,
+    initial_estimate,
+    opened,
+    rows_of,
+    step_and_chord,
+)
+from ..errors import MeshError, SingularSystemError
+from ..layouts import GAP, flat_disks
+from ..linalg import NotPositiveDefiniteError, Solvers
+from ..surface import Disks, coordinates, face_array, side_by_side, vertex_array
+from .methods import ONE_SYSTEM_RTOL, STAGES, LinABF, Method, method_of
+from .outcome import judge
+from .result import Flattening, Residuals, Rung, Status
+from .verbs import flatten
+
+LARGE = 10_000  # triangles from which a mesh is flattened alone: in company it would take as long
+AT_ONCE = 16_000  # triangles in company: what fits into the processor's caches
+
+Arrays = tuple[FloatArray, IntArray]
+
+
+def flatten_many(
+    meshes: Sequence[tuple[ArrayLike, ArrayLike]],
+    method: str | Method = "linabf",
+    *,
+    progress: Progress = None,
+) -> list[Flattening | MeshError]:
+    """Flatten many meshes at once: what a loop of `flatten` returns, in less time.
+
+    Small disks go side by side into one linear system, as they do not touch: it is assembled, analysed and
+    factored once, and each disk has its own steps, residuals and outcome. What needs more than linear ABF's
+    two solves, disks with holes, large meshes, and other methods are flattened one by one.
+
+    Parameters
+    ----------
+    meshes : sequence of (V, F)
+        As in `flatten`: vertex positions (#V, 3) float and triangles (#F, 3) int of each mesh.
+    method : str or method object
+        As in `flatten`.
+    progress : callable or False, optional
+        As in `flatten`.
+
+    Returns
+    -------
+    list of Flattening or MeshError
+        In the order of `meshes`. Maps and angles are those of `flatten` to 1e-10, and outcomes and ladders
+        are the same. A mesh that `flatten` refuses has the `MeshError` in its place. The `seconds` of
+        meshes that were solved together are shared out by their triangles.
+
+    Raises
+    ------
+    ValueError
+        There is no method of that name.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> disk, closed = flatten_many([(V, F[1:]), (V, F)])
+    >>> disk.outcome.value, str(closed)[:18]
+    ('valid', 'the mesh is closed')
+    """
+    chosen, given = method_of(method), list(meshes)
+    with reporting(progress):
+        made: list[Flattening | MeshError | None] = [None] * len(given)
+        arrays = [_arrays(mesh) for mesh in given]
+        sound = [i for i, array in enumerate(arrays) if array is not None]
+        together = flatten_together([array for array in arrays if array is not None], chosen)
+        for i, result in zip(sound, together, strict=True):
+            made[i] = result
+        left = [i for i, result in enumerate(made) if result is None]
+        for k, i in enumerate(left):
+            with part("alone", (k + 1) / len(left)):
+                made[i] = _alone(given[i], chosen)
+    return [result for result in made if result is not None]
+
+
+def _arrays(mesh: object) -> Arrays | None:
+    """V and F in the form in which they are put together, if they are that far sound."""
+    try:
+        V, F = cast(Arrays, mesh)
+        return vertex_array(V), face_array(F)
+    except (TypeError, ValueError):  # what is wrong is said by `flatten`
+        return None
+
+
+def _alone(mesh: object, method: Method) -> Flattening | MeshError:
+    """What `flatten` returns or raises."""
+    try:
+        V, F = cast(Arrays, mesh)
+    except (TypeError, ValueError):
+        return MeshError(f"a mesh is given as a {type(mesh).__name__}: pass its vertices and faces, (V, F)")
+    try:
+        return flatten(V, F, method)
+    except MeshError as error:
+        return error.with_traceback(None)  # which would keep the arrays of all its frames
+
+
+def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattening | None]:
+    """Flatten small disks side by side; None for each mesh that is to be flattened alone."""
+    made: list[Flattening | None] = [None] * len(meshes)
+    plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
+    if not (plain and isinstance(method, LinABF) and method.layout in ("auto", "boundary")):
+        return made
+    for group in _groups(meshes):
+        for place, result in _group(meshes, group, method):
+            made[place] = result
+        advance("together", 0.1)
+    return made
+
+
+def _groups(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
+    """Which of the small meshes go together."""
+    group: list[int] = []
+    faces = 0
+    for i, (_, F) in enumerate(meshes):
+        if len(F) < LARGE:
+            group.append(i)
+            faces += len(F)
+            if faces >= AT_ONCE:
+                yield group
+                group, faces = [], 0
+    yield group
+
+
+def _group(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> Iterator[tuple[int, Flattening]]:
+    """The places and results of those that come out well together."""
+    if len(group) < 2:
+        return
+    start = perf_counter()
+    disks, found = side_by_side([meshes[i] for i in group])
+    if disks is None or len(disks) < 2:
+        return
+    try:
+        with stopwatch("check", *STAGES) as seconds:
+            seconds["check"] = perf_counter() - start
+            results = list(_flat(disks, method))
+    except (NotPositiveDefiniteError, SingularSystemError):
+        for half in np.array_split(found, 2):  # until it is alone
+            yield from _group(meshes, [group[i] for i in half], method)
+        return
+    seconds["total"] = perf_counter() - start
+    for k, result in results:
+        share = float(disks.faces.sizes[k] / disks.faces.start[-1])
+        result.seconds.update({stage: share * value for stage, value in seconds.items()})
+        yield group[found[k]], result
+
+
+def _flat(disks: Disks, method: LinABF) -> Iterator[tuple[int, Flattening]]:
+    """Disks by one system, the ladder's first rung; the places of those for which that is enough."""
+    solvers, vertices, faces = Solvers(method.solver), disks.vertices, disks.faces
+    with timed("estimate"):
+        alpha, caps = opened(np.arctan2(disks.double_area, disks.dot))
+        estimate = initial_estimate(disks.topology, alpha, method.threshold)
+    with timed("assembly"):
+        problem = AngleProblem(constraints_of(disks.topology), estimate, solvers)
+    stepped = step_and_chord(problem, disks, method.rtol or ONE_SYSTEM_RTOL, method.tol)
+    if stepped is None:
+        return
+    with timed("layout"):
+        flat = flat_disks(disks, problem.constraints, stepped.at, solvers, stepped.laplacian)
+    if flat is None:
+        return
+    good = stepped.good & ~flat.flipped & (flat.gap <= GAP)
+    good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # that is to be warned of
+    rows = rows_of(problem, disks)
+    before = families_of(problem.start, rows, faces).T
+    after = families_of(stepped.at, rows, faces).T
+    angles, uv = np.ascontiguousarray(stepped.at.alpha.T), coordinates(flat.z)
+    residual, inner, gap, ratio = (
+        values.tolist() for values in (stepped.residual.T, stepped.inner_steps.T, flat.gap, flat.ratio)
+    )
+    nothing = np.empty(0, dtype=np.int64)
+    for k in np.flatnonzero(good).tolist():
+        first, last = residual[k][0], residual[k][2]
+        steps: tuple[Step, ...] = ()
+        if first > method.tol:
+            steps = Step("step", inner[k][0], 0, residual[k][1]), Step("chord", inner[k][1], 0, last)
+        has_rows = bool(rows.sizes[k])
+        solver = flat.solver if has_rows else "none"
+        outcome, message = judge(
+            ratio[k], "boundary", solver, nothing, last, nothing, converged=last <= method.tol, note=""
+        )
+        yield (
+            k,
+            Flattening(
+                uv=uv[vertices.start[k] : vertices.start[k + 1]],
+                angles=angles[faces.start[k] : faces.start[k + 1]],
+                method=method.name,
+                outcome=outcome,
+                message=message,
+                flipped=nothing,
+                repaired=nothing,
+                ladder=(Rung("linear step", Status.GOOD, 0, last, ""),),
+                steps=steps,
+                before=_residuals(before[k]),
+                after=_residuals(after[k]),
+                holes=(),
+                gap=gap[k],
+                layout="boundary",
+                solver=stepped.how if steps else "none",
+                layout_solver=solver,
+                seconds={},  # when all is done
+            ),
+        )
+
+
+def _residuals(largest: FloatArray) -> Residuals:
+    """Of a disk, by its vertices, triangles and wheels."""
+    return Residuals(float(largest[0]), float(largest[1]), float(largest[2]), 0.0)

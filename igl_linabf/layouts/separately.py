@@ -1,0 +1,70 @@
+"""The layout of disks side by side: every boundary drawn, both coordinates harmonic inside."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._types import BoolArray, ComplexArray, FloatArray
+from ..angles import Constraints, Iterate
+from ..linalg import Analysis, Solvers
+from ..surface import Disks, area_ratio, centred_each, complex_positions, signed_double_areas
+from .boundary import develop_boundaries
+
+
+@dataclass(frozen=True, eq=False)
+class FlatDisks:
+    """The maps of disks side by side.
+
+    Attributes
+    ----------
+    z : (#V, ) complex128
+        Each of the area of its disk, centred and turned.
+    gap : (#disks,) float64
+        By how much each boundary failed to close, relative to its length.
+    flipped : (#disks,) bool
+        Whether a triangle of it is flipped or collapsed.
+    ratio : (#disks,) float64
+        Of its largest area scale to its smallest one, as `span` has it.
+    solver : str
+    """
+
+    z: ComplexArray
+    gap: FloatArray
+    flipped: BoolArray
+    ratio: FloatArray
+    solver: str
+
+
+def flat_disks(
+    disks: Disks, constraints: Constraints, at: Iterate, solvers: Solvers, laplacian: Analysis | None
+) -> FlatDisks | None:
+    """Lay out the angles of disks side by side; None where there is no exact factor.
+
+    By another one a disk's map would depend on the others.
+
+    Raises
+    ------
+    NotPositiveDefiniteError
+        The layout of one of them is singular in double precision.
+    """
+    topology, pattern = disks.topology, constraints.pattern
+    boundaries, solver = develop_boundaries(disks, at.residual), "none"
+    z = np.zeros(topology.n, dtype=np.complex128)
+    z[disks.rim[0]] = boundaries.z
+    if pattern.n:
+        weight = topology.sum_at_edges(1 / np.tan(at.alpha)) / 2
+        lower = pattern.laplacian(weight)
+        factored = (laplacian or solvers.laplacian(lower)).factor(lower)
+        if not factored.exact:
+            return None
+        z[topology.interior] = complex_positions(factored.solve(pattern.pull(weight, z[topology.edges.T])))
+        solver = factored.name
+    with np.errstate(divide="ignore", invalid="ignore"):  # of a disk whose angles are not to be drawn
+        areas = signed_double_areas(z, topology.corner)
+        scale = np.abs(areas)
+        z = centred_each(topology.corner, z, scale, disks.area, disks.vertices, disks.faces)
+        scale /= disks.double_area
+        ratio = area_ratio(disks.faces.max(scale), disks.faces.min(scale))
+    return FlatDisks(z, boundaries.gap, disks.faces.any(~(areas > 0)), ratio, solver)

@@ -1,0 +1,125 @@
+"""Several disks side by side: one mesh of many components, checked and measured in one go."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .._types import BoolArray, FloatArray, IntArray
+from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE, products
+from .components import connected_labels
+from .parts import Parts
+from .topology import NEXT, PREV, Topology, cycles, undirected
+
+Arrays = tuple[FloatArray, IntArray]  # V (#V, 3) float64 and F (#F, 3) int64
+
+
+@dataclass(frozen=True, eq=False)
+class Disks:
+    """Disks without holes side by side, numbered one after the other.
+
+    Attributes
+    ----------
+    topology : Topology
+        Of all; loop i is the boundary of disk i.
+    double_area : (#F,) float64
+    dot : (3, #F) float64
+        As a `Mesh` has them.
+    vertices, faces : Parts
+        Those of each disk.
+    """
+
+    topology: Topology
+    double_area: FloatArray
+    dot: FloatArray
+    vertices: Parts
+    faces: Parts
+
+    def __len__(self) -> int:
+        return len(self.faces)
+
+    @cached_property
+    def area(self) -> FloatArray:
+        """Of each disk."""
+        return np.asarray(self.faces.sum(self.double_area)) / 2
+
+    @cached_property
+    def rim(self) -> tuple[IntArray, Parts]:
+        """The vertices of all boundary loops, and which are whose."""
+        loops = self.topology.loops
+        return np.concatenate(loops), Parts.of_sizes([len(loop) for loop in loops])
+
+
+def side_by_side(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
+    """Put those meshes side by side that are sound disks without holes; their places among `meshes`.
+
+    What a mesh lacks that is left out is not said: `planar` of it says it.
+    """
+    places = np.arange(len(meshes))
+    while len(places):
+        disks, good = _joined([meshes[i] for i in places.tolist()])
+        if disks is not None:
+            return disks, places
+        places = places[good]
+    return None, places
+
+
+def _joined(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
+    """All of them side by side, if all are sound; or which of them may be."""
+    vertices = Parts.of_sizes([len(V) for V, _ in meshes])
+    faces = Parts.of_sizes([len(F) for _, F in meshes])
+    F = np.concatenate([F for _, F in meshes])
+    corner = np.ascontiguousarray(F.T)
+    n = faces.spread(vertices.sizes)
+    a, b, c = corner
+    wrong = (corner.min(axis=0) < 0) | (corner.max(axis=0) >= n) | (a == b) | (b == c) | (c == a)
+    good = ~faces.any(wrong)
+    if not good.all():
+        return None, good
+    corner += faces.spread(vertices.start[:-1])
+    V = np.concatenate([V for V, _ in meshes])
+    lost = np.bincount(corner.ravel(), minlength=len(V)) == 0
+    with np.errstate(invalid="ignore"):
+        largest = vertices.max(np.abs(V).max(axis=1))  # that is NaN where a coordinate is
+        good = (largest > SMALLEST_COORDINATE) & (largest < LARGEST_COORDINATE) & ~vertices.any(lost)
+    if not good.all():
+        return None, good
+    double_area, dot, thin = products(V, corner)
+    topology, sound = _topologies(corner, vertices, faces)
+    good = sound & ~faces.any(thin)
+    if topology is None or not good.all():
+        return None, good
+    return Disks(topology, double_area, dot, vertices, faces), good
+
+
+def _topologies(corner: IntArray, vertices: Parts, faces: Parts) -> tuple[Topology | None, BoolArray]:
+    """Connectivity of disks side by side; None, and which of them are disks so far, where not all are."""
+    n, m = int(vertices.start[-1]), corner.shape[1]
+    tail, head = corner[NEXT], corner[PREV]
+    first, second, count = undirected(tail, head, n)[1:]
+    t, h = tail.ravel(), head.ravel()
+    edges = np.column_stack((t[first], h[first]))
+    turned = (t[second] == edges[:, 0]) & (second >= 0)
+    of_vertex = vertices.spread(np.arange(len(vertices)))
+    of_edge = of_vertex[edges[:, 0]]
+    good = np.ones(len(faces), dtype=bool)
+    good[of_edge[(count > 2) | turned]] = False
+    rim = np.sort(t[first[count == 1]])
+    good[of_vertex[rim[1:][rim[1:] == rim[:-1]]]] = False  # two boundary edges leave one vertex
+    if not good.all():
+        return None, good
+    boundary = first[count == 1]
+    start, order = rim, np.argsort(t[boundary], kind="stable")
+    loops = tuple(start[cycle] for cycle in cycles(np.searchsorted(start, h[boundary][order])))
+    holes = np.bincount(of_vertex[[loop[0] for loop in loops]], minlength=len(faces))
+    characteristic = vertices.sizes - np.bincount(of_edge, minlength=len(faces)) + faces.sizes
+    good = (holes == 1) & (characteristic == 1)
+    inside = second >= 0
+    label = connected_labels(np.column_stack((first[inside] % m, second[inside] % m)), m)
+    good &= faces.min(label) == faces.max(label)
+    if not good.all():
+        return None, good
+    return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops, len(loops)), good

@@ -1,0 +1,84 @@
+"""Consecutive parts of an array, as the arrays of several meshes one after the other have them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .._types import Array, IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class Parts:
+    """Part i of an array is its elements `start[i]` to `start[i + 1]`, of the last axis; none is possible.
+
+    Attributes
+    ----------
+    start : (#parts + 1,) int64
+    """
+
+    start: IntArray
+
+    @classmethod
+    def of_sizes(cls, sizes: Sequence[int] | IntArray) -> Parts:
+        """Parts of these sizes."""
+        return cls(np.concatenate(([0], np.cumsum(np.asarray(sizes, dtype=np.int64)))))
+
+    def __len__(self) -> int:
+        return len(self.start) - 1
+
+    @cached_property
+    def sizes(self) -> IntArray:
+        """(#parts,) int64."""
+        return np.diff(self.start)
+
+    @cached_property
+    def _filled(self) -> IntArray | slice:
+        """Those that are not empty."""
+        return slice(None) if bool(self.sizes.all()) else np.flatnonzero(self.sizes)
+
+    def _reduced(self, ufunc: np.ufunc, values: Array) -> Array:
+        made = np.zeros((*values.shape[:-1], len(self)), dtype=values.dtype)
+        begin = self.start[:-1][self._filled]
+        if len(begin):
+            made[..., self._filled] = ufunc.reduceat(values, begin, axis=-1)
+        return made
+
+    def sum(self, values: Array) -> Array:
+        """Sums over the parts; 0 over an empty one."""
+        return self._reduced(np.add, values)
+
+    def max(self, values: Array) -> Array:
+        """Largest elements of the parts; 0 of an empty one."""
+        return self._reduced(np.maximum, values)
+
+    def min(self, values: Array) -> Array:
+        """Smallest elements of the parts; 0 of an empty one."""
+        return self._reduced(np.minimum, values)
+
+    def any(self, values: Array) -> Array:
+        """Whether an element of a part is true."""
+        return self._reduced(np.logical_or, values)
+
+    def spread(self, values: Array) -> Array:
+        """One value a part, at all elements of the part."""
+        return np.repeat(values, self.sizes, axis=-1)
+
+    def cumsum(self, values: Array) -> Array:
+        """The running sums of each part for itself, as if there were no others."""
+        made = np.empty_like(values)
+        # parts of about one size side by side in one table; a sum over all would carry rounding along
+        width = np.ceil(np.log2(np.maximum(self.sizes, 1))).astype(np.int64)
+        for w in np.unique(width):
+            chosen = np.flatnonzero((width == w) & (self.sizes > 0))
+            if len(chosen):
+                at = np.arange(self.sizes[chosen].max())
+                inside = at < self.sizes[chosen][:, None]
+                index = (self.start[chosen][:, None] + at)[inside]
+                table = np.zeros(inside.shape, dtype=values.dtype)
+                table[inside] = values[index]
+                made[index] = np.cumsum(table, axis=1)[inside]
+        return made
