@@ -31,6 +31,7 @@ from .io import write_grid
 from .layouts import layout
 from .measures import Quality, distortion, overlaps, quality
 from .remesh import QuadGrid, quad_grid
+from .surface import Cleaned, Repair, clean
 
 __all__ = [
     "ABF",
@@ -39,6 +40,7 @@ __all__ = [
     "SCP",
     "Atlas",
     "Chart",
+    "Cleaned",
     "Comparison",
     "FallbackWarning",
     "Flattening",
@@ -51,8 +53,10 @@ __all__ = [
     "OutcomeWarning",
     "QuadGrid",
     "Quality",
+    "Repair",
     "Residuals",
     "abf",
+    "clean",
     "compare",
     "cut",
     "distortion",

@@ -11,19 +11,24 @@ from numpy.typing import ArrayLike
 
 from .._runtime import Progress, advance, part, reporting
 from .._types import IntArray
-from ..errors import FallbackWarning, MeshError, OutcomeWarning, some, stack_level
+from ..errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning, some, stack_level
 from ..flattening import Flattening, Method, Outcome, guaranteed, method_of
 from ..measures import change_of, overlapping_pairs, quality_of
 from ..surface import (
+    Cleaned,
     Submesh,
+    as_it_is,
     check_finite,
+    cleaned_surface,
     complex_positions,
     flipped_faces,
     planar_mesh,
     seam_mask,
     signed_double_areas,
 )
-from .atlas import Atlas, Chart
+from .atlas import ROUNDING, Atlas, Chart
+from .given import given_back, sides_of_cleaned, without_charts
+from .halving import halves
 from .overlap_seams import seams_between
 from .packing import pack_maps
 from .scaf import moved_apart
@@ -31,6 +36,7 @@ from .seams import TRADE, edges_between_textures, seams_of
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 MAX_SPLITS = 8  # of a chart that flips or overlaps, and of its parts
+MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 
 
@@ -44,6 +50,10 @@ def unwrap(
     holes: bool = False,
     bijective: bool = False,
     margin: float = 0.005,
+    max_stretch: float | None = None,
+    complete: bool = False,
+    weld: float | None = None,
+    strict: bool = False,
     progress: Progress = None,
 ) -> Atlas:
     """Cut any surface into charts, flatten them without overlaps, and pack them.
@@ -51,23 +61,33 @@ def unwrap(
     Parameters
     ----------
     V : (#V, 3) float
-        Vertex positions.
+        Vertex positions, finite where a face is.
     F : (#F, 3) int
-        Oriented triangles of any number of components, boundary loops and handles.
+        Any triangles. Those that are no clean oriented manifold are made one, as `clean` does.
     seams : (#E, 2) int or (#F, 3) bool, optional
         Where to cut, as `cut` takes them; by default what `find_seams` finds, and more of it where
         a chart comes out with flipped faces, and `guarantee="injective"` where none helps.
     method : str or method object
         As in `flatten`.
     trade : float
-        Of `find_seams`: seam length against distortion.
+        Of `find_seams`: seam length against distortion, of disks, too.
     holes : bool
         Leave holes uncut, where `seams` are to be found.
     bijective : bool
         Do not split a chart that lies over itself: `make_bijective` moves its parts from each
         other, at the price in F/3nt that the chart's `cost` says. Charts with holes are split.
     margin : float
-        Between charts, and at the border, as a share of the unit square's side.
+        Between charts, and at the border, as a share of the unit square's side. Less, with a
+        warning, where the charts are too many for it.
+    max_stretch : float, optional
+        Cut or split charts, beyond given `seams`, too, until the L2 stretch of each is at most this.
+        At least 1; by default stretch is only weighed against seam length.
+    complete : bool
+        `seams` are a beginning: the others that handles, closed pieces and stretch need are found.
+    weld : float, optional
+        As in `clean`.
+    strict : bool
+        Refuse what is no clean oriented manifold, instead of repairing it.
     progress : callable or False, optional
         As in `flatten`.
 
@@ -78,13 +98,18 @@ def unwrap(
     Raises
     ------
     MeshError
-        The surface is no oriented manifold, a face is degenerate, a seam is no edge, or given
-        seams leave a chart with handles or without a boundary.
+        The arrays are malformed, a coordinate at a face is NaN or infinite, a seam is no edge, or
+        given seams leave a chart with handles or without a boundary and are not to be completed.
+        With `strict`, also: the surface is no oriented manifold, or a face has no area.
+    ValueError
+        `trade`, `margin`, `max_stretch` or `weld` is out of its range.
 
     Warns
     -----
+    MeshWarning
+        The mesh was repaired; `atlas.repairs` has the details.
     OutcomeWarning
-        A chart has flipped faces, or lies over itself still.
+        A chart has flipped faces, lies over itself still, or is stretched beyond use.
 
     Examples
     --------
@@ -94,17 +119,29 @@ def unwrap(
     >>> len(atlas.charts), atlas.good, atlas.FTC.shape
     (1, True, (20, 3))
     """
-    surface = Submesh.checked_manifold(V, F)
-    task = _Task(method_of(method), seams is None, trade, holes, bijective)
+    if max_stretch is not None and not max_stretch >= 1:
+        raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
+    if strict:
+        surface = Submesh.checked_manifold(V, F)
+        cleaned = as_it_is(surface)
+    else:
+        cleaned, surface = cleaned_surface(V, F, weld)
+    given = np.asarray(F)
+    if cleaned.repairs:
+        listed = "; ".join(map(str, cleaned.repairs))
+        warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
+    if not len(surface.F):
+        return without_charts(cleaned, given)
+    task = _Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch)
     with reporting(progress):
-        if seams is None:
-            with part("seams", SEAMS_END):
-                pieces = surface.cut_along(seams_of(surface, trade, holes=holes))
-        else:
-            pieces = surface.cut(seam_mask(seams, surface.named_faces, surface.n_given))
+        with part("seams", SEAMS_END):
+            pieces = _pieces(surface, cleaned, seams, given, task)
         done = _charts(pieces, task)
         with part("packing", 1.0):
             atlas = _packed(surface, done, margin)
+    atlas = replace(atlas, max_stretch=max_stretch)
+    if cleaned.repairs:
+        atlas = given_back(atlas, cleaned, given)
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
@@ -119,6 +156,29 @@ class _Task:
     trade: float
     holes: bool
     bijective: bool
+    max_stretch: float | None
+
+    @property
+    def most_splits(self) -> int:
+        """Of a chart and its parts."""
+        return MAX_SPLITS if self.max_stretch is None else MAX_SPLITS_FOR_STRETCH
+
+
+def _pieces(
+    surface: Submesh, cleaned: Cleaned, seams: ArrayLike | None, F: IntArray, task: _Task
+) -> list[Submesh]:
+    """The surface cut along the seams that are given, and those that are found."""
+    pieces = [surface]
+    if seams is not None:
+        if cleaned.repairs:
+            mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged)), cleaned)
+        else:
+            mask = seam_mask(seams, surface.named_faces, surface.n_given)
+        pieces = surface.cut(mask)
+    if not task.may_find_seams:
+        return pieces
+    found = [seams_of(piece, task.trade, holes=task.holes, disks=True) for piece in pieces]
+    return [part for piece, edges in zip(pieces, found, strict=True) for part in piece.cut_along(edges)]
 
 
 def _charts(pieces: list[Submesh], task: _Task) -> list[tuple[Chart, Submesh]]:
@@ -142,7 +202,7 @@ def _chart(piece: Submesh, splits: int, task: _Task) -> Chart | list[Submesh]:
     """The piece flattened; or its parts, where it is to be cut further."""
     result = _flattened(piece, task.method)
     if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
-        if splits < MAX_SPLITS and len(leaves := _more_leaves(piece, task)):
+        if splits < task.most_splits and len(leaves := _more_leaves(piece, task)):
             return piece.cut_along(leaves)
         result = _flattened_without_flips(piece, result, task)
     check_finite(result.uv, piece.vertices, "uv")
@@ -150,13 +210,25 @@ def _chart(piece: Submesh, splits: int, task: _Task) -> Chart | list[Submesh]:
     if len(pairs) and task.bijective and not result.holes:
         result, cost = _made_bijective(piece, result)
         pairs = overlapping_pairs(result.uv, piece.F)
-    elif len(pairs) and splits < MAX_SPLITS:
+    elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
             return piece.cut_along(seams_of(piece, trade=0))
         parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
         if len(parts) > 1:
             return parts
-    return Chart(piece.faces, result, quality_of(piece, result.uv), splits, len(pairs), cost)
+    quality = quality_of(piece, result.uv)
+    if task.max_stretch is not None and quality.stretch_l2 > task.max_stretch * (1 + ROUNDING):
+        parts = _less_stretched(piece, splits, task)
+        if parts:
+            return parts
+    return Chart(piece.faces, result, quality, splits, len(pairs), cost)
+
+
+def _less_stretched(piece: Submesh, splits: int, task: _Task) -> list[Submesh]:
+    """The piece cut further, and from some number of cuts on halved; nothing where that cannot be."""
+    if splits < MAX_SPLITS and len(leaves := _more_leaves(piece, task)):
+        return piece.cut_along(leaves)
+    return halves(piece) if splits < task.most_splits and len(piece.F) > 1 else []
 
 
 def _flattened(piece: Submesh, method: Method) -> Flattening:
@@ -165,7 +237,7 @@ def _flattened(piece: Submesh, method: Method) -> Flattening:
     if topology.genus or not topology.loops:
         what = f"has {topology.genus} handles" if topology.loops else "is closed"
         which = f"the chart of faces {some(piece.faces)} {what}"
-        raise MeshError(f"{which}: give more seams, or none, so that they are found")
+        raise MeshError(f"{which}: give more seams, or complete=True, so that they are found")
     n = len(piece.V)
     mesh = replace(planar_mesh(piece), vertices=np.arange(n), n_given=n)
     checked = perf_counter() - start
@@ -212,7 +284,8 @@ def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float) 
     placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], margin)
     FTC, label, base = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64), 0
     for i, (_, piece) in enumerate(done):
-        FTC[piece.faces], label[piece.faces] = piece.F + base, i
+        rows = np.searchsorted(surface.faces, piece.faces)
+        FTC[rows], label[rows] = piece.F + base, i
         base += len(piece.V)
     TC, origin = np.concatenate([p.uv for p in placed]), np.concatenate([piece.vertices for _, piece in done])
     V = np.concatenate([piece.V for _, piece in done])

@@ -2,6 +2,7 @@
 
 In: V, F, and a map or pins as the caller has them. Out: a `Submesh`, any surface or a part of one; a
 `Mesh`, one disk with or without holes, which is what is flattened; their `Topology`, components, areas.
+`clean` makes any triangles such a surface.
 Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
@@ -22,6 +23,7 @@ from .plane import (
     signed_double_areas,
     span,
 )
+from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface
 from .submesh import Submesh, cut_faces
 from .topology import (
     NEXT,

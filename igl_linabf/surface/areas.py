@@ -28,6 +28,25 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
             f"{SMALLEST_COORDINATE:g} to {LARGEST_COORDINATE:g} in which areas can be computed: "
             "scale the mesh"
         )
+    double_area, dot, least = _products(V, corner)
+    bad = np.flatnonzero(~(double_area > least))
+    if len(bad):
+        raise MeshError(
+            f"faces {some(bad)} have zero area (face {bad[0]} has vertices "
+            f"{vertices[corner[:, bad[0]]].tolist()}): "
+            "collapse or remove them, or move their vertices apart, as igl_linabf.clean does"
+        )
+    return double_area, dot
+
+
+def without_area(V: FloatArray, F: IntArray) -> IntArray:
+    """The faces that `measure` refuses for their area; coordinates are within its range."""
+    double_area, _, least = _products(V, np.ascontiguousarray(F.T))
+    return np.flatnonzero(~(double_area > least))
+
+
+def _products(V: FloatArray, corner: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Twice the areas, the scalar products, and the least double area that rounding does not make."""
     x, y, z = (axis[corner] for axis in np.ascontiguousarray(V.T))
     # side k is opposite to corner k
     ux, uy, uz = (c[PREV] - c[NEXT] for c in (x, y, z))
@@ -40,11 +59,4 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
     longest = np.sqrt((ux**2 + uy**2 + uz**2).max(axis=0))
     extent = np.maximum(longest, np.maximum(np.abs(x), np.maximum(np.abs(y), np.abs(z))).max(axis=0))
     # a coordinate x is known to eps |x|; that times the longest side is an area out of nothing
-    bad = np.flatnonzero(~(double_area > 4 * np.finfo(float).eps * extent * longest))
-    if len(bad):
-        raise MeshError(
-            f"faces {some(bad)} have zero area (face {bad[0]} has vertices "
-            f"{vertices[corner[:, bad[0]]].tolist()}): "
-            "collapse or remove them, or move their vertices apart"
-        )
-    return double_area, dot
+    return double_area, dot, 4 * np.finfo(float).eps * extent * longest
