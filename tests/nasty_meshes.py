@@ -113,7 +113,7 @@ def two_cubes_at_an_edge() -> Surface:
 @nasty
 def two_rooms_and_a_wall() -> Surface:
     V, F = merged(*joined((CUBE, triangles(QUADS)), (CUBE + [1, 0, 0], triangles(QUADS))))
-    return V, np.unique(np.sort(F, axis=1), axis=0)
+    return V, F[np.unique(np.sort(F, axis=1), axis=0, return_index=True)[1]]
 
 
 @nasty

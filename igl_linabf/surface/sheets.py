@@ -15,7 +15,11 @@ from .._types import BoolArray, FloatArray, IntArray
 from .components import connected_labels
 
 MOST_AT_AN_EDGE = 500  # faces of which pairs are sought; more of them are all taken apart
-SCORE_DIGITS = 6  # to which angles between faces are equal
+# what it costs to join two faces is 1 + cos of the angle between them: 0 flat, 1 at a right angle, 2 folded
+FOLDED = 2.0
+SCORE_DIGITS = 6  # to which it is told apart
+OTHER_PATCH = 1.05  # more, where nothing else joins the two: of two cubes at an edge each stays whole
+ONE_SIDED = 3.0  # more, where that makes a two-sided patch one-sided
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,41 +100,41 @@ def _links(V: FloatArray, F: IntArray, triangle: IntArray) -> tuple[IntArray, In
     tail, head = _tails_heads(F)
     some = order[begin[crowd]]
     edges = np.sort(np.column_stack((tail[some], head[some])), axis=1)
-    chosen = _best_pairs(V, F, triangle, order, begin[crowd], count[crowd])
+    patch, turned, _ = _agreed(F, plain)
+    a, b = _pairs_at(order, begin[crowd], count[crowd])
+    a, b = (sides[triangle[a // 3] != triangle[b // 3]] for sides in (a, b))
+    against = tail[a] == tail[b]
+    same = patch[a // 3] == patch[b // 3]
+    one_sided = same & (against ^ turned[a // 3] ^ turned[b // 3])
+    with np.errstate(invalid="ignore"):
+        cost = np.round(1 + (_inward(V, F, a) * _inward(V, F, b)).sum(axis=1), SCORE_DIGITS)
+    cost = np.where(np.isfinite(cost), cost, FOLDED) + OTHER_PATCH * ~same + ONE_SIDED * one_sided
+    ranked = np.lexsort((b, a, against, cost))
+    chosen = _best_pairs(a[ranked], b[ranked], 3 * len(F))
     return np.concatenate((plain, chosen)), edges
 
 
-def _best_pairs(
-    V: FloatArray, F: IntArray, triangle: IntArray, order: IntArray, begin: IntArray, count: IntArray
-) -> IntArray:
-    """Of the sides at each crowded edge the pairs of best angle, the best first."""
+def _pairs_at(order: IntArray, begin: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
+    """All pairs of sides at the same edge; `begin` and `count` as of `_groups`."""
     few = count <= MOST_AT_AN_EDGE
     begin, count = begin[few], count[few]
-    place = np.repeat(begin, count) + _ranges(count)  # in `order`, of each side of these edges
+    place = np.repeat(begin, count) + _ranges(count)
     later = np.repeat(begin + count, count) - place - 1
     first = np.repeat(place, later)
-    second = first + 1 + _ranges(later)
-    a, b = order[first], order[second]
-    apart = triangle[a // 3] != triangle[b // 3]
-    a, b = a[apart], b[apart]
-    tail, head = _tails_heads(F)
-    inward = _inward(V, F, order[place])
-    where = np.zeros(3 * len(F), dtype=np.int64)
-    where[order[place]] = np.arange(len(place))
-    with np.errstate(invalid="ignore"):
-        folded = np.round(1 + (inward[where[a]] * inward[where[b]]).sum(axis=1), SCORE_DIGITS)
-    against = tail[a] == tail[b]
-    ranked = np.lexsort((b, a, against, folded))  # NaN of faces without area comes last
-    a, b = a[ranked], b[ranked]
+    return order[first], order[first + 1 + _ranges(later)]
+
+
+def _best_pairs(a: IntArray, b: IntArray, n: int) -> IntArray:
+    """Of ranked pairs among n sides the first that use each side once, greedily."""
     chosen = [np.zeros((0, 2), dtype=np.int64)]
     while len(a):
         rank = np.arange(len(a))
-        best = np.full(3 * len(F), len(a))
+        best = np.full(n, len(a))
         np.minimum.at(best, a, rank)
         np.minimum.at(best, b, rank)
         mine = (best[a] == rank) & (best[b] == rank)
         chosen.append(np.column_stack((a[mine], b[mine])))
-        taken = np.zeros(3 * len(F), dtype=bool)
+        taken = np.zeros(n, dtype=bool)
         taken[chosen[-1]] = True
         free = ~(taken[a] | taken[b])
         a, b = a[free], b[free]
@@ -158,34 +162,35 @@ def _inward(V: FloatArray, F: IntArray, side: IntArray) -> FloatArray:
 
 def _orientation(F: IntArray, links: IntArray) -> tuple[BoolArray, BoolArray]:
     """Which faces to turn, and across which links orientation cannot agree."""
-    m = len(F)
+    label, turned, torn = _agreed(F, links)
+    change = np.bincount(label, weights=turned) * 2 > np.bincount(label)
+    return turned ^ change[label], torn
+
+
+def _agreed(F: IntArray, links: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
+    """The component of each face; which to turn to agree with its first one; links where that fails."""
+    m, faces = len(F), links // 3
     tail, _ = _tails_heads(F)
     against = tail[links[:, 0]] == tail[links[:, 1]]
-    if not against.any():
-        return np.zeros(m, dtype=bool), against
-    faces = links // 3
     label = connected_labels(faces, m)
+    turned = np.zeros(m, dtype=bool)
+    if not against.any():
+        return label, turned, against
     roots = np.unique(label, return_index=True)[1]
     tree = np.concatenate((faces, np.column_stack((np.full(len(roots), m), roots))))
     graph = sparse.csr_array((np.ones(len(tree), dtype=np.int8), tree.T), shape=(m + 1, m + 1))
     before = csgraph.breadth_first_order(graph, m, directed=False)[1].astype(np.int64)
     before[roots], before[m] = roots, m
     before = before[:m]
-    key = faces.min(axis=1) * m + faces.max(axis=1)
-    keys, link = np.unique(key, return_index=True)
+    keys, link = np.unique(faces.min(axis=1) * m + faces.max(axis=1), return_index=True)
     child = np.flatnonzero(before != np.arange(m))
     up = before[child]
-    turned = np.zeros(m, dtype=bool)
-    turned[child] = against[
-        link[np.searchsorted(keys, np.minimum(child, up) * m + np.maximum(child, up))]
-    ]
-    while (before != before[before]).any():  # of all faces on the way to the root, doubling the steps
+    key = np.minimum(child, up) * m + np.maximum(child, up)
+    turned[child] = against[link[np.searchsorted(keys, key)]]
+    while (before != before[before]).any():  # of all faces on the way to the first, doubling the steps
         turned ^= turned[before]
         before = before[before]
-    change = np.bincount(label, weights=turned) * 2 > np.bincount(label)
-    turned ^= change[label]
-    torn = against ^ turned[faces[:, 0]] ^ turned[faces[:, 1]]
-    return turned, torn
+    return label, turned, against ^ turned[faces[:, 0]] ^ turned[faces[:, 1]]
 
 
 def _with_fans(F: IntArray, links: IntArray, triangle: IntArray) -> tuple[IntArray, IntArray]:
