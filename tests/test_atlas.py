@@ -150,8 +150,8 @@ def test_unreferenced_vertices_and_degenerate_faces() -> None:
     atlas = unwrap(np.vstack(([[9, 9, 9]], V, [[8, 8, 8]])), F + 1)
     assert atlas.good
     assert (atlas.origin[atlas.FTC] == F + 1).all()
-    with pytest.raises(MeshError, match="zero area"):
-        unwrap(np.where(np.arange(len(V))[:, None] == F[3, 0], V[F[3, 1]], V), F)
+    with pytest.raises(MeshError, match="zero area.*igl_linabf.clean"):
+        unwrap(np.where(np.arange(len(V))[:, None] == F[3, 0], V[F[3, 1]], V), F, strict=True)
 
 
 def test_a_disk_that_double_precision_does_not_hold_is_cut_open() -> None:

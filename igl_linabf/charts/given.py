@@ -8,7 +8,7 @@ import numpy as np
 
 from .._types import BoolArray, IntArray
 from ..measures import Quality
-from ..surface import Cleaned
+from ..surface import Cleaned, seam_mask
 from .atlas import Atlas
 
 NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0, 0, 0)  # of no face
@@ -17,7 +17,8 @@ NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0, 0, 0)  # of no face
 def sides_of_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
     """A mask of sides k to k + 1 of the given faces as one of the repaired ones."""
     mask = mask[cleaned.faces]
-    return np.where(cleaned.turned[:, None], mask[:, ::-1], mask)
+    mask = np.where(cleaned.turned[:, None], mask[:, ::-1], mask)
+    return seam_mask(mask, cleaned.F, len(cleaned.V))  # on both sides of an edge that was welded
 
 
 def given_back(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:

@@ -30,6 +30,6 @@ def halves(piece: Submesh) -> list[Submesh]:
     label[second] = False
     between = np.flatnonzero(label[a] != label[b])
     mask = np.zeros((m, 3), dtype=bool)
-    half_edge: IntArray = inside[0, between]  # opposite to corner k: from corner k + 1 on
+    half_edge: IntArray = inside[:, between].ravel()  # opposite to corner k: from corner k + 1 on
     mask[half_edge % m, (half_edge // m + 1) % 3] = True
     return piece.cut(mask)

@@ -172,8 +172,13 @@ def find_seams(
     return seams_of(Submesh.checked_manifold(V, F), trade, holes=holes, disks=disks)
 
 
-def seams_of(surface: Submesh, trade: float, *, holes: bool = False, disks: bool = False) -> IntArray:
-    """`find_seams` of a checked manifold, or of a part of one; by the caller's vertices."""
+def seams_of(
+    surface: Submesh, trade: float, *, holes: bool = False, disks: bool = False, gain: float = 0.0
+) -> IntArray:
+    """`find_seams` of a checked manifold, or of a part of one; by the caller's vertices.
+
+    Components that need no seam get one if it pays by `gain` at least, in L2 stretch.
+    """
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number from 0 (shortest seams) upwards")
     found = [np.zeros((0, 2), dtype=np.int64)]
@@ -182,7 +187,9 @@ def seams_of(surface: Submesh, trade: float, *, holes: bool = False, disks: bool
         open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
         if not open_ or (disks and trade > 0):
             piece = closed_surface(component)
-            found.append(component.vertices[piece.edges[_seam(piece, trade, holes)]])
+            seam = _seam(piece, trade, holes)
+            if not open_ or _cost(piece, seam[:0], trade) - _cost(piece, seam, trade) >= gain:
+                found.append(component.vertices[piece.edges[seam]])
     return np.concatenate(found)
 
 

@@ -26,7 +26,7 @@ from ..surface import (
     seam_mask,
     signed_double_areas,
 )
-from .atlas import ROUNDING, Atlas, Chart
+from .atlas import BEYOND_USE, ROUNDING, Atlas, Chart
 from .given import given_back, sides_of_cleaned, without_charts
 from .halving import halves
 from .overlap_seams import seams_between
@@ -35,8 +35,10 @@ from .scaf import moved_apart
 from .seams import TRADE, edges_between_textures, seams_of
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
+DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
 MAX_SPLITS = 8  # of a chart that flips or overlaps, and of its parts
-MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for
+MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
+MAX_LEAF_ROUNDS = 8  # of more seams for that, before it is halved
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 
 
@@ -159,6 +161,13 @@ class _Task:
     max_stretch: float | None
 
     @property
+    def most_stretch(self) -> float:
+        """Of a chart, in L2, from which on it is cut further."""
+        if self.max_stretch is not None:
+            return self.max_stretch * (1 + ROUNDING)
+        return BEYOND_USE if self.may_find_seams else np.inf
+
+    @property
     def most_splits(self) -> int:
         """Of a chart and its parts."""
         return MAX_SPLITS if self.max_stretch is None else MAX_SPLITS_FOR_STRETCH
@@ -177,8 +186,20 @@ def _pieces(
         pieces = surface.cut(mask)
     if not task.may_find_seams:
         return pieces
-    found = [seams_of(piece, task.trade, holes=task.holes, disks=True) for piece in pieces]
-    return [part for piece, edges in zip(pieces, found, strict=True) for part in piece.cut_along(edges)]
+    return [part for piece in pieces for part in piece.cut_along(_seams_worth(piece, task))]
+
+
+def _seams_worth(piece: Submesh, task: _Task) -> IntArray:
+    """The seams that its components need, and those that their stretch is worth; of disks, too."""
+    if not task.holes:
+        return seams_of(piece, task.trade, disks=True, gain=DISK_GAIN)
+    parts = piece.components()
+    disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
+    found = [
+        seams_of(part, task.trade, holes=True, disks=disk, gain=DISK_GAIN)
+        for part, disk in zip(parts, disks, strict=True)
+    ]
+    return np.concatenate(found)
 
 
 def _charts(pieces: list[Submesh], task: _Task) -> list[tuple[Chart, Submesh]]:
@@ -217,18 +238,16 @@ def _chart(piece: Submesh, splits: int, task: _Task) -> Chart | list[Submesh]:
         if len(parts) > 1:
             return parts
     quality = quality_of(piece, result.uv)
-    if task.max_stretch is not None and quality.stretch_l2 > task.max_stretch * (1 + ROUNDING):
-        parts = _less_stretched(piece, splits, task)
-        if parts:
-            return parts
+    if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
+        return parts
     return Chart(piece.faces, result, quality, splits, len(pairs), cost)
 
 
 def _less_stretched(piece: Submesh, splits: int, task: _Task) -> list[Submesh]:
     """The piece cut further, and from some number of cuts on halved; nothing where that cannot be."""
-    if splits < MAX_SPLITS and len(leaves := _more_leaves(piece, task)):
+    if splits < MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, task)):
         return piece.cut_along(leaves)
-    return halves(piece) if splits < task.most_splits and len(piece.F) > 1 else []
+    return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH and len(piece.F) > 1 else []
 
 
 def _flattened(piece: Submesh, method: Method) -> Flattening:

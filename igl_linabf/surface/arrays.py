@@ -130,7 +130,8 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
     if array.shape == F.shape:
         if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
             raise MeshError("the seams of shape (#F, 3) are no mask: pass booleans, or zeros and ones")
-        return array.astype(bool)
+        keys = _side_keys(F, n)  # igl.cut_mesh may crash where only one of the two sides of an edge is marked
+        return np.asarray(np.isin(keys, keys[array.astype(bool)]))
     if array.size == 0:
         return np.zeros(F.shape, dtype=bool)
     if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "iu":
