@@ -184,7 +184,7 @@ def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None
     monkeypatch.setattr(unwrapping, "TRADE_DOUBLINGS", 0)
     V, F = load("stress__optcuts_golf.obj")
     with pytest.warns(FallbackWarning, match="guarantee='injective'"):
-        atlas = unwrap(V * [20, 1, 1], F)
+        atlas = unwrap(V * [20, 1, 1], F, max_stretch=np.inf)
     assert atlas.good
     assert any(chart.result.ladder[-1].name == "injective" for chart in atlas.charts)
 

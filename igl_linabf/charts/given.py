@@ -75,6 +75,8 @@ def _borrowed(FTC: IntArray, chart: IntArray, F: IntArray) -> tuple[IntArray, In
             same = F[t][:, None] == F[other]
             at = np.where(same.any(axis=1), same.argmax(axis=1), -1)
             at[at < 0] = at[at >= 0][0]
+            if len(set(at.tolist())) == 3:  # its twin
+                at[2] = at[1]
             FTC[t], chart[t] = FTC[other][at], chart[other]
         aside = aside[~found]
     return FTC, chart

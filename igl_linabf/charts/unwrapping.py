@@ -128,7 +128,8 @@ def unwrap(
         cleaned = as_it_is(surface)
     else:
         cleaned, surface = cleaned_surface(V, F, weld)
-    given = np.asarray(F)
+    as_given = surface.vertices is cleaned.origin
+    given = np.asarray(F).astype(np.int64)
     if cleaned.repairs:
         listed = "; ".join(map(str, cleaned.repairs))
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
@@ -142,7 +143,7 @@ def unwrap(
         with part("packing", 1.0):
             atlas = _packed(surface, done, margin)
     atlas = replace(atlas, max_stretch=max_stretch)
-    if cleaned.repairs:
+    if not as_given:
         atlas = given_back(atlas, cleaned, given)
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
@@ -179,7 +180,7 @@ def _pieces(
     """The surface cut along the seams that are given, and those that are found."""
     pieces = [surface]
     if seams is not None:
-        if cleaned.repairs:
+        if surface.vertices is not cleaned.origin:
             mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged)), cleaned)
         else:
             mask = seam_mask(seams, surface.named_faces, surface.n_given)

@@ -41,6 +41,8 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
 
 def without_area(V: FloatArray, F: IntArray) -> IntArray:
     """The faces that `measure` refuses for their area; coordinates are within its range."""
+    if not len(F):
+        return np.zeros(0, dtype=np.int64)
     double_area, _, least = _products(V, np.ascontiguousarray(F.T))
     return np.flatnonzero(~(double_area > least))
 

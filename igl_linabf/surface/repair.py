@@ -28,7 +28,7 @@ class Repair:
     Attributes
     ----------
     kind : str
-        "scaled", "welded", "collapsed", "crowded", "twin", "turned", "torn", "bowtie", "arealess"
+        "scaled", "tiny", "welded", "collapsed", "crowded", "twin", "turned", "torn", "bowtie", "arealess"
         or "opened".
     count : int
     of : str
@@ -49,6 +49,7 @@ class Repair:
 
 SAID = {
     "scaled": "were beyond the range of coordinates: all are scaled by a power of two",
+    "tiny": "are, beside the others, at the origin",
     "welded": "are welded to another one in their place",
     "collapsed": "had two corners in one place: they are set aside",
     "crowded": "had more than two faces: the sheets are cut apart, but for the best pairs",
@@ -157,7 +158,8 @@ def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tu
         except MeshError:
             pass  # that is what is to be repaired
         else:
-            if not is_soup(surface.F, len(surface.V)) or _apart(surface.V):
+            soup = is_soup(surface.F, len(surface.V)) and not _apart(surface.V)
+            if not (soup or _tiny(surface.V)[surface.F].all(axis=1).any()):
                 return as_it_is(surface), surface
     done = _repaired(positions, faces, used, weld)
     n = len(done.V)
@@ -197,6 +199,11 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     note("welded", "vertices", np.flatnonzero(merged != np.arange(len(V))))
     V, beyond = _in_range(V, used)
     note("scaled", "vertices", beyond)
+    tiny = used[_tiny(V[used])]
+    if len(tiny):
+        note("tiny", "vertices", tiny)
+        V = V.copy()
+        V[tiny] = 0.0
     merged = collapsed(V, merged[F])[merged]
     G = merged[F]
     twice = (G == G[:, [1, 2, 0]]).any(axis=1)
@@ -217,6 +224,12 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     V_new, opened = opened_caps(V[origin], F_new)
     note("opened", "faces", rows[solid][opened])
     return Cleaned(V_new, F_new, origin, tuple(did), rows[solid], sheets.turned[solid], merged)
+
+
+def _tiny(V: FloatArray) -> BoolArray:
+    """Vertices so near to the origin that there are no areas there, and not on it."""
+    size = np.abs(V).max(axis=1)
+    return np.asarray((size > 0) & (size <= SMALLEST_COORDINATE))
 
 
 def _in_range(V: FloatArray, used: IntArray) -> tuple[FloatArray, IntArray]:
