@@ -33,6 +33,7 @@ def given_back(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
         chart=chart,
         origin=cleaned.origin[atlas.origin],
         seams=cleaned.origin[atlas.seams],
+        seam_length=atlas.seam_length * 2.0**-cleaned.power,
         repairs=cleaned.repairs,
     )
 

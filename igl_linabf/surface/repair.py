@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE, without_area
+from .areas import SMALLEST_COORDINATE, without_area
 from .arrays import check_finite, check_indices, face_array, vertex_array
 from .components import face_components
 from .sheets import Sheets, as_sheets
@@ -19,6 +19,7 @@ from .submesh import Submesh
 from .welding import in_one_place, is_soup, within
 
 FIRST = 5  # indices that a repair names
+SMALL, LARGE = 1e-30, 1e30  # what the largest coordinate may be: eighth powers of lengths are taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +59,7 @@ SAID = {
     "torn": "cut a one-sided sheet (a Moebius band) open",
     "bowtie": "joined several fans of faces: each fan has a vertex of its own",
     "arealess": "are a piece without area: they are set aside",
-    "opened": "had zero area: a vertex of each is moved by a hair",
+    "opened": "had zero area: they are opened a little",
 }
 
 
@@ -82,6 +83,8 @@ class Cleaned:
         Whether it runs the other way around: its last two corners have then changed places.
     merged : (#V,) int64
         The given vertex that each given one was made one with, or itself.
+    power : int
+        V is scaled by 2 to this.
     """
 
     V: FloatArray
@@ -91,6 +94,7 @@ class Cleaned:
     faces: IntArray
     turned: BoolArray
     merged: IntArray
+    power: int = 0
 
     def __iter__(self) -> Iterator[object]:
         return iter((self.V, self.F, self.origin, self.repairs))
@@ -103,8 +107,8 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
     each other best stay together. Two faces of the same vertices become two sheets. Each sheet is
     oriented as most of its faces are; a one-sided one (a Moebius band) is cut. Where fans of faces
     meet in a vertex, each gets a vertex of its own. Faces with two corners in one place are set
-    aside, and the surface closes over them. Other faces without area stay: one of their vertices
-    moves by a ten-thousandth of the shortest side. A clean mesh comes back as it is.
+    aside, and the surface closes over them. Other faces without area stay, opened a little: a vertex
+    moves by a tenth of their shortest side at most, in the plane of the neighbour. A clean mesh comes back as it is.
 
     Parameters
     ----------
@@ -159,7 +163,8 @@ def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tu
             pass  # that is what is to be repaired
         else:
             soup = is_soup(surface.F, len(surface.V)) and not _apart(surface.V)
-            if not (soup or _tiny(surface.V)[surface.F].all(axis=1).any()):
+            tiny = _tiny(surface.V)[surface.F].all(axis=1).any()
+            if not (soup or tiny or _beyond(surface.V).any()):
                 return as_it_is(surface), surface
     done = _repaired(positions, faces, used, weld)
     n = len(done.V)
@@ -197,8 +202,11 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     elif is_soup(F, len(V)):
         merged = in_one_place(V, used)
     note("welded", "vertices", np.flatnonzero(merged != np.arange(len(V))))
-    V, beyond = _in_range(V, used)
-    note("scaled", "vertices", beyond)
+    beyond, power = used[_beyond(V[used])], 0
+    if len(beyond):
+        note("scaled", "vertices", beyond)
+        power = -int(np.frexp(np.abs(V[used]).max())[1])
+        V = np.ldexp(V, power)
     tiny = used[_tiny(V[used])]
     if len(tiny):
         note("tiny", "vertices", tiny)
@@ -223,7 +231,7 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     F_new, origin = number[sheets.F[solid]], sheets.origin[kept]
     V_new, opened = opened_caps(V[origin], F_new)
     note("opened", "faces", rows[solid][opened])
-    return Cleaned(V_new, F_new, origin, tuple(did), rows[solid], sheets.turned[solid], merged)
+    return Cleaned(V_new, F_new, origin, tuple(did), rows[solid], sheets.turned[solid], merged, power)
 
 
 def _tiny(V: FloatArray) -> BoolArray:
@@ -232,14 +240,13 @@ def _tiny(V: FloatArray) -> BoolArray:
     return np.asarray((size > 0) & (size <= SMALLEST_COORDINATE))
 
 
-def _in_range(V: FloatArray, used: IntArray) -> tuple[FloatArray, IntArray]:
-    """`V` scaled by a power of two if areas could not be computed, and the vertices that were too large."""
-    size = np.abs(V[used]).max(axis=1)
+def _beyond(V: FloatArray) -> BoolArray:
+    """The vertices for which to scale; none if the largest coordinate is of a common size, or zero."""
+    size = np.abs(V).max(axis=1)
     largest = float(size.max())
-    if SMALLEST_COORDINATE < largest < LARGEST_COORDINATE or largest == 0:
-        return V, np.zeros(0, dtype=np.int64)
-    which = size >= LARGEST_COORDINATE if largest > 1 else size > 0
-    return np.ldexp(V, -int(np.frexp(largest)[1])), used[which]
+    if SMALL < largest < LARGE or largest == 0:
+        return np.zeros(len(V), dtype=bool)
+    return np.asarray(size >= LARGE if largest > 1 else size > 0)
 
 
 def _bowties(sheets: Sheets, F: IntArray) -> IntArray:

@@ -55,6 +55,9 @@ def as_sheets(V: FloatArray, F: IntArray) -> Sheets:
     Neighbours get the same orientation, that of most of a sheet's faces; where a sheet is
     one-sided, it is cut. Each fan of joined faces gets a vertex of its own.
     """
+    if not len(F):
+        no_edges = np.zeros((0, 2), dtype=np.int64)
+        return Sheets(F, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool), no_edges, no_edges, F[:, 0])
     triangle = np.unique(np.sort(F, axis=1), axis=0, return_inverse=True)[1].ravel()
     links, crowded = _links(V, F, triangle)
     turned, torn = _orientation(F, links)
