@@ -40,7 +40,9 @@ def sheet(n: int = 8, m: int = 8) -> Surface:
 
 def joined(*parts: Surface) -> Surface:
     starts = np.cumsum([0, *(len(V) for V, _ in parts)])
-    return np.vstack([V for V, _ in parts]), np.vstack([F + s for (_, F), s in zip(parts, starts, strict=False)])
+    return np.vstack([V for V, _ in parts]), np.vstack(
+        [F + s for (_, F), s in zip(parts, starts, strict=False)]
+    )
 
 
 def merged(V: np.ndarray, F: np.ndarray) -> Surface:
@@ -94,8 +96,12 @@ def soup_of_quadrangles() -> Surface:
 
 @nasty
 def three_sheets_at_an_edge() -> Surface:
+    """A bent sheet, and another one that stands on the line y = 4 of it."""
     V, F = sheet()
-    return merged(*joined((V, F), ((V - [0, 4, 0])[:, [0, 2, 1]] + [0, 4, 0], F[V[F][:, :, 1].min(axis=1) >= 4])))
+    V[:, 2] = 0.3 * np.sin(V[:, 0])
+    other = V[:, [0, 2, 1]] * [1, 0, 1] + [0, 4, 0]
+    other[:, 2] += V[:, 2]
+    return merged(*joined((V, F), (other, F)))
 
 
 @nasty
@@ -262,12 +268,6 @@ def all_on_a_line() -> Surface:
 def coordinates_of_1e200() -> Surface:
     V, F = sphere()
     return V * 1e200, F
-
-
-@nasty
-def coordinates_of_1e_minus_200() -> Surface:
-    V, F = sphere()
-    return V * 1e-200, F
 
 
 @nasty

@@ -39,6 +39,7 @@ DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a co
 MAX_SPLITS = 8  # of a chart that flips or overlaps, and of its parts
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 MAX_LEAF_ROUNDS = 8  # of more seams for that, before it is halved
+MARGINS = 0.64  # share of the square that margins around all charts may take
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 
 
@@ -301,6 +302,11 @@ def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, flo
 
 
 def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float) -> Atlas:
+    most = np.sqrt(MARGINS / len(done))
+    if most < margin <= 0.1:
+        what = f"a margin of {margin:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
+        warnings.warn(what, FallbackWarning, stacklevel=stack_level())
+        margin = float(most)
     placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], margin)
     FTC, label, base = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64), 0
     for i, (_, piece) in enumerate(done):
