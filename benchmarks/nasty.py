@@ -53,7 +53,7 @@ def by_xatlas(name: str) -> str:
     import xatlas
 
     V, F = NASTY[name]()
-    origin, FTC, TC = xatlas.parametrize(V.astype(np.float32), F.astype(np.uint32))
+    _, FTC, TC = xatlas.parametrize(V.astype(np.float32), F.astype(np.uint32))
     # xatlas keeps the order of faces, and gives those that it leaves out of its charts the point (0, 0)
     corner = TC[FTC]
     lost = int((corner == 0).all(axis=(1, 2)).sum()) + len(F) - len(FTC)

@@ -202,11 +202,16 @@ def check_unwrap(disk: Disk) -> str:
         atlas = il.unwrap(V, F)
         require(bool(np.isfinite(atlas.TC).all()), "TC is NaN")
         require(bool((atlas.TC >= 0).all() and (atlas.TC <= 1).all()), "TC outside the square")
-        require(bool((atlas.origin[atlas.FTC] == F).all()), "FTC is not of F")
-        flipped = exactly_flipped(atlas.TC, atlas.FTC)
+        check_atlas(V, F, atlas)
+        if not atlas.repairs:
+            require(bool((atlas.origin[atlas.FTC] == F).all()), "FTC is not of F")
+        cleaned = il.clean(V, F)
+        solid = atlas.FTC[cleaned.faces]
+        oriented = np.where(cleaned.turned[:, None], solid[:, [0, 2, 1]], solid)
+        flipped = exactly_flipped(atlas.TC, oriented)
         if atlas.good:
             require(not len(flipped), f"called good, flipped are {flipped.tolist()}")
-            require(len(il.overlaps(atlas.TC, atlas.FTC)) == 0, "called good, with overlaps")
+            require(len(il.overlaps(atlas.TC, solid)) == 0, "called good, with overlaps")
         return f"{'good' if atlas.good else 'not good'}"
 
     if not disk.holes:
@@ -323,7 +328,7 @@ def check_atlas(V: np.ndarray, F: np.ndarray, atlas: il.Atlas) -> None:
     require(FTC.shape == F.shape, f"FTC has the shape {FTC.shape}")
     require(bool(np.isfinite(TC).all()), "TC is NaN")
     require(bool((TC >= 0).all() and (TC <= 1).all()), "TC outside the square")
-    require(bool((FTC >= 0).all() and (FTC < len(TC)).all()), "a corner has no texture")
+    require(bool((FTC >= 0).all() and (len(TC) > FTC).all()), "a corner has no texture")
     clean = np.concatenate([chart.faces for chart in atlas.charts] or [[]]).astype(int)
     require(len(np.unique(clean)) == len(clean), "a face is in two charts")
     labels = [np.full(len(chart.faces), i) for i, chart in enumerate(atlas.charts)]

@@ -6,6 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from itertools import pairwise
 
 import igl
 import numpy as np
@@ -113,12 +114,12 @@ def eight_pages_of_a_book() -> Surface:
 
 @nasty
 def two_cubes_at_an_edge() -> Surface:
-    return merged(*joined((CUBE, triangles(QUADS)), (CUBE + [1, 1, 0], triangles(QUADS))))
+    return merged(*joined((CUBE, triangles(QUADS)), (CUBE + np.array([1, 1, 0]), triangles(QUADS))))
 
 
 @nasty
 def two_rooms_and_a_wall() -> Surface:
-    V, F = merged(*joined((CUBE, triangles(QUADS)), (CUBE + [1, 0, 0], triangles(QUADS))))
+    V, F = merged(*joined((CUBE, triangles(QUADS)), (CUBE + np.array([1, 0, 0]), triangles(QUADS))))
     return V, F[np.unique(np.sort(F, axis=1), axis=0, return_index=True)[1]]
 
 
@@ -146,7 +147,7 @@ def a_chessboard() -> Surface:
 def a_sphere_with_its_poles_pinched() -> Surface:
     V, F = sphere()
     low, high = int(np.argmin(V[:, 2])), int(np.argmax(V[:, 2]))
-    return V, np.where(F == low, high, F)
+    return V, np.where(low == F, high, F)
 
 
 @nasty
@@ -164,12 +165,12 @@ def faces_turned_at_random() -> Surface:
 
 
 @nasty
-def a_Moebius_band() -> Surface:
+def a_one_sided_band() -> Surface:
     return band(40, 5, 1)
 
 
 @nasty
-def a_Klein_bottle() -> Surface:
+def a_bottle_without_an_inside() -> Surface:
     n, m = 24, 12
     i, j = (a.ravel() for a in np.meshgrid(np.arange(n), np.arange(m), indexing="ij"))
     u, v = 2 * np.pi * i / n, 2 * np.pi * j / m
@@ -226,7 +227,7 @@ def a_side_of_no_length() -> Surface:
 
 
 @nasty
-def T_junctions_filled_with_caps() -> Surface:
+def t_junctions_filled_with_caps() -> Surface:
     """Each face of a cube of 2 triangles; on its diagonal 5 points of the one side only."""
     V, F = CUBE, triangles(QUADS)
     points, faces = [V], []
@@ -235,8 +236,8 @@ def T_junctions_filled_with_caps() -> Surface:
         t = np.linspace(0, 1, 7)[1:-1, None]
         points.append(V[a] * (1 - t) + V[b] * t)
         row = [a, *range(n, n + 5), b]
-        faces += [[i, j, c] for i, j in zip(row, row[1:], strict=False)]
-        faces += [[a, j, i] for i, j in zip(row[1:], row[2:], strict=False)]
+        faces += [[i, j, c] for i, j in pairwise(row)]
+        faces += [[a, j, i] for i, j in pairwise(row[1:])]
     return np.vstack(points), np.vstack((F[:6], faces))
 
 
@@ -247,7 +248,7 @@ def a_body_whose_faces_without_area_were_removed() -> Surface:
 
 
 @nasty
-def NaN_at_vertices_of_no_face() -> Surface:
+def nan_at_vertices_of_no_face() -> Surface:
     V, F = sphere()
     return np.vstack(([[np.nan, 0, np.inf]], V)), F + 1
 
@@ -279,7 +280,7 @@ def far_from_the_origin_in_single_precision() -> Surface:
 @nasty
 def bodies_through_each_other() -> Surface:
     V, F = sphere()
-    return joined((V, F), (V + [0.5, 0, 0], F), (V[:, ::-1] * 0.5, F))
+    return joined((V, F), (V + np.array([0.5, 0, 0]), F), (V[:, ::-1] * 0.5, F))
 
 
 @nasty

@@ -108,7 +108,8 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
     oriented as most of its faces are; a one-sided one (a Moebius band) is cut. Where fans of faces
     meet in a vertex, each gets a vertex of its own. Faces with two corners in one place are set
     aside, and the surface closes over them. Other faces without area stay, opened a little: a vertex
-    moves by a tenth of their shortest side at most, in the plane of the neighbour. A clean mesh comes back as it is.
+    moves by a tenth of their shortest side at most, in the plane of the neighbour. A clean mesh comes
+    back as it is.
 
     Parameters
     ----------
@@ -149,7 +150,7 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
 
 
 def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tuple[Cleaned, Submesh]:
-    """`clean`, and its surface; the faces of that are the caller's, and if it was clean its vertices, too."""
+    """`clean`, and its surface: of the caller's faces, and if these were clean of the caller's vertices."""
     positions, faces = vertex_array(V), face_array(F)
     check_indices(faces, len(positions))
     in_use = np.zeros(len(positions), dtype=bool)
@@ -214,7 +215,7 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
         V[tiny] = 0.0
     merged = collapsed(V, merged[F])[merged]
     G = merged[F]
-    twice = (G == G[:, [1, 2, 0]]).any(axis=1)
+    twice = (G[:, [1, 2, 0]] == G).any(axis=1)
     note("collapsed", "faces", np.flatnonzero(twice))
     rows = np.flatnonzero(~twice)
     sheets = as_sheets(V, G[rows])
