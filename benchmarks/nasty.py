@@ -49,7 +49,7 @@ def ours(name: str) -> str:
 
 
 def by_xatlas(name: str) -> str:
-    """What xatlas makes of it. A face of which it drops a corner, or of a chart number of -1, is missing."""
+    """What xatlas makes of it; a face in no chart is lost."""
     import xatlas
 
     V, F = NASTY[name]()
@@ -78,7 +78,11 @@ def in_a_child(name: str) -> str:
 
 
 def main() -> None:
-    print("Lost: faces without finite coordinates. Overlaps: pairs of faces, of the same chart or of two.\n")
+    print(
+        "Lost: faces without finite coordinates; of xatlas, faces in no chart, which it puts at (0, 0). Faces\n"
+        "without area, which `unwrap` puts on an edge of their neighbour, are among those. Overlaps: pairs of\n"
+        "faces, of the same chart or of two.\n"
+    )
     heads = "mesh | triangles | repairs | charts | lost | overlaps | flips | L2 stretch"
     if find_spec("xatlas"):
         heads += " | xatlas: charts | lost | overlaps"
