@@ -79,9 +79,9 @@ def in_a_child(name: str) -> str:
 
 def main() -> None:
     print(
-        "Lost: faces without finite coordinates; of xatlas, faces in no chart, which it puts at (0, 0). Faces\n"
-        "without area, which `unwrap` puts on an edge of their neighbour, are among those. Overlaps: pairs of\n"
-        "faces, of the same chart or of two.\n"
+        "Lost: faces without finite coordinates; of xatlas, faces in no chart, which it puts at (0, 0).\n"
+        "Faces without area, which `unwrap` puts on an edge of their neighbour, are among those. Overlaps:\n"
+        "pairs of faces, of the same chart or of two.\n"
     )
     heads = "mesh | triangles | repairs | charts | lost | overlaps | flips | L2 stretch"
     if find_spec("xatlas"):
