@@ -44,6 +44,7 @@ if TYPE_CHECKING:
     from .layouts import layout
     from .measures import Quality, distortion, overlaps, quality
     from .remesh import QuadGrid, quad_grid
+    from .surface import Cleaned, Repair, clean
 
 __all__ = [
     "ABF",
@@ -52,6 +53,7 @@ __all__ = [
     "SCP",
     "Atlas",
     "Chart",
+    "Cleaned",
     "Comparison",
     "FallbackWarning",
     "Flattening",
@@ -65,10 +67,12 @@ __all__ = [
     "OutcomeWarning",
     "QuadGrid",
     "Quality",
+    "Repair",
     "Residuals",
     "SingularSystemError",
     "abf",
     "batch",
+    "clean",
     "compare",
     "cut",
     "distortion",
@@ -100,9 +104,10 @@ _NAMES = {
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",
     "remesh": "QuadGrid quad_grid",
+    "surface": "Cleaned Repair clean",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
-_ROOMS = {*_NAMES, "angles", "linalg", "surface"}
+_ROOMS = {*_NAMES, "angles", "linalg"}
 
 if not TYPE_CHECKING:  # a type checker would take any name for one of the package
 

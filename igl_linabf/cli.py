@@ -88,6 +88,18 @@ ARGUMENTS: dict[str, dict[str, Any]] = {
     },
     "holes": {"action": "store_true", "help": "leave holes uncut"},
     "bijective": {"action": "store_true", "help": "move overlapping parts apart instead of splitting charts"},
+    "complete": {"action": "store_true", "help": "find the seams that the given ones leave missing"},
+    "max-stretch": {
+        "type": float,
+        "metavar": "L2",
+        "help": "cut charts until their L2 stretch is at most this",
+    },
+    "weld": {
+        "type": float,
+        "metavar": "DISTANCE",
+        "help": "make vertices one that are this near; 0: those in one place (as is done for triangle soups)",
+    },
+    "strict": {"action": "store_true", "help": "refuse a mesh that is no clean manifold, do not repair it"},
     "measure": {"choices": MEASURES, "help": "distortion to show instead of the checkerboard"},
     "frequency": {
         "metavar": "N",
@@ -179,9 +191,9 @@ def _parser() -> Parser:
         ),
         (
             _unwrap,
-            "mesh output picture seams trade holes bijective method",
+            "mesh output picture seams complete trade max-stretch holes bijective weld strict method",
             "cut any surface into charts, flatten them without overlaps, pack them, and write the atlas",
-            "Unwrap any oriented manifold surface. Exit code 1: written, but with flips or overlaps.",
+            "Unwrap any triangles. Exit code 1: written, but with flips, overlaps, or stretch beyond use.",
         ),
         (
             _view,
@@ -260,7 +272,8 @@ def _unwrap(options: argparse.Namespace) -> int:
         seams = texture_seams(F, read_texture(options.mesh)[1])
     elif options.seams != "auto":
         seams = _pairs(options.seams)
-    settings = {name: getattr(options, name) for name in ("trade", "holes", "bijective")}
+    names = ("trade", "holes", "bijective", "max_stretch", "complete", "weld", "strict")
+    settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         atlas = unwrap(V, F, seams, options.method, **settings)

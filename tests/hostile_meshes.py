@@ -19,6 +19,7 @@ from scipy.spatial import Delaunay
 import igl_linabf as il
 from igl_linabf.flattening import METHODS, Status
 from igl_linabf.linalg import has_cholmod
+from igl_linabf.surface import Submesh
 
 Surface = tuple[np.ndarray, np.ndarray]
 
@@ -235,11 +236,16 @@ def check_unwrap(disk: Disk) -> str:
         atlas = il.unwrap(V, F)
         require(bool(np.isfinite(atlas.TC).all()), "TC is NaN")
         require(bool((atlas.TC >= 0).all() and (atlas.TC <= 1).all()), "TC outside the square")
-        require(bool((atlas.origin[atlas.FTC] == F).all()), "FTC is not of F")
-        flipped = exactly_flipped(atlas.TC, atlas.FTC)
+        check_atlas(V, F, atlas)
+        if not atlas.repairs:
+            require(bool((atlas.origin[atlas.FTC] == F).all()), "FTC is not of F")
+        cleaned = il.clean(V, F)
+        solid = atlas.FTC[cleaned.faces]
+        oriented = np.where(cleaned.turned[:, None], solid[:, [0, 2, 1]], solid)
+        flipped = exactly_flipped(atlas.TC, oriented)
         if atlas.good:
             require(not len(flipped), f"called good, flipped are {flipped.tolist()}")
-            require(len(il.overlaps(atlas.TC, atlas.FTC)) == 0, "called good, with overlaps")
+            require(len(il.overlaps(atlas.TC, solid)) == 0, "called good, with overlaps")
         return f"{'good' if atlas.good else 'not good'}"
 
     if not disk.holes:
@@ -324,15 +330,121 @@ def check_corrupted(seed: int) -> str:
     rng = np.random.default_rng(seed)
     kind, method = CORRUPTIONS[seed % len(CORRUPTIONS)], str(rng.choice(list(METHODS)))
     V, F = corruptions(*Disk(n=int(rng.integers(5, 60)), seed=seed).made(), rng)[kind]
-    for end in (
-        refusing(lambda: check_flattened(V, F, il.flatten(V, F, method))),
-        "refused" if kind in FOR_UNWRAP else refusing(lambda: str(il.unwrap(V, F))),
-    ):
+    if kind in TAKEN:
+        check_atlas(V, F, il.unwrap(V, F, progress=False))
+    ends = [refusing(lambda: check_flattened(V, F, il.flatten(V, F, method)))]
+    if kind not in FOR_UNWRAP:
+        ends.append(refusing(lambda: str(il.unwrap(V, F, strict=kind in TAKEN))))
+    for end in ends:
         require(end.startswith("refused"), f"a mesh with {kind} ended as {end}")
     return "refused"
 
 
 FOR_UNWRAP = {"two components", "closed", "handle"}
+TAKEN = {
+    "too large for squares",
+    "vertex twice",
+    "two vertices in one place",
+    "collinear",
+    "all in one point",
+    "on a line",
+    "opposite orientation",
+    "face twice",
+    "non-manifold edge",
+    "bowtie",
+    "bowtie of a closed fan",
+}
+
+
+def check_atlas(V: np.ndarray, F: np.ndarray, atlas: il.Atlas) -> None:
+    """What must hold of the atlas of any triangles."""
+    TC, FTC = atlas.TC, atlas.FTC
+    require(FTC.shape == F.shape, f"FTC has the shape {FTC.shape}")
+    require(bool(np.isfinite(TC).all()), "TC is NaN")
+    require(bool((TC >= 0).all() and (TC <= 1).all()), "TC outside the square")
+    require(bool((FTC >= 0).all() and (len(TC) > FTC).all()), "a corner has no texture")
+    clean = np.concatenate([chart.faces for chart in atlas.charts] or [[]]).astype(int)
+    require(len(np.unique(clean)) == len(clean), "a face is in two charts")
+    labels = [np.full(len(chart.faces), i) for i, chart in enumerate(atlas.charts)]
+    require(bool((atlas.chart[clean] == np.concatenate(labels or [[]])).all()), "a face is in another chart")
+    if atlas.good and len(clean):
+        solid = FTC[clean]
+        flat = (FTC[clean] == FTC[clean][:, [1, 2, 0]]).any(axis=1)
+        require(not flat.any(), "a face of a chart has a texture corner twice")
+        require(len(il.overlaps(TC, solid)) == 0, "called good, with overlaps")
+    aside = np.delete(FTC, clean, axis=0)
+    collapsed = (aside == aside[:, [1, 2, 0]]).any(axis=1)
+    require(bool(collapsed.all()), "a face that was set aside has an area")
+
+
+def check_any(seed: int) -> str:
+    """Any finite triangles are unwrapped: disks, spheres and tori with all kinds of damage at once."""
+    rng = np.random.default_rng(seed)
+    kind = int(rng.integers(4))
+    if kind == 0:
+        n = int(rng.integers(3, 20))
+        V, F = rng.random((n, 3)), rng.integers(n, size=(int(rng.integers(1, 60)), 3))
+    elif kind == 1:
+        V, F = torus(int(rng.integers(3)))
+    else:
+        V, F = replace(Disk.random(rng, 60), scale=0).made()
+        V, F = doubled(V, F) if kind == 3 and len(igl.boundary_loop_all(F)) == 1 else (V, F)
+    for _ in range(int(rng.integers(4))):
+        with np.errstate(over="ignore"):
+            V, F = damaged(V, F, rng)
+        V = np.clip(V, -1e300, 1e300)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", il.MeshWarning)
+        warnings.simplefilter("ignore", il.OutcomeWarning)
+        warnings.simplefilter("ignore", il.FallbackWarning)
+        again = il.clean(V, F)
+        atlas = il.unwrap(V, F, progress=False)
+    check_atlas(V, F, atlas)
+    if len(again.F):
+        Submesh.checked_manifold(again.V, again.F)
+    return "good" if atlas.good else "not good"
+
+
+def damaged(V: np.ndarray, F: np.ndarray, rng: np.random.Generator) -> Surface:
+    """One more damage, to a tenth of the mesh or so."""
+    n, m = len(V), len(F)
+    some = rng.random(m) < rng.choice([0.02, 0.1, 0.5])
+    few = rng.choice(n, max(1, n // 10))
+    how = int(rng.integers(14))
+    V = V.copy()
+    if how == 0:
+        return V, np.where(some[:, None], F[:, ::-1], F)
+    if how == 1:
+        return V, np.vstack((F, F[some]))
+    if how == 2:
+        return V, np.vstack((F, F[some][:, ::-1]))
+    if how == 3:
+        return V[F].reshape(-1, 3), np.arange(F.size).reshape(-1, 3)
+    if how == 4:
+        V[few] = V[rng.choice(n, len(few))]
+        return V, F
+    if how == 5:  # vertices made one
+        name = np.arange(n)
+        name[few] = rng.choice(n, len(few))
+        return V, name[F]
+    if how == 6:  # on the opposite edge
+        for i, j, k in F[some]:
+            V[i] = V[j] * 0.75 + V[k] * 0.25
+        return V, F
+    if how == 7:  # a flat grid has many faces on a line
+        return np.round(V * 3) / 3, F
+    if how == 8:
+        return np.vstack((V, rng.random((3, 3)))), np.vstack((F, rng.integers(n + 3, size=(5, 3))))
+    if how == 9:
+        return V * 10.0 ** rng.integers(-300, 300), F
+    if how == 10:
+        return V + 10.0 ** rng.integers(0, 16), F
+    if how == 11:
+        V[few] *= 10.0 ** rng.integers(-100, 100)
+        return V, F
+    if how == 12:
+        return np.vstack((V, V)), np.vstack((F, F + n))
+    return (V, F[~some]) if not some.all() else (V, F)
 
 
 def check_method(seed: int) -> str:

@@ -157,8 +157,8 @@ def test_unreferenced_vertices_and_degenerate_faces() -> None:
     atlas = unwrap(np.vstack(([[9, 9, 9]], V, [[8, 8, 8]])), F + 1)
     assert atlas.good
     assert (atlas.origin[atlas.FTC] == F + 1).all()
-    with pytest.raises(MeshError, match="zero area"):
-        unwrap(np.where(np.arange(len(V))[:, None] == F[3, 0], V[F[3, 1]], V), F)
+    with pytest.raises(MeshError, match=r"zero area.*igl_linabf\.clean"):
+        unwrap(np.where(np.arange(len(V))[:, None] == F[3, 0], V[F[3, 1]], V), F, strict=True)
 
 
 @pytest.mark.parametrize(("name", "charts"), [("stress__flipfree_deer.obj", 3), ("limb", 4)])
@@ -192,7 +192,7 @@ def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None
     monkeypatch.setattr(unwrapping, "TRADE_DOUBLINGS", 0)
     V, F = load("stress__optcuts_golf.obj")
     with pytest.warns(FallbackWarning, match="guarantee='injective'"):
-        atlas = unwrap(V * [20, 1, 1], F)
+        atlas = unwrap(V * [20, 1, 1], F, max_stretch=np.inf)
     assert atlas.good
     assert any(chart.result.ladder[-1].name == "injective" for chart in atlas.charts)
 

@@ -9,6 +9,10 @@ from .._types import FloatArray, IntArray
 from ..errors import some
 from ..flattening import Flattening
 from ..measures import Quality
+from ..surface import Repair
+
+BEYOND_USE = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
+ROUNDING = 1e-9  # of the stretch
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,7 +66,12 @@ class Atlas:
     fill : float
         Share of the unit square that the charts cover.
     quality : Quality
-        Of the whole: angles of all corners, stretch at the charts' common scale.
+        Of the whole: angles of all corners, stretch at the charts' common scale. Faces that were
+        set aside do not count.
+    repairs : tuple of Repair
+        What `unwrap` did to the mesh before; empty if it was clean.
+    max_stretch : float or None
+        What was asked for.
     """
 
     TC: FloatArray
@@ -75,16 +84,22 @@ class Atlas:
     splits: int
     fill: float
     quality: Quality
+    repairs: tuple[Repair, ...] = ()
+    max_stretch: float | None = None
 
     @property
     def good(self) -> bool:
-        """Whether no face is flipped and no chart overlaps itself."""
+        """Whether no face is flipped, no chart overlaps itself, and none is stretched beyond use."""
         return not self.troubles
 
     @property
     def troubles(self) -> list[str]:
-        """A sentence on each chart with flipped or overlapping faces."""
+        """A sentence on each chart with flipped or overlapping faces, or stretched beyond use.
+
+        Beyond use is an L2 stretch of more than `max_stretch`, or than 10 where none was asked for.
+        """
         said = []
+        most = BEYOND_USE if self.max_stretch is None else self.max_stretch * (1 + ROUNDING)
         for i, chart in enumerate(self.charts):
             if chart.result.outcome.good and not chart.overlapping:
                 continue
@@ -95,6 +110,11 @@ class Atlas:
             else:
                 pairs = f"{chart.overlapping} pair{'s' * (chart.overlapping > 1)} of faces"
                 said.append(f"{where} lies over itself in {pairs}: give more seams there")
+            elif not chart.quality.stretch_l2 <= most:
+                said.append(
+                    f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
+                    "give more seams there, complete=True, max_stretch or a larger trade"
+                )
         return said
 
     def __str__(self) -> str:
@@ -112,4 +132,5 @@ class Atlas:
         rows.append(row("all", len(self.FTC), self.quality, overlapping, "", ""))
         splits = f"{self.splits} split{'s' * (self.splits != 1)} for overlaps"
         seams = f"{len(self.seams):,} seam edges, {self.seam_length:.4g} long"
-        return f"{aligned(rows)}\n{seams}; {splits}; {self.fill:.0%} of the square filled"
+        done = "".join(f"\n{repair}" for repair in self.repairs)
+        return f"{aligned(rows)}\n{seams}; {splits}; {self.fill:.0%} of the square filled{done}"

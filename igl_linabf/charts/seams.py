@@ -173,8 +173,14 @@ def find_seams(
     return seams_of(Submesh.checked_manifold(V, F), trade, holes=holes, disks=disks)
 
 
-def seams_of(surface: Submesh, trade: float, *, holes: bool = False, disks: bool = False) -> IntArray:
-    """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices."""
+def seams_of(
+    surface: Submesh, trade: float, *, holes: bool = False, disks: bool = False, gain: float = 0.0
+) -> IntArray:
+    """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
+
+    A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
+    Among many components, small ones that need none get none.
+    """
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
     found = [np.zeros((0, 2), dtype=np.int64)]
@@ -184,10 +190,12 @@ def seams_of(surface: Submesh, trade: float, *, holes: bool = False, disks: bool
         open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
         if not open_ or (disks and trade > 0):
             if genus == 0 and len(component.F) <= SMALL and len(shapes) >= MANY:
-                small.append(component.faces)
+                small += [] if open_ else [component.faces]
             else:
                 piece = closed_surface(component)
-                found.append(component.vertices[piece.edges[_seam(piece, trade, holes)]])
+                seam = _seam(piece, trade, holes)
+                if not open_ or _cost(piece, seam[:0], trade) - _cost(piece, seam, trade) >= gain:
+                    found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
         bodies = SmallBodies(surface.of_faces(rows), _log_scale)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import Progress, advance, part, reporting
 from .._types import IntArray
-from ..errors import FallbackWarning, MeshError, OutcomeWarning, some, stack_level
+from ..errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning, some, stack_level
 from ..flattening import Flattening, Method, Outcome, flatten_together, guaranteed, method_of
 from ..measures import (
     Quality,
@@ -22,23 +22,32 @@ from ..measures import (
     quality_of_each,
 )
 from ..surface import (
+    Cleaned,
     Submesh,
+    as_it_is,
     check_finite,
+    cleaned_surface,
     complex_positions,
     flipped_faces,
     planar_mesh,
     seam_mask,
     signed_double_areas,
 )
-from .atlas import Atlas, Chart
+from .atlas import BEYOND_USE, ROUNDING, Atlas, Chart
+from .given import given_back, sides_of_cleaned, without_charts
+from .halving import halves
 from .overlap_seams import seams_between
 from .packing import pack_maps
 from .scaf import moved_apart
 from .seams import TRADE, edges_between_textures, seams_of
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
+DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
 MAX_SPLITS = 8  # of a chart that flips or overlaps, and of its parts
 MANY = 8  # charts from which they are flattened and measured together
+MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
+MAX_LEAF_ROUNDS = 8  # of more seams for that, before it is halved
+MARGINS = 0.64  # share of the square that margins around all charts may take
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 
 
@@ -52,6 +61,10 @@ def unwrap(
     holes: bool = False,
     bijective: bool = False,
     margin: float = 0.005,
+    max_stretch: float | None = None,
+    complete: bool = False,
+    weld: float | None = None,
+    strict: bool = False,
     progress: Progress = None,
 ) -> Atlas:
     """Cut any surface into charts, flatten them without overlaps, and pack them.
@@ -59,9 +72,9 @@ def unwrap(
     Parameters
     ----------
     V : (#V, 3) float
-        Vertex positions.
+        Vertex positions, finite where a face is.
     F : (#F, 3) int
-        Oriented triangles of any number of components, boundary loops and handles.
+        Any triangles. Those that are no clean oriented manifold are made one, as `clean` does.
     seams : (#E, 2) int or (#F, 3) bool, optional
         Where to cut, as `cut` takes them. By default `find_seams` finds them. If a chart has flipped
         faces, its seams are extended; if that does not help, `guarantee="injective"` is used.
@@ -75,7 +88,17 @@ def unwrap(
         If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting
         it. The chart's `cost` is the increase of F/3nt. Charts with holes are split.
     margin : float
-        Distance between charts, and to the border, as a share of the unit square's side.
+        Distance between charts, and to the border, as a share of the unit square's side. If there are
+        too many charts for it, a smaller one is used, with a warning.
+    max_stretch : float, optional
+        Cut or split charts, beyond given `seams`, too, until the L2 stretch of each is at most this.
+        At least 1; by default stretch is only weighed against seam length.
+    complete : bool
+        `seams` are a beginning: the others that handles, closed pieces and stretch need are found.
+    weld : float, optional
+        As in `clean`.
+    strict : bool
+        Refuse what is no clean oriented manifold, instead of repairing it.
     progress : callable or False, optional
         As in `flatten`.
 
@@ -86,13 +109,18 @@ def unwrap(
     Raises
     ------
     MeshError
-        The surface is not an oriented manifold, a face is degenerate, a seam is not an edge, or
-        the given seams leave a chart with handles or without a boundary.
+        The arrays are malformed, a coordinate at a face is NaN or infinite, a seam is no edge, or
+        given seams leave a chart with handles or without a boundary and are not to be completed.
+        With `strict`, also: the surface is no oriented manifold, or a face has no area.
+    ValueError
+        `trade`, `margin`, `max_stretch` or `weld` is out of its range.
 
     Warns
     -----
+    MeshWarning
+        The mesh was repaired; `atlas.repairs` has the details.
     OutcomeWarning
-        A chart has flipped faces, or still overlaps itself.
+        A chart has flipped faces, still overlaps itself, or is stretched beyond use.
 
     Examples
     --------
@@ -102,17 +130,30 @@ def unwrap(
     >>> len(atlas.charts), atlas.good, atlas.FTC.shape
     (1, True, (20, 3))
     """
-    surface = Submesh.checked_manifold(V, F)
-    task = _Task(method_of(method), seams is None, trade, holes, bijective)
+    if max_stretch is not None and not max_stretch >= 1:
+        raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
+    if strict:
+        surface = Submesh.checked_manifold(V, F)
+        cleaned = as_it_is(surface)
+    else:
+        cleaned, surface = cleaned_surface(V, F, weld)
+    as_given = surface.vertices is cleaned.origin
+    given = np.asarray(F).astype(np.int64)
+    if cleaned.repairs:
+        listed = "; ".join(map(str, cleaned.repairs))
+        warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
+    if not len(surface.F):
+        return without_charts(cleaned, given)
+    task = _Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch)
     with reporting(progress):
-        if seams is None:
-            with part("seams", SEAMS_END):
-                pieces = surface.cut_along(seams_of(surface, trade, holes=holes))
-        else:
-            pieces = surface.cut(seam_mask(seams, surface.named_faces, surface.n_given))
+        with part("seams", SEAMS_END):
+            pieces = _pieces(surface, cleaned, seams, given, task)
         done = _charts(pieces, task)
         with part("packing", 1.0):
             atlas = _packed(surface, done, margin)
+    atlas = replace(atlas, max_stretch=max_stretch)
+    if not as_given:
+        atlas = given_back(atlas, cleaned, given)
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
@@ -127,96 +168,118 @@ class _Task:
     trade: float
     holes: bool
     bijective: bool
+    max_stretch: float | None
+
+    @property
+    def most_stretch(self) -> float:
+        """Of a chart, in L2, from which on it is cut further."""
+        if self.max_stretch is not None:
+            return self.max_stretch * (1 + ROUNDING)
+        return BEYOND_USE if self.may_find_seams else np.inf
+
+    @property
+    def most_splits(self) -> int:
+        """Of a chart and its parts."""
+        return MAX_SPLITS if self.max_stretch is None else MAX_SPLITS_FOR_STRETCH
 
 
-@dataclass(frozen=True, eq=False)
-class _Flat:
-    """A piece whose map needs no further cut.
+def _pieces(
+    surface: Submesh, cleaned: Cleaned, seams: ArrayLike | None, F: IntArray, task: _Task
+) -> list[Submesh]:
+    """The surface cut along the seams that are given, and those that are found."""
+    pieces = [surface]
+    if seams is not None:
+        if surface.vertices is not cleaned.origin:
+            mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged)), cleaned)
+        else:
+            mask = seam_mask(seams, surface.named_faces, surface.n_given)
+        pieces = surface.cut(mask)
+    if not task.may_find_seams:
+        return pieces
+    return [part for piece in pieces for part in piece.cut_along(_seams_worth(piece, task))]
 
-    `splits` and `cost` are as in `Chart`, and `overlapping` is the number of pairs of faces.
-    """
 
-    piece: Submesh
-    result: Flattening
-    splits: int
-    overlapping: int
-    cost: float
+def _seams_worth(piece: Submesh, task: _Task) -> IntArray:
+    """The seams that its components need, and those that their stretch is worth; of disks, too."""
+    if not task.holes:
+        return seams_of(piece, task.trade, disks=True, gain=DISK_GAIN)
+    parts = piece.components()
+    disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
+    found = [
+        seams_of(part, task.trade, holes=True, disks=disk, gain=DISK_GAIN)
+        for part, disk in zip(parts, disks, strict=True)
+    ]
+    return np.concatenate(found)
+
+
+Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping faces, its figures
 
 
 def _charts(pieces: list[Submesh], task: _Task) -> list[tuple[Chart, Submesh]]:
-    """Flatten the pieces, and the parts of those that flip or overlap; all that wait at once."""
+    """Flatten the pieces, and the parts of those that are cut further; all that wait at once."""
     waiting: list[tuple[tuple[int, ...], Submesh]] = [((i,), piece) for i, piece in enumerate(pieces)]
-    total, reached = sum(len(piece.F) for piece in pieces), 0
-    done: list[tuple[tuple[int, ...], _Flat]] = []
-    for splits in range(MAX_SPLITS + 1):
+    total, reached, splits = sum(len(piece.F) for piece in pieces), 0, 0
+    done: list[tuple[tuple[int, ...], Chart, Submesh]] = []
+    while waiting:
         parts: list[tuple[tuple[int, ...], Submesh]] = []
-        known = _flattened_together([piece for _, piece in waiting], task.method)
-        for (key, piece), (result, pairs) in zip(waiting, known, strict=True):
+        known = _known_together([piece for _, piece in waiting], task.method)
+        for (key, piece), of_piece in zip(waiting, known, strict=True):
             reached += len(piece.F) if not splits else 0
             with part("charts", SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total):
-                made = _chart(piece, splits, task, result, pairs)
-            if isinstance(made, _Flat):
-                done.append((key, made))
+                made = _chart(piece, splits, task, of_piece)
+            if isinstance(made, Chart):
+                done.append((key, made, piece))
             else:
                 parts += [((*key, k), smaller) for k, smaller in enumerate(made)]
-        waiting = parts
-    done.sort(key=lambda pair: pair[0])  # parts stand where the piece was
-    flat = [made for _, made in done]
-    return [(_told(made, quality), made.piece) for made, quality in zip(flat, _qualities(flat), strict=True)]
+        waiting, splits = parts, splits + 1
+    done.sort(key=lambda entry: entry[0])  # parts stand where the piece was
+    return [(chart, piece) for _, chart, piece in done]
 
 
-def _flattened_together(
-    pieces: list[Submesh], method: Method
-) -> list[tuple[Flattening | None, IntArray | None]]:
-    """Maps of many small pieces and the pairs of faces that overlap in them; None: to be found alone."""
-    found: list[tuple[Flattening | None, IntArray | None]] = [(None, None)] * len(pieces)
+def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]:
+    """Maps of many small pieces, and what is measured of them; None: to be found alone."""
+    known: list[Known | None] = [None] * len(pieces)
     if len(pieces) < MANY:
-        return found
+        return known
     results = flatten_together([(piece.V, piece.F) for piece in pieces], method)
     good = [(i, result) for i, result in enumerate(results) if result is not None]
     pairs = overlapping_pairs_of_each([(result.uv, pieces[i].F) for i, result in good])
-    for (i, result), overlaps in zip(good, pairs, strict=True):
-        found[i] = result, overlaps
-    return found
+    measured = [(pieces[i], result.uv, len(over)) for (i, result), over in zip(good, pairs, strict=True)]
+    for (i, result), over, quality in zip(good, pairs, quality_of_each(measured), strict=True):
+        known[i] = result, over, quality
+    return known
 
 
-def _qualities(flat: list[_Flat]) -> list[Quality]:
-    if len(flat) < MANY:
-        return [quality_of(made.piece, made.result.uv) for made in flat]
-    return quality_of_each([(made.piece, made.result.uv, made.overlapping) for made in flat])
-
-
-def _told(made: _Flat, quality: Quality) -> Chart:
-    return Chart(made.piece.faces, made.result, quality, made.splits, made.overlapping, made.cost)
-
-
-def _chart(
-    piece: Submesh, splits: int, task: _Task, result: Flattening | None, pairs: IntArray | None
-) -> _Flat | list[Submesh]:
-    """The piece flattened; or its parts, where it is to be cut further.
-
-    `result` and `pairs` are its map and the pairs of faces that overlap in it, where they are known.
-    """
-    if result is None:
-        result = _flattened(piece, task.method)
+def _chart(piece: Submesh, splits: int, task: _Task, known: Known | None) -> Chart | list[Submesh]:
+    """The flattened piece; or its parts, if it has to be cut further."""
+    result = _flattened(piece, task.method) if known is None else known[0]
     if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
-        if splits < MAX_SPLITS and len(leaves := _more_leaves(piece, task)):
+        if splits < task.most_splits and len(leaves := _more_leaves(piece, task)):
             return piece.cut_along(leaves)
-        result = _flattened_without_flips(piece, result, task)
-    cost = 0.0
-    if pairs is None:
+        result, known = _flattened_without_flips(piece, result, task), None
+    if known is None:
         check_finite(result.uv, piece.vertices, "uv")
-        pairs = overlapping_pairs(result.uv, piece.F)
+    pairs, cost = overlapping_pairs(result.uv, piece.F) if known is None else known[1], 0.0
     if len(pairs) and task.bijective and not result.holes:
         result, cost = _made_bijective(piece, result)
-        pairs = overlapping_pairs(result.uv, piece.F)
-    elif len(pairs) and splits < MAX_SPLITS:
+        pairs, known = overlapping_pairs(result.uv, piece.F), None
+    elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
             return piece.cut_along(seams_of(piece, trade=0))
         parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
         if len(parts) > 1:
             return parts
-    return _Flat(piece, result, splits, len(pairs), cost)
+    quality = quality_of(piece, result.uv) if known is None else known[2]
+    if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
+        return parts
+    return Chart(piece.faces, result, quality, splits, len(pairs), cost)
+
+
+def _less_stretched(piece: Submesh, splits: int, task: _Task) -> list[Submesh]:
+    """The piece cut further, and from some number of cuts on halved; nothing where that cannot be."""
+    if splits < MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, task)):
+        return piece.cut_along(leaves)
+    return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH and len(piece.F) > 1 else []
 
 
 def _flattened(piece: Submesh, method: Method) -> Flattening:
@@ -225,7 +288,7 @@ def _flattened(piece: Submesh, method: Method) -> Flattening:
     if topology.genus or not topology.loops:
         what = f"has {topology.genus} handle{'s' * (topology.genus > 1)}" if topology.loops else "is closed"
         which = f"the chart of faces {some(piece.faces)} {what}"
-        raise MeshError(f"{which}: give more seams, or leave seams out and unwrap finds them")
+        raise MeshError(f"{which}: give more seams, or complete=True, and unwrap finds the others")
     n = len(piece.V)
     mesh = replace(planar_mesh(piece), vertices=np.arange(n), n_given=n)
     checked = perf_counter() - start
@@ -269,10 +332,16 @@ def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, flo
 
 
 def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float) -> Atlas:
+    most = np.sqrt(MARGINS / len(done))
+    if most < margin <= 0.1:
+        what = f"a margin of {margin:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
+        warnings.warn(what, FallbackWarning, stacklevel=stack_level())
+        margin = float(most)
     placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], margin)
     FTC, label, base = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64), 0
     for i, (_, piece) in enumerate(done):
-        FTC[piece.faces], label[piece.faces] = piece.F + base, i
+        rows = np.searchsorted(surface.faces, piece.faces)
+        FTC[rows], label[rows] = piece.F + base, i
         base += len(piece.V)
     TC, origin = np.concatenate([p.uv for p in placed]), np.concatenate([piece.vertices for _, piece in done])
     V = np.concatenate([piece.V for _, piece in done])

@@ -1,7 +1,8 @@
 """Surfaces: the caller's arrays, checked once, with their connectivity and areas.
 
 In: the caller's V, F, maps and pins. Out: a `Submesh`, any surface or a part of one; a `Mesh`, one disk
-with or without holes, ready to be flattened; their `Topology`, components, areas.
+with or without holes, ready to be flattened; their `Topology`, components, areas. `clean` makes any
+triangles such a surface.
 Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
@@ -26,6 +27,7 @@ from .plane import (
     signed_double_areas,
     span,
 )
+from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface
 from .submesh import Submesh, cut_faces
 from .topology import (
     NEXT,

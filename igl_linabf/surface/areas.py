@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._types import BoolArray, FloatArray, IntArray
+from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from .topology import NEXT, PREV
 
@@ -27,19 +27,27 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
             f"the largest coordinate is {largest[i]:.1e} (vertex {vertices[i]}), outside "
             f"{SMALLEST_COORDINATE:g} .. {LARGEST_COORDINATE:g}, where areas can be computed: scale the mesh"
         )
-    double_area, dot, thin = products(V, corner)
-    bad = np.flatnonzero(thin)
+    double_area, dot, least = products(V, corner)
+    bad = np.flatnonzero(~(double_area > least))
     if len(bad):
         raise MeshError(
             f"faces {some(bad)} have zero area (face {bad[0]} has vertices "
             f"{vertices[corner[:, bad[0]]].tolist()}): "
-            "collapse or remove them, or move their vertices apart"
+            "collapse or remove them, or move their vertices apart, as igl_linabf.clean does"
         )
     return double_area, dot
 
 
-def products(V: FloatArray, corner: IntArray) -> tuple[FloatArray, FloatArray, BoolArray]:
-    """Twice the area of each face, the scalar products at its corners, and whether rounding made its area."""
+def without_area(V: FloatArray, F: IntArray) -> IntArray:
+    """The faces that `measure` refuses for their area; coordinates are within its range."""
+    if not len(F):
+        return np.zeros(0, dtype=np.int64)
+    double_area, _, least = products(V, np.ascontiguousarray(F.T))
+    return np.flatnonzero(~(double_area > least))
+
+
+def products(V: FloatArray, corner: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Twice the areas, the scalar products, and the least double area that rounding does not make."""
     x, y, z = (axis[corner] for axis in np.ascontiguousarray(V.T))
     # side k is opposite to corner k
     ux, uy, uz = (c[PREV] - c[NEXT] for c in (x, y, z))
@@ -52,4 +60,4 @@ def products(V: FloatArray, corner: IntArray) -> tuple[FloatArray, FloatArray, B
     longest = np.sqrt((ux**2 + uy**2 + uz**2).max(axis=0))
     extent = np.maximum(longest, np.maximum(np.abs(x), np.maximum(np.abs(y), np.abs(z))).max(axis=0))
     # a coordinate x is known to eps |x|; that times the longest side is an area out of nothing
-    return double_area, dot, ~(double_area > 4 * np.finfo(float).eps * extent * longest)
+    return double_area, dot, 4 * np.finfo(float).eps * extent * longest

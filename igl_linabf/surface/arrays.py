@@ -43,8 +43,8 @@ def face_array(F: ArrayLike) -> IntArray:
     return np.ascontiguousarray(array, dtype=np.int64)
 
 
-def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
-    """Check the indices of `F`; return the vertices in use and `F` numbered by them."""
+def check_indices(F: IntArray, n: int) -> None:
+    """Raise where `F` refers to vertices outside 0 .. n - 1."""
     low, high = int(F.min()), int(F.max())
     if low < 0 or high >= n:
         bad = np.flatnonzero(((F < 0) | (n <= F)).any(axis=1))
@@ -53,11 +53,17 @@ def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
             f"faces {some(bad)} refer to vertices outside 0..{n - 1} "
             f"(face {bad[0]} is {F[bad[0]].tolist()}): {hint}"
         )
+
+
+def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
+    """Check the indices of `F`; return the vertices in use and `F` numbered by them."""
+    check_indices(F, n)
     twice = (F[:, 0] == F[:, 1]) | (F[:, 1] == F[:, 2]) | (F[:, 2] == F[:, 0])
     if twice.any():
         bad = np.flatnonzero(twice)
         raise MeshError(
-            f"faces {some(bad)} hold a vertex twice (face {bad[0]} is {F[bad[0]].tolist()}): remove them"
+            f"faces {some(bad)} hold a vertex twice (face {bad[0]} is {F[bad[0]].tolist()}): remove them, "
+            "as igl_linabf.clean does"
         )
     used = np.zeros(n, dtype=bool)
     used[F.ravel()] = True
@@ -124,7 +130,8 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
     if array.shape == F.shape:
         if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
             raise MeshError("seams has the shape (#F, 3), but is no mask: pass booleans, or zeros and ones")
-        return array.astype(bool)
+        keys = _side_keys(F, n)  # igl.cut_mesh may crash where only one of the two sides of an edge is marked
+        return np.asarray(np.isin(keys, keys[array.astype(bool)]))
     if array.size == 0:
         return np.zeros(F.shape, dtype=bool)
     if array.ndim != 2 or array.shape[1] != 2 or array.dtype.kind not in "iu":

@@ -87,7 +87,8 @@ def _joined(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
         good = (largest > SMALLEST_COORDINATE) & (largest < LARGEST_COORDINATE) & ~vertices.any(lost)
     if not good.all():
         return None, good
-    double_area, dot, thin = products(V, corner)
+    double_area, dot, least = products(V, corner)
+    thin = ~(double_area > least)
     topology, sound = _topologies(corner, vertices, faces)
     good = sound & ~faces.any(thin)
     if topology is None or not good.all():

@@ -51,7 +51,11 @@ class Submesh:
             The arrays are malformed, an index is out of range, a face has a vertex twice, or a
             coordinate is NaN or infinite.
         """
-        positions, faces = vertex_array(V, columns, name), face_array(F)
+        return cls.of_arrays(vertex_array(V, columns, name), face_array(F), name)
+
+    @classmethod
+    def of_arrays(cls, positions: FloatArray, faces: IntArray, name: str = "V") -> Submesh:
+        """As `checked`, of arrays in their form."""
         n_given = len(positions)
         vertices, faces = compact(faces, n_given)
         if len(vertices) < n_given:
@@ -61,11 +65,14 @@ class Submesh:
 
     @classmethod
     def checked_manifold(cls, V: ArrayLike, F: ArrayLike) -> Submesh:
-        """As `checked`; also check that it is an oriented manifold without degenerate faces."""
-        surface = cls.checked(V, F)
-        measure(surface.V, surface.F.T, surface.vertices)
-        check_fans(surface.F, surface.topology.sides, surface.vertices)
-        return surface
+        """As `checked`, and: an oriented manifold, of which each face has an area."""
+        return cls.checked(V, F).as_manifold()
+
+    def as_manifold(self) -> Submesh:
+        """The same, checked to be an oriented manifold, of which each face has an area."""
+        measure(self.V, self.F.T, self.vertices)
+        check_fans(self.F, self.topology.sides, self.vertices)
+        return self
 
     def checked_map(self, uv: ArrayLike) -> FloatArray:
         """Check a flat map of the caller's vertices; return the rows of these vertices."""

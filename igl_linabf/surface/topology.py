@@ -201,20 +201,21 @@ def _check_edges(
         same = np.flatnonzero((np.sort(F, axis=1) == np.sort(F[original])).all(axis=1))
         raise MeshError(
             f"faces {some(same)} are the same triangle of vertices {vertices[F[original]].tolist()} "
-            f"({np.count_nonzero(copies > 1)} such triangles in all): keep one of each"
+            f"({np.count_nonzero(copies > 1)} such triangles in all): keep one of each, or let "
+            "igl_linabf.clean take them apart"
         )
     if len(crowded):
         faces = np.flatnonzero(edge == crowded[0]) % len(F)
         raise MeshError(
             f"edges {some(vertices[edges[crowded]])} have more than two faces "
             f"(the first: faces {some(np.sort(faces))}): separate the sheets there, as "
-            "igl.split_nonmanifold does, or remove the extra faces"
+            "igl_linabf.clean does, or remove the extra faces"
         )
     a, b = np.sort(np.flatnonzero(edge == turned[0]) % len(F))
     raise MeshError(
         f"faces {a} and {b} have opposite orientation: both run from vertex "
         f"{vertices[edges[turned[0], 0]]} to {vertices[edges[turned[0], 1]]} ({len(turned)} such edges in "
-        "all): orient the faces consistently, as igl.bfs_orient does"
+        "all): orient the faces consistently, as igl_linabf.clean does"
     )
 
 
@@ -262,5 +263,5 @@ def check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
         raise MeshError(
             f"at vertices {some(vertices[bad])} several fans of faces meet in one point "
             f"(a bowtie; {fans[bad[0]]} fans at the first): duplicate the vertex for each fan, "
-            "as igl.split_nonmanifold does"
+            "as igl_linabf.clean does"
         )

@@ -1,0 +1,101 @@
+"""Nasty meshes (tests/nasty_meshes.py): what `unwrap` makes of them, beside xatlas.
+
+    python benchmarks/nasty.py
+
+xatlas is added if it is installed; it runs in a child process for each mesh, as it may crash or hang.
+Prints Markdown.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import warnings
+from importlib.util import find_spec
+from pathlib import Path
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+
+from nasty_meshes import NASTY
+
+from igl_linabf import MeshWarning, unwrap
+from igl_linabf.measures.overlapping import overlapping_pairs
+
+LIMIT = 60  # seconds for a mesh
+
+
+def measured(m: int, charts: int, TC: np.ndarray, FTC: np.ndarray) -> str:
+    """Charts; faces without finite coordinates; faces of an area; overlaps, of all faces with one."""
+    corner = TC[FTC]
+    a, b = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    solid = FTC[np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]) > 0]
+    missing = m - int(np.isfinite(corner).all(axis=(1, 2)).sum())
+    used, packed = np.unique(solid, return_inverse=True)
+    over = len(overlapping_pairs(TC[used], packed.reshape(-1, 3), between=True)) if len(solid) else 0
+    return f"{charts} | {missing} | {over}"
+
+
+def ours(name: str) -> str:
+    V, F = NASTY[name]()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MeshWarning)
+        atlas = unwrap(V, F)
+    repairs = ", ".join(f"{repair.kind} {repair.count:,}" for repair in atlas.repairs)
+    flips = sum(chart.quality.flips for chart in atlas.charts)
+    figures = measured(len(F), len(atlas.charts), atlas.TC, atlas.FTC)
+    return f"{repairs} | {figures} | {flips} | {atlas.quality.stretch_l2:.3g}"
+
+
+def by_xatlas(name: str) -> str:
+    """What xatlas makes of it; a face in no chart is lost."""
+    import xatlas
+
+    V, F = NASTY[name]()
+    _, FTC, TC = xatlas.parametrize(V.astype(np.float32), F.astype(np.uint32))
+    # xatlas keeps the order of faces, and gives those that it leaves out of its charts the point (0, 0)
+    corner = TC[FTC]
+    lost = int((corner == 0).all(axis=(1, 2)).sum()) + len(F) - len(FTC)
+    from igl_linabf.surface import face_components
+
+    kept = FTC[~(corner == 0).all(axis=(1, 2))].astype(np.int64)
+    charts = len(np.unique(face_components(kept, len(TC)))) if len(kept) else 0
+    figures = measured(len(kept), charts, TC.astype(float), kept).split(" | ")
+    return f"{charts} | {lost} | {figures[2]}"
+
+
+def in_a_child(name: str) -> str:
+    command = [sys.executable, "-W", "ignore", __file__, name]
+    try:
+        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
+    except subprocess.TimeoutExpired:
+        return f"more than {LIMIT} s | |"
+    if done.returncode:
+        said = (done.stderr.strip().splitlines() or [f"ended with {done.returncode}"])[-1]
+        return f"{said[:60]} | |"
+    return done.stdout.strip()
+
+
+def main() -> None:
+    print(
+        "Lost: faces without finite coordinates; of xatlas, faces in no chart, which it puts at (0, 0).\n"
+        "Faces without area, which `unwrap` puts on an edge of their neighbour, are among those. Overlaps:\n"
+        "pairs of faces, of the same chart or of two.\n"
+    )
+    heads = "mesh | triangles | repairs | charts | lost | overlaps | flips | L2 stretch"
+    if find_spec("xatlas"):
+        heads += " | xatlas: charts | lost | overlaps"
+    print(f"| {heads} |\n|{'---|' * (heads.count('|') + 1)}")
+    for name in NASTY:
+        cells = f"{name} | {len(NASTY[name]()[1]):,} | {ours(name)}"
+        if find_spec("xatlas"):
+            cells += f" | {in_a_child(name)}"
+        print(f"| {cells} |", flush=True)
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        print(by_xatlas(sys.argv[1]))
+    else:
+        main()

@@ -1,0 +1,53 @@
+"""Vertices in one place made one."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+from .._types import FloatArray, IntArray
+from ..errors import MeshError
+from .components import connected_labels, face_components
+
+LOOSE = 2  # faces of a piece that may be one of a soup: a triangle or a quadrangle
+SOUP = 0.5  # share of faces in such pieces from which on triangles are a soup
+
+
+def is_soup(F: IntArray, n: int) -> bool:
+    """Whether most faces have vertices of their own, or those of a quadrangle's two."""
+    label = face_components(F, n)
+    return bool((np.bincount(label)[label] <= LOOSE).mean() > SOUP)
+
+
+def in_one_place(V: FloatArray, used: IntArray) -> IntArray:
+    """For each vertex the first of the `used` ones in the same place, to the bit."""
+    points = V[used] + 0.0  # -0 is 0
+    order = np.lexsort(points.T)
+    new = np.append(True, (points[order[1:]] != points[order[:-1]]).any(axis=1))
+    first = np.minimum.reduceat(order, np.flatnonzero(new))
+    merged = np.arange(len(V))
+    merged[used[order]] = used[first[np.cumsum(new) - 1]]
+    return merged
+
+
+def within(V: FloatArray, used: IntArray, distance: float) -> IntArray:
+    """For each vertex the first of those that a chain of steps of at most `distance` leads to.
+
+    Raises
+    ------
+    ValueError
+        `distance` is negative or not finite.
+    """
+    if not 0 <= distance < np.inf:
+        raise ValueError(f"weld is {distance!r}: give a distance from 0 on, in the units of V")
+    if distance == 0:
+        return in_one_place(V, used)
+    points = V[used]
+    size = float(np.abs(points).max(initial=0))
+    if size > 1e150:  # squares of larger ones overflow
+        raise MeshError(f"vertices have coordinates of {size:.1e}: scale the mesh to weld it")
+    pairs = cKDTree(points).query_pairs(distance, output_type="ndarray")
+    label = connected_labels(pairs, len(used))
+    merged = np.arange(len(V))
+    merged[used] = used[np.unique(label, return_index=True)[1]][label]
+    return merged
