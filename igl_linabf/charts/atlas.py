@@ -101,16 +101,17 @@ class Atlas:
         said = []
         most = BEYOND_USE if self.max_stretch is None else self.max_stretch * (1 + ROUNDING)
         for i, chart in enumerate(self.charts):
-            if chart.result.outcome.good and not chart.overlapping:
-                continue
+            stretched = not chart.quality.stretch_l2 <= most
+            if chart.result.outcome.good and not chart.overlapping and not stretched:
+                continue  # of thousands
             where = f"chart {i} (faces {some(chart.faces)})"
             if not chart.result.outcome.good:
                 flipped = some(chart.faces[chart.result.flipped])
                 said.append(f"{where} has flipped faces, {flipped}: give more seams there, or a larger trade")
-            else:
+            elif chart.overlapping:
                 pairs = f"{chart.overlapping} pair{'s' * (chart.overlapping > 1)} of faces"
                 said.append(f"{where} lies over itself in {pairs}: give more seams there")
-            elif not chart.quality.stretch_l2 <= most:
+            else:
                 said.append(
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
                     "give more seams there, complete=True, max_stretch or a larger trade"
