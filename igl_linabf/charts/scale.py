@@ -24,7 +24,10 @@ class ZeroAtNodes:
     """
 
     def __init__(self, laplacian: sparse.csr_array) -> None:
-        lower = sparse.tril(laplacian).tocsc()
+        half, nodes = sparse.tril(laplacian).tocoo(), np.arange(laplacian.shape[0])
+        index = np.append(half.coords, [nodes, nodes], axis=1)  # a node without edges has a diagonal, too
+        values = np.append(half.data, np.zeros(len(nodes)))
+        lower = sparse.csc_array((values, index), shape=laplacian.shape)
         lower.sort_indices()
         self._lower = lower
         self._row = lower.indices

@@ -179,7 +179,7 @@ def seams_of(
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
     A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
-    Among many components, small ones that need none get none.
+    With a `gain`, small components among many get none if they need none.
     """
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
@@ -190,7 +190,7 @@ def seams_of(
         open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
         if not open_ or (disks and trade > 0):
             if genus == 0 and len(component.F) <= SMALL and len(shapes) >= MANY:
-                small += [] if open_ else [component.faces]
+                small += [component.faces] if not (open_ and gain) else []
             else:
                 piece = closed_surface(component)
                 seam = _seam(piece, trade, holes)

@@ -43,7 +43,7 @@ from .seams import TRADE, edges_between_textures, seams_of
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
-MAX_SPLITS = 8  # of a chart that flips or overlaps, and of its parts
+MAX_SPLITS = 20  # of a chart that flips or overlaps, and of its parts
 MANY = 8  # charts from which they are flattened and measured together
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 MAX_LEAF_ROUNDS = 8  # of more seams for that, before it is halved
