@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import sys
 from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import asdict, dataclass, fields
@@ -232,7 +233,7 @@ def _save_parquet(path: str, rows: list[Row]) -> None:
 
 def _lock(journal: int, folder: str) -> None:
     """Until the process ends, however it does."""
-    if os.name != "posix":
+    if sys.platform == "win32":
         return
     import fcntl
 
