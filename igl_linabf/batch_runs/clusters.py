@@ -67,6 +67,8 @@ def local_client(workers: int | None, memory: int | None) -> Iterator[Any]:
         stack.enter_context(cluster)
 
         def end() -> None:
+            for nanny in cluster.workers.values():
+                nanny.close_gracefully()  # else it starts another process, which outlives this one
             killed = [psutil.Process(nanny.pid) for nanny in cluster.workers.values() if nanny.pid]
             for process in killed:
                 with suppress(psutil.NoSuchProcess):
