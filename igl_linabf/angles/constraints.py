@@ -8,8 +8,9 @@ from functools import cached_property
 import numpy as np
 
 from .._types import FloatArray, IntArray
+from ..kernels import angle_sums
 from ..linalg import Pattern
-from ..surface import NEXT, PREV, Topology
+from ..surface import Topology
 from .loops import Closure, closure_of
 
 
@@ -101,8 +102,7 @@ def residual(constraints: Constraints, alpha: FloatArray) -> Residual:
     np.abs(log_sin, out=log_sin)
     np.maximum(log_sin, np.finfo(np.float64).tiny, out=log_sin)
     np.log(log_sin, out=log_sin)  # eq. 7: the wheel constraint in logarithms
-    total = topology.sum_at_vertices(alpha)
-    log_ratio = topology.sum_at_vertices(log_sin[PREV] - log_sin[NEXT])
+    total, log_ratio = angle_sums(topology.corner, alpha, log_sin, topology.n)
     turning = np.pi - total
     return Residual(
         vertex=constraints.target - constraints.sum_at_rows(total),  # eq. 5

@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 from scipy import sparse
 
+from .. import kernels
 from .._runtime import advance as tell_progress
 from .._runtime import timed
 from .._types import BoolArray, FloatArray
@@ -358,7 +359,7 @@ def right_side(
 def errors(lin: Linearised, e0: FloatArray, x: FloatArray) -> FloatArray:
     """The errors e = e0 + P M^T x of the multipliers x."""
     system = lin.system
-    return np.asarray(e0 + system.projected(system.at_corners(lin.at_vertices(x))))
+    return np.asarray(e0 + system.errors(lin.at_vertices(x)))
 
 
 def _multipliers(
@@ -396,6 +397,4 @@ def advance(problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
 
 def cut_short(alpha: FloatArray, e: FloatArray) -> tuple[FloatArray, BoolArray]:
     """The errors, in each triangle so much of them that its angles stay positive; where that is not all."""
-    with np.errstate(divide="ignore"):  # how many times each triangle could take its errors
-        reach = np.where(e < 0, alpha / -e, np.inf).min(axis=0)
-    return e * np.minimum(REACH * reach, 1.0), reach <= 1
+    return kernels.cut_short(alpha, e, REACH)
