@@ -135,6 +135,7 @@ def _report(
     b = residual(constraints, alpha)
     return Flattening(
         uv=coordinates(z),
+        F=mesh.faces,
         angles=np.ascontiguousarray(alpha.T),
         method=method,
         outcome=Outcome.FLIPPED if len(flipped) else Outcome.VALID,

@@ -327,6 +327,7 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
     )
     return Flattening(
         uv=coordinates(layout.z),
+        F=problem.mesh.faces,
         angles=np.ascontiguousarray(at.alpha.T),
         method=method,
         outcome=outcome,
