@@ -9,7 +9,7 @@ from scipy import sparse
 
 from .. import kernels
 from .._types import FloatArray, IntArray
-from ..linalg import Symmetric
+from ..linalg import Symmetric, held
 from ..surface import NEXT, PREV
 from .constraints import Constraints
 
@@ -26,7 +26,8 @@ class System:
         S x = r - M e0,    S = sum_t M_t P_t M_t^T,    e = e0 + P M^T x,
 
     with e0 = w (pi - sum alpha) / d. M has the vertex and the wheel rows (eq. 5, 10); the two rows of
-    a vertex are next to each other. Converged ABF uses the weights w = alpha_0^2.
+    a vertex are next to each other. Converged ABF uses the weights w = alpha_0^2. Where a row has no
+    wheel constraint, S has the identity in its place, and the multiplier is zero.
     """
 
     def __init__(self, constraints: Constraints, alpha: FloatArray, w: FloatArray | None = None) -> None:
@@ -37,6 +38,9 @@ class System:
 
     def at_vertices(self, x: FloatArray) -> FloatArray:
         """Multipliers of each vertex, (#V, 2), from the multipliers of the rows, (#rows, 2)."""
+        if self.constraints.wheels < self.constraints.n:
+            x = x.copy()
+            x[self.constraints.wheels :, 1] = 0.0
         return np.vstack((x, np.zeros((1, 2))))[self.constraints.row]  # a missing row, -1, reads the zeros
 
     def errors(self, x: FloatArray) -> FloatArray:
@@ -44,8 +48,9 @@ class System:
         return kernels.errors(self.topology.corner, self.w, self.d, self.cot, *np.ascontiguousarray(x.T))
 
     def at_corners(self, x: FloatArray) -> FloatArray:
-        """M^T x: (3, #F) values from the multipliers of each vertex, (#V, 2)."""
-        return kernels.at_corners(self.topology.corner, self.cot, *np.ascontiguousarray(x.T))
+        """M^T x: (3, #F) values from the multipliers at each corner's vertex, (2, 3, #F)."""
+        vertex, wheel = x
+        return np.asarray(vertex + self.cot * (wheel[PREV] - wheel[NEXT]))
 
     def projected(self, y: FloatArray) -> FloatArray:
         """P y: (3, #F) angles that sum to zero in each triangle."""
@@ -84,7 +89,8 @@ class System:
     def rows(self, e: FloatArray) -> FloatArray:
         """M e: (#rows, 2) sums of (3, #F) angles."""
         sums = kernels.row_sums(self.topology.corner, self.cot, e, self.topology.n)
-        vertex, wheel = (self.constraints.sum_at_rows(values) for values in sums)  # eq. 5 and 8-10
+        vertex = self.constraints.sum_at_rows(sums[0])  # eq. 5
+        wheel = self.constraints.sum_at_wheels(sums[1])  # eq. 8-10
         return np.column_stack((vertex, wheel))
 
     def matrix(self) -> Symmetric:
@@ -99,6 +105,11 @@ class System:
             for side, rows in pattern.loops:
                 for k, values in enumerate((2 * vv, vw + wv, vw + wv, 2 * ww)):
                     diagonal[k] += pattern.row_sums(rows, values[side])
+        if self.constraints.wheels < self.constraints.n:
+            low, high = pattern.lows_and_highs >= self.constraints.wheels
+            block[1, high] = block[2, low] = block[3, high] = 0.0
+            diagonal[1:3, self.constraints.wheels :] = 0.0
+            diagonal[3, self.constraints.wheels :] = 1.0
         return pattern.symmetric(block, diagonal)
 
     def laplacian(self) -> sparse.csc_array:
@@ -110,6 +121,10 @@ class System:
         eigenvalue ratios of P_t and K_t.
         """
         return self.pattern.laplacian(self.topology.sum_at_edges(self.cot * self._conformal_scale) / 2)
+
+    def wheel_laplacian(self, lower: sparse.csc_array) -> sparse.csc_array:
+        """Lower triangle of L_s over the rows with a wheel constraint, the identity on the others."""
+        return held(lower, self.constraints.wheels)
 
     def sliver_rows(self) -> IntArray:
         """Rows of the triangles in which P_t and s_t K_t differ by more than `SLIVER`."""

@@ -148,7 +148,7 @@ def _report(
         steps=(),
         before=Residuals.of(residual(constraints, corner_angles(mesh))),
         after=Residuals.of(b),
-        holes=Hole.all_of(mesh, constraints, b),
+        holes=Hole.all_of(mesh, b),
         gap=0.0,
         layout="least-squares",
         solver="none",

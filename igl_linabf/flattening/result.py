@@ -10,7 +10,7 @@ import numpy as np
 
 from .._notebook import html_table, map_svg, side_by_side
 from .._types import FloatArray, IntArray
-from ..angles import Constraints, Residual, Step
+from ..angles import Residual, Step
 from ..errors import some
 from ..surface import Mesh
 
@@ -137,11 +137,12 @@ class Hole:
         return max(self.rotation, self.scale, self.translation)
 
     @classmethod
-    def all_of(cls, mesh: Mesh, constraints: Constraints, b: Residual) -> tuple[Hole, ...]:
+    def all_of(cls, mesh: Mesh, b: Residual) -> tuple[Hole, ...]:
         """Every hole of the mesh, the residual of the angles being `b`."""
         loops = mesh.topology.holes
-        row = [constraints.row[loop[0]] for loop in loops]
-        parts = (b.vertex[row], b.wheel[row], b.closure.gap)
+        rotation = [b.turning[loop].sum() + 2 * np.pi for loop in loops]
+        scale = [b.log_ratio[loop].sum() for loop in loops]
+        parts = (rotation, scale, b.closure.gap)
         return tuple(
             cls(int(mesh.vertices[loop[0]]), len(loop), *(float(abs(part[i])) for part in parts))
             for i, loop in enumerate(loops)

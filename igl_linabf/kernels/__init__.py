@@ -20,7 +20,6 @@ from .triangles import (
     NEXT,
     PREV,
     angle_sums,
-    at_corners,
     cut_short,
     errors,
     products,

@@ -60,6 +60,8 @@ def _edge_blocks(cot: FloatArray, pair: FloatArray, upward: IntArray) -> FloatAr
         vv = vw = wv = ww = 0.0
         for s in range(2):
             h = upward[s, p]
+            if h < 0:
+                continue
             k = h // m
             t = h - k * m
             i, j = (k + 1) % 3, (k + 2) % 3
@@ -80,13 +82,15 @@ def _edge_blocks(cot: FloatArray, pair: FloatArray, upward: IntArray) -> FloatAr
 
 @with_loops(_edge_blocks)
 def edge_blocks(cot: FloatArray, pair: FloatArray, upward: IntArray) -> FloatArray:
-    """Blocks of S between the ends of edges, whose two half-edges are `upward`, (2, #P).
+    """Blocks of S between the ends of edges, by their half-edges `upward`, (2, #P), -1 for a missing one.
 
     Returns (4, #P): (vertex, vertex), (vertex, wheel), (wheel, vertex), (wheel, wheel), the first at the
     tail of the first half-edge.
     """
-    vv, vw, wv, ww = half_edge_blocks(cot, pair).reshape(4, -1)
-    h, r = upward  # r runs the other way, where the block is transposed
+    across = half_edge_blocks(cot, pair).reshape(4, -1)
+    if upward.min(initial=0) < 0:  # edges of the boundary between two rows
+        across = np.column_stack((across, np.zeros(4)))
+    (vv, vw, wv, ww), (h, r) = across, upward  # r runs the other way, where the block is transposed
     return np.stack((vv[h] + vv[r], vw[h] + wv[r], wv[h] + vw[r], ww[h] + ww[r]))
 
 

@@ -128,13 +128,8 @@ def errors(
     corner: IntArray, w: FloatArray, d: FloatArray, cot: FloatArray, vertex: FloatArray, wheel: FloatArray
 ) -> FloatArray:
     """P M^T x of multipliers (n,) of single vertices: angles (3, #F) that sum to zero in each triangle."""
-    return projected(w, d, at_corners(corner, cot, vertex, wheel))
-
-
-def at_corners(corner: IntArray, cot: FloatArray, vertex: FloatArray, wheel: FloatArray) -> FloatArray:
-    """M^T x, (3, #F)."""
     x, y = vertex.take(corner), wheel.take(corner)  # far faster than by an index
-    return np.asarray(x + cot * (y[PREV] - y[NEXT]))
+    return projected(w, d, x + cot * (y[PREV] - y[NEXT]))
 
 
 def projected(w: FloatArray, d: FloatArray, y: FloatArray) -> FloatArray:
