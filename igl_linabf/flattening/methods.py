@@ -23,11 +23,14 @@ from .ladder import (
     iterated,
     one_system,
     posed,
+    prescribed,
     report,
 )
 from .result import Flattening, Guarantee
+from .shapes import Shape
 
 Iterations = int | Literal["auto"]
+FREE = Shape()
 
 ONE_SYSTEM_RTOL = 0.1  # relative residual to which "auto" solves a step and its chord
 TOL = 1e-8  # residual of the constraints below which nothing is left to do
@@ -40,6 +43,7 @@ class Method:
 
     name: str
     label: str  # in tables
+    shapes: bool = False  # whether it can give the boundary a shape
 
     def __new__(cls, *_: object, **options: object) -> Method:
         known = [field.name for field in fields(cls)]  # type: ignore[arg-type]
@@ -49,8 +53,8 @@ class Method:
             raise TypeError(f"{cls.__name__} has no option {unknown[0]!r}: {has}")
         return super().__new__(cls)
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
-        """Flatten a checked mesh, with checked pins."""
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
+        """Flatten a checked mesh, with checked pins and a checked shape of the boundary."""
         raise NotImplementedError
 
 
@@ -78,6 +82,7 @@ class LinABF(Method):
 
     name = "linabf"
     label = "linABF"
+    shapes = True
 
     iterations: Iterations = "auto"
     layout: LayoutName = "auto"
@@ -94,9 +99,11 @@ class LinABF(Method):
         if self.rtol is not None and not self.rtol > 0:
             raise ValueError(f"rtol is {self.rtol!r}: use a positive number")
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         rtol = self.rtol or ACTIVE_SET_RTOL
-        if self.iterations == "auto":
+        if self.iterations == "auto" and shape.sums is not None:
+            stages = [prescribed(rtol, self.tol), anchored(ABF_TOL, self.tol), feasible(ABF_TOL, self.tol)]
+        elif self.iterations == "auto":
             stages = [
                 one_system(self.rtol or ONE_SYSTEM_RTOL, self.tol),
                 iterated(rtol, self.tol, MAX_ACTIVE_SET),
@@ -105,7 +112,7 @@ class LinABF(Method):
             ]
         else:
             stages = [iterated(rtol, self.tol, self.iterations, note=False)]
-        return _climbed(self, mesh, pinned, stages, self.safeguard)
+        return _climbed(self, mesh, pinned, shape, stages, self.safeguard)
 
 
 @dataclass(frozen=True)
@@ -132,6 +139,7 @@ class ABF(Method):
 
     name = "abf"
     label = "ABF"
+    shapes = True
 
     layout: LayoutName = "auto"
     tol: float = ABF_TOL
@@ -144,8 +152,8 @@ class ABF(Method):
         if not self.tol > 0:
             raise ValueError(f"tol is {self.tol!r}: use a positive number, at least 1e-10")
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
-        return _climbed(self, mesh, pinned, [anchored(self.tol), feasible(self.tol)])
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
+        return _climbed(self, mesh, pinned, shape, [anchored(self.tol), feasible(self.tol)])
 
 
 @dataclass(frozen=True)
@@ -168,9 +176,9 @@ class OneStepABFpp(Method):
     def __post_init__(self) -> None:
         _check(None, self.layout, self.threshold)
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         with stopwatch(*STAGES) as seconds:
-            problem = posed(mesh, pinned, self.layout, self.threshold, self.solver, safeguard=False)
+            problem = posed(mesh, pinned, self.layout, self.threshold, self.solver, shape, safeguard=False)
             tried = climb(problem, [baselines.newton_step])
             return report(problem, self.name, tried, seconds)
 
@@ -182,7 +190,7 @@ class LSCM(Method):
     name = "lscm"
     label = "igl.lscm"
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         return baselines.lscm(mesh, pinned)
 
 
@@ -193,7 +201,7 @@ class SCP(Method):
     name = "scp"
     label = "igl.spectra.lscm"
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         return baselines.scp(mesh, pinned)
 
 
@@ -212,7 +220,7 @@ class DNCP(Method):
 
     solver: SolverName = "auto"
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         return baselines.dncp(mesh, pinned, self.solver)
 
 
@@ -239,12 +247,17 @@ def guaranteed(method: Method) -> Method | None:
 
 
 def _climbed(
-    method: LinABF | ABF, mesh: Mesh, pinned: Pins | None, stages: list[Stage], safeguard: bool = True
+    method: LinABF | ABF,
+    mesh: Mesh,
+    pinned: Pins | None,
+    shape: Shape,
+    stages: list[Stage],
+    safeguard: bool = True,
 ) -> Flattening:
     if method.guarantee:
         stages = [*stages, injective_map]
     with stopwatch(*STAGES) as seconds:
-        problem = posed(mesh, pinned, method.layout, method.threshold, method.solver, safeguard)
+        problem = posed(mesh, pinned, method.layout, method.threshold, method.solver, shape, safeguard)
         return report(problem, method.name, climb(problem, stages), seconds)
 
 

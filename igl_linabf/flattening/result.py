@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Literal
 
@@ -186,6 +186,10 @@ class Flattening:
         Names of the solvers of the angle systems and of the layout.
     seconds : dict of str to float
         Time by stage, and "total".
+    boundary : {"free", "circle", "circles", "rectangle", "angles"}
+        What was asked of the boundary.
+    corners : (4,) or (0,) int64
+        The vertices at the corners of the rectangle, counterclockwise from the lower left one.
     """
 
     uv: FloatArray
@@ -206,6 +210,8 @@ class Flattening:
     solver: str
     layout_solver: str
     seconds: dict[str, float]
+    boundary: str = "free"
+    corners: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     @property
     def iterations(self) -> int:
