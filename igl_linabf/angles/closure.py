@@ -7,13 +7,15 @@ from collections.abc import Callable
 import numpy as np
 from scipy import linalg, sparse
 
-from .._types import BoolArray, FloatArray
+from .._types import BoolArray, ComplexArray, FloatArray
 from ..linalg import NotPositiveDefiniteError
 from ..surface import NEXT, PREV, Topology, sum_by
 from .loops import Closure
 from .reduced import System
 
 Solve = Callable[[FloatArray], FloatArray]
+
+LEAST_SHARE = 1e-3  # of D, below which no mode of the preconditioner's Schur complement is believed
 
 
 class ClosingRows:
@@ -25,7 +27,8 @@ class ClosingRows:
 
     where wheel_v and vertex_v are the rows of the single loop vertices (docs/holes.md), or of all left
     fans of a path. So T^T y has the vertex rows Im(q conj(y)) and the wheel rows -Re(q conj(y)). Parts
-    of a gap that are not asked for have no row. The system becomes
+    of a gap that are not asked for have no row. Where vertex_v is a row of S, too, it is taken out
+    here, and what it is to be, `vertex`, goes to the right-hand side. The system becomes
 
         [ S    B ] [x]        B = M P T^T,  D = T P T^T.
         [ B^T  D ] [y]
@@ -35,12 +38,20 @@ class ClosingRows:
     of L_s and a dense Schur complement.
     """
 
-    def __init__(self, system: System, closure: Closure) -> None:
+    def __init__(self, system: System, closure: Closure, vertex: FloatArray | None = None) -> None:
         self._topology, self._cot, self._closure = system.topology, system.cot, closure
+        # the two real weights of a site's vertex row, which is no part where that row is asked for by itself
+        own = np.append(system.constraints.row, np.full(len(system.constraints.paths), -1))[closure.site]
+        asked = own >= system.constraints.wheels
+        self._vertex_q = np.where(asked, 0.0, closure.q)
+        self._known = np.zeros(len(closure.gap), dtype=np.complex128)
+        if asked.any():
+            assert vertex is not None
+            np.add.at(self._known, closure.row[asked], 1j * closure.q[asked] * vertex[own[asked]])
         self._paths, self._asked = system.constraints.paths, closure.asked.ravel()
         self.size = int(np.count_nonzero(self._asked))
         self._n = 2 * system.constraints.n
-        self._metrics = _products(system, closure)
+        self._metrics = _products(system, closure, self._vertex_q)
         self._shape = (self._n, self.size)
         self.B, self.D = self._take(system.projection)
 
@@ -69,22 +80,23 @@ class ClosingRows:
     @property
     def gap(self) -> FloatArray:
         """What the rows are to close, (size,)."""
-        return np.column_stack((self._closure.gap.real, self._closure.gap.imag)).ravel()[self._asked]
+        gap = self._closure.gap - self._known
+        return np.column_stack((gap.real, gap.imag)).ravel()[self._asked]
 
     def at_sites(self, y: FloatArray) -> FloatArray:
         """Multipliers of the vertex and wheel rows of single sites, (#V + #paths, 2), that make up T^T y."""
         c, every = self._closure, np.zeros(len(self._asked))
         every[self._asked] = y
-        product = c.q * (every[0::2] - 1j * every[1::2])[c.row]
+        y = (every[0::2] - 1j * every[1::2])[c.row]
         x = np.zeros((self._topology.n + len(self._paths), 2))
-        x[c.site, 0], x[c.site, 1] = product.imag, -product.real
+        x[c.site, 0], x[c.site, 1] = (self._vertex_q * y).imag, -(c.q * y).real
         return x
 
     def rows(self, e: FloatArray) -> FloatArray:
         """T e, (size,)."""
         c, q = self._closure, self._cot * e
         vertex, wheel = (self._at_sites(values)[c.site] for values in (e, q[NEXT] - q[PREV]))
-        moved = -c.q * (wheel + 1j * vertex)
+        moved = -(c.q * wheel + 1j * self._vertex_q * vertex)
         parts = [sum_by(c.row, part, len(c.gap)) for part in (moved.real, moved.imag)]
         return np.column_stack(parts).ravel()[self._asked]
 
@@ -93,17 +105,37 @@ class ClosingRows:
         fans = [values.ravel()[path.corner].sum() for path in self._paths]
         return np.concatenate((self._topology.sum_at_vertices(values), fans))
 
-    def solver(self, inner: Solve, B: sparse.csr_array | None = None, D: FloatArray | None = None) -> Solve:
+    def solver(self, inner: Solve) -> Solve:
         """Solve the bordered system, given the `inner` solve of its first block, (2 #rows, k)."""
-        B = self.B if B is None else B
-        D = self.D if D is None else D
-        across = inner(B.toarray())
-        schur = D - B.T @ across
+        across = inner(self.B.toarray())
+        schur = self.D - self.B.T @ across
         try:
             factor = linalg.cho_factor((schur + schur.T) / 2)
         except linalg.LinAlgError:
             raise NotPositiveDefiniteError(self._n - 1) from None
+        return self._eliminated(inner, self.B, across, factor)
 
+    def preconditioner(self, system: System, inner: Solve) -> Solve:
+        """Solve the bordered system of the conformal metric, by the Laplacian's `inner` solve.
+
+        That is not quite the inverse of its first block, and the Schur complement need not be positive
+        definite. Then its eigenvalues, relative to D, are raised to a least one.
+        """
+        B, D = self._take(system.conformal)
+        across = inner(B.toarray())
+        schur = D - B.T @ across
+        schur = (schur + schur.T) / 2
+        try:
+            factor = linalg.cho_factor(schur)
+        except linalg.LinAlgError:
+            share, modes = linalg.eigh(schur, D)
+            modes = D @ modes
+            factor = linalg.cho_factor((modes * np.maximum(np.abs(share), LEAST_SHARE)) @ modes.T)
+        return self._eliminated(inner, B, across, factor)
+
+    def _eliminated(
+        self, inner: Solve, B: sparse.csr_array, across: FloatArray, factor: tuple[FloatArray, bool]
+    ) -> Solve:
         def solve(r: FloatArray) -> FloatArray:
             x = inner(r[: self._n, None])[:, 0]
             y = linalg.cho_solve(factor, r[self._n :] - B.T @ x)
@@ -111,13 +143,9 @@ class ClosingRows:
 
         return solve
 
-    def preconditioner(self, system: System, inner: Solve) -> Solve:
-        """Solve the bordered system of the conformal metric, by the Laplacian's `inner` solve."""
-        return self.solver(inner, *self._take(system.conformal))
-
 
 def _products(
-    system: System, closure: Closure
+    system: System, closure: Closure, vertex_q: ComplexArray
 ) -> tuple[np.ndarray, sparse.csr_array, sparse.csr_array, sparse.csr_array]:
     """Factors of B and D, on the faces at holes' loops and at paths only.
 
@@ -149,7 +177,7 @@ def _products(
     v, j, q = closure.site, closure.row, closure.q
     weights = sparse.csr_array(
         (
-            np.concatenate((q.imag, -q.real, -q.real, -q.imag)),
+            np.concatenate((vertex_q.imag, -vertex_q.real, -q.real, -q.imag)),
             (
                 np.concatenate((2 * v, 2 * v, 2 * v + 1, 2 * v + 1)),
                 np.concatenate((2 * j, 2 * j + 1, 2 * j, 2 * j + 1)),
