@@ -323,7 +323,8 @@ def isometric_map(problem: Problem, tried: Tried, weight: float, pinned: Pins | 
     by = f"igl's SLIM, {made.slim} iterations, and " if made.slim else ""
     how = f"{by}Newton's method, {made.newton} steps, from {start}; energy {made.energy:.4g} (1: an isometry)"
     state = replace(last.state, at=problem.angles.at(flat_angles(made.z, mesh.topology.corner)))
-    status, detail, note = Status.GOOD, "", ""
+    status, detail = Status.GOOD, ""
+    note = "" if made.stalled else f"the energy still falls after {made.newton} steps"
     if made.missed:
         status, detail = Status.PINS_MISSED, f"pins are missed by up to {made.missed:.1e} of the map's size"
         note = f"{detail}, since triangles would flip"
@@ -337,7 +338,8 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
     """The result: the best map with its residuals, steps and outcome."""
     best, layout = best_of(tried)
     at, angles = best.state.at, problem.angles
-    note = next((made.note for made in (best, *tried) if made.note), "")
+    earlier = () if best.stage == "isometric" else tried  # where it starts does not matter to where it ends
+    note = next((made.note for made in (best, *earlier) if made.note), "")
     outcome, message = judge(
         span(problem.mesh, layout.z),
         layout.method,

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._types import ComplexArray, FloatArray, IntArray
+from .._types import Array, ComplexArray, FloatArray, IntArray
 from ..surface import NEXT, PREV
 
 
@@ -40,8 +40,13 @@ class Rest:
     @classmethod
     def of(cls, corner: IntArray, double_area: FloatArray, dot: FloatArray, area: FloatArray | float) -> Rest:
         """Triangles as a `Mesh` has them, scaled so that `area`, that of their charts, is one."""
-        side = np.sqrt(dot[0] + dot[1])  # from corner 0 to corner 1
-        z = np.stack((np.zeros_like(side) + 0j, side + 0j, (dot[0] + 1j * double_area) / side))
+        top = dot.argmin(axis=0)  # opposite to the longest side, whose length has no cancellation
+        left, right = (top + 1) % 3, (top + 2) % 3
+        face = np.arange(len(top))
+        side = np.sqrt(dot[left, face] + dot[right, face])
+        z = np.zeros(dot.shape, dtype=np.complex128)
+        z[right, face] = side
+        z[top, face] = (dot[left, face] + 1j * double_area) / side
         inward = 1j * (z[PREV] - z[NEXT]) / double_area  # gradients of the hat functions
         return cls(corner, inward.conj() * np.sqrt(area) / 2, double_area / (2 * area))
 
@@ -70,7 +75,7 @@ class Rest:
         r, s = np.abs(p), np.abs(q)
         e_a, e_b, e_aa, e_ab, e_bb = _derivatives(r * r, s * s, weight)
         along, around = _parts(p / r, self.gradient)
-        across, beside = _parts(np.where(s > 0, q, 1 + 0j) / np.where(s > 0, s, 1), self.gradient.conj())
+        across, beside = _parts(np.where(s > 0, q, 1) / np.where(s > 0, s, 1), self.gradient.conj())
         slope = self.share * (2 * r * e_a * along + 2 * s * e_b * across)
         rr, rs, ss = 2 * e_a + 4 * r * r * e_aa, 4 * r * s * e_ab, 2 * e_b + 4 * s * s * e_bb
         middle, half, turn = (rr + ss) / 2, np.hypot((rr - ss) / 2, rs), np.arctan2(2 * rs, rr - ss) / 2
@@ -81,7 +86,7 @@ class Rest:
         return slope, rows
 
 
-def _parts(unit: ComplexArray, gradient: ComplexArray) -> tuple[FloatArray, FloatArray]:
+def _parts(unit: Array, gradient: ComplexArray) -> tuple[FloatArray, FloatArray]:
     """Real and imaginary part of conj(unit) times sum gradient z, as rows by the corners' x and y."""
     turned = unit.conj() * gradient
     real, imag = turned.real, turned.imag

@@ -12,7 +12,7 @@ from ..linalg import Solvers
 from ..surface import Mesh, Parts, Pins, complex_positions, signed_double_areas
 from .choice import placed
 from .isometric_energy import Rest
-from .newton import Charts, Hessians, Springs, descend
+from .newton import MAX_STEPS, Charts, Hessians, Springs, descend
 from .slim import slim, upright
 
 FAR = 2.0  # energy from which SLIM comes first: Newton's method takes many short steps there
@@ -24,13 +24,15 @@ PINS_MET = 1e-6  # distance of a vertex from its pin, relative to the map's size
 
 @dataclass(frozen=True, eq=False)
 class IsometricMap:
-    """A map without flipped triangles whose energy has stalled.
+    """A map without flipped triangles, lowered in energy.
 
     Attributes
     ----------
     z : (#V,) complex128
     slim, newton : int
         Iterations of SLIM, and steps of Newton's method after it.
+    stalled : bool
+        Whether the energy has stalled within the steps allowed.
     energy : float
         1 for an isometry.
     missed : float
@@ -40,6 +42,7 @@ class IsometricMap:
     z: ComplexArray
     slim: int
     newton: int
+    stalled: bool
     energy: float
     missed: float
 
@@ -58,14 +61,14 @@ def isometric(
     z = start / np.sqrt(signed_double_areas(start, corner).sum() / 2)
     z, slimmed = _unfolded(mesh, field.charts, z, weight)
     z, steps = descend(field.charts, z, weight, field.hessians)
-    missed = 0.0
+    stalled, missed = steps < MAX_STEPS, 0.0
     if pinned is None or len(pinned[0]) == 2:
         made = placed(mesh.topology, z, mesh.area, pinned)
     else:
         made, z, more, missed = _drawn_to_pins(field, z, weight, pinned)
         steps += more
     energy = float(field.charts.energy(z, weight)[0])
-    return IsometricMap(made, slimmed, steps, energy, missed)
+    return IsometricMap(made, slimmed, steps, stalled, energy, missed)
 
 
 def at_pins(
