@@ -14,8 +14,13 @@ from .._types import IntArray
 from ..charts import TRADE, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..io import SUFFIXES, read_mesh, read_texture, write_mesh
+<<<<<<< HEAD
 from .commands import GOOD, JSON, MESHES, METHOD, NOT_VALID, PICTURE, QUIET, Argument, Command
 from .outputs import check_outputs, hand_out, progress_of
+=======
+from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, WEIGHT, Argument, Command, method_with
+from .outputs import check_outputs, hand_out
+>>>>>>> main
 
 TRADED: Argument = {
     "type": float,
@@ -31,6 +36,7 @@ BIJECTIVE: Argument = {
 
 def _unwrap(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, SUFFIXES)
+    method = method_with(options.method, {"weight": options.weight})
     V, F = read_mesh(options.mesh)
     seams = None
     if options.seams == "uv":
@@ -41,7 +47,11 @@ def _unwrap(options: argparse.Namespace) -> int:
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
+<<<<<<< HEAD
         atlas = unwrap(V, F, seams, options.method, progress=progress_of(options), **settings)
+=======
+        atlas = unwrap(V, F, seams, method, **settings)
+>>>>>>> main
     pictured = V[atlas.origin], atlas.FTC, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     write = partial(write_mesh, V=V, F=F, TC=atlas.TC, FTC=atlas.FTC)
@@ -103,8 +113,12 @@ UNWRAP = Command(
             "help": "refuse a mesh that is no clean manifold, do not repair it",
         },
         "method": METHOD,
+<<<<<<< HEAD
         "json": JSON,
         "quiet": QUIET,
+=======
+        "weight": WEIGHT,
+>>>>>>> main
     },
     "Unwrap any triangles. Exit code 1: written, but with flips, overlaps, or stretch beyond use.",
     (
