@@ -14,13 +14,20 @@ from .._types import IntArray
 from ..charts import TRADE, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..io import SUFFIXES, read_mesh, read_texture, write_mesh
-<<<<<<< HEAD
-from .commands import GOOD, JSON, MESHES, METHOD, NOT_VALID, PICTURE, QUIET, Argument, Command
+from .commands import (
+    GOOD,
+    JSON,
+    MESHES,
+    METHOD,
+    NOT_VALID,
+    PICTURE,
+    QUIET,
+    WEIGHT,
+    Argument,
+    Command,
+    method_with,
+)
 from .outputs import check_outputs, hand_out, progress_of
-=======
-from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, WEIGHT, Argument, Command, method_with
-from .outputs import check_outputs, hand_out
->>>>>>> main
 
 TRADED: Argument = {
     "type": float,
@@ -47,11 +54,7 @@ def _unwrap(options: argparse.Namespace) -> int:
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
-<<<<<<< HEAD
-        atlas = unwrap(V, F, seams, options.method, progress=progress_of(options), **settings)
-=======
-        atlas = unwrap(V, F, seams, method, **settings)
->>>>>>> main
+        atlas = unwrap(V, F, seams, method, progress=progress_of(options), **settings)
     pictured = V[atlas.origin], atlas.FTC, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     write = partial(write_mesh, V=V, F=F, TC=atlas.TC, FTC=atlas.FTC)
@@ -113,16 +116,14 @@ UNWRAP = Command(
             "help": "refuse a mesh that is no clean manifold, do not repair it",
         },
         "method": METHOD,
-<<<<<<< HEAD
         "json": JSON,
         "quiet": QUIET,
-=======
         "weight": WEIGHT,
->>>>>>> main
     },
     "Unwrap any triangles. Exit code 1: written, but with flips, overlaps, or stretch beyond use.",
     (
         "bunny.obj -o bunny.glb --picture bunny.png",
+        "bunny.obj -o bunny.glb --method isometric --weight 1.5    # even texels",
         "bunny.obj -o bunny.obj --trade 30 --max-stretch 1.2    # longer seams, less stretch",
         "bunny.obj -o bunny.obj --seams uv --method abf    # along the seams that the file has",
         "bunny.obj -o bunny.obj --seams pairs.txt --complete    # along the edges of pairs.txt, and more",
