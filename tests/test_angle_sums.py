@@ -107,7 +107,8 @@ def test_in_the_conformal_metric_the_two_kinds_of_rows_are_two_laplacians(kind: 
     system = System(constraints, state.at.alpha)
     M, m = dense(constraints, system), system.w.shape[1]
     K = np.zeros((3 * m, 3 * m))
-    for t, block in enumerate(system.conformal(np.arange(m)) / system._conformal_scale[:, None, None]):
+    scale = 2 * np.sqrt(system.w.prod(axis=0) / system.d)
+    for t, block in enumerate(system.conformal(np.arange(m)) / scale[:, None, None]):
         K[np.ix_(t + m * np.arange(3), t + m * np.arange(3))] = block
     MKM, n, cot = M @ K @ M.T, constraints.wheels, system.topology.sum_at_edges(system.cot) / 2
     L = constraints.pattern.laplacian(cot)

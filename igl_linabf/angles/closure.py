@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 from scipy import linalg, sparse
 
-from .._types import BoolArray, ComplexArray, FloatArray
+from .._types import BoolArray, FloatArray
 from ..linalg import NotPositiveDefiniteError
 from ..surface import NEXT, PREV, Topology, sum_by
 from .loops import Closure
@@ -40,10 +40,10 @@ class ClosingRows:
 
     def __init__(self, system: System, closure: Closure, vertex: FloatArray | None = None) -> None:
         self._topology, self._cot, self._closure = system.topology, system.cot, closure
-        # the two real weights of a site's vertex row, which is no part where that row is asked for by itself
+        # a site's vertex row is no part where that row is asked for by itself
         own = np.append(system.constraints.row, np.full(len(system.constraints.paths), -1))[closure.site]
         asked = own >= system.constraints.wheels
-        self._vertex_q = np.where(asked, 0.0, closure.q)
+        self._share = np.where(asked, 0.0, 1.0)
         self._known = np.zeros(len(closure.gap), dtype=np.complex128)
         if asked.any():
             assert vertex is not None
@@ -51,7 +51,7 @@ class ClosingRows:
         self._paths, self._asked = system.constraints.paths, closure.asked.ravel()
         self.size = int(np.count_nonzero(self._asked))
         self._n = 2 * system.constraints.n
-        self._metrics = _products(system, closure, self._vertex_q)
+        self._metrics = _products(system, closure, self._share)
         self._shape = (self._n, self.size)
         self.B, self.D = self._take(system.projection)
 
@@ -87,16 +87,16 @@ class ClosingRows:
         """Multipliers of the vertex and wheel rows of single sites, (#V + #paths, 2), that make up T^T y."""
         c, every = self._closure, np.zeros(len(self._asked))
         every[self._asked] = y
-        y = (every[0::2] - 1j * every[1::2])[c.row]
+        product = c.q * (every[0::2] - 1j * every[1::2])[c.row]
         x = np.zeros((self._topology.n + len(self._paths), 2))
-        x[c.site, 0], x[c.site, 1] = (self._vertex_q * y).imag, -(c.q * y).real
+        x[c.site, 0], x[c.site, 1] = self._share * product.imag, -product.real
         return x
 
     def rows(self, e: FloatArray) -> FloatArray:
         """T e, (size,)."""
         c, q = self._closure, self._cot * e
         vertex, wheel = (self._at_sites(values)[c.site] for values in (e, q[NEXT] - q[PREV]))
-        moved = -(c.q * wheel + 1j * self._vertex_q * vertex)
+        moved = -c.q * (wheel + 1j * (self._share * vertex))
         parts = [sum_by(c.row, part, len(c.gap)) for part in (moved.real, moved.imag)]
         return np.column_stack(parts).ravel()[self._asked]
 
@@ -145,7 +145,7 @@ class ClosingRows:
 
 
 def _products(
-    system: System, closure: Closure, vertex_q: ComplexArray
+    system: System, closure: Closure, share: FloatArray
 ) -> tuple[np.ndarray, sparse.csr_array, sparse.csr_array, sparse.csr_array]:
     """Factors of B and D, on the faces at holes' loops and at paths only.
 
@@ -177,7 +177,7 @@ def _products(
     v, j, q = closure.site, closure.row, closure.q
     weights = sparse.csr_array(
         (
-            np.concatenate((vertex_q.imag, -vertex_q.real, -q.real, -q.imag)),
+            np.concatenate((share * q.imag, -share * q.real, -q.real, -q.imag)),
             (
                 np.concatenate((2 * v, 2 * v, 2 * v + 1, 2 * v + 1)),
                 np.concatenate((2 * j, 2 * j + 1, 2 * j, 2 * j + 1)),
