@@ -36,6 +36,8 @@ class ClosedSurface:
     ----------
     n, holes, genus, n_faces : int
         Numbers of nodes, of those (the first ones) that are loops, of handles and faces.
+    node : (#V,) int64
+        The node of each vertex. Interior vertices keep their order.
     edges, ends, faces : (#E, 2) int64
         Vertices, nodes and faces at each edge that has two faces.
     length : (#E,) float64
@@ -53,6 +55,7 @@ class ClosedSurface:
     holes: int
     genus: int
     n_faces: int
+    node: IntArray
     edges: IntArray
     ends: IntArray
     faces: IntArray
@@ -130,6 +133,7 @@ def closed_surface(component: Submesh) -> ClosedSurface:
         holes=holes,
         genus=topology.genus,
         n_faces=len(F),
+        node=node,
         edges=edges,
         ends=ends,
         faces=faces,
@@ -194,10 +198,12 @@ def _loops(piece: ClosedSurface, base: int) -> tuple[IntArray, IntArray]:
         seam = seam[~loose]
 
 
-def join(piece: ClosedSurface, seam: IntArray) -> IntArray:
-    """Join the holes and the seam by a minimum spanning tree of shortest paths between them."""
+def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -> IntArray:
+    """Join the holes, the seam and other nodes by a minimum spanning tree of shortest paths between them."""
     on_seam = np.unique(piece.ends[seam])
     terminals = np.union1d(on_seam, np.arange(piece.holes))
+    if others is not None:
+        terminals = np.union1d(terminals, others)
     if len(terminals) == 0:
         return seam
     distance, before, source = piece.search(terminals)
