@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from .._types import FloatArray, IntArray
-from ..linalg import Symmetric
+from ..linalg import Symmetric, held
 from ..surface import NEXT, PREV
 from .constraints import Constraints
 
@@ -25,7 +25,8 @@ class System:
         S x = r - M e0,    S = sum_t M_t P_t M_t^T,    e = e0 + P M^T x,
 
     with e0 = w (pi - sum alpha) / d. M has the vertex and the wheel rows (eq. 5, 10); the two rows of
-    a vertex are next to each other. Converged ABF uses the weights w = alpha_0^2.
+    a vertex are next to each other. Converged ABF uses the weights w = alpha_0^2. Where a row has no
+    wheel constraint, S has the identity in its place, and the multiplier is zero.
     """
 
     def __init__(self, constraints: Constraints, alpha: FloatArray, w: FloatArray | None = None) -> None:
@@ -37,11 +38,14 @@ class System:
 
     def at_vertices(self, x: FloatArray) -> FloatArray:
         """Multipliers of each vertex, (#V, 2), from the multipliers of the rows, (#rows, 2)."""
+        if self.constraints.wheels < self.constraints.n:
+            x = x.copy()
+            x[self.constraints.wheels :, 1] = 0.0
         return np.vstack((x, np.zeros((1, 2))))[self.constraints.row]  # a missing row, -1, reads the zeros
 
     def at_corners(self, x: FloatArray) -> FloatArray:
-        """M^T x: (3, #F) values from the multipliers of each vertex, (#V, 2)."""
-        vertex, wheel = x.T.take(self.topology.corner, axis=1)  # far faster than by an index
+        """M^T x: (3, #F) values from the multipliers at each corner's vertex, (2, 3, #F)."""
+        vertex, wheel = x
         return np.asarray(vertex + self.cot * (wheel[PREV] - wheel[NEXT]))
 
     def projected(self, y: FloatArray) -> FloatArray:
@@ -83,7 +87,7 @@ class System:
         """M e: (#rows, 2) sums of (3, #F) angles."""
         t, q = self.topology, self.cot * e
         vertex = self.constraints.sum_at_rows(t.sum_at_vertices(e))  # eq. 5
-        wheel = self.constraints.sum_at_rows(t.sum_at_vertices(q[NEXT] - q[PREV]))  # eq. 8-10
+        wheel = self.constraints.sum_at_wheels(t.sum_at_vertices(q[NEXT] - q[PREV]))  # eq. 8-10
         return np.column_stack((vertex, wheel))
 
     def matrix(self) -> Symmetric:
@@ -110,10 +114,17 @@ class System:
         )
         vv, vw, wv, ww = (values.ravel() for values in across)
         h, r = self.pattern.upward  # r runs the other way, where the block is transposed
+        if min(h.min(initial=0), r.min(initial=0)) < 0:  # edges of the boundary between two rows
+            vv, vw, wv, ww = (np.append(values, 0.0) for values in (vv, vw, wv, ww))
         block = np.stack((vv[h] + vv[r], vw[h] + wv[r], wv[h] + vw[r], ww[h] + ww[r]))
         for side, rows in self.pattern.loops:  # edges within a hole's row
             for k, values in enumerate((2 * vv, vw + wv, vw + wv, 2 * ww)):
                 diagonal[k] += self.pattern.row_sums(rows, values[side])
+        if self.constraints.wheels < self.constraints.n:
+            low, high = self.pattern.lows_and_highs >= self.constraints.wheels
+            block[1, high] = block[2, low] = block[3, high] = 0.0
+            diagonal[1:3, self.constraints.wheels :] = 0.0
+            diagonal[3, self.constraints.wheels :] = 1.0
         return self.pattern.symmetric(block, diagonal)
 
     def laplacian(self) -> sparse.csc_array:
@@ -125,6 +136,10 @@ class System:
         eigenvalue ratios of P_t and K_t.
         """
         return self.pattern.laplacian(self.topology.sum_at_edges(self.cot * self._conformal_scale) / 2)
+
+    def wheel_laplacian(self, lower: sparse.csc_array) -> sparse.csc_array:
+        """Lower triangle of L_s over the rows with a wheel constraint, the identity on the others."""
+        return held(lower, self.constraints.wheels)
 
     def sliver_rows(self) -> IntArray:
         """Rows of the triangles in which P_t and s_t K_t differ by more than `SLIVER`."""

@@ -63,6 +63,15 @@ class Rows:
         return sparse.csc_array((data, *self._lower), shape=self._shape[:1] * 2)
 
 
+def held(lower: sparse.csc_array, first: int) -> sparse.csc_array:
+    """The lower triangle with the identity in the rows and columns from `first` on, in the same pattern."""
+    if first == lower.shape[0]:
+        return lower
+    data = np.where(lower.indices >= first, 0.0, lower.data)
+    data[lower.indptr[first:-1]] = 1.0  # the diagonal comes first in its column
+    return sparse.csc_array((data, lower.indices, lower.indptr), shape=lower.shape)
+
+
 class Pattern:
     """The graph of the symmetric matrices over some rows of a mesh's vertices.
 
@@ -122,6 +131,11 @@ class Pattern:
         """The half-edges of `pairs`, (2, #P), that from the lower to the higher row first."""
         sides = self._sides[:, self.pairs]
         return np.where(self.downward, sides[::-1], sides)
+
+    @property
+    def lows_and_highs(self) -> IntArray:
+        """The lower and the higher row of `pairs`, (2, #P)."""
+        return np.sort(self.ends[:, self.pairs], axis=0)
 
     @cached_property
     def loops(self) -> list[tuple[IntArray, IntArray]]:
