@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from .._notebook import html_table, map_svg, side_by_side
 from .._runtime import aligned
@@ -66,6 +68,9 @@ class Atlas:
         The edges that were cut.
     seam_length : float
         Their length.
+    seam_mismatch : float
+        The largest |log(a / b)| of the lengths a and b of the two sides of a seam edge in the map. With
+        cones it is that of rounding.
     splits : int
         How many charts were split because they overlapped themselves.
     fill : float
@@ -77,6 +82,10 @@ class Atlas:
         What `unwrap` did to the mesh before; empty if it was clean.
     max_stretch : float or None
         What was asked for.
+    cones : (#C,) int64
+        The vertices that are cones; empty without.
+    cone_angles : (#C,) float64
+        The angles of the map's triangles at each sum to this, radians.
     """
 
     TC: FloatArray
@@ -86,11 +95,14 @@ class Atlas:
     charts: tuple[Chart, ...]
     seams: IntArray
     seam_length: float
+    seam_mismatch: float
     splits: int
     fill: float
     quality: Quality
     repairs: tuple[Repair, ...] = ()
     max_stretch: float | None = None
+    cones: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    cone_angles: FloatArray = field(default_factory=lambda: np.zeros(0))
 
     @property
     def good(self) -> bool:

@@ -13,6 +13,10 @@ from .cut_graph import ClosedSurface
 
 MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 QUARTER = np.pi / 2
+SAMPLES = 4000  # nodes from which the stretch of rounded curvatures is told
+MAX_EXCHANGES = 500  # of quarter turns between cones
+WORTH = 0.999  # share of the squared stretch down to which an exchange has to bring it
+UNBOUND = 1 << 40
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +55,7 @@ class ConeScale:
 
     @classmethod
     def of(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
-        """Without cones; on a closed surface with one, by default where the scale is farthest from its mean."""
+        """Without cones; on a closed surface with one, where the scale is farthest from its mean."""
         if piece.holes:
             first, ground = -1, np.arange(piece.holes)
         else:
@@ -74,16 +78,10 @@ class ConeScale:
         return self.others if self.first < 0 else np.append(self.first, self.others)
 
     @cached_property
-    def coupling(self) -> FloatArray:
-        """The Green's functions at the other cones, symmetric."""
-        G = self.green[:, self.others]
-        return np.asarray((G + G.T) / 2)
-
-    @cached_property
     def curvature(self) -> FloatArray:
         """The curvature of each of `nodes` with which the scale is one at all of them, radians."""
-        k = np.linalg.solve(self.coupling, -self.bare[self.others]) if len(self.others) else np.zeros(0)
-        return k if self.first < 0 else np.append(self.piece.curvature.sum() - k.sum(), k)
+        k = np.linalg.solve(self.green[:, self.others], -self.bare[self.others])
+        return np.asarray(k if self.first < 0 else np.append(self.piece.curvature.sum() - k.sum(), k))
 
     @cached_property
     def log_scale(self) -> FloatArray:
@@ -110,12 +108,27 @@ class ConeScale:
                 sign = -1 if beyond > 0 else 1
                 able = (k > least) if beyond > 0 else (k < most)
                 k[np.argmax(np.where(able, sign * (exact - k), -np.inf))] += sign
-            green = np.concatenate((np.zeros((1, self.piece.n)), self.green))
-        else:
-            unbound = np.iinfo(np.int64)
-            k, least, limit = np.append(0, k), np.append(unbound.min, least), np.append(unbound.max, 0)
-            green = np.concatenate((np.zeros((1, self.piece.n)), self.green))
-        def expected_stretch(piece: ClosedSurface, u: FloatArray) -> float:
+        upper = np.full(len(least), most)
+        if self.first < 0:  # the ground comes first, and is not bound
+            k, least, upper = np.append(0, k), np.append(-UNBOUND, least), np.append(UNBOUND, upper)
+        sample = np.arange(0, self.piece.n, -(-self.piece.n // SAMPLES))
+        weight = self.piece.area[sample] / self.piece.area[sample].sum()
+        green = np.concatenate((np.zeros((1, len(sample))), self.green[:, sample])) * QUARTER
+        grown, shrunk = np.exp(2 * green), np.exp(-2 * green)
+        for _ in range(MAX_EXCHANGES):
+            u = np.clip(self.bare[sample] + k @ green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
+            # with one quarter more at i and one less at j, u grows by green_i - green_j
+            squared = (grown * (weight * np.exp(2 * u))) @ shrunk.T
+            squared *= (shrunk * (weight * np.exp(-2 * u))) @ grown.T
+            allowed = (k < upper)[:, None] & (k > least)
+            i, j = np.unravel_index(np.argmin(np.where(allowed, squared, np.inf)), squared.shape)
+            if i == j or not squared[i, j] < WORTH * squared[i, i]:
+                break
+            k[i], k[j] = k[i] + 1, k[j] - 1
+        return k if self.first >= 0 else k[1:]
+
+
+def expected_stretch(piece: ClosedSurface, u: FloatArray) -> float:
     """The L2 stretch of a conformal map with the log scale u."""
     weight = piece.area / piece.area.sum()
     return float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u))))

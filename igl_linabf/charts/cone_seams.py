@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from .._types import FloatArray, IntArray
+from .._types import IntArray
 from ..angles import ClosedPath
 from ..surface import NEXT, Topology
 from .cut_graph import ClosedSurface, join, open_handles, shortened
@@ -47,9 +47,7 @@ def paths_across(piece: ClosedSurface, topology: Topology, seam: IntArray) -> tu
     return tuple(_paths(piece, topology, seam, crossed))
 
 
-def _paths(
-    piece: ClosedSurface, topology: Topology, seam: IntArray, crossed: IntArray
-) -> list[ClosedPath]:
+def _paths(piece: ClosedSurface, topology: Topology, seam: IntArray, crossed: IntArray) -> list[ClosedPath]:
     """The right side of a shortest strip of triangles that crosses one seam edge, for each of some."""
     m = piece.n_faces
     edge = np.setdiff1d(np.arange(len(piece.edges)), seam)
@@ -71,7 +69,9 @@ def _paths(
         entry, leave = (_opposite(halves[:, edges], way, m) for edges in (through[:-1], through[1:]))
         pivot = 3 - entry - leave
         left = pivot == np.array(NEXT)[entry]  # the strip turns around a vertex on its left
-        corner = np.concatenate((pivot[~left] * m + way[~left], entry[left] * m + way[left], leave[left] * m + way[left]))
+        corner = np.concatenate(
+            (pivot[~left] * m + way[~left], entry[left] * m + way[left], leave[left] * m + way[left])
+        )
         found.append(ClosedPath(corner, int(np.count_nonzero(left))))
     return found
 
@@ -80,7 +80,3 @@ def _opposite(halves: IntArray, faces: IntArray, m: int) -> IntArray:
     """The corners of some faces that are opposite to an edge of each."""
     first, second = halves
     return np.asarray(np.where(first % m == faces, first // m, second // m))
-
-
-def seam_ratios(topology: Topology, TC: FloatArray, FTC: IntArray) -> FloatArray:
-    """Logarithms of the lengths of the two sides of the edges between different textures."""

@@ -10,6 +10,7 @@ from .many import flatten_many, flatten_together
 from .methods import ABF, DNCP, LSCM, METHODS, SCP, LinABF, Method, OneStepABFpp, guaranteed, method_of
 from .result import Flattening, Hole, Outcome, Residuals, Rung, Status
 from .verbs import abf, flatten, linabf, linabf_angles, lscm
+from .with_cones import flatten_with_cones
 
 __all__ = [
     "ABF",
@@ -35,6 +36,7 @@ __all__ = [
     "flatten",
     "flatten_many",
     "flatten_together",
+    "flatten_with_cones",
     "guaranteed",
     "linabf",
     "linabf_angles",
