@@ -115,7 +115,7 @@ class Atlas:
 
         Beyond use is an L2 stretch of more than `max_stretch`, or than 10 where none was asked for.
         """
-        said = []
+        said, more = [], "give more cones there" if len(self.cones) else ""
         most = BEYOND_USE if self.max_stretch is None else self.max_stretch * (1 + ROUNDING)
         for i, chart in enumerate(self.charts):
             stretched = not chart.quality.stretch_l2 <= most
@@ -124,14 +124,14 @@ class Atlas:
             where = f"chart {i} (faces {some(chart.faces)})"
             if not chart.result.outcome.good:
                 flipped = some(chart.faces[chart.result.flipped])
-                said.append(f"{where} has flipped faces, {flipped}: give more seams there, or a larger trade")
+                said.append(f"{where} has flipped faces, {flipped}: {more or 'give more seams there, or a larger trade'}")
             elif chart.overlapping:
                 pairs = f"{chart.overlapping} pair{'s' * (chart.overlapping > 1)} of faces"
-                said.append(f"{where} lies over itself in {pairs}: give more seams there")
+                said.append(f"{where} lies over itself in {pairs}: {more or 'give more seams there'}")
             else:
                 said.append(
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
-                    "give more seams there, complete=True, max_stretch or a larger trade"
+                    + (more or "give more seams there, complete=True, max_stretch or a larger trade")
                 )
         return said
 

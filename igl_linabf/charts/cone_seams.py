@@ -14,15 +14,10 @@ from .cut_graph import ClosedSurface, join, open_handles, shortened
 
 def seam_through(piece: ClosedSurface, cones: IntArray) -> IntArray:
     """A short cut graph that opens the handles and joins holes and cones; edges of `piece`."""
-    seam = np.zeros(0, dtype=np.int64)
+    handles = np.zeros(0, dtype=np.int64)
     if piece.genus:
-        seam = shortened(piece, open_handles(piece), piece.total)
-    seam = join(piece, seam, cones)
-
-    def cost(moved: IntArray) -> float:
-        return piece.total(moved) if np.isin(cones, piece.ends[moved]).all() else np.inf
-
-    return shortened(piece, seam, cost)
+        handles = shortened(piece, open_handles(piece), piece.total)
+    return join(piece, handles, cones)
 
 
 def paths_across(piece: ClosedSurface, topology: Topology, seam: IntArray) -> tuple[ClosedPath, ...]:
