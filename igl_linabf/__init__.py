@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from . import io
+    from . import adapters, io
     from .batch_runs import batch
     from .charts import Atlas, Chart, cut, find_cones, find_seams, texture_seams, unwrap
     from .errors import (
@@ -71,6 +71,7 @@ __all__ = [
     "Residuals",
     "SingularSystemError",
     "abf",
+    "adapters",
     "batch",
     "clean",
     "compare",
@@ -108,7 +109,7 @@ _NAMES = {
     "surface": "Cleaned Repair clean",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
-_ROOMS = {*_NAMES, "angles", "linalg"}
+_ROOMS = {*_NAMES, "adapters", "angles", "linalg"}
 
 if not TYPE_CHECKING:  # a type checker would take any name for one of the package
 

@@ -242,7 +242,7 @@ def test_what_does_not_fit_is_refused_with_what_would() -> None:
     with pytest.raises(MeshError, match="each once"):
         unwrap(V, F, cones=[0, 0, 1, 2])
     with pytest.raises(MeshError, match="within 0 and 6 pi"):
-        middle = next(i for i in range(len(V)) if np.count_nonzero(F == i) == 6)
+        middle = next(i for i in range(len(V)) if np.count_nonzero(i == F) == 6)
         unwrap(V, F, cones=[middle, *corners[:5]], cone_angles=[7 * np.pi, *np.full(5, np.pi / 5)])
     with pytest.raises(ValueError, match="does not go together with seams"):
         unwrap(V, F, find_seams(V, F), cones=corners)

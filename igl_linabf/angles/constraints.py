@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
+from ..kernels import angle_sums
 from ..linalg import Pattern
 from ..surface import NEXT, PREV, Topology
 from .loops import ClosedPath, Closure, closure_of
@@ -158,12 +159,11 @@ def residual(constraints: Constraints, alpha: FloatArray) -> Residual:
     np.abs(log_sin, out=log_sin)
     np.maximum(log_sin, np.finfo(np.float64).tiny, out=log_sin)
     np.log(log_sin, out=log_sin)  # eq. 7: the wheel constraint in logarithms
-    total = topology.sum_at_vertices(alpha)
-    ratio = log_sin[PREV] - log_sin[NEXT]
-    log_ratio = topology.sum_at_vertices(ratio)
+    total, log_ratio = angle_sums(topology.corner, alpha, log_sin, topology.n)
     turning = np.pi - total
     drawn = None
     if paths:
+        ratio = log_sin[PREV] - log_sin[NEXT]
         both = ratio.ravel() + 1j * alpha.ravel()
         drawn = np.array([both[path.corner].sum() for path in paths])
     return Residual(

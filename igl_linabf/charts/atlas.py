@@ -124,7 +124,8 @@ class Atlas:
             where = f"chart {i} (faces {some(chart.faces)})"
             if not chart.result.outcome.good:
                 flipped = some(chart.faces[chart.result.flipped])
-                said.append(f"{where} has flipped faces, {flipped}: {more or 'give more seams there, or a larger trade'}")
+                help_ = more or "give more seams there, or a larger trade"
+                said.append(f"{where} has flipped faces, {flipped}: {help_}")
             elif chart.overlapping:
                 pairs = f"{chart.overlapping} pair{'s' * (chart.overlapping > 1)} of faces"
                 said.append(f"{where} lies over itself in {pairs}: {more or 'give more seams there'}")
