@@ -157,7 +157,11 @@ class Atlas:
         splits = f"{self.splits} split{'s' * (self.splits != 1)} for overlaps"
         seams = f"{len(self.seams):,} seam edges, {self.seam_length:.4g} long"
         filled = f"{seams}; {splits}; {self.fill:.0%} of the square filled"
-        return [filled, *map(str, self.repairs)]
+        matching = []
+        if len(self.cones):
+            number = f"{len(self.cones)} cone{'s' * (len(self.cones) != 1)}"
+            matching = [f"{number}; the sides of seams are equally long to {self.seam_mismatch:.0e}"]
+        return [filled, *matching, *map(str, self.repairs)]
 
     def _rows(self) -> list[tuple[str, ...]]:
         def row(name: str, faces: int, of: Quality, overlapping: int, *rest: str) -> tuple[str, ...]:

@@ -19,6 +19,7 @@ from .cone_seams import paths_across, seam_through
 from .cones import CONE_TRADE, ConePiece, angles_of, found_on
 from .overlap_seams import MAX_SPLITS, seams_between
 
+GivenCones = Literal["auto"] | ArrayLike
 ConeAngles = Literal["quarter"] | ArrayLike | None
 
 
@@ -31,17 +32,17 @@ class Cones:
 
     Attributes
     ----------
-    vertices : (#C,) int64, or int
-        The surface's vertices; or how many are to be found on each component.
+    vertices : (#C,) int64, int or None
+        The surface's vertices; or how many are to be found on each component: None is as many as pay.
     angles : (#C,) float64, "quarter" or None
         Their angle sums, radians; in quarter turns; or those of one scale at all cones.
     """
 
-    vertices: IntArray | int
+    vertices: IntArray | int | None
     angles: FloatArray | Literal["quarter"] | None
 
     @classmethod
-    def checked(cls, cones: ArrayLike, angles: ConeAngles, surface: Submesh, cleaned: Cleaned) -> Cones:
+    def checked(cls, cones: GivenCones, angles: ConeAngles, surface: Submesh, cleaned: Cleaned) -> Cones:
         """Check what the caller gives; its vertices become those of the repaired surface.
 
         Raises
@@ -54,13 +55,14 @@ class Cones:
         if quarter and angles != "quarter":
             raise ValueError(f"cone_angles is {angles!r}: use 'quarter', an angle sum for each cone, or None")
         if given.ndim == 0:
-            if given.dtype.kind not in "iu" or given < 0:
-                raise MeshError(f"cones is {cones!r}: give a number of cones, or their vertices")
+            found = isinstance(cones, str) and cones == "auto"
+            if not found and (given.dtype.kind not in "iu" or given < 0):
+                raise MeshError(f"cones is {cones!r}: give 'auto', a number of cones, or their vertices")
             if angles is not None and not quarter:
                 raise MeshError(
                     "cone_angles has angles for cones that are yet to be found: give their vertices"
                 )
-            return cls(int(given), "quarter" if quarter else None)
+            return cls(None if found else int(given), "quarter" if quarter else None)
         if given.ndim != 1 or (given.dtype.kind not in "iu" and given.size):
             raise MeshError(
                 f"cones has the shape {given.shape} and the dtype {given.dtype}: give a number of cones, or "
@@ -79,7 +81,7 @@ class Cones:
     def on(self, component: Submesh) -> tuple[ConePiece, IntArray, FloatArray]:
         """The cones on a component, its own vertices, and their angle sums."""
         place = ConePiece(component)
-        if isinstance(self.vertices, int):
+        if self.vertices is None or isinstance(self.vertices, int):
             own = found_on(place, self.vertices, CONE_TRADE)
             assert not isinstance(self.angles, np.ndarray)
             return place, own, angles_of(place, own, self.angles)

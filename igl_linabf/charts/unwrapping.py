@@ -32,7 +32,7 @@ from ..surface import (
     signed_double_areas,
 )
 from .atlas import BEYOND_USE, ROUNDING, Atlas, Chart
-from .coned import NO_CONES, ConeAngles, Coned, Cones, coned
+from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, sides_of_cleaned, without_charts
 from .halving import halves
 from .overlap_seams import MAX_SPLITS, seams_between
@@ -56,7 +56,7 @@ def unwrap(
     seams: ArrayLike | None = None,
     method: str | Method = "linabf",
     *,
-    cones: ArrayLike | None = None,
+    cones: GivenCones | None = None,
     cone_angles: ConeAngles = None,
     trade: float = TRADE,
     holes: bool = False,
@@ -81,11 +81,12 @@ def unwrap(
         faces, its seams are extended; if that does not help, `guarantee="injective"` is used.
     method : str or method object
         As in `flatten`.
-    cones : (#C,) int, or int, optional
+    cones : (#C,) int, int or "auto", optional
         Interior vertices that keep all curvature, or how many `find_cones` is to find on each
-        component. The seam is then a tree through them and the holes, with loops that open the
-        handles, and in the map both sides of each seam edge are equally long (docs/cones.md).
-        Needs "linabf" or "abf". Not with `seams`, `holes`, `bijective`, `max_stretch`, `complete`.
+        component; "auto" is as many as pay. The seam is then a tree through them and the holes,
+        with loops that open the handles, and in the map both sides of each seam edge are equally
+        long (docs/cones.md). Needs "linabf" or "abf". Not with `seams`, `holes`,
+        `bijective`, `max_stretch`, `complete`.
     cone_angles : (#C,) float or "quarter", optional
         Angle sums at the cones, radians. By default those of the conformal map that has one scale
         at all cones and the boundary. "quarter": multiples of 90 degrees that need little stretch.

@@ -7,6 +7,7 @@ import sys
 import warnings
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -37,11 +38,19 @@ def _unwrap(options: argparse.Namespace) -> int:
         seams = texture_seams(F, read_texture(options.mesh)[1])
     elif options.seams != "auto":
         seams = _pairs(options.seams)
+    cones = options.cones
+    if cones is not None and cones != "auto":
+        cones = int(cones) if cones.isdecimal() else _vertices(cones)
+    angles = options.cone_angles
+    if angles is not None and angles != "quarter":
+        angles = np.deg2rad(
+            _table(angles, np.float64, "numbers: write one angle in degrees on each line").ravel()
+        )
     names = ("trade", "holes", "bijective", "max_stretch", "complete", "weld", "strict")
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
-        atlas = unwrap(V, F, seams, options.method, **settings)
+        atlas = unwrap(V, F, seams, options.method, cones=cones, cone_angles=angles, **settings)
     pictured = V[atlas.origin], atlas.FTC, {options.method: atlas.TC}
     hand_out(options, str(atlas), pictured, partial(write_mesh, V=V, F=F, TC=atlas.TC, FTC=atlas.FTC))
     for message in atlas.troubles:
@@ -51,13 +60,22 @@ def _unwrap(options: argparse.Namespace) -> int:
 
 def _pairs(path: str) -> IntArray:
     """The vertex pairs in a text file."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # numpy's, of an empty file: no seams
-        try:
-            pairs = np.loadtxt(path, dtype=np.int64, ndmin=2)
-        except ValueError:
-            raise MeshError(f"{path} is no table of integers: write two vertices on each line") from None
+    pairs: IntArray = _table(path, np.int64, "integers: write two vertices on each line")
     return pairs.reshape(-1, 2) if pairs.size == 0 else pairs
+
+
+def _vertices(path: str) -> IntArray:
+    """The vertices in a text file."""
+    return np.asarray(_table(path, np.int64, "integers: write one vertex on each line").ravel())
+
+
+def _table(path: str, kind: type, what: str) -> Any:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # numpy's, of an empty file
+        try:
+            return np.loadtxt(path, dtype=kind, ndmin=2)
+        except ValueError:
+            raise MeshError(f"{path} is no table of {what}") from None
 
 
 UNWRAP = Command(
@@ -76,6 +94,15 @@ UNWRAP = Command(
         "seams": {
             "default": "auto",
             "help": "auto, uv (seams of the OBJ's texture coordinates), or a file of vertex pairs from 0",
+        },
+        "cones": {
+            "metavar": "N",
+            "help": "leave the curvature at so many vertices, at auto (as many as pay), or at those in a "
+            "file, from 0: both sides of the seams through them match",
+        },
+        "cone-angles": {
+            "metavar": "ANGLES",
+            "help": "quarter (turns), or a file of their angle sums in degrees (default: of one scale)",
         },
         "complete": {"action": "store_true", "help": "find the seams that the given ones leave missing"},
         "trade": TRADED,
