@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         Comparison,
         Flattening,
         Hole,
+        Isometric,
         LinABF,
         OneStepABFpp,
         Outcome,
@@ -58,6 +59,7 @@ __all__ = [
     "FallbackWarning",
     "Flattening",
     "Hole",
+    "Isometric",
     "LinABF",
     "MemoryLimitError",
     "MeshError",
@@ -100,8 +102,8 @@ _NAMES = {
     "batch_runs": "batch",
     "charts": "Atlas Chart cut find_cones find_seams texture_seams unwrap",
     "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
-    "flattening": "ABF DNCP LSCM SCP Comparison Flattening Hole LinABF OneStepABFpp Outcome Residuals "
-    "abf compare flatten flatten_many linabf linabf_angles lscm",
+    "flattening": "ABF DNCP LSCM SCP Comparison Flattening Hole Isometric LinABF OneStepABFpp Outcome "
+    "Residuals abf compare flatten flatten_many linabf linabf_angles lscm",
     "io": "write_grid",
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",

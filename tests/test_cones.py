@@ -212,6 +212,7 @@ def test_a_torus_needs_no_cone() -> None:
     V, F = load("nut")
     atlas = unwrap(V, F, cones=0)
     assert len(atlas.cones) == 0 and atlas.seam_mismatch <= 1e-6
+    assert "converged" in str(atlas.charts[0].result)
 
 
 def test_cones_of_a_repaired_mesh_are_those_of_the_given_vertices() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from time import perf_counter
 from typing import Literal
 
 import numpy as np
@@ -177,7 +178,7 @@ def _flattened(
     place: ConePiece, own: IntArray, angles: FloatArray, quarter: bool, method: Method
 ) -> tuple[Submesh, Flattening]:
     """The component cut along its seam, and its map."""
-    component, piece = place.component, place.piece
+    start, component, piece = perf_counter(), place.component, place.piece
     seam = seam_through(piece, piece.node[own])
     (cut,) = component.cut_along(component.vertices[piece.edges[seam]])
     advance("seams", 0.2)
@@ -185,7 +186,9 @@ def _flattened(
     sums[own] = angles
     mesh = replace(planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
     paths = paths_across(piece, component.topology, seam)
-    return cut, flatten_with_cones(mesh, component.topology, sums, paths, quarter, method)
+    checked = perf_counter() - start
+    made = flatten_with_cones(mesh, component.topology, sums, paths, quarter, method)
+    return cut, replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})
 
 
 def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
