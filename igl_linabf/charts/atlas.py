@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from .._runtime import aligned
 from .._types import FloatArray, IntArray
 from ..errors import some
 from ..flattening import Flattening
 from ..measures import Quality
-from ..surface import Repair
+from ..surface import Repair, Triangles
 
 BEYOND_USE = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
 ROUNDING = 1e-9  # of the stretch
@@ -22,7 +25,7 @@ class Chart:
     Attributes
     ----------
     faces : (#f,) int64
-        Its faces, as rows of the surface's F.
+        Its faces, as rows of the surface's F; of polygons, one row for each of their triangles.
     result : Flattening
         Its flattening before packing; vertices and faces are numbered within the chart.
     quality : Quality
@@ -51,7 +54,8 @@ class Atlas:
     TC : (#TC, 2) float64
         Texture coordinates in the unit square.
     FTC : (#F, 3) int64
-        Their rows at the corners of the faces.
+        Their rows at the corners of the faces, in the shape of `F`: (#F, k) for faces of k corners, a tuple
+        of arrays for faces of different sizes.
     origin : (#TC,) int64
         The vertex of each texture coordinate.
     chart : (#F,) int64
@@ -72,10 +76,12 @@ class Atlas:
         What `unwrap` did to the mesh before; empty if it was clean.
     max_stretch : float or None
         What was asked for.
+    split : Triangles or None
+        How polygons were split; None if the faces are triangles.
     """
 
     TC: FloatArray
-    FTC: IntArray
+    FTC: Any  # IntArray, or a tuple of them
     origin: IntArray
     chart: IntArray
     charts: tuple[Chart, ...]
@@ -86,6 +92,14 @@ class Atlas:
     quality: Quality
     repairs: tuple[Repair, ...] = ()
     max_stretch: float | None = None
+    split: Triangles | None = None
+
+    @property
+    def triangles(self) -> IntArray:
+        """Rows of `TC` at the corners of triangles, (#T, 3): `FTC`, or what its polygons are split into."""
+        if self.split is None:
+            return np.asarray(self.FTC)
+        return np.concatenate([np.ravel(row) for row in self.FTC])[self.split.place]
 
     @property
     def good(self) -> bool:
@@ -128,7 +142,7 @@ class Atlas:
         ]
         for i, chart in enumerate(self.charts):
             ended = (str(len(chart.result.holes)), chart.result.outcome.value)
-            rows.append(row(str(i), len(chart.faces), chart.quality, chart.overlapping, *ended))
+            rows.append(row(str(i), len(np.unique(chart.faces)), chart.quality, chart.overlapping, *ended))
         overlapping = sum(chart.overlapping for chart in self.charts)
         rows.append(row("all", len(self.FTC), self.quality, overlapping, "", ""))
         splits = f"{self.splits} split{'s' * (self.splits != 1)} for overlaps"

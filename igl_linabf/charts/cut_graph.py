@@ -37,7 +37,8 @@ class ClosedSurface:
     n, holes, genus, n_faces : int
         Numbers of nodes, of those (the first ones) that are loops, of handles and faces.
     edges, ends, faces : (#E, 2) int64
-        Vertices, nodes and faces at each edge that has two faces.
+        Vertices, nodes and faces at each edge that has two faces. Diagonals of polygons are no edges, and
+        the triangles of a polygon are one face.
     length : (#E,) float64
         Shorter than the edge itself at creases, where a seam is least visible.
     graph : (n, n) sparse
@@ -113,26 +114,27 @@ def closed_surface(component: Submesh) -> ClosedSurface:
         node[loop] = i
     n = holes + int(np.count_nonzero(node < 0))
     node[node < 0] = np.arange(holes, n)
-    inside = topology.sides[1] >= 0
+    cell, inside = component.cells
     edges = topology.edges[inside]
     ends = node[edges]
     length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
     faces = topology.sides[:, inside].T % len(F)
     length *= 1 - CREASE_DISCOUNT * np.minimum(_bend(V, F, faces) / (np.pi / 2), 1)
+    every = np.flatnonzero(topology.sides[1] >= 0)
     proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
     shortest, key = _first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
     double_area, dot = component.measured
     corner = node[topology.corner]
-    cotangent = topology.sum_at_edges(dot / double_area)[inside] / 2
-    off = _symmetric(-np.maximum(cotangent, SMALLEST_WEIGHT), ends, n)
+    cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
+    off = _symmetric(-np.maximum(cotangent, SMALLEST_WEIGHT), node[topology.edges[every]], n)
     return ClosedSurface(
         n=n,
         holes=holes,
         genus=topology.genus,
-        n_faces=len(F),
+        n_faces=int(cell.max()) + 1,
         edges=edges,
         ends=ends,
-        faces=faces,
+        faces=cell[faces],
         length=length,
         graph=_symmetric(length[shortest], ends[shortest], n),
         key=key,

@@ -7,13 +7,14 @@ import sys
 import warnings
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from .._types import IntArray
 from ..charts import TRADE, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, read_mesh, read_texture, write_mesh
+from ..io import SUFFIXES, read_file, write_file
 from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, Argument, Command
 from .outputs import check_outputs, hand_out
 
@@ -31,10 +32,15 @@ BIJECTIVE: Argument = {
 
 def _unwrap(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, SUFFIXES)
-    V, F = read_mesh(options.mesh)
-    seams = None
+    mesh = read_file(options.mesh)
+    V, F = mesh.V, mesh.F
+    seams: Any = None
     if options.seams == "uv":
-        seams = texture_seams(F, read_texture(options.mesh)[1])
+        if mesh.FTC is None:
+            raise MeshError(
+                f"{options.mesh} has no texture coordinates at all corners: it has no seams of them"
+            )
+        seams = texture_seams(F, mesh.FTC)
     elif options.seams != "auto":
         seams = _pairs(options.seams)
     names = ("trade", "holes", "bijective", "max_stretch", "complete", "weld", "strict")
@@ -42,8 +48,8 @@ def _unwrap(options: argparse.Namespace) -> int:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         atlas = unwrap(V, F, seams, options.method, **settings)
-    pictured = V[atlas.origin], atlas.FTC, {options.method: atlas.TC}
-    hand_out(options, str(atlas), pictured, partial(write_mesh, V=V, F=F, TC=atlas.TC, FTC=atlas.FTC))
+    pictured = V[atlas.origin], atlas.triangles, {options.method: atlas.TC}
+    hand_out(options, str(atlas), pictured, partial(write_file, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC))
     for message in atlas.troubles:
         print(f"igl-linabf: {message}", file=sys.stderr)
     return GOOD if atlas.good else NOT_VALID

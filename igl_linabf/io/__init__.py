@@ -5,7 +5,20 @@ a format; `files` has the public functions, `parsing` is shared by the readers.
 """
 
 from .._runtime import replacing
-from .files import READERS, WRITERS, read_mesh, read_texture, unit_square, write_grid, write_mesh, write_obj
+from .files import (
+    READERS,
+    WRITERS,
+    read_file,
+    read_mesh,
+    read_texture,
+    unit_square,
+    write_file,
+    write_grid,
+    write_mesh,
+    write_obj,
+)
+from .mesh_file import MeshFile
+from .parsing import Extras
 
 SUFFIXES = tuple(WRITERS)
 READABLE = tuple(READERS)
@@ -13,10 +26,14 @@ READABLE = tuple(READERS)
 __all__ = [
     "READABLE",
     "SUFFIXES",
+    "Extras",
+    "MeshFile",
+    "read_file",
     "read_mesh",
     "read_texture",
     "replacing",
     "unit_square",
+    "write_file",
     "write_grid",
     "write_mesh",
     "write_obj",
