@@ -5,6 +5,7 @@ a format; `files` has the public functions, `parsing` is shared by the readers.
 """
 
 from .._runtime import replacing
+from .corners import textured
 from .files import (
     READERS,
     WRITERS,
@@ -18,6 +19,7 @@ from .files import (
     write_obj,
 )
 from .mesh_file import MeshFile
+from .one_index import split_at_seams
 from .parsing import Extras
 
 SUFFIXES = tuple(WRITERS)
@@ -32,6 +34,8 @@ __all__ = [
     "read_mesh",
     "read_texture",
     "replacing",
+    "split_at_seams",
+    "textured",
     "unit_square",
     "write_file",
     "write_grid",

@@ -15,8 +15,9 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, vertex_array
+from .corners import check_corners
 from .gltf import save_glb
-from .mesh_file import MeshFile, check_corners
+from .mesh_file import MeshFile
 from .obj import parse_obj
 from .obj_writing import save_obj, save_polygons
 from .off import parse_off
@@ -323,9 +324,6 @@ def write_mesh(
     >>> read_texture(path)[1].tolist()
     [[0, 1, 2], [3, 4, 5]]
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in WRITERS:
-        raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
     path = Path(path)
     save = _writer(path)
     positions, faces = vertex_array(V), Polygons.of(F)

@@ -39,6 +39,14 @@ def one_index(*indices: IntArray) -> OneIndex:
     return OneIndex(tuple(index[first] for index in indices), corners.ravel().astype(np.int64))
 
 
+def split_at_seams(
+    V: FloatArray, F: IntArray, TC: FloatArray, FTC: IntArray
+) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Each distinct pair of position and texture coordinate at a corner, and the faces over these pairs."""
+    made = one_index(F.ravel(), FTC.ravel())
+    return V[made.rows[0]], TC[made.rows[1]], made.corners.reshape(F.shape)
+
+
 def single(rows: FloatArray, name: str) -> NDArray[np.float32]:
     """The rows in single precision."""
     if np.abs(rows).max(initial=0) > np.finfo(np.float32).max:
