@@ -11,12 +11,25 @@ from typing import Any
 
 import numpy as np
 
+from .._runtime import part, reporting
 from .._types import IntArray
 from ..charts import TRADE, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..io import SUFFIXES, read_file, write_file
-from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, WEIGHT, Argument, Command, method_with
-from .outputs import check_outputs, hand_out
+from .commands import (
+    GOOD,
+    JSON,
+    MESHES,
+    METHOD,
+    NOT_VALID,
+    PICTURE,
+    QUIET,
+    WEIGHT,
+    Argument,
+    Command,
+    method_with,
+)
+from .outputs import check_outputs, hand_out, progress_of
 
 TRADED: Argument = {
     "type": float,
@@ -33,7 +46,8 @@ BIJECTIVE: Argument = {
 def _unwrap(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, SUFFIXES)
     method = method_with(options.method, {"weight": options.weight})
-    mesh = read_file(options.mesh)
+    with reporting(progress_of(options)), part("reading", 1.0):
+        mesh = read_file(options.mesh)
     V, F = mesh.V, mesh.F
     seams: Any = None
     if options.seams == "uv":
@@ -48,11 +62,13 @@ def _unwrap(options: argparse.Namespace) -> int:
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
-        atlas = unwrap(V, F, seams, method, **settings)
+        atlas = unwrap(V, F, seams, method, progress=progress_of(options), **settings)
     pictured = V[atlas.origin], atlas.triangles, {options.method: atlas.TC}
-    hand_out(options, str(atlas), pictured, partial(write_file, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC))
+    figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
+    write = partial(write_file, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC)
+    hand_out(options, str(atlas), figures, pictured, write)
     for message in atlas.troubles:
-        print(f"igl-linabf: {message}", file=sys.stderr)
+        print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
     return GOOD if atlas.good else NOT_VALID
 
 
@@ -72,12 +88,17 @@ UNWRAP = Command(
     _unwrap,
     "cut any surface into charts, flatten them without overlaps, pack them, and write the atlas",
     {
-        "mesh": MESH,
+        "mesh": MESHES,
         "output": {
             "metavar": "OUT",
             "type": Path,
             "required": True,
-            "help": "OBJ, PLY or GLB file to write",
+            "help": "OBJ, PLY or GLB file to write, or a folder that exists, or - for standard output",
+        },
+        "format": {
+            "choices": [suffix[1:] for suffix in SUFFIXES],
+            "default": "obj",
+            "help": "of files in a folder and of standard output (default: %(default)s)",
         },
         "picture": PICTURE,
         "seams": {
@@ -103,7 +124,21 @@ UNWRAP = Command(
             "help": "refuse a mesh that is no clean manifold, do not repair it",
         },
         "method": METHOD,
+        "json": JSON,
+        "quiet": QUIET,
         "weight": WEIGHT,
     },
     "Unwrap any triangles. Exit code 1: written, but with flips, overlaps, or stretch beyond use.",
+    (
+        "bunny.obj -o bunny.glb --picture bunny.png",
+        "bunny.obj -o bunny.glb --method isometric --weight 1.5    # even texels",
+        "bunny.obj -o bunny.obj --trade 30 --max-stretch 1.2    # longer seams, less stretch",
+        "bunny.obj -o bunny.obj --seams uv --method abf    # along the seams that the file has",
+        "bunny.obj -o bunny.obj --seams pairs.txt --complete    # along the edges of pairs.txt, and more",
+        "scan.stl -o scan.ply --weld 1e-5 --holes",
+        "part.obj -o part.obj --strict --bijective",
+        "'scans/*.stl' -o maps/ --format glb --json > figures.jsonl    # one line a mesh",
+        "- -o - --quiet < bunny.obj > atlas.obj",
+    ),
+    each=True,
 )
