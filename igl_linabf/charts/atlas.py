@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -12,7 +13,7 @@ from .._types import FloatArray, IntArray
 from ..errors import some
 from ..flattening import Flattening
 from ..measures import Quality
-from ..surface import Repair
+from ..surface import Repair, Triangles
 
 SHOWN = 20  # charts in a notebook
 BEYOND_USE = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
@@ -26,7 +27,7 @@ class Chart:
     Attributes
     ----------
     faces : (#f,) int64
-        Its faces, as rows of the surface's F.
+        Its faces, as rows of the surface's F; of polygons, one row for each of their triangles.
     result : Flattening
         Its flattening before packing; vertices and faces are numbered within the chart.
     quality : Quality
@@ -58,7 +59,8 @@ class Atlas:
     TC : (#TC, 2) float64
         Texture coordinates in the unit square.
     FTC : (#F, 3) int64
-        Their rows at the corners of the faces.
+        Their rows at the corners of the faces, in the shape of `F`: (#F, k) for faces of k corners, a tuple
+        of arrays for faces of different sizes.
     origin : (#TC,) int64
         The vertex of each texture coordinate.
     chart : (#F,) int64
@@ -86,10 +88,12 @@ class Atlas:
         The vertices that are cones; empty without.
     cone_angles : (#C,) float64
         The angles of the map's triangles at each sum to this, radians.
+    split : Triangles or None
+        How polygons were split; None if the faces are triangles.
     """
 
     TC: FloatArray
-    FTC: IntArray
+    FTC: Any  # IntArray, or a tuple of them
     origin: IntArray
     chart: IntArray
     charts: tuple[Chart, ...]
@@ -103,6 +107,14 @@ class Atlas:
     max_stretch: float | None = None
     cones: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cone_angles: FloatArray = field(default_factory=lambda: np.zeros(0))
+    split: Triangles | None = None
+
+    @property
+    def triangles(self) -> IntArray:
+        """Rows of `TC` at the corners of triangles, (#T, 3): `FTC`, or what its polygons are split into."""
+        if self.split is None:
+            return np.asarray(self.FTC)
+        return np.concatenate([np.ravel(row) for row in self.FTC])[self.split.place]
 
     @property
     def good(self) -> bool:
@@ -173,7 +185,7 @@ class Atlas:
         ]
         for i, chart in enumerate(self.charts):
             ended = (str(len(chart.result.holes)), chart.result.outcome.value)
-            rows.append(row(str(i), len(chart.faces), chart.quality, chart.overlapping, *ended))
+            rows.append(row(str(i), len(np.unique(chart.faces)), chart.quality, chart.overlapping, *ended))
         overlapping = sum(chart.overlapping for chart in self.charts)
         rows.append(row("all", len(self.FTC), self.quality, overlapping, "", ""))
         return rows

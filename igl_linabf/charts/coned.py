@@ -185,7 +185,7 @@ def _flattened(
     sums = np.where(component.topology.interior, 2 * np.pi, np.nan)
     sums[own] = angles
     mesh = replace(planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
-    paths = paths_across(piece, component.topology, seam)
+    paths = paths_across(component, piece, seam)
     checked = perf_counter() - start
     made = flatten_with_cones(mesh, component.topology, sums, paths, quarter, method)
     return cut, replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})

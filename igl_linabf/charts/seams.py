@@ -11,6 +11,7 @@ from ..errors import MeshError, some
 from ..surface import (
     NEXT,
     PREV,
+    Polygons,
     Submesh,
     Topology,
     compact,
@@ -83,9 +84,9 @@ def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
 
     Parameters
     ----------
-    F : (#F, 3) int
-        Oriented triangles.
-    FTC : (#F, 3) int
+    F : (#F, 3) or (#F, k) int, or list of lists of int
+        Oriented triangles or polygons.
+    FTC : in the shape of `F`
         Indices of the texture coordinates at the corners, as `igl.readOBJ` returns them.
 
     Returns
@@ -104,15 +105,25 @@ def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
     >>> texture_seams([[0, 1, 2], [2, 1, 3]], [[0, 1, 2], [4, 1, 3]])
     array([[1, 2]])
     """
-    faces, texture = face_array(F), face_array(FTC)
-    if texture.shape != faces.shape:
-        raise MeshError(f"FTC has {len(texture)} rows for {len(faces)} faces: pass one row a face")
+    faces, texture = _triangles(F, FTC)
     bad = np.flatnonzero((texture < 0).any(axis=1))
     if len(bad):
         raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")
     vertices, packed = compact(faces, int(faces.max()) + 1)
     topology = manifold_topology(packed, vertices)
     return vertices[edges_between_textures(topology, texture)]
+
+
+def _triangles(F: ArrayLike, FTC: ArrayLike) -> tuple[IntArray, IntArray]:
+    """Faces and their texture as triangles; as fans, whose diagonals are no seams, whatever their shape."""
+    polygons, texture = Polygons.of(F), Polygons.of(FTC)
+    if len(texture) != len(polygons) or (texture.sizes != polygons.sizes).any():
+        raise MeshError(f"FTC has {len(texture)} rows for {len(polygons)} faces, or others: pass F's shape")
+    if (polygons.sizes == 3).all():
+        return face_array(F), face_array(FTC)
+    split = polygons.split(np.zeros((int(polygons.corners.max()) + 1, 3)))
+    whole = (split.F[:, [1, 2, 0]] != split.F).all(axis=1)
+    return split.F[whole], texture.corners[split.place[whole]]
 
 
 def edges_between_textures(topology: Topology, texture: IntArray) -> IntArray:

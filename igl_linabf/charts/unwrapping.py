@@ -38,6 +38,7 @@ from .halving import halves
 from .overlap_seams import MAX_SPLITS, seams_between
 from .packing import pack_maps
 from .pieces import flattened
+from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .scaf import moved_apart
 from .seams import TRADE, seams_of, textured_seams
 
@@ -74,11 +75,13 @@ def unwrap(
     ----------
     V : (#V, 3) float
         Vertex positions, finite where a face is.
-    F : (#F, 3) int
-        Any triangles. Those that are no clean oriented manifold are made one, as `clean` does.
+    F : (#F, 3) or (#F, k) int, or list of lists of int
+        Any triangles, quadrangles or polygons. Those that are no clean oriented manifold are made one, as
+        `clean` does. Seams run along the edges of polygons, never along the diagonals that split them.
     seams : (#E, 2) int or (#F, 3) bool, optional
-        Where to cut, as `cut` takes them. By default `find_seams` finds them. If a chart has flipped
-        faces, its seams are extended; if that does not help, `guarantee="injective"` is used.
+        Where to cut, as `cut` takes them; a mask has the shape of `F`. By default `find_seams`
+        finds them. If a chart has flipped faces, its seams are extended; if that does not help,
+        `guarantee="injective"` is used.
     method : str or method object
         As in `flatten`.
     cones : (#C,) int, int or "auto", optional
@@ -145,6 +148,13 @@ def unwrap(
     >>> atlas = unwrap(V, F, cones=4, cone_angles="quarter")
     >>> bool(atlas.seam_mismatch < 1e-6), atlas.cone_angles.sum() / np.pi  # 4 cones, 2 pi each, less 4 pi
     (True, 4.0)
+
+    A cube of quadrangles comes back as quadrangles:
+
+    >>> V = [[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    >>> F = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    >>> unwrap(V, F).FTC.shape
+    (6, 4)
     """
     if cones is None and cone_angles is not None:
         raise ValueError("cone_angles are those of cones: give cones=, their vertices or a number of them")
@@ -156,18 +166,22 @@ def unwrap(
             raise ValueError(f"cones= does not go together with {listed}: its seams run through the cones")
     if max_stretch is not None and not max_stretch >= 1:
         raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
+    split = split_polygons(V, F)
+    if split is not None:
+        F, seams = split.F, None if seams is None else mask_of_triangles(seams, split, len(np.asarray(V)))
     if strict:
         surface = Submesh.checked_manifold(V, F)
         cleaned = as_it_is(surface)
     else:
         cleaned, surface = cleaned_surface(V, F, weld)
-    as_given = surface.vertices is cleaned.origin
-    given = np.asarray(F).astype(np.int64)
+        cleaned = replace(cleaned, repairs=of_polygons(cleaned.repairs, split))
+    as_given, given = surface.vertices is cleaned.origin, np.asarray(F).astype(np.int64)
+    surface = with_diagonals(surface, cleaned, split)
     if cleaned.repairs:
         listed = "; ".join(map(str, cleaned.repairs))
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
     if not len(surface.F):
-        return without_charts(cleaned, given)
+        return in_polygons(without_charts(cleaned, given), split)
     task = _Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch)
     with reporting(progress):
         if cones is None:
@@ -182,6 +196,7 @@ def unwrap(
     atlas = replace(atlas, max_stretch=max_stretch, cones=made.cones, cone_angles=made.angles)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)
+    atlas = in_polygons(atlas, split)
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
@@ -307,7 +322,7 @@ def _less_stretched(piece: Submesh, splits: int, task: _Task) -> list[Submesh]:
     """The piece cut further, and from some number of cuts on halved; nothing where that cannot be."""
     if splits < MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, task)):
         return piece.cut_along(leaves)
-    return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH and len(piece.F) > 1 else []
+    return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH and piece.cells[0].any() else []
 
 
 def _more_leaves(piece: Submesh, task: _Task) -> IntArray:

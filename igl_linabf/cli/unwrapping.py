@@ -11,10 +11,11 @@ from typing import Any
 
 import numpy as np
 
+from .._runtime import part, reporting
 from .._types import IntArray
 from ..charts import TRADE, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, read_mesh, read_texture, write_mesh
+from ..io import SUFFIXES, read_file, write_file
 from .commands import (
     GOOD,
     JSON,
@@ -45,10 +46,16 @@ BIJECTIVE: Argument = {
 def _unwrap(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, SUFFIXES)
     method = method_with(options.method, {"weight": options.weight})
-    V, F = read_mesh(options.mesh)
-    seams = None
+    with reporting(progress_of(options)), part("reading", 1.0):
+        mesh = read_file(options.mesh)
+    V, F = mesh.V, mesh.F
+    seams: Any = None
     if options.seams == "uv":
-        seams = texture_seams(F, read_texture(options.mesh)[1])
+        if mesh.FTC is None:
+            raise MeshError(
+                f"{options.mesh} has no texture coordinates at all corners: it has no seams of them"
+            )
+        seams = texture_seams(F, mesh.FTC)
     elif options.seams != "auto":
         seams = _pairs(options.seams)
     cones = options.cones
@@ -65,9 +72,9 @@ def _unwrap(options: argparse.Namespace) -> int:
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         settings |= {"cones": cones, "cone_angles": angles, "progress": progress_of(options)}
         atlas = unwrap(V, F, seams, method, **settings)
-    pictured = V[atlas.origin], atlas.FTC, {options.method: atlas.TC}
+    pictured = V[atlas.origin], atlas.triangles, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
-    write = partial(write_mesh, V=V, F=F, TC=atlas.TC, FTC=atlas.FTC)
+    write = partial(write_file, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC)
     hand_out(options, str(atlas), figures, pictured, write)
     for message in atlas.troubles:
         print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
