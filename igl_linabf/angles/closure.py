@@ -13,9 +13,9 @@ from ..surface import NEXT, PREV, Topology, sum_by
 from .loops import Closure
 from .reduced import System
 
-Solve = Callable[[FloatArray], FloatArray]
+LEAST_EIGENVALUE = 1e-2  # of a preconditioner's Schur complement, of its largest one
 
-LEAST_SHARE = 1e-3  # of D, below which no mode of the preconditioner's Schur complement is believed
+Solve = Callable[[FloatArray], FloatArray]
 
 
 class ClosingRows:
@@ -106,36 +106,37 @@ class ClosingRows:
         return np.concatenate((self._topology.sum_at_vertices(values), fans))
 
     def solver(self, inner: Solve) -> Solve:
-        """Solve the bordered system, given the `inner` solve of its first block, (2 #rows, k)."""
-        across = inner(self.B.toarray())
-        schur = self.D - self.B.T @ across
-        try:
-            factor = linalg.cho_factor((schur + schur.T) / 2)
-        except linalg.LinAlgError:
-            raise NotPositiveDefiniteError(self._n - 1) from None
-        return self._eliminated(inner, self.B, across, factor)
+        """Solve the bordered system, given the `inner` solve of its first block, (2 #rows, k).
+
+        Raises
+        ------
+        NotPositiveDefiniteError
+            The rows depend on each other.
+        """
+        return self._bordered(inner, self.B, self.D, exact=True)
 
     def preconditioner(self, system: System, inner: Solve) -> Solve:
         """Solve the bordered system of the conformal metric, by the Laplacian's `inner` solve.
 
-        That is not quite the inverse of its first block, and the Schur complement need not be positive
-        definite. Then its eigenvalues, relative to D, are raised to a least one.
+        Its Schur complement may lose its sign, since S is only close to diag(L_s, L_s): long paths have
+        a large D, and little is left of it. Any definite one preconditions, so the absolute values
+        of its eigenvalues stand for them.
         """
-        B, D = self._take(system.conformal)
+        return self._bordered(inner, *self._take(system.conformal), exact=False)
+
+    def _bordered(self, inner: Solve, B: sparse.csr_array, D: FloatArray, *, exact: bool) -> Solve:
         across = inner(B.toarray())
         schur = D - B.T @ across
         schur = (schur + schur.T) / 2
         try:
             factor = linalg.cho_factor(schur)
         except linalg.LinAlgError:
-            share, modes = linalg.eigh(schur, D)
-            modes = D @ modes
-            factor = linalg.cho_factor((modes * np.maximum(np.abs(share), LEAST_SHARE)) @ modes.T)
-        return self._eliminated(inner, B, across, factor)
+            if exact:
+                raise NotPositiveDefiniteError(self._n - 1) from None
+            value, vector = np.linalg.eigh(schur)
+            value = np.maximum(np.abs(value), LEAST_EIGENVALUE * np.abs(value).max())
+            factor = linalg.cho_factor((vector * value) @ vector.T)
 
-    def _eliminated(
-        self, inner: Solve, B: sparse.csr_array, across: FloatArray, factor: tuple[FloatArray, bool]
-    ) -> Solve:
         def solve(r: FloatArray) -> FloatArray:
             x = inner(r[: self._n, None])[:, 0]
             y = linalg.cho_solve(factor, r[self._n :] - B.T @ x)

@@ -107,6 +107,14 @@ def constraints_of(
     circles : sequence of int
         Loops of which all sums are given, those of inscribed polygons.
     """
+    if sums is None and not paths:
+        return topology.once("constraints", lambda: _constraints(topology, None, (), ()))
+    return _constraints(topology, sums, paths, circles)
+
+
+def _constraints(
+    topology: Topology, sums: FloatArray | None, paths: Sequence[ClosedPath], circles: Sequence[int]
+) -> Constraints:
     inside = topology.interior
     sums = np.full(topology.n, np.nan) if sums is None else sums
     sums = np.where(inside & np.isnan(sums), 2 * np.pi, sums)

@@ -44,6 +44,7 @@ COMPARE = Command(
     (
         "camelhead.off --methods lscm,linabf,abf --repeat 11",
         "camelhead.off --picture side_by_side.png --quiet",
+        "camelhead.off --methods linabf,abf --boundary circle",
         "'heads/*.off' --json > figures.jsonl    # one line a mesh",
     ),
     each=True,

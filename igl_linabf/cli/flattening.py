@@ -103,6 +103,7 @@ FLATTEN = Command(
         "camelhead.off -o camelhead.obj --method abf --units mesh",
         "camelhead.off -o camelhead.obj --method isometric --weight 3    # areas, too",
         "camelhead.off -o camelhead.obj --iterations 1 --layout least-squares --solver direct",
+        "face.obj -o face.obj --boundary rectangle --corners 12 3 840 77    # found without --corners",
         "crown.obj -o flat.obj --outer 17 --guarantee injective    # vertex 17 is on the outer loop",
         "'heads/*.off' -o maps/ --json > figures.jsonl    # one line a mesh",
         "- -o - --quiet < head.obj > flat.obj",

@@ -18,6 +18,7 @@ from ..angles import (
     CAP_ANGLE,
     AbfResult,
     AngleProblem,
+    Constraints,
     State,
     active_set,
     chord_step,
@@ -47,7 +48,7 @@ from ..linalg import SolverName, Solvers, check_memory, factor_bytes
 from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flat_angles, flipped_faces, span
 from .outcome import judge
 from .result import Flattening, Hole, Residuals, Rung, RungName, Status
-from .shapes import Shape
+from .shapes import FREE, Shape
 
 ACTIVE_SET_RTOL = 0.01  # relative residual to which a step without a chord is solved
 MAX_ACTIVE_SET = 12  # re-anchored iterations after which "auto" gives up
@@ -71,6 +72,8 @@ class Problem:
         With the initial estimate.
     repaired : (#caps,) int64
         Faces with an angle so close to pi that it was changed before flattening.
+    cut : Constraints or None
+        Of `mesh`, where the angles are those of the surface that `mesh` was cut from.
     shape : Shape
         What is asked of the boundary.
     """
@@ -80,7 +83,8 @@ class Problem:
     layout: LayoutName
     angles: AngleProblem
     repaired: IntArray
-    shape: Shape
+    cut: Constraints | None = None
+    shape: Shape = FREE
 
     @property
     def start(self) -> State:
@@ -138,10 +142,13 @@ def posed(
     layout: LayoutName,
     threshold: float,
     solver: SolverName,
-    shape: Shape,
     safeguard: bool = True,
+    uncut: Constraints | None = None,
+    shape: Shape = FREE,
 ) -> Problem:
     """The problem at its initial estimate (section 4.2).
+
+    `uncut` are the constraints of the surface that the mesh was cut from, if its angles are to be found.
 
     Raises
     ------
@@ -165,11 +172,12 @@ def posed(
                 MeshWarning,
                 stacklevel=stack_level(),
             )
-        constraints = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
-        estimate = initial_estimate(mesh.topology, alpha, threshold, safeguard, constraints.sums)
     with timed("assembly"):
-        angles = AngleProblem(constraints, estimate, solvers, safeguard)
-        return Problem(mesh, pinned, layout, angles, caps, shape)
+        own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
+        asked = own if uncut is None else uncut
+        estimate = initial_estimate(asked.topology, alpha, threshold, safeguard, asked.sums)
+        angles = AngleProblem(asked, estimate, solvers, safeguard)
+        return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own, shape)
 
 
 def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
@@ -196,7 +204,8 @@ def drawn(
     """Lay out the angles of a state."""
     mesh, angles, at = problem.mesh, problem.angles, state.at
     with timed("layout"):
-        alpha, b, invalid = at.alpha, at.residual, angles.invalid(at)
+        constraints = angles.constraints if problem.cut is None else problem.cut
+        alpha, invalid = at.alpha, angles.invalid(at)
         if invalid.any():
             warnings.warn(
                 f"the target angles of faces {some(np.flatnonzero(invalid))} are not within (0, pi): "
@@ -205,16 +214,17 @@ def drawn(
                 stacklevel=stack_level(),
             )
             alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
-            b = residual(angles.constraints, alpha)
+        same = problem.cut is None and not invalid.any()
+        b = at.residual if same else residual(constraints, alpha)
         layout = lay_out(
-            angles.constraints,
+            constraints,
             alpha,
             b,
             problem.layout,
             problem.pinned,
             mesh.area,
             angles.solvers,
-            None if state.lin is None else state.lin.laplacian,
+            None if state.lin is None or problem.cut is not None else state.lin.laplacian,
             problem.shape.corners[:2],
         )
     advance("layout", 0.5)

@@ -28,10 +28,9 @@ from .ladder import (
     report,
 )
 from .result import Flattening, Guarantee
-from .shapes import Shape
+from .shapes import FREE, Shape
 
 Iterations = int | Literal["auto"]
-FREE = Shape()
 
 ONE_SYSTEM_RTOL = 0.1  # relative residual to which "auto" solves a step and its chord
 TOL = 1e-8  # residual of the constraints below which nothing is left to do
@@ -200,7 +199,7 @@ class Isometric(Method):
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         with stopwatch(*STAGES) as seconds:
-            problem = posed(mesh, None, "auto", LinABF.threshold, self.solver, FREE)
+            problem = posed(mesh, None, "auto", LinABF.threshold, self.solver)
             tried = climb(problem, [*_automatic(ONE_SYSTEM_RTOL, ACTIVE_SET_RTOL, TOL), injective_map])
             made = isometric_map(problem, tried, self.weight, pinned)
             return report(problem, self.name, tried if made is None else (*tried, made), seconds)
@@ -228,7 +227,7 @@ class OneStepABFpp(Method):
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         with stopwatch(*STAGES) as seconds:
-            problem = posed(mesh, pinned, self.layout, self.threshold, self.solver, shape, safeguard=False)
+            problem = posed(mesh, pinned, self.layout, self.threshold, self.solver, safeguard=False)
             tried = climb(problem, [baselines.newton_step])
             return report(problem, self.name, tried, seconds)
 
@@ -307,7 +306,7 @@ def _climbed(
     if method.guarantee:
         stages = [*stages, injective_map]
     with stopwatch(*STAGES) as seconds:
-        problem = posed(mesh, pinned, method.layout, method.threshold, method.solver, shape, safeguard)
+        problem = posed(mesh, pinned, method.layout, method.threshold, method.solver, safeguard, shape=shape)
         return report(problem, method.name, climb(problem, stages), seconds)
 
 

@@ -43,6 +43,9 @@ class Shape:
     corners: IntArray = field(default_factory=lambda: NO_CORNERS)
 
 
+FREE = Shape()
+
+
 def shape_of(mesh: Mesh, boundary: BoundaryName | ArrayLike, corners: ArrayLike | None) -> Shape:
     """What the caller asks of the boundary of a checked mesh.
 

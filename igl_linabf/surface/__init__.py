@@ -22,7 +22,7 @@ from .arrays import (
 from .chords import chords_of, split_chords
 from .components import connected_labels, face_components
 from .disks import Disks, side_by_side
-from .mesh import Mesh, loop_through, planar, planar_mesh
+from .mesh import Mesh, PlanarFaces, loop_through, planar, planar_mesh
 from .parts import Parts
 from .plane import (
     ALL_DIGITS,
@@ -39,6 +39,7 @@ from .plane import (
     signed_double_areas,
     span,
 )
+from .polygons import Faces, Polygons, Triangles
 from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface
 from .submesh import Submesh, cut_faces
 from .topology import (
