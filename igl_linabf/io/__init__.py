@@ -7,8 +7,6 @@ a format; `files` has the public functions, `parsing` is shared by the readers.
 from .._runtime import replacing
 from .corners import textured
 from .files import (
-    READERS,
-    WRITERS,
     read_file,
     read_mesh,
     read_texture,
@@ -18,6 +16,7 @@ from .files import (
     write_mesh,
     write_obj,
 )
+from .formats import READERS, WRITERS
 from .mesh_file import MeshFile
 from .one_index import split_at_seams
 from .parsing import Extras
