@@ -37,6 +37,8 @@ class ClosedSurface:
     ----------
     n, holes, genus, n_faces : int
         Numbers of nodes, of those (the first ones) that are loops, of handles and faces.
+    node : (#V,) int64
+        The node of each vertex. Interior vertices keep their order.
     edges, ends, faces : (#E, 2) int64
         Vertices, nodes and faces at each edge that has two faces. Diagonals of polygons are no edges, and
         the triangles of a polygon are one face.
@@ -57,6 +59,7 @@ class ClosedSurface:
     holes: int
     genus: int
     n_faces: int
+    node: IntArray
     edges: IntArray
     ends: IntArray
     faces: IntArray
@@ -142,6 +145,7 @@ def closed_surface(component: Submesh) -> ClosedSurface:
         holes=holes,
         genus=topology.genus,
         n_faces=int(cell.max()) + 1,
+        node=node,
         edges=edges,
         ends=ends,
         faces=cell[topology.sides[:, inside].T % len(F)],

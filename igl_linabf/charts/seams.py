@@ -128,10 +128,26 @@ def _triangles(F: ArrayLike, FTC: ArrayLike) -> tuple[IntArray, IntArray]:
 
 def edges_between_textures(topology: Topology, texture: IntArray) -> IntArray:
     """`texture_seams` of a surface that is checked, by its own vertices."""
-    first, second = topology.sides[:, topology.sides[1] >= 0]
+    return np.asarray(topology.edges[_between_textures(topology, texture)])
+
+
+def textured_seams(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
+    """`edges_between_textures`, and the largest |log ratio| of the lengths of their two sides."""
+    between = _between_textures(topology, FTC)
+    start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
+    halves = topology.sides[:, between]
+    length = np.linalg.norm(TC[end[halves]] - TC[start[halves]], axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):  # where a side is a point in the map
+        ratio = np.abs(np.log(length[0] / length[1]))
+    return topology.edges[between], float(np.nan_to_num(ratio, nan=0.0).max(initial=0.0))
+
+
+def _between_textures(topology: Topology, texture: IntArray) -> IntArray:
+    """Rows of `topology.edges`."""
+    inside = np.flatnonzero(topology.sides[1] >= 0)
+    first, second = topology.sides[:, inside]
     start, end = texture.T[NEXT].ravel(), texture.T[PREV].ravel()  # of each half-edge
-    differ = (start[first] != end[second]) | (end[first] != start[second])
-    return np.asarray(topology.edges[topology.sides[1] >= 0][differ])
+    return np.asarray(inside[(start[first] != end[second]) | (end[first] != start[second])])
 
 
 def find_seams(
