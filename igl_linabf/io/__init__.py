@@ -1,4 +1,4 @@
-"""Mesh files: read OBJ, OFF, PLY and STL; write OBJ, PLY and GLB with texture coordinates.
+"""Mesh files: what they hold comes in, and goes out again with texture coordinates.
 
 A damaged file is an error that names the line. An output file is written completely or not at all. One module
 a format; `files` has the public functions, `parsing` is shared by the readers.

@@ -25,7 +25,7 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
 
     Parameters
     ----------
-    path : path of an OBJ, OFF, PLY or STL file
+    path : path of a file that `read_file` reads
         Text or binary. Polygons are split into triangles; `read_file` keeps them. In STL, corners at
         equal positions become one vertex.
 
@@ -71,7 +71,7 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
 
     Parameters
     ----------
-    path : path of an OBJ, OFF, PLY or STL file
+    path : path of an OBJ, OFF, PLY, STL, glTF, GLB, 3MF, GIFTI, FreeSurfer or VTP file
 
     Returns
     -------
@@ -82,6 +82,8 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
     ------
     MeshError
         The file is damaged or has no faces.
+    ImportError
+        The package that reads this format is missing; the text names the pip command.
     OSError
         The file does not exist or cannot be read.
 
@@ -115,7 +117,7 @@ def write_file(
 
     Parameters
     ----------
-    path : path of an OBJ, PLY or GLB file
+    path : path of an OBJ, PLY, GLB, VTP or GIFTI file
     mesh : MeshFile
     TC : (#TC, 2) float
         Texture coordinates, v upwards.
@@ -126,8 +128,15 @@ def write_file(
     ------
     MeshError
         The suffix is unknown, or the arrays do not fit to the faces.
+    ImportError
+        The package that writes this format is missing.
     OSError
         The file cannot be written. In that case nothing is left behind.
+
+    Warns
+    -----
+    MeshWarning
+        The format does not keep all that the mesh has; the text lists what is lost.
 
     Examples
     --------

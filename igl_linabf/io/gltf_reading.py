@@ -111,12 +111,13 @@ def _parsed(gltf: Gltf) -> Parsed:
         for i, mesh in enumerate(gltf.listed("meshes"))
     ]
     words = [str(of.get("name", f"material {i}")) for i, of in enumerate(gltf.listed("materials"))]
+    named = any("name" in of for of in gltf.listed("materials"))
     extras = Extras(
         colours=None if colours is None else srgb(colours[used]),
         normals=normals,
         normal=None if normals is None else flat,
         parts=(tuple(names), np.concatenate(part)),
-        materials=(tuple(words), np.concatenate(material)) if words else None,
+        materials=(tuple(words), np.concatenate(material)) if named else None,
         source=GltfFile(gltf, primitives),
     )
     made = untextured(np.concatenate(V)[used], Polygons(corner.ravel().astype(np.int64), size), extras)

@@ -34,7 +34,7 @@ def _quietly(read: Any, *given: Any, **named: Any) -> Any:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return read(*given, **named)
-    except (OSError, MemoryError):
+    except MemoryError:
         raise
     except Exception as error:  # each package has its own
         raise Damaged(f"{type(error).__name__}: {error}") from None
@@ -84,6 +84,7 @@ def parse_gifti(path: Path) -> Parsed:
 def parse_freesurfer(path: Path) -> Parsed:
     """The surface of a FreeSurfer file, lh.pial for example."""
     nibabel = _needed("nibabel.freesurfer")
+    path.open("rb").close()  # what cannot be opened is no damage
     V, F = _quietly(nibabel.read_geometry, str(path))
     polygons = Polygons.of_triangles(np.asarray(F, dtype=np.int64))
     return _checked(np.asarray(V, dtype=np.float64), polygons, Extras(units="millimeter"))
