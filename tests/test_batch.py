@@ -31,7 +31,7 @@ SLOW = """# the command, with a method that takes its time
 import sys
 
 import igl_linabf
-import igl_linabf.cli
+import igl_linabf.cli.batching
 from igl_linabf.__main__ import main
 from hostile_methods import Hostile
 
@@ -39,7 +39,7 @@ def batch(*arguments, **options):
     return igl_linabf.batch(*arguments, **{**options, "method": Hostile(pause=0.4)})
 
 if __name__ == "__main__":
-    igl_linabf.cli.batch = batch
+    igl_linabf.cli.batching.batch = batch
     sys.exit(main())
 """
 HEADER = "input,output,outcome,message,triangles,charts,F/3nt,stretch,flips,seconds,key"

@@ -248,7 +248,7 @@ def test_a_screenshot_needs_no_display(tmp_path) -> None:
     path = tmp_path / "shot.png"
     command = ["view", str(tmp_path / "mesh.ply"), "--screenshot", str(path), "--method", "lscm"]
     environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k}
-    subprocess.run([sys.executable, "-m", "igl_linabf.cli", *command], env=environment, check=True)
+    subprocess.run([sys.executable, "-m", "igl_linabf", *command], env=environment, check=True)
     image = pixels(path)
     assert image.shape[:2] == SIZE[::-1]
     assert near(image[60:, : SIZE[0] // 2], SEAM).sum() > 200

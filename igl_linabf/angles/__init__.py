@@ -11,6 +11,6 @@ from .estimate import CAP_ANGLE, corner_angles, initial_estimate, opened
 from .full_system import LEFT, RIGHT, fan_rows, least_norm, triangle_rows, vertex_rows
 from .iterations import State, active_set, chord_step, linear_step
 from .linearised import AngleProblem, Direction, Iterate, Linearised, Step, advance, linearise, solve
-from .loops import Closure, closure_of
+from .loops import ClosedPath, Closure, closure_of
 from .reduced import System
 from .separately import Separate, families_of, rows_of, step_and_chord

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from .._notebook import html_table, map_svg, side_by_side
 from .._runtime import aligned
 from .._types import FloatArray, IntArray
 from ..errors import some
@@ -11,11 +12,12 @@ from ..flattening import Flattening
 from ..measures import Quality
 from ..surface import Repair
 
+SHOWN = 20  # charts in a notebook
 BEYOND_USE = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
 ROUNDING = 1e-9  # of the stretch
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Chart:
     """One chart of an atlas.
 
@@ -41,8 +43,11 @@ class Chart:
     overlapping: int
     cost: float
 
+    def __repr__(self) -> str:
+        return f"<Chart of {len(self.faces):,} triangles: {self.result.outcome.value}>"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class Atlas:
     """A surface's texture coordinates, as `igl.writeOBJ` takes them.
 
@@ -118,7 +123,30 @@ class Atlas:
                 )
         return said
 
+    def __repr__(self) -> str:
+        troubles = f", {len(self.troubles)} with troubles" * bool(self.troubles)
+        charts = f"{len(self.charts):,} chart{'s' * (len(self.charts) != 1)}"
+        return f"<Atlas of {len(self.FTC):,} triangles: {charts}{troubles}, {self.fill:.0%} filled>"
+
     def __str__(self) -> str:
+        return "\n".join((aligned(self._rows()), *self._lines()))
+
+    def _repr_html_(self) -> str:
+        rows = self._rows()
+        if len(rows) > SHOWN + 2:
+            left_out = (f"{len(rows) - 2 - SHOWN:,} more", *[""] * (len(rows[0]) - 1))
+            rows = [*rows[: SHOWN + 1], left_out, rows[-1]]
+        lines = [html_table([[line]], header=False) for line in (*self._lines(), *self.troubles[:SHOWN])]
+        picture = map_svg(self.TC, self.FTC, self.chart)
+        return side_by_side([("", picture), ("", html_table(rows) + "".join(lines))])
+
+    def _lines(self) -> list[str]:
+        splits = f"{self.splits} split{'s' * (self.splits != 1)} for overlaps"
+        seams = f"{len(self.seams):,} seam edges, {self.seam_length:.4g} long"
+        filled = f"{seams}; {splits}; {self.fill:.0%} of the square filled"
+        return [filled, *map(str, self.repairs)]
+
+    def _rows(self) -> list[tuple[str, ...]]:
         def row(name: str, faces: int, of: Quality, overlapping: int, *rest: str) -> tuple[str, ...]:
             figures = (f"{of.angle_distortion:.4g}", f"{of.stretch_l2:.4g}", str(of.flips), str(overlapping))
             return (name, f"{faces:,}", *figures, *rest)
@@ -131,7 +159,4 @@ class Atlas:
             rows.append(row(str(i), len(chart.faces), chart.quality, chart.overlapping, *ended))
         overlapping = sum(chart.overlapping for chart in self.charts)
         rows.append(row("all", len(self.FTC), self.quality, overlapping, "", ""))
-        splits = f"{self.splits} split{'s' * (self.splits != 1)} for overlaps"
-        seams = f"{len(self.seams):,} seam edges, {self.seam_length:.4g} long"
-        done = "".join(f"\n{repair}" for repair in self.repairs)
-        return f"{aligned(rows)}\n{seams}; {splits}; {self.fill:.0%} of the square filled{done}"
+        return rows

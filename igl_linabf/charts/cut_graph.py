@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 
@@ -13,6 +13,7 @@ from scipy.sparse import csgraph
 
 from .._types import FloatArray, IntArray
 from ..surface import Submesh, connected_labels, sum_by
+from .creases import angle_noise, bends, face_normals, sharpness
 from .scale import ZeroAtNodes
 
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
@@ -38,12 +39,14 @@ class ClosedSurface:
         Numbers of nodes, of those (the first ones) that are loops, of handles and faces.
     edges, ends, faces : (#E, 2) int64
         Vertices, nodes and faces at each edge that has two faces.
-    length : (#E,) float64
-        Shorter than the edge itself at creases, where a seam is least visible.
+    true_length, length : (#E,) float64
+        Of the edges; and shorter at creases, where a seam is least visible.
+    sharp : (#E,) float64
+        From 0 for no crease to 1 for a sharp one.
     graph : (n, n) sparse
         The shortest edge between each two nodes; `key` and `shortest` find it.
-    curvature, area : (n,) float64
-        Angle defects and vertex areas.
+    curvature, noise, area : (n,) float64
+        Angle defects, what rounding adds to them, and vertex areas.
     laplacian : (n, n) sparse
     size : float
         Square root of the area.
@@ -56,11 +59,14 @@ class ClosedSurface:
     edges: IntArray
     ends: IntArray
     faces: IntArray
+    true_length: FloatArray
     length: FloatArray
+    sharp: FloatArray
     graph: sparse.csr_array
     key: IntArray
     shortest: IntArray
     curvature: FloatArray
+    noise: FloatArray
     area: FloatArray
     laplacian: sparse.csr_array
     size: float
@@ -69,6 +75,11 @@ class ClosedSurface:
     def zero_at_nodes(self) -> ZeroAtNodes:
         """Solves Laplace systems."""
         return ZeroAtNodes(self.laplacian)
+
+    def with_lengths(self, length: FloatArray) -> ClosedSurface:
+        """The same with other lengths of its edges."""
+        graph, key, shortest = _graph(self.ends, length, self.n)
+        return replace(self, length=length, graph=graph, key=key, shortest=shortest)
 
     def between(self, i: IntArray, j: IntArray) -> IntArray:
         """The shortest edges between neighbouring nodes."""
@@ -116,11 +127,10 @@ def closed_surface(component: Submesh) -> ClosedSurface:
     inside = topology.sides[1] >= 0
     edges = topology.edges[inside]
     ends = node[edges]
-    length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
-    faces = topology.sides[:, inside].T % len(F)
-    length *= 1 - CREASE_DISCOUNT * np.minimum(_bend(V, F, faces) / (np.pi / 2), 1)
-    proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
-    shortest, key = _first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
+    true_length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
+    bend = bends(component, face_normals(component))
+    length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
+    graph, key, shortest = _graph(ends, length, n)
     double_area, dot = component.measured
     corner = node[topology.corner]
     cotangent = topology.sum_at_edges(dot / double_area)[inside] / 2
@@ -132,25 +142,19 @@ def closed_surface(component: Submesh) -> ClosedSurface:
         n_faces=len(F),
         edges=edges,
         ends=ends,
-        faces=faces,
+        faces=topology.sides[:, inside].T % len(F),
+        true_length=true_length,
         length=length,
-        graph=_symmetric(length[shortest], ends[shortest], n),
+        sharp=sharpness(bend),
+        graph=graph,
         key=key,
         shortest=shortest,
         curvature=2 * np.pi - sum_by(corner, np.arctan2(double_area, dot), n),
+        noise=angle_noise(component, node, n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
         laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
         size=float(np.sqrt(double_area.sum() / 2)),
     )
-
-
-def _bend(V: FloatArray, F: IntArray, faces: IntArray) -> FloatArray:
-    """Angle between the normals of the two faces at each edge."""
-    a, b, c = V[F.T]
-    normal = np.cross(b - a, c - a)
-    first, second = normal[faces.T]
-    cross = np.linalg.norm(np.cross(first, second), axis=1)
-    return np.asarray(np.arctan2(cross, (first * second).sum(axis=1)))
 
 
 def open_handles(piece: ClosedSurface) -> IntArray:
@@ -194,10 +198,12 @@ def _loops(piece: ClosedSurface, base: int) -> tuple[IntArray, IntArray]:
         seam = seam[~loose]
 
 
-def join(piece: ClosedSurface, seam: IntArray) -> IntArray:
-    """Join the holes and the seam by a minimum spanning tree of shortest paths between them."""
+def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -> IntArray:
+    """Join the holes, other nodes and the seam by a minimum spanning tree of shortest paths between them."""
     on_seam = np.unique(piece.ends[seam])
     terminals = np.union1d(on_seam, np.arange(piece.holes))
+    if others is not None:
+        terminals = np.union1d(terminals, others)
     if len(terminals) == 0:
         return seam
     distance, before, source = piece.search(terminals)
@@ -273,6 +279,13 @@ def _shape(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, int]:
     alone = piece.n - len(np.union1d(piece.ends[seam], np.arange(piece.holes)))
     pieces = int(connected_labels(np.delete(piece.faces, seam, axis=0), piece.n_faces).max()) + 1
     return number - alone, number + len(seam) - piece.n, pieces
+
+
+def _graph(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray, IntArray]:
+    """The shortest edge between each two nodes, as a graph, their sorted keys, and these edges."""
+    proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
+    shortest, key = _first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
+    return _symmetric(length[shortest], ends[shortest], n), key, shortest
 
 
 def _symmetric(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:

@@ -21,7 +21,9 @@ from ..surface import (
     seam_mask,
     vertex_array,
 )
+from .creases import flat_share
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
+from .nets import HARD, Nets
 from .small_seams import SmallBodies
 
 TRADE = 6.0
@@ -193,9 +195,8 @@ def seams_of(
                 small += [component.faces] if not (open_ and gain) else []
             else:
                 piece = closed_surface(component)
-                seam = _seam(piece, trade, holes)
-                if not open_ or _cost(piece, seam[:0], trade) - _cost(piece, seam, trade) >= gain:
-                    found.append(component.vertices[piece.edges[seam]])
+                seam = _best(component, piece, trade, holes, gain if open_ else None)
+                found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
         bodies = SmallBodies(surface.of_faces(rows), _log_scale)
@@ -219,6 +220,30 @@ def _shapes(surface: Submesh) -> list[tuple[Submesh, int, int]]:
     )
     genus = (2 - loops - (vertices - edges + faces)) // 2
     return list(zip(components, loops.tolist(), genus.tolist(), strict=True))
+
+
+def _best(
+    component: Submesh, piece: ClosedSurface, trade: float, holes: bool, gain: float | None
+) -> IntArray:
+    """The seam that leaves look for, or a net, if there are creases and it costs less.
+
+    With a `gain`, no seam is needed, and one has to save this.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    with_nets = trade > 0 and not (holes and piece.holes > 1)
+    nets = Nets(piece, trade, lambda seam: _log_scale(piece, _open_nodes(piece, seam), piece.curvature))
+    if with_nets and (seam := nets.free()) is not None:
+        return seam if gain is None or nets.expected(none) - nets.expected(seam) >= gain else none
+    seam = _seam(piece, trade, holes)
+    if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain:
+        seam = none
+    if not with_nets or (flat_share(component) < HARD and not nets.creased):
+        return seam
+
+    def parts(seam: IntArray) -> list[Submesh]:
+        return component.cut_along(component.vertices[piece.edges[seam]])
+
+    return nets.cheapest(seam, 0.0 if gain is None else gain, parts, lambda net: _grow(piece, net, trade))
 
 
 def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
-from time import perf_counter
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import Progress, advance, part, reporting
+from .._runtime import Progress, part, reporting
 from .._types import IntArray
-from ..errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning, some, stack_level
+from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, some, stack_level
 from ..flattening import Flattening, Method, Outcome, flatten_together, guaranteed, method_of
 from ..measures import (
     Quality,
@@ -29,7 +28,6 @@ from ..surface import (
     cleaned_surface,
     complex_positions,
     flipped_faces,
-    planar_mesh,
     seam_mask,
     signed_double_areas,
 )
@@ -38,6 +36,7 @@ from .given import given_back, sides_of_cleaned, without_charts
 from .halving import halves
 from .overlap_seams import seams_between
 from .packing import pack_maps
+from .pieces import flattened
 from .scaf import moved_apart
 from .seams import TRADE, edges_between_textures, seams_of
 
@@ -252,7 +251,7 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]
 
 def _chart(piece: Submesh, splits: int, task: _Task, known: Known | None) -> Chart | list[Submesh]:
     """The flattened piece; or its parts, if it has to be cut further."""
-    result = _flattened(piece, task.method) if known is None else known[0]
+    result = flattened(piece, task.method) if known is None else known[0]
     if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
         if splits < task.most_splits and len(leaves := _more_leaves(piece, task)):
             return piece.cut_along(leaves)
@@ -282,21 +281,6 @@ def _less_stretched(piece: Submesh, splits: int, task: _Task) -> list[Submesh]:
     return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH and len(piece.F) > 1 else []
 
 
-def _flattened(piece: Submesh, method: Method) -> Flattening:
-    """Flatten a piece; faces and vertices of the result are numbered within the piece."""
-    start, topology = perf_counter(), piece.topology
-    if topology.genus or not topology.loops:
-        what = f"has {topology.genus} handle{'s' * (topology.genus > 1)}" if topology.loops else "is closed"
-        which = f"the chart of faces {some(piece.faces)} {what}"
-        raise MeshError(f"{which}: give more seams, or complete=True, and unwrap finds the others")
-    n = len(piece.V)
-    mesh = replace(planar_mesh(piece), vertices=np.arange(n), n_given=n)
-    checked = perf_counter() - start
-    advance("check", 0.05)
-    made = method.run(mesh, None)
-    return replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})
-
-
 def _more_leaves(piece: Submesh, task: _Task) -> IntArray:
     """More seams for a piece with flips: `trade` is doubled until `find_seams` finds some."""
     trades = max(task.trade, 1.0) * 2.0 ** np.arange(TRADE_DOUBLINGS)
@@ -315,7 +299,7 @@ def _flattened_without_flips(piece: Submesh, result: Flattening, task: _Task) ->
         FallbackWarning,
         stacklevel=stack_level(),
     )
-    return _flattened(piece, surer)
+    return flattened(piece, surer)
 
 
 def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, float]:

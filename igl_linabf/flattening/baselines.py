@@ -135,6 +135,7 @@ def _report(
     b = residual(constraints, alpha)
     return Flattening(
         uv=coordinates(z),
+        F=mesh.faces,
         angles=np.ascontiguousarray(alpha.T),
         method=method,
         outcome=Outcome.FLIPPED if len(flipped) else Outcome.VALID,
@@ -147,7 +148,7 @@ def _report(
         steps=(),
         before=Residuals.of(residual(constraints, corner_angles(mesh))),
         after=Residuals.of(b),
-        holes=Hole.all_of(mesh, constraints, b),
+        holes=Hole.all_of(mesh, b),
         gap=0.0,
         layout="least-squares",
         solver="none",

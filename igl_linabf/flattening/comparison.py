@@ -11,8 +11,9 @@ from time import perf_counter
 
 from numpy.typing import ArrayLike
 
+from .._notebook import html_table, map_svg, side_by_side
 from .._runtime import aligned
-from .._types import FloatArray
+from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, stack_level
 from ..measures import Quality, quality
 from ..surface import planar, scatter
@@ -49,7 +50,7 @@ class Entry:
     result: Flattening | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Comparison:
     """Methods side by side; `print` shows them as a table.
 
@@ -57,17 +58,32 @@ class Comparison:
     ----------
     entries : dict of str to Entry
         By label.
+    F : (#F, 3) int64
+        The triangles.
     """
 
     entries: dict[str, Entry]
+    F: IntArray
 
     @property
     def maps(self) -> dict[str, FloatArray]:
         """The maps by label, as `plot_compare` takes them."""
         return {label: entry.uv for label, entry in self.entries.items()}
 
+    def __repr__(self) -> str:
+        return f"<Comparison on {len(self.F):,} triangles: {', '.join(self.entries)}>"
+
     def __str__(self) -> str:
-        rows = [("", "F/3nt", "L2 stretch", "flips", "seconds", "/ igl.lscm", "iterations", "outcome")]
+        return aligned(self._rows())
+
+    def _repr_html_(self) -> str:
+        maps = [(label, map_svg(uv, self.F)) for label, uv in self.maps.items()]
+        return html_table(self._rows()) + side_by_side(maps)
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        rows: list[tuple[str, ...]] = [
+            ("", "F/3nt", "L2 stretch", "flips", "seconds", "/ igl.lscm", "iterations", "outcome")
+        ]
         for label, entry in self.entries.items():
             rows.append(
                 (
@@ -81,7 +97,7 @@ class Comparison:
                     "" if entry.result is None else entry.result.outcome.value,
                 )
             )
-        return aligned(rows)
+        return rows
 
 
 def compare(
@@ -151,7 +167,7 @@ def compare(
             continue
         uv = scatter(uv, mesh.vertices, mesh.n_given)
         entries[name] = Entry(uv, quality(V, F, uv), taken, taken / base, None, None)
-    return Comparison(entries)
+    return Comparison(entries, first[0].F)
 
 
 def medians(calls: Sequence[Callable[[], object]], repeat: int) -> list[float]:

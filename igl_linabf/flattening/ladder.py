@@ -327,6 +327,7 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
     )
     return Flattening(
         uv=coordinates(layout.z),
+        F=problem.mesh.faces,
         angles=np.ascontiguousarray(at.alpha.T),
         method=method,
         outcome=outcome,
@@ -337,7 +338,7 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
         steps=tried[-1].state.steps,
         before=Residuals.of(angles.start.residual),
         after=Residuals.of(at.residual),
-        holes=Hole.all_of(problem.mesh, angles.constraints, at.residual),
+        holes=Hole.all_of(problem.mesh, at.residual),
         gap=layout.gap,
         layout=layout.method,
         solver=tried[-1].state.how,

@@ -183,6 +183,7 @@ def _flat(disks: Disks, method: LinABF) -> Iterator[tuple[int, Flattening]]:
     rows = rows_of(problem, disks)
     before = families_of(problem.start, rows, faces).T
     after = families_of(stepped.at, rows, faces).T
+    triangles = disks.topology.corner.T - faces.spread(vertices.start[:-1])[:, None]
     angles, uv = np.ascontiguousarray(stepped.at.alpha.T), coordinates(flat.z)
     residual, inner, gap, ratio = (
         values.tolist() for values in (stepped.residual.T, stepped.inner_steps.T, flat.gap, flat.ratio)
@@ -202,6 +203,7 @@ def _flat(disks: Disks, method: LinABF) -> Iterator[tuple[int, Flattening]]:
             k,
             Flattening(
                 uv=uv[vertices.start[k] : vertices.start[k + 1]],
+                F=triangles[faces.start[k] : faces.start[k + 1]],
                 angles=angles[faces.start[k] : faces.start[k + 1]],
                 method=method.name,
                 outcome=outcome,

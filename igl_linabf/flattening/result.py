@@ -8,8 +8,9 @@ from typing import Literal
 
 import numpy as np
 
+from .._notebook import html_table, map_svg, side_by_side
 from .._types import FloatArray, IntArray
-from ..angles import Constraints, Residual, Step
+from ..angles import Residual, Step
 from ..errors import some
 from ..surface import Mesh
 
@@ -136,18 +137,19 @@ class Hole:
         return max(self.rotation, self.scale, self.translation)
 
     @classmethod
-    def all_of(cls, mesh: Mesh, constraints: Constraints, b: Residual) -> tuple[Hole, ...]:
+    def all_of(cls, mesh: Mesh, b: Residual) -> tuple[Hole, ...]:
         """Every hole of the mesh, the residual of the angles being `b`."""
         loops = mesh.topology.holes
-        row = [constraints.row[loop[0]] for loop in loops]
-        parts = (b.vertex[row], b.wheel[row], b.closure.gap)
+        rotation = [b.turning[loop].sum() + 2 * np.pi for loop in loops]
+        scale = [b.log_ratio[loop].sum() for loop in loops]
+        parts = (rotation, scale, b.closure.gap)
         return tuple(
             cls(int(mesh.vertices[loop[0]]), len(loop), *(float(abs(part[i])) for part in parts))
             for i, loop in enumerate(loops)
         )
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Flattening:
     """A flat map, with the angles, residuals, steps and outcome of the computation.
 
@@ -155,6 +157,8 @@ class Flattening:
     ----------
     uv : (#V, 2) float64
         The map; NaN at vertices that no face uses.
+    F : (#F, 3) int64
+        The triangles.
     angles : (#F, 3) float64
         Target angles in radians, from which the map was laid out.
     method : str
@@ -185,6 +189,7 @@ class Flattening:
     """
 
     uv: FloatArray
+    F: IntArray
     angles: FloatArray
     method: str
     outcome: Outcome
@@ -216,7 +221,20 @@ class Flattening:
     def _kinds(self) -> list[str]:
         return list(dict.fromkeys(step.kind for step in self.steps))
 
+    def __repr__(self) -> str:
+        flips = f", {len(self.flipped):,} flipped" * bool(len(self.flipped))
+        return f"<Flattening of {len(self.F):,} triangles by {self.method}: {self.outcome.value}{flips}>"
+
     def __str__(self) -> str:
+        rows = self._rows()
+        width = max(map(len, rows))
+        return "\n".join(f"{name:<{width}}  {value}" for name, value in rows.items())
+
+    def _repr_html_(self) -> str:
+        table = html_table(list(self._rows().items()), header=False)
+        return side_by_side([("", map_svg(self.uv, self.F)), ("", table)])
+
+    def _rows(self) -> dict[str, str]:
         runs = {kind: [s.inner_steps for s in self.steps if s.kind == kind] for kind in self._kinds}
         kinds = ", ".join(f"{len(inner)} {kind} ({sum(inner)})" for kind, inner in runs.items())
         rows = {
@@ -233,5 +251,4 @@ class Flattening:
         }
         if len(self.repaired):
             rows["repaired faces"] = some(self.repaired)
-        width = max(map(len, rows))
-        return "\n".join(f"{name:<{width}}  {value}" for name, value in rows.items())
+        return rows

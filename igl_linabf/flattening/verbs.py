@@ -308,4 +308,4 @@ def flatten(
         made = chosen.run(mesh, pinned)
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
     seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
-    return replace(made, uv=uv, seconds=seconds)
+    return replace(made, uv=uv, F=mesh.vertices[made.F], seconds=seconds)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._types import ComplexArray, FloatArray
-from ..angles import Residual
+from ..angles import Constraints, Residual
 from ..errors import FallbackWarning, stack_level
-from ..linalg import Analysis, NotConvergedError, Pattern, Solvers
+from ..linalg import Analysis, NotConvergedError, Solvers, held
 from ..surface import Disks, Topology, complex_positions, signed_double_areas
 
 
@@ -91,7 +91,7 @@ def harmonic(
     topology: Topology,
     boundary: Boundary,
     cot: FloatArray,
-    pattern: Pattern,
+    constraints: Constraints,
     laplacian: Analysis | None,
     solvers: Solvers,
 ) -> tuple[ComplexArray, str]:
@@ -99,17 +99,18 @@ def harmonic(
 
     Returns the map and the solver's name.
     """
-    z = np.zeros(topology.n, dtype=np.complex128)
+    z, pattern, n = np.zeros(topology.n, dtype=np.complex128), constraints.pattern, constraints.wheels
     z[topology.loops[0]] = boundary.z
-    if not pattern.n:
+    if not n:
         return z, "none"
     weight = topology.sum_at_edges(cot) / 2
-    lower = pattern.laplacian(weight)
+    lower = held(pattern.laplacian(weight), n)  # a boundary vertex with a prescribed sum has a row, too
     factored = (laplacian or solvers.laplacian(lower)).factor(lower)
     rhs = pattern.pull(weight, z[topology.edges.T])  # the inside being zero yet
+    rhs[n:] = 0.0
     inside = topology.interior
     try:
-        z[inside] = complex_positions(factored.solve(rhs))
+        z[inside] = complex_positions(factored.solve(rhs)[:n])
     except NotConvergedError:
         good = False
     else:
@@ -123,5 +124,5 @@ def harmonic(
             stacklevel=stack_level(),
         )
         factored = solvers.whole(lower).factor(lower)
-        z[inside] = complex_positions(factored.solve(rhs))
+        z[inside] = complex_positions(factored.solve(rhs)[:n])
     return z, factored.name

@@ -80,7 +80,7 @@ def lay_out(
         )
     try:
         if made == "boundary":
-            z, solver = harmonic(topology, boundary, cot, constraints.pattern, laplacian, solvers)
+            z, solver = harmonic(topology, boundary, cot, constraints, laplacian, solvers)
         elif made == "least-squares":
             ends = far_apart(coordinates(boundary.z))
             index, position = topology.loops[0][ends], boundary.z[ends]

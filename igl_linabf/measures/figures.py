@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._notebook import html_table
 from .._runtime import aligned
 from .._types import FloatArray
 from ..surface import Parts, Submesh, of_size_one
@@ -15,7 +16,7 @@ from .overlapping import overlapping_pairs
 from .per_triangle import change_of
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Quality:
     """Distortion of a whole flat map; `print` shows it as a table.
 
@@ -55,8 +56,15 @@ class Quality:
     overlaps: int
     faces: int
 
+    def __repr__(self) -> str:
+        figures = f"F/3nt {self.angle_distortion:.3g}, L2 stretch {self.stretch_l2:.4g}"
+        return f"<Quality of {self.faces:,} triangles: {figures}, {self.flips:,} flipped>"
+
     def __str__(self) -> str:
         return table({"": self})
+
+    def _repr_html_(self) -> str:
+        return html_table(_cells({"": self}), header=False)
 
 
 ROWS = {
@@ -82,13 +90,19 @@ def table(columns: Mapping[str, Quality], extra: Mapping[str, Mapping[str, str]]
     extra : mapping of label to mapping of name to text, optional
         Rows to put below.
     """
-    cells = [["", *columns]] if any(columns) else []
-    for name, label in ROWS.items():
-        values = (getattr(quality, name) for quality in columns.values())
-        cells.append([label, *(f"{v:,d}" if isinstance(v, int) else f"{v:.4g}" for v in values)])
+    cells = [["", *columns]] * any(columns) + _cells(columns)
     for label, texts in (extra or {}).items():
         cells.append([label, *(texts.get(name, "") for name in columns)])
     return aligned(cells)
+
+
+def _cells(columns: Mapping[str, Quality]) -> list[list[str]]:
+    """A row for each figure: its label, and its value in each column."""
+    cells = []
+    for name, label in ROWS.items():
+        values = (getattr(quality, name) for quality in columns.values())
+        cells.append([label, *(f"{v:,d}" if isinstance(v, int) else f"{v:.4g}" for v in values)])
+    return cells
 
 
 def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:

@@ -6,6 +6,7 @@ triangles such a surface.
 Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
+from ..kernels import NEXT, PREV, sum_by
 from .areas import measure
 from .arrays import Pins, check_finite, compact, face_array, pins, scatter, seam_mask, vertex_array
 from .components import connected_labels, face_components
@@ -30,14 +31,11 @@ from .plane import (
 from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface
 from .submesh import Submesh, cut_faces
 from .topology import (
-    NEXT,
-    PREV,
     Topology,
     check_planar,
     cycles,
     manifold_topology,
     planar_topology,
-    sum_by,
     topology_of,
     with_outer,
 )

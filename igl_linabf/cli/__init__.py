@@ -1,0 +1,8 @@
+"""The command `igl-linabf`.
+
+In: a command line. Out: files, text on stdout, one line on stderr for each warning or error, an exit code.
+"""
+
+from .entry import main
+
+__all__ = ["main"]

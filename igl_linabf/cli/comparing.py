@@ -1,0 +1,41 @@
+"""`igl-linabf compare`."""
+
+from __future__ import annotations
+
+import argparse
+
+from ..flattening import METHODS, compare
+from ..io import read_mesh
+from .commands import GOOD, MESH, PICTURE, Command
+from .outputs import check_outputs, hand_out
+
+
+def _compare(options: argparse.Namespace) -> int:
+    methods = [method.strip() for method in options.methods.split(",")]
+    check_outputs(None, options.picture)
+    V, F = read_mesh(options.mesh)
+    comparison = compare(V, F, methods, repeat=options.repeat)
+    hand_out(options, str(comparison), (V, F, comparison.maps))
+    return GOOD
+
+
+COMPARE = Command(
+    "compare",
+    _compare,
+    "flatten a mesh by several methods, and print their quality and time side by side",
+    {
+        "mesh": MESH,
+        "methods": {
+            "default": "lscm,linabf,abf",
+            "help": f"some of {', '.join(METHODS)}, separated by commas (default: %(default)s)",
+        },
+        "picture": PICTURE,
+        "repeat": {
+            "metavar": "N",
+            "type": int,
+            "default": 3,
+            "help": "timed runs of each (default: 3)",
+        },
+    },
+    "Compare methods on a disk, with or without holes: distortion, flips, time relative to igl.lscm.",
+)

@@ -1,0 +1,78 @@
+"""`igl-linabf flatten`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from dataclasses import fields
+from functools import partial
+from pathlib import Path
+
+from ..flattening import METHODS, flatten
+from ..io import read_mesh, unit_square, write_obj
+from ..measures import quality
+from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, Command
+from .outputs import check_outputs, hand_out
+
+
+def _flatten(options: argparse.Namespace) -> int:
+    check_outputs(options.output, options.picture)
+    asked = {name: getattr(options, name) for name in ("layout", "solver", "guarantee")}
+    asked["iterations"] = _iterations(options.iterations)
+    chosen = METHODS[options.method]
+    known = {field.name for field in fields(chosen)}  # type: ignore[arg-type]
+    for name, value in asked.items():
+        if name not in known and value not in ("auto", None):
+            raise ValueError(f"--{name} means nothing to the method {options.method}: leave it out")
+    method = chosen(**{name: value for name, value in asked.items() if name in known})
+    V, F = read_mesh(options.mesh)
+    result = flatten(V, F, method, outer=options.outer)
+    uv = unit_square(result.uv) if options.units == "square" else result.uv
+    measured = quality(V, F, uv)
+    pictured = V, F, {options.method: result.uv}
+    hand_out(options, f"{measured}\n\n{result}", pictured, partial(write_obj, V=V, F=F, uv=uv))
+    if not result.outcome.good:
+        print(f"igl-linabf: {result.message}", file=sys.stderr)
+        return NOT_VALID
+    if measured.flips > len(result.flipped):
+        print(
+            f"igl-linabf: {measured.flips} triangles flip by rounding when the map is scaled to the unit "
+            "square: its scale varies too much; use --units mesh, or unwrap the mesh",
+            file=sys.stderr,
+        )
+        return NOT_VALID
+    return GOOD
+
+
+def _iterations(text: str) -> int | str:
+    try:
+        return text if text == "auto" else int(text)
+    except ValueError:
+        raise ValueError(f"--iterations is {text!r}: use 'auto' or a positive integer") from None
+
+
+FLATTEN = Command(
+    "flatten",
+    _flatten,
+    "flatten a disk, with or without holes; write it with texture coordinates, print the quality",
+    {
+        "mesh": MESH,
+        "output": {"metavar": "OUT", "type": Path, "required": True, "help": "OBJ file to write"},
+        "picture": PICTURE,
+        "method": METHOD,
+        "iterations": {"metavar": "N", "default": "auto", "help": "number of iterations, or auto"},
+        "layout": {"choices": ("auto", "boundary", "least-squares", "greedy"), "default": "auto"},
+        "outer": {"metavar": "VERTEX", "type": int, "help": "a vertex of the outer boundary loop"},
+        "solver": {"choices": ("auto", "cholmod", "multigrid", "direct"), "default": "auto"},
+        "guarantee": {
+            "choices": ("injective",),
+            "help": "if triangles flip, run a last stage that leaves none flipped",
+        },
+        "units": {
+            "choices": ("square", "mesh"),
+            "default": "square",
+            "help": "scale of the texture coordinates: the unit square, or the mesh's units of length",
+        },
+    },
+    "Flatten a disk, with or without holes. Exit code 1: written, but with flipped triangles.",
+)

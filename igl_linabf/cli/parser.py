@@ -1,0 +1,66 @@
+"""The parser of the command line, and what completes it in shells."""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, NoReturn
+
+from .batching import BATCH
+from .commands import ERROR
+from .comparing import COMPARE
+from .doctor import DOCTOR, version
+from .flattening import FLATTEN
+from .unwrapping import UNWRAP
+from .viewing import VIEW
+
+COMMANDS = (FLATTEN, COMPARE, UNWRAP, VIEW, BATCH, DOCTOR)
+SHELLS = ("bash", "zsh", "fish")
+FLAGS = {"mesh": ["mesh"], "inputs": ["inputs"], "output": ["-o", "--output"], "folder": ["-o", "--output"]}
+
+
+class Completion(argparse.Action):
+    """Prints what makes the TAB key of a shell complete this command, and paths for the arguments `files`."""
+
+    def __init__(self, *args: Any, files: Sequence[argparse.Action], **kwargs: Any) -> None:
+        super().__init__(*args, **kwargs)
+        self.files = files
+
+    def __call__(self, parser: argparse.ArgumentParser, *rest: Any) -> NoReturn:
+        import shtab
+
+        for argument in self.files:
+            argument.complete = shtab.FILE  # type: ignore[attr-defined]
+        print(shtab.complete(parser, shell=rest[1]))
+        parser.exit()
+
+
+class Parser(argparse.ArgumentParser):
+    """Reports errors in one line, like all errors of the command."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(ERROR, f"igl-linabf: {message} (see {self.prog} --help)\n")
+
+
+def command_parser() -> Parser:
+    """The parser of the whole command; `run` of what it returns runs the chosen command."""
+    files: list[argparse.Action] = []
+    parser = Parser(prog="igl-linabf", description="Linear angle based parameterization of triangle meshes.")
+    parser.add_argument("--version", action="version", version=f"igl-linabf {version('igl-linabf')}")
+    parser.add_argument(
+        "--print-completion",
+        action=Completion,
+        choices=SHELLS,
+        files=files,
+        help="print a script with which the shell completes options and files at TAB, and exit",
+    )
+    commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
+    for command in COMMANDS:
+        its = commands.add_parser(command.name, help=command.help, description=command.description)
+        its.set_defaults(run=command.run)
+        for name, settings in command.arguments.items():
+            argument = its.add_argument(*FLAGS.get(name, [f"--{name}"]), **settings)
+            if argument.type is Path or name == "seams":
+                files.append(argument)
+    return parser

@@ -1,0 +1,45 @@
+"""`igl-linabf view`."""
+
+from __future__ import annotations
+
+import argparse
+
+from ..io import read_mesh, replacing
+from ..measures import MEASURES
+from .commands import GOOD, MESH, METHOD, PICTURE, Command
+from .outputs import check_outputs
+
+
+def _view(options: argparse.Namespace) -> int:
+    check_outputs(None, options.screenshot)
+    from ..plot import view
+
+    V, F = read_mesh(options.mesh)
+    settings = {"measure": options.measure, "frequency": options.frequency}
+    if options.screenshot is None:
+        view(V, F, options.method, title=f"igl_linabf: {options.mesh.name}", **settings)
+    else:
+        with replacing(options.screenshot) as temporary:
+            view(V, F, options.method, off_screen=True, screenshot=temporary, **settings)
+            options.settled()
+    return GOOD
+
+
+VIEW = Command(
+    "view",
+    _view,
+    "open a window with the surface and its flat map side by side",
+    {
+        "mesh": MESH,
+        "method": METHOD,
+        "measure": {"choices": MEASURES, "help": "distortion to show instead of the checkerboard"},
+        "frequency": {
+            "metavar": "N",
+            "type": float,
+            "default": 30.0,
+            "help": "checkerboard squares along the map",
+        },
+        "screenshot": {**PICTURE, "help": "write a picture instead of opening a window"},
+    },
+    "Show any surface beside its flat map. In the window, h lists the keys.",
+)

@@ -1,0 +1,100 @@
+"""Results in a notebook: a short repr, and HTML with the table and a picture of the map."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ElementTree
+
+import igl
+import numpy as np
+import pytest
+from conftest import load
+
+from igl_linabf import MeshWarning, compare, flatten, quality, unwrap
+from igl_linabf.surface import Submesh
+
+SVG = "{http://www.w3.org/2000/svg}"
+
+
+def parsed(html: str) -> ElementTree.Element:
+    """HTML that is well-formed XML, too."""
+    return ElementTree.fromstring(f"<div>{html}</div>")
+
+
+def outlines(page: ElementTree.Element) -> list[int]:
+    """The number of loops of each filled outline, over all pictures."""
+    paths = (path for path in page.iter(f"{SVG}path") if path.get("fill") != "none")
+    return [path.get("d").count("M") for path in paths]
+
+
+def test_a_flattening_shows_its_table_and_the_outline_of_its_map() -> None:
+    V, F = load("bumps")
+    result = flatten(V, F)
+    assert repr(result) == f"<Flattening of {len(F):,} triangles by linabf: valid>"
+    page = parsed(result._repr_html_())
+    shown = [cell.text for cell in page.iter("td")]
+    for line in str(result).splitlines():
+        assert line.split("  ")[0] in shown
+    assert outlines(page) == [1]
+
+
+def test_the_picture_has_every_boundary_loop_and_stays_in_its_box() -> None:
+    V, F = load("pial_with_holes")
+    result = flatten(V, F)
+    loops = Submesh.checked_manifold(V, F).topology.loops
+    page = parsed(result._repr_html_())
+    assert outlines(page) == [len(loops)]
+    (svg,) = page.iter(f"{SVG}svg")
+    size = float(svg.get("width")), float(svg.get("height"))
+    (path,) = (path for path in page.iter(f"{SVG}path") if path.get("fill") != "none")
+    points = path.get("d").replace("Z", " ").replace("M", " ").replace("L", " ").split()
+    at = np.array(points, dtype=np.float64).reshape(-1, 2)
+    assert len(at) == sum(map(len, loops))
+    assert at.min() >= 0
+    assert (at.max(axis=0) <= size).all()
+
+
+def test_the_faces_of_a_result_are_the_caller_s() -> None:
+    V, F = load("bumps")
+    V, F = np.vstack((np.full((1, 3), np.nan), V)), F + 1  # a vertex that no face uses
+    for method in ("linabf", "lscm"):
+        with pytest.warns(MeshWarning, match="belong to no face"):
+            result = flatten(V, F, method)
+        assert np.array_equal(result.F, F)
+        assert outlines(parsed(result._repr_html_())) == [1]
+
+
+def test_an_atlas_shows_each_chart_and_its_repairs() -> None:
+    V, F = igl.icosahedron()
+    V, F = np.vstack((V, V + 3)), np.vstack((F, F + len(V), F[:1]))  # two bodies; one face twice
+    with pytest.warns(match="repaired"):
+        atlas = unwrap(V, F)
+    page = parsed(atlas._repr_html_())
+    assert len(outlines(page)) == len(atlas.charts)
+    text = "".join(page.itertext())
+    assert all(str(repair) in text for repair in atlas.repairs)
+    assert repr(atlas).startswith(f"<Atlas of {len(F)} triangles: {len(atlas.charts)} charts")
+
+
+def test_a_thousand_charts_are_a_short_page() -> None:
+    tetrahedron = np.array([[0, 1, 2], [0, 2, 3], [0, 3, 1], [1, 3, 2]])
+    V = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1.0]])
+    n = np.arange(1_000)
+    atlas = unwrap(
+        (V + 2.0 * n[:, None, None]).reshape(-1, 3), (tetrahedron + 4 * n[:, None, None]).reshape(-1, 3)
+    )
+    page = atlas._repr_html_()
+    assert len(page) < 300_000
+    assert "more" in page
+    parsed(page)
+
+
+def test_qualities_and_comparisons_show_their_figures() -> None:
+    V, F = load("bumps")
+    compared = compare(V, F, ("lscm", "linabf"), repeat=1, others=False)
+    page = parsed(compared._repr_html_())
+    assert outlines(page) == [1, 1]
+    measured = quality(V, F, compared.entries["linABF"].uv)
+    cells = [cell.text for cell in parsed(measured._repr_html_()).iter("td")]
+    assert cells[1::2] == [line.split()[-1] for line in str(measured).splitlines()]
+    assert f"{measured.angle_distortion:.4g}" in [cell.text for cell in page.iter("td")]
+    assert max(map(len, (repr(compared), repr(measured)))) < 100
