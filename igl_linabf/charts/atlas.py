@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+
+import numpy as np
 
 from .._notebook import html_table, map_svg, side_by_side
 from .._runtime import aligned
@@ -54,7 +56,8 @@ class Atlas:
     Attributes
     ----------
     TC : (#TC, 2) float64
-        Texture coordinates in the unit square.
+        Texture coordinates in the unit square; of page k in the one above and right of
+        (k % 10, k // 10), as UDIM tile 1001 + k.
     FTC : (#F, 3) int64
         Their rows at the corners of the faces.
     origin : (#TC,) int64
@@ -69,7 +72,7 @@ class Atlas:
     splits : int
         How many charts were split because they overlapped themselves.
     fill : float
-        Share of the unit square that the charts cover.
+        Share of the pages that the charts cover.
     quality : Quality
         Of the whole: angles of all corners, stretch at the charts' common scale. Faces that were
         set aside do not count.
@@ -77,6 +80,11 @@ class Atlas:
         What `unwrap` did to the mesh before; empty if it was clean.
     max_stretch : float or None
         What was asked for.
+    page : (#charts,) int64
+        The page of each chart.
+    scale : float
+        Page sides per unit of length of V, on average over a chart. Times the resolution it is the
+        texel density.
     """
 
     TC: FloatArray
@@ -91,6 +99,13 @@ class Atlas:
     quality: Quality
     repairs: tuple[Repair, ...] = ()
     max_stretch: float | None = None
+    page: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    scale: float = 0.0
+
+    @property
+    def pages(self) -> int:
+        """Number of pages."""
+        return int(self.page.max(initial=0)) + 1
 
     @property
     def good(self) -> bool:

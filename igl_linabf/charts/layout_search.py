@@ -19,15 +19,18 @@ from .shelves import on_shelves
 from .spacing import Spacing
 
 FEW, SOME = 24, 40  # charts up to which as many turns and layouts are tried as for few, or for some
-MOST_SHAPED = 60  # charts that are placed by their shape; of more, the largest ones
+MOST_SHAPED = 100  # charts that are placed by their shape; of more, the largest ones
 SMALL = 1 / 400  # of the area of all: of more charts than that, those below are placed as rectangles
-COARSE, FINE, FIXED = 192, 768, 384  # cells along a page's side
+COARSE, FINE, FIXED = 128, 512, 384  # cells along a page's side
 ROOM = 1.3  # side of the page that a layout grows on, of the one it is meant for
 SHARE = 0.62  # of a page that charts are expected to cover
 HALVINGS = 10  # of the interval of sides
-MOST_SIDE = 1e6  # of the least side: beyond it, gaps leave no room
+MOST_SIDE = 1e3  # of the least side: beyond it, gaps leave no room
 TIGHTER = 1.03  # how much smaller a page the fine grid may make possible
-MOST_TRIALS, SLACK = 6, 0.004  # on the fine grid, and the share by which the page is larger each time
+MOST_TRIALS, SLACK = (
+    8,
+    0.002,
+)  # on the fine grid, and the share by which the page is larger, doubled each time
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,15 +69,16 @@ class Charts:
 
     @property
     def areas(self) -> FloatArray:
-        return np.array([outline.area for outline in self.outlines])
+        """(#C,) float64."""
+        return np.array([outline.area for outline in self.outlines], dtype=np.float64)
 
     def shaped(self) -> IntArray:
         """Those that are placed by their shape."""
-        areas = self.areas
+        areas: FloatArray = self.areas
         if len(areas) <= MOST_SHAPED:
             return np.arange(len(areas))
         largest = np.argsort(-areas, kind="stable")[:MOST_SHAPED]
-        return largest[areas[largest] > SMALL * areas.sum()]
+        return np.asarray(largest[areas[largest] > SMALL * areas.sum()])
 
 
 def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
@@ -85,11 +89,13 @@ def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | Non
 
 def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
     """The layout whose pages have the smallest side, so that charts have the largest share of it."""
-    shaped = charts.shaped()
-    turns = np.ones((len(charts.outlines), 1), dtype=np.complex128)
+    shaped, n = charts.shaped(), len(charts.outlines)
+    if n * spacing.gap**2 > pages * (spacing.inner + spacing.gap) ** 2:
+        return None
+    turns = np.ones((n, 1), dtype=np.complex128)
     if len(shaped):
         found = _coarse(charts, shaped, spacing)
-        if pages == 1 and len(shaped) == len(charts.outlines):
+        if pages == 1 and len(shaped) == n:
             return _fine(charts, found, spacing)
         turns[shaped] = found[0].layout.turn[shaped, None]
     low = float(np.sqrt(charts.areas.sum() / pages)) / spacing.inner
@@ -136,7 +142,7 @@ def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_Grown]:
     turns = _turns(len(charts.outlines), 1 if n == 1 else 16 if n <= FEW else 8)
     areas, sizes = charts.areas[shaped], charts.sizes[shaped]
     keys = (areas, sizes.max(axis=1), sizes.prod(axis=1))
-    orders = [shaped[np.argsort(-key, kind="stable")] for key in keys[: 3 if n <= SOME else 1]]
+    orders = [shaped[np.argsort(-key, kind="stable")] for key in keys[: 3 if n <= SOME else 2]]
     found: list[_Grown] = []
     for order in orders:
         side = float(np.sqrt(areas.sum() / SHARE))
@@ -146,8 +152,8 @@ def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_Grown]:
     return sorted(found, key=lambda entry: entry.reached)
 
 
-def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing) -> Layout:
-    """The best ones again on a fine grid, until one serves the page that it needs."""
+def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing) -> Layout | None:
+    """The best ones again on a fine grid, until one serves the page that it needs; None if none does."""
     found: list[_Grown] = []
     for entry in coarse[: 2 if len(charts.outlines) <= SOME else 1]:
         side, turns = entry.reached / TIGHTER, entry.layout.turn[:, None]
@@ -155,8 +161,10 @@ def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing) -> Layout:
             found.append(_grown(charts, entry.order, turns, side, FINE, spacing))
             if found[-1].serves:
                 break
-            side = max(side, found[-1].reached) * (1 + trial * SLACK)
+            side = max(side, found[-1].reached) * (1 + SLACK * 2**trial)
     serving = [entry for entry in (*found, *coarse) if entry.serves]
+    if not serving:
+        return None
     best = min(serving, key=lambda entry: entry.reached)
     return replace(best.layout, side=best.reached)
 

@@ -83,7 +83,9 @@ def mask_of(outline: Outline, cells_per_unit: float, gap: float) -> Mask:
     steps = np.linspace(-half, half, int(np.ceil(2 * half)) + 1)
     shifts = [complex(x, y) for x in steps for y in steps if half in (abs(x), abs(y))]
     crossed = _crossed(a, b, shifts)
-    column, row = (np.clip(part.astype(np.int64), 0, n - 1) for part, n in zip(crossed, (columns, rows), strict=True))
+    column, row = (
+        np.clip(part.astype(np.int64), 0, n - 1) for part, n in zip(crossed, (columns, rows), strict=True)
+    )
     cells[row, column] = True
     return Mask(cells, low / cells_per_unit)
 

@@ -186,13 +186,14 @@ def _layout(charts: Charts, wish: Wish) -> Layout:
         return found
     assert wish.resolution is not None
     density = wish.resolution / wish.side
-    largest = int(charts.sizes.max(axis=1).argmax())
-    texels = charts.sizes[largest] * density
+    largest = int(charts.sizes.min(axis=1).argmax())
+    wide, high = charts.sizes[largest] * density
+    allowed = "a page" if wish.pages in (None, 1) else f"{wish.pages} pages"
+    remedy = "" if wish.pages is None else ", or more pages"
     raise MeshError(
-        f"{n} charts at a texel density of {density:g} do not fit on "
-        f"{'a page' if wish.pages is None else f'{wish.pages} page' + 's' * (wish.pages > 1)} of {wish.resolution}"
-        f" x {wish.resolution} texels (chart {largest} takes {texels[0]:.0f} x {texels[1]:.0f}): use a smaller "
-        "density, a larger resolution or more pages"
+        f"{n} chart{'s' * (n > 1)} at a texel density of {density:g} do not fit on {allowed} of "
+        f"{wish.resolution} x {wish.resolution} texels (chart {largest} takes {wide:.0f} x {high:.0f}): "
+        f"use a smaller density, a larger resolution{remedy}"
     )
 
 

@@ -44,8 +44,18 @@ class Page:
 
     def best_place(self, masks: Sequence[BoolArray]) -> tuple[int, int, int] | None:
         """Which mask, and where (x, y), so that the square of all grows least; None if none has room."""
+        square = max(self.width, self.height)
+        within = self._best_within(masks, square, square) if square else None
+        if within is not None:  # which is all the same to the square: no larger one is searched
+            return within
         rows, columns = (max(mask.shape[axis] for mask in masks) for axis in (0, 1))
-        gaps = _Gaps(self, columns, rows)
+        return self._best_within(masks, self.width + columns, self.height + rows)
+
+    def _best_within(
+        self, masks: Sequence[BoolArray], columns: int, rows: int
+    ) -> tuple[int, int, int] | None:
+        side = len(self.taken)
+        gaps = _Gaps(self.taken[:rows, :columns])
         best: tuple[float, int, int, int] | None = None
         for k, mask in enumerate(masks):
             x, y = gaps.free(mask)
@@ -53,7 +63,6 @@ class Page:
                 continue
             high, wide = mask.shape
             square = np.maximum(np.maximum(x + wide, self.width), np.maximum(y + high, self.height))
-            side = len(self.taken)
             cost = square * (8.0 * side**2) + (x + wide / 2) ** 2 + (y + high / 2) ** 2
             at = int(cost.argmin())
             if best is None or cost[at] < best[0]:
@@ -62,13 +71,12 @@ class Page:
 
 
 class _Gaps:
-    """Where masks of so many columns and rows fit; of what lies beyond the charts only what they may need."""
+    """Where masks fit on cells some of which are taken."""
 
-    def __init__(self, page: Page, columns: int, rows: int) -> None:
-        side = len(page.taken)
-        self._columns, self._rows = min(side, page.width + columns), min(side, page.height + rows)
+    def __init__(self, taken: BoolArray) -> None:
+        self._rows, self._columns = taken.shape
         bits = np.ones((self._rows, self._columns + 1), dtype=bool)  # a last column ends each row
-        bits[:, :-1] = page.taken[: self._rows, : self._columns]
+        bits[:, :-1] = taken
         packed = np.packbits(bits, bitorder="little").tobytes()
         self._runs = [int.from_bytes(packed, "little")]  # where a run of 1, 2, 4, ... cells is not free
 

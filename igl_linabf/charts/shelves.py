@@ -1,7 +1,7 @@
 """The many small charts of an atlas: turned to their narrowest rectangles, and put on shelves.
 
-The rectangles lie, the highest ones first. A shelf is as high as its first rectangle. Where large charts stand
-in its way, it goes on behind them: so the small ones fill the holes of the large ones.
+The rectangles lie, the highest ones first. A shelf is as high as its first rectangle. Where a large chart
+stands in its way, it goes on behind it: so the small ones fill the holes of the large ones.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ class Spacing:
     def of(cls, margin: float, resolution: int | None, padding: float) -> Spacing:
         """The margin on all sides; or, with a resolution, the padding, half of it at the border.
 
-        A point's bilinear footprint reaches less than a texel far. Charts that are two texels apart share none.
+        A point's bilinear footprint reaches less than a texel far, so charts two texels apart share none.
 
         Raises
         ------
@@ -38,10 +38,11 @@ class Spacing:
                 raise ValueError(f"margin is {margin!r}: give a share of the square's side, from 0 to {MOST}")
             return cls(margin, margin)
         if not resolution >= 1:
-            raise ValueError(f"resolution is {resolution!r}: give the texels along a page's side, such as 1024")
-        if not 0 <= padding <= MOST * resolution:
+            raise ValueError(f"resolution is {resolution!r}: give the texels along a page's side, like 1024")
+        most = MOST * resolution
+        if not 0 <= padding <= most:
             raise ValueError(
-                f"padding is {padding!r} texels at a resolution of {resolution}: give 0 to {MOST * resolution:g}"
+                f"padding is {padding!r} texels of {resolution} along a page: give 0 to {most:g}"
             )
         return cls(padding / resolution, padding / resolution / 2)
 

@@ -16,6 +16,7 @@ from ..errors import MeshError, OutcomeWarning
 from ..io import SUFFIXES, read_mesh, read_texture, write_mesh
 from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, Argument, Command
 from .outputs import check_outputs, hand_out
+from .packing import NAMES, PACKING
 
 TRADED: Argument = {
     "type": float,
@@ -37,7 +38,7 @@ def _unwrap(options: argparse.Namespace) -> int:
         seams = texture_seams(F, read_texture(options.mesh)[1])
     elif options.seams != "auto":
         seams = _pairs(options.seams)
-    names = ("trade", "holes", "bijective", "max_stretch", "complete", "weld", "strict")
+    names = ("trade", "holes", "bijective", "max_stretch", "complete", "weld", "strict", *NAMES)
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
@@ -95,6 +96,7 @@ UNWRAP = Command(
             "action": "store_true",
             "help": "refuse a mesh that is no clean manifold, do not repair it",
         },
+        **PACKING,
         "method": METHOD,
     },
     "Unwrap any triangles. Exit code 1: written, but with flips, overlaps, or stretch beyond use.",
