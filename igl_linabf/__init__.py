@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from . import io
+    from . import adapters, io
     from .batch_runs import batch
     from .charts import Atlas, Chart, cut, find_seams, pack_together, texture_seams, unwrap
     from .errors import (
@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         Comparison,
         Flattening,
         Hole,
+        Isometric,
         LinABF,
         OneStepABFpp,
         Outcome,
@@ -58,6 +59,7 @@ __all__ = [
     "FallbackWarning",
     "Flattening",
     "Hole",
+    "Isometric",
     "LinABF",
     "MemoryLimitError",
     "MeshError",
@@ -71,6 +73,7 @@ __all__ = [
     "Residuals",
     "SingularSystemError",
     "abf",
+    "adapters",
     "batch",
     "clean",
     "compare",
@@ -99,8 +102,8 @@ _NAMES = {
     "batch_runs": "batch",
     "charts": "Atlas Chart cut find_seams pack_together texture_seams unwrap",
     "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
-    "flattening": "ABF DNCP LSCM SCP Comparison Flattening Hole LinABF OneStepABFpp Outcome Residuals "
-    "abf compare flatten flatten_many linabf linabf_angles lscm",
+    "flattening": "ABF DNCP LSCM SCP Comparison Flattening Hole Isometric LinABF OneStepABFpp Outcome "
+    "Residuals abf compare flatten flatten_many linabf linabf_angles lscm",
     "io": "write_grid",
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",
@@ -108,7 +111,7 @@ _NAMES = {
     "surface": "Cleaned Repair clean",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
-_ROOMS = {*_NAMES, "angles", "linalg"}
+_ROOMS = {*_NAMES, "adapters", "angles", "linalg"}
 
 if not TYPE_CHECKING:  # a type checker would take any name for one of the package
 

@@ -164,14 +164,14 @@ def test_no_two_charts_share_a_texel_of_a_bilinear_lookup(resolution: int) -> No
 
 def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
     charts = SETS["six"]
-    placed = pack(charts, resolution=256, texel_density=25)
+    placed = pack(charts, resolution=256, texel_density=40)
     pages = max(new.page for new in placed) + 1
-    assert {round(abs(new.ratio) * 256, 9) for new in placed} == {25}
+    assert {round(abs(new.ratio) * 256, 9) for new in placed} == {40}
     assert {new.page for new in placed} == set(range(pages))
     assert pages > 1
     assert footprints(placed, charts, 256).max() == 1
-    with pytest.raises(MeshError, match=r"density of 25 do not fit on a page of 256 x 256"):
-        pack(charts, resolution=256, texel_density=25, pages=1)
+    with pytest.raises(MeshError, match=r"density of 40 do not fit on a page of 256 x 256"):
+        pack(charts, resolution=256, texel_density=40, pages=1)
     with pytest.raises(MeshError, match=r"chart 3 takes 368\d x 284\d\): use a smaller density, a larger"):
         pack(charts, resolution=256, texel_density=600)
     with pytest.raises(ValueError, match="needs a resolution"):
@@ -181,7 +181,7 @@ def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
 def test_more_pages_hold_larger_charts_in_tiles() -> None:
     charts = SETS["equal"]
     sizes = []
-    for pages in (1, 2, 12):
+    for pages in (1, 12):
         placed = pack(charts, resolution=256, pages=pages)
         sizes.append(abs(placed[0].ratio))
         tile = np.array([[new.page % 10, new.page // 10] for new in placed])
@@ -190,8 +190,7 @@ def test_more_pages_hold_larger_charts_in_tiles() -> None:
             assert inside.min() > 1 / 256 - 1e-9
             assert inside.max() < 1 - 1 / 256 + 1e-9
         assert footprints(placed, charts, 256).max() == 1
-    assert sizes[1] > 1.25 * sizes[0]
-    assert sizes[2] > 1.5 * sizes[1]
+    assert sizes[1] > 2 * sizes[0]
 
 
 def test_the_same_again() -> None:

@@ -11,7 +11,7 @@ from ..measures import Quality
 from ..surface import Cleaned, seam_mask
 from .atlas import Atlas
 
-NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0, 0, 0)  # of no face
+NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0, 0, 0)  # of no face
 
 
 def sides_of_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:

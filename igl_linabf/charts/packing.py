@@ -61,8 +61,13 @@ def pack(
     charts : sequence of (uv, F)
         Coordinates (#V, 2) float and triangles (#F, 3) int of each chart, at the relative scale
         they shall keep (that of their 3-D areas).
-    margin, resolution, padding, texel_density, pages
-        As in `unwrap`. Units of length are those of `uv`.
+    margin : float
+    resolution : int, optional
+    padding : float
+    texel_density : float, optional
+        Texels per unit of length of `uv`.
+    pages : int, optional
+        As in `unwrap`, like the others.
 
     Returns
     -------

@@ -31,8 +31,13 @@ def pack_together(
     ----------
     atlases : sequence of Atlas
         As `unwrap` returns them.
-    margin, resolution, padding, texel_density, pages
-        As in `unwrap`. All surfaces have one unit of length.
+    margin : float
+    resolution : int, optional
+    padding : float
+    texel_density : float, optional
+        Texels per unit of length of all surfaces.
+    pages : int, optional
+        As in `unwrap`, like the others.
 
     Returns
     -------
@@ -101,6 +106,4 @@ def _charts_of(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], IntArra
     z -= vertices.spread(vertices.min(z.real) + 1j * vertices.min(z.imag))
     uv, F = coordinates(z), local[atlas.FTC[order]]
     bounds = vertices.start
-    return [
-        (uv[bounds[i] : bounds[i + 1]], F[start[i] : start[i + 1]]) for i in range(n)
-    ], rows
+    return [(uv[bounds[i] : bounds[i + 1]], F[start[i] : start[i + 1]]) for i in range(n)], rows

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
-from ..flattening import METHODS
+from ..flattening import METHODS, Method
 
 GOOD, NOT_VALID, ERROR = 0, 1, 2
 
@@ -17,6 +17,11 @@ Argument = Mapping[str, Any]
 
 MESH: Argument = {"metavar": "MESH", "type": Path, "help": "OBJ, OFF, PLY or STL file"}
 METHOD: Argument = {"choices": sorted(METHODS), "default": "linabf"}
+WEIGHT: Argument = {
+    "metavar": "W",
+    "type": float,
+    "help": "of areas against angles, for the method isometric: 0 (angles) to 8 (areas); default: 1.5",
+}
 PICTURE: Argument = {"metavar": "OUT.png", "type": Path, "help": "checkerboard picture to write"}
 
 
@@ -38,3 +43,14 @@ class Command:
     help: str
     arguments: Mapping[str, Argument]
     description: str | None = None
+
+
+def method_with(name: str, asked: Mapping[str, Any]) -> Method:
+    """The method with the options that were given; an error if one of them means nothing to it."""
+    chosen = METHODS[name]
+    known = {field.name for field in fields(chosen)}  # type: ignore[arg-type]
+    given = {option: value for option, value in asked.items() if value not in ("auto", None)}
+    for option in given:
+        if option not in known:
+            raise ValueError(f"--{option} means nothing to the method {name}: leave it out")
+    return chosen(**given)

@@ -4,27 +4,21 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
-from ..flattening import METHODS, flatten
+from ..flattening import flatten
 from ..io import read_mesh, unit_square, write_obj
 from ..measures import quality
-from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, Command
+from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, WEIGHT, Command, method_with
 from .outputs import check_outputs, hand_out
 
 
 def _flatten(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture)
-    asked = {name: getattr(options, name) for name in ("layout", "solver", "guarantee")}
+    asked = {name: getattr(options, name) for name in ("layout", "solver", "guarantee", "weight")}
     asked["iterations"] = _iterations(options.iterations)
-    chosen = METHODS[options.method]
-    known = {field.name for field in fields(chosen)}  # type: ignore[arg-type]
-    for name, value in asked.items():
-        if name not in known and value not in ("auto", None):
-            raise ValueError(f"--{name} means nothing to the method {options.method}: leave it out")
-    method = chosen(**{name: value for name, value in asked.items() if name in known})
+    method = method_with(options.method, asked)
     V, F = read_mesh(options.mesh)
     result = flatten(V, F, method, outer=options.outer)
     uv = unit_square(result.uv) if options.units == "square" else result.uv
@@ -68,6 +62,7 @@ FLATTEN = Command(
             "choices": ("injective",),
             "help": "if triangles flip, run a last stage that leaves none flipped",
         },
+        "weight": WEIGHT,
         "units": {
             "choices": ("square", "mesh"),
             "default": "square",

@@ -23,6 +23,10 @@ PACKING: Mapping[str, Argument] = {
         "metavar": "TEXELS",
         "help": "texels per unit of length (default: as many as the pages hold)",
     },
-    "pages": {"type": int, "metavar": "N", "help": "pages (UDIM tiles) to use (default: 1, or what it takes)"},
+    "pages": {
+        "type": int,
+        "metavar": "N",
+        "help": "pages, as UDIM tiles (default: 1, or what it takes)",
+    },
 }
 NAMES = tuple(name.replace("-", "_") for name in PACKING)

@@ -14,7 +14,7 @@ from .._types import IntArray
 from ..charts import TRADE, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..io import SUFFIXES, read_mesh, read_texture, write_mesh
-from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, Argument, Command
+from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, WEIGHT, Argument, Command, method_with
 from .outputs import check_outputs, hand_out
 from .packing import NAMES, PACKING
 
@@ -32,6 +32,7 @@ BIJECTIVE: Argument = {
 
 def _unwrap(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, SUFFIXES)
+    method = method_with(options.method, {"weight": options.weight})
     V, F = read_mesh(options.mesh)
     seams = None
     if options.seams == "uv":
@@ -42,7 +43,7 @@ def _unwrap(options: argparse.Namespace) -> int:
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
-        atlas = unwrap(V, F, seams, options.method, **settings)
+        atlas = unwrap(V, F, seams, method, **settings)
     pictured = V[atlas.origin], atlas.FTC, {options.method: atlas.TC}
     hand_out(options, str(atlas), pictured, partial(write_mesh, V=V, F=F, TC=atlas.TC, FTC=atlas.FTC))
     for message in atlas.troubles:
@@ -98,6 +99,7 @@ UNWRAP = Command(
         },
         **PACKING,
         "method": METHOD,
+        "weight": WEIGHT,
     },
     "Unwrap any triangles. Exit code 1: written, but with flips, overlaps, or stretch beyond use.",
 )

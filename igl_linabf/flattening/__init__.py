@@ -7,7 +7,19 @@ Linear ABF is Zayer, Levy, Seidel 2007; ABF, LSCM, SCP, DNCP and one step of ABF
 from .baselines import bare_lscm, far_pins
 from .comparison import Comparison, Entry, compare, medians
 from .many import flatten_many, flatten_together
-from .methods import ABF, DNCP, LSCM, METHODS, SCP, LinABF, Method, OneStepABFpp, guaranteed, method_of
+from .methods import (
+    ABF,
+    DNCP,
+    LSCM,
+    METHODS,
+    SCP,
+    Isometric,
+    LinABF,
+    Method,
+    OneStepABFpp,
+    guaranteed,
+    method_of,
+)
 from .result import Flattening, Hole, Outcome, Residuals, Rung, Status
 from .verbs import abf, flatten, linabf, linabf_angles, lscm
 
@@ -21,6 +33,7 @@ __all__ = [
     "Entry",
     "Flattening",
     "Hole",
+    "Isometric",
     "LinABF",
     "Method",
     "OneStepABFpp",

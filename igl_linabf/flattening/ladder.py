@@ -31,7 +31,7 @@ from ..angles import (
     residual,
 )
 from ..errors import FallbackWarning, MeshWarning, some, stack_level
-from ..layouts import GAP, Layout, LayoutName, develop_boundary, injective, lay_out, placed
+from ..layouts import GAP, Layout, LayoutName, develop_boundary, injective, isometric, lay_out, placed
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
 from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flat_angles, flipped_faces, span
 from .outcome import judge
@@ -310,11 +310,36 @@ def injective_map(problem: Problem, tried: Tried) -> Candidate:
     return Candidate("injective", Status.GOOD, "", state, layout=slim)
 
 
+def isometric_map(problem: Problem, tried: Tried, weight: float, pinned: Pins | None) -> Candidate | None:
+    """The isometric map from the best one so far; None if that has flipped triangles."""
+    mesh, last = problem.mesh, tried[-1]
+    best, layout = best_of(tried)
+    if len(best.flipped):
+        return None
+    with timed("isometric"):
+        made = isometric(mesh, layout.z, weight, pinned, problem.angles.solvers)
+    flipped = flipped_faces(made.z, mesh.topology.corner)
+    start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"
+    by = f"igl's SLIM, {made.slim} iterations, and " if made.slim else ""
+    how = f"{by}Newton's method, {made.newton} steps, from {start}; energy {made.energy:.4g} (1: an isometry)"
+    state = replace(last.state, at=problem.angles.at(flat_angles(made.z, mesh.topology.corner)))
+    status, detail = Status.GOOD, ""
+    note = "" if made.stalled else f"the energy still falls after {made.newton} steps"
+    if made.missed:
+        status, detail = Status.PINS_MISSED, f"pins are missed by up to {made.missed:.1e} of the map's size"
+        note = f"{detail}, since triangles would flip"
+    if len(flipped):
+        status, detail = Status.FLIPPED, f"{len(flipped)} triangles are too small for double precision"
+    drawn = replace(layout, z=made.z, method="isometric", solver=how)
+    return Candidate("isometric", status, detail, state, note=note, layout=drawn, flipped=flipped)
+
+
 def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float]) -> Flattening:
     """The result: the best map with its residuals, steps and outcome."""
     best, layout = best_of(tried)
     at, angles = best.state.at, problem.angles
-    note = next((made.note for made in (best, *tried) if made.note), "")
+    earlier = () if best.stage == "isometric" else tried  # where it starts does not matter to where it ends
+    note = next((made.note for made in (best, *earlier) if made.note), "")
     outcome, message = judge(
         span(problem.mesh, layout.z),
         layout.method,

@@ -264,9 +264,10 @@ def flatten(
     F : (#F, 3) int
         Oriented triangles of one disk, with or without holes. Holes are not cut.
     method : str or method object
-        "linabf": linear angle based parameterization. "abf": its converged form. For comparison:
-        "abf++1", a single Newton step of ABF++; "lscm", `igl.lscm`; "scp", the spectral
-        `igl.spectra.lscm`, which needs no pins; "dncp", LSCM's energy from cotangents. A name
+        "linabf": linear angle based parameterization. "abf": its converged form. "isometric": areas
+        are kept, too, as well as both can be. For comparison: "abf++1", a single Newton step of
+        ABF++; "lscm", `igl.lscm`; "scp", the spectral `igl.spectra.lscm`, which needs no pins;
+        "dncp", LSCM's energy from cotangents. A name
         stands for the method with its default options. To set options, pass an object, such as
         `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
     b, bc : (2,) int and (2, 2) float, optional

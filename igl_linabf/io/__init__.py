@@ -5,7 +5,9 @@ a format; `files` has the public functions, `parsing` is shared by the readers.
 """
 
 from .._runtime import replacing
+from .corners import textured
 from .files import READERS, WRITERS, read_mesh, read_texture, unit_square, write_grid, write_mesh, write_obj
+from .one_index import split_at_seams
 
 SUFFIXES = tuple(WRITERS)
 READABLE = tuple(READERS)
@@ -16,6 +18,8 @@ __all__ = [
     "read_mesh",
     "read_texture",
     "replacing",
+    "split_at_seams",
+    "textured",
     "unit_square",
     "write_grid",
     "write_mesh",

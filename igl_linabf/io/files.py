@@ -15,6 +15,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import face_array, vertex_array
+from .corners import check_corners, textured
 from .gltf import save_glb
 from .obj import parse_obj, save_obj, save_polygons
 from .off import parse_off
@@ -116,7 +117,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
         raise MeshError(
             f"{path} has no texture coordinates at corners of the faces {some(bare)}: add vt indices there"
         )
-    _check_corners(TC, FTC, f"the f lines of {path}", "vt")
+    check_corners(TC, FTC, f"the f lines of {path}", "vt")
     return TC, FTC
 
 
@@ -233,12 +234,7 @@ def write_mesh(
     suffix = Path(path).suffix.lower()
     if suffix not in WRITERS:
         raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
-    positions, faces, map_ = vertex_array(V), face_array(F), vertex_array(TC, 2, "TC")
-    corners = faces if FTC is None else face_array(FTC)
-    if corners.shape != faces.shape:
-        raise MeshError(f"FTC has {len(corners)} rows for {len(faces)} faces: pass one row a face")
-    _check_corners(positions, faces, "F", "V")
-    _check_corners(map_, corners, "F, taken for FTC," if FTC is None else "FTC", "TC")
+    positions, faces, map_, corners = textured(V, F, TC, FTC)
     with replacing(path) as temporary:
         WRITERS[suffix](temporary, positions, faces, map_, corners)
 
@@ -292,19 +288,3 @@ def unit_square(uv: ArrayLike) -> FloatArray:
     map_ = vertex_array(uv, 2, "uv")
     low, high = np.nanmin(map_, axis=0), np.nanmax(map_, axis=0)
     return np.asarray((map_ - low) / (high - low).max())
-
-
-def _check_corners(rows: FloatArray, index: IntArray, index_name: str, name: str) -> None:
-    outside = np.flatnonzero(((index < 0) | (index >= len(rows))).any(axis=1))
-    if len(outside):
-        raise MeshError(
-            f"faces {some(outside)} refer in {index_name} to rows outside 0..{len(rows) - 1} of {name} "
-            f"(face {outside[0]} is {index[outside[0]].tolist()}): correct the indices or complete {name}"
-        )
-    finite = np.asarray(np.isfinite(rows).all(axis=1))
-    missing = np.flatnonzero(~finite[index].all(axis=1))
-    if len(missing):
-        raise MeshError(
-            f"faces {some(missing)} have corners whose coordinates in {name} are NaN or infinite: "
-            "give them coordinates, or leave the faces out"
-        )
