@@ -62,15 +62,23 @@ class Charts:
     outlines : list of Outline
     sizes : (#C, 2) float64
         Widths and heights.
+    upright : bool
+        Turn them by quarter turns only.
     """
 
     outlines: Sequence[Outline]
     sizes: FloatArray
+    upright: bool = False
 
     @property
     def areas(self) -> FloatArray:
         """(#C,) float64."""
         return np.array([outline.area for outline in self.outlines], dtype=np.float64)
+
+    def turns(self, directions: int) -> ComplexArray:
+        """(#C, #T): by equal steps, as many as are asked for or allowed."""
+        steps = min(directions, 4) if self.upright else directions
+        return np.tile(np.exp(2j * np.pi * np.arange(steps) / steps), (len(self.outlines), 1))
 
     def shaped(self) -> IntArray:
         """Those that are placed by their shape."""
@@ -84,7 +92,7 @@ class Charts:
 def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
     """Charts on pages of this side, as many as it takes or is allowed; None if that does not do."""
     shaped = charts.shaped()
-    return _on_pages(charts, shaped, _turns(len(charts.outlines), 8), side, spacing, pages)
+    return _on_pages(charts, shaped, charts.turns(8), side, spacing, pages)
 
 
 def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
@@ -131,15 +139,10 @@ class _Grown:
         return self.reached <= self.layout.side
 
 
-def _turns(n: int, directions: int) -> ComplexArray:
-    """(n, directions): by equal steps from the narrowest rectangle."""
-    return np.tile(np.exp(2j * np.pi * np.arange(directions) / directions), (n, 1))
-
-
 def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_Grown]:
     """Layouts on one page, the best one first."""
     n = len(shaped)
-    turns = _turns(len(charts.outlines), 1 if n == 1 else 16 if n <= FEW else 8)
+    turns = charts.turns(1 if n == 1 else 16 if n <= FEW else 8)
     areas, sizes = charts.areas[shaped], charts.sizes[shaped]
     keys = (areas, sizes.max(axis=1), sizes.prod(axis=1))
     orders = [shaped[np.argsort(-key, kind="stable")] for key in keys[: 3 if n <= SOME else 2]]

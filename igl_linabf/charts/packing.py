@@ -115,12 +115,15 @@ class Wish:
     pages : int or None
         At most; None: as many as it takes.
     resolution : int or None
+    upright : bool
+        Turn several charts by quarter turns only.
     """
 
     spacing: Spacing
     side: float | None
     pages: int | None
     resolution: int | None
+    upright: bool = False
 
     @classmethod
     def of(
@@ -155,11 +158,14 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
     vertices, faces = (Parts.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
     F = np.concatenate([F for _, F in maps]) + faces.spread(vertices.start[:-1])[:, None]
     z, area = _checked(maps, F, vertices, faces)
-    turn = narrowest_turns(z, vertices) if len(maps) > 1 else np.array([_squarest_turn(z)])
+    if len(maps) == 1:
+        turn = np.array([_squarest_turn(z)])
+    else:
+        turn = np.ones(len(maps), np.complex128) if wish.upright else narrowest_turns(z, vertices)
     z = z * vertices.spread(turn)
     origin, extent = extents(z, vertices)
     z -= vertices.spread(origin)
-    charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent))
+    charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent), wish.upright)
     layout = _layout(charts, wish)
     # the layout's own turn, then to the page; the gaps only become wider
     z = z * vertices.spread(layout.turn) + vertices.spread(layout.corner)

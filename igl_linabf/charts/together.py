@@ -93,17 +93,19 @@ def _charts_of(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], IntArra
         return [], np.zeros(0, dtype=np.int64)
     if not atlas.scale > 0:
         raise MeshError("an atlas has no scale: pass atlases that unwrap has made")
+    triangles = atlas.triangles
+    chart = atlas.chart if atlas.split is None else atlas.chart[atlas.split.face]
     chart_of_row = np.full(len(atlas.TC), -1)
-    chart_of_row[atlas.FTC] = atlas.chart[:, None]
+    chart_of_row[triangles] = chart[:, None]
     rows = np.argsort(chart_of_row, kind="stable")
     rows = rows[np.searchsorted(chart_of_row[rows], 0) :]
     vertices = Parts(np.searchsorted(chart_of_row[rows], np.arange(n + 1)))
     local = np.zeros(len(atlas.TC), dtype=np.int64)
     local[rows] = np.arange(len(rows)) - vertices.spread(vertices.start[:-1])
-    order = np.argsort(atlas.chart, kind="stable")
-    start = np.searchsorted(atlas.chart[order], np.arange(n + 1))
+    order = np.argsort(chart, kind="stable")
+    start = np.searchsorted(chart[order], np.arange(n + 1))
     z = complex_positions(atlas.TC[rows]) / atlas.scale
     z -= vertices.spread(vertices.min(z.real) + 1j * vertices.min(z.imag))
-    uv, F = coordinates(z), local[atlas.FTC[order]]
+    uv, F = coordinates(z), local[triangles[order]]
     bounds = vertices.start
     return [(uv[bounds[i] : bounds[i + 1]], F[start[i] : start[i + 1]]) for i in range(n)], rows
