@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         LSCM,
         SCP,
         Comparison,
+        Flattener,
         Flattening,
         Hole,
         Isometric,
@@ -57,6 +58,7 @@ __all__ = [
     "Cleaned",
     "Comparison",
     "FallbackWarning",
+    "Flattener",
     "Flattening",
     "Hole",
     "Isometric",
@@ -103,8 +105,8 @@ _NAMES = {
     "batch_runs": "batch",
     "charts": "Atlas Chart cut find_cones find_seams pack_together texture_seams unwrap",
     "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
-    "flattening": "ABF DNCP LSCM SCP Comparison Flattening Hole Isometric LinABF OneStepABFpp Outcome "
-    "Residuals abf compare flatten flatten_many linabf linabf_angles lscm",
+    "flattening": "ABF DNCP LSCM SCP Comparison Flattener Flattening Hole Isometric LinABF OneStepABFpp "
+    "Outcome Residuals abf compare flatten flatten_many linabf linabf_angles lscm",
     "io": "write_grid",
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",
@@ -112,7 +114,7 @@ _NAMES = {
     "surface": "Cleaned Repair clean",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
-_ROOMS = {*_NAMES, "adapters", "angles", "linalg"}
+_ROOMS = {*_NAMES, "adapters", "angles", "kernels", "linalg"}
 
 if not TYPE_CHECKING:  # a type checker would take any name for one of the package
 
