@@ -15,6 +15,16 @@ GOOD, NOT_VALID, ERROR = 0, 1, 2
 Argument = Mapping[str, Any]
 """What `argparse.ArgumentParser.add_argument` takes, the flags aside."""
 
+MESHES: Argument = {
+    "metavar": "MESH",
+    "nargs": "+",
+    "help": "OBJ, OFF, PLY or STL files, patterns of them in quotes, or - for standard input",
+}
+JSON: Argument = {
+    "action": "store_true",
+    "help": "print every figure as JSON, a line a mesh, instead of tables",
+}
+QUIET: Argument = {"action": "store_true", "help": "print no tables and show no progress"}
 MESH: Argument = {"metavar": "MESH", "type": Path, "help": "OBJ, OFF, PLY or STL file"}
 METHOD: Argument = {"choices": sorted(METHODS), "default": "linabf"}
 WEIGHT: Argument = {
@@ -36,6 +46,8 @@ class Command:
     help : a line for the list of commands
     arguments : by name, in the order of the help
     description : what its own help begins with
+    examples : command lines that end its help
+    each : whether `run` is for one mesh, and is called for each of `options.mesh`
     """
 
     name: str
@@ -43,6 +55,8 @@ class Command:
     help: str
     arguments: Mapping[str, Argument]
     description: str | None = None
+    examples: tuple[str, ...] = ()
+    each: bool = False
 
 
 def method_with(name: str, asked: Mapping[str, Any]) -> Method:
