@@ -55,6 +55,11 @@ class Nets:
         return piece.with_lengths(piece.true_length * (1 - (1 - SHARP_SHARE) * piece.sharp))
 
     @cached_property
+    def _loops(self) -> Seam:
+        """The edges that open the handles."""
+        return open_handles(self._priced) if self.piece.genus else np.zeros(0, dtype=np.int64)
+
+    @cached_property
     def _nodes(self) -> list[IntArray]:
         """What a net has to go through, for each level; levels that add nothing are left out."""
         piece = self.piece
@@ -113,13 +118,14 @@ class Nets:
             return None
         return net
 
-    def cheapest(self, seam: Seam, gain: float, parts: Parts, grow: Grow) -> Seam:
-        """Of a seam and the nets with branches of `grow`, the one that costs least when it is flattened.
+    def cheaper(self, seam: Seam, gain: float | None, parts: Parts, grow: Grow) -> Seam | None:
+        """The net, with branches of `grow`, that costs least when it is flattened; None if `seam` costs less.
 
-        No seam at all counts `gain` less.
+        With a `gain`, no seam is needed, and one has to save this.
         """
-        less = gain * (not len(seam))
-        least = distortion(parts(seam)) + self._price(seam) - less
+        least, best = distortion(parts(seam)) + self._price(seam), None
+        if gain is not None:
+            least = min(least, distortion(parts(seam[:0])) - gain)
         for nodes in self._nodes:
             net = self._through(nodes, least - 1)
             if net is None or 1 + self._price(net) >= least:
@@ -128,13 +134,12 @@ class Nets:
                 net = grow(net)
             cost = distortion(parts(net)) + self._price(net)
             if cost < least:
-                seam, least = net, cost
-        return seam
+                best, least = net, cost
+        return best
 
     def _through(self, nodes: IntArray, most: float = EXACT) -> Seam | None:
         """The net through these nodes, unless no net can be had at the price `most`."""
         if self._least_price(nodes) >= most:
             return None
-        loops = open_handles(self._priced) if self.piece.genus else np.zeros(0, dtype=np.int64)
-        net = join(self._priced, loops, nodes)
+        net = join(self._priced, self._loops, nodes)
         return net if len(net) > 1 or self.piece.holes else None

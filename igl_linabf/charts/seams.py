@@ -235,20 +235,32 @@ def _best(
     if with_nets and (seam := nets.free()) is not None:
         return seam if gain is None or nets.expected(none) - nets.expected(seam) >= gain else none
     seam = _seam(piece, trade, holes)
-    if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain:
-        seam = none
-    if not with_nets or (flat_share(component) < HARD and not nets.creased):
-        return seam
+    hard = with_nets and (flat_share(component) >= HARD or nets.creased)
 
     def parts(seam: IntArray) -> list[Submesh]:
         return component.cut_along(component.vertices[piece.edges[seam]])
 
-    return nets.cheapest(seam, 0.0 if gain is None else gain, parts, lambda net: _grow(piece, net, trade))
+    if hard:
+        net = nets.cheaper(seam, gain, parts, lambda net: _grow(piece, net, trade))
+        if net is not None:
+            return net
+    seam = _shorter(piece, seam, trade)
+    return none if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain else seam
 
 
 def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
     """Edges to cut `piece` along."""
+    seam = open_handles(piece) if piece.genus else np.zeros(0, dtype=np.int64)
+    seam = shortened(piece, seam, piece.total)
+    if not holes:
+        seam = join(piece, seam)
+    if not piece.holes and not len(seam):
+        seam = _slit(piece)
+    return _grow(piece, seam, trade) if trade > 0 else seam
 
+
+def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
+    """The seam with its branch points moved."""
     known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
 
     def cost(seam: IntArray) -> float:
@@ -257,15 +269,7 @@ def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
             known[key] = _cost(piece, seam, trade)
         return known[key]
 
-    seam = open_handles(piece) if piece.genus else np.zeros(0, dtype=np.int64)
-    seam = shortened(piece, seam, piece.total)
-    if not holes:
-        seam = join(piece, seam)
-    if not piece.holes and not len(seam):
-        seam = _slit(piece)
-    if trade > 0:
-        seam = _grow(piece, seam, trade)
-    return shortened(piece, seam, lambda moved: _cost(piece, moved, trade))
+    return shortened(piece, seam, cost)
 
 
 def _slit(piece: ClosedSurface) -> IntArray:
