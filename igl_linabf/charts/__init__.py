@@ -9,7 +9,7 @@ from .atlas import Atlas, Chart
 from .overlap_seams import separating_seams
 from .packing import pack
 from .scaf import make_bijective
-from .seams import TRADE, cut, find_seams, texture_seams
+from .seams import TRADE, cut, find_seams, texture_seams, texture_sides
 from .unwrapping import unwrap
 
 __all__ = [
@@ -22,5 +22,6 @@ __all__ = [
     "pack",
     "separating_seams",
     "texture_seams",
+    "texture_sides",
     "unwrap",
 ]

@@ -25,7 +25,7 @@ Parts = Callable[[Seam], list[Submesh]]
 HARD = 0.5  # share of the area that lies flat, from which a surface has planes, and nets are compared
 LEVELS = (0.0, 0.02, 0.2)  # radians of curvature at a crease, from which on a net goes through it
 TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
-SHARP_SHARE = 0.25  # of its length: what a sharp crease counts, beyond what is free
+SHARP_SHARE = 0.15  # of its length: what a sharp crease counts, beyond what is free
 EXACT = 1e-3  # of stretch and bend that a net may leave
 
 
@@ -52,7 +52,7 @@ class Nets:
     def _priced(self) -> ClosedSurface:
         """The surface with lengths as a net is charged for them."""
         piece = self.piece
-        return piece.with_lengths(piece.true_length * (1 - (1 - SHARP_SHARE) * piece.sharp))
+        return piece.with_lengths(piece.true_length * piece.shown * (1 - (1 - SHARP_SHARE) * piece.sharp))
 
     @cached_property
     def _loops(self) -> Seam:
@@ -99,7 +99,7 @@ class Nets:
     def _price(self, seam: Seam) -> float:
         """Of a seam, in units of stretch."""
         piece = self.piece
-        length, sharp = piece.true_length[seam] / piece.size, piece.sharp[seam]
+        length, sharp = (piece.true_length * piece.shown)[seam] / piece.size, piece.sharp[seam]
         hard = SHARP_SHARE * max(0.0, float(length @ sharp) - self.trade)
         return (float(length @ (1 - sharp)) + hard) / self.trade
 

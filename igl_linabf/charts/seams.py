@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import advance
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from ..surface import (
     NEXT,
@@ -24,11 +24,14 @@ from ..surface import (
 from .creases import flat_share
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
 from .nets import HARD, Nets
+from .routes import rerouted
 from .small_seams import SmallBodies
+from .visibility import hiding
 
 TRADE = 6.0
 MAX_LEAVES = 100  # on a component
 MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
+ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 
@@ -123,8 +126,40 @@ def edges_between_textures(topology: Topology, texture: IntArray) -> IntArray:
     return np.asarray(topology.edges[topology.sides[1] >= 0][differ])
 
 
+def texture_sides(V: FloatArray, F: IntArray, TC: FloatArray, FTC: IntArray) -> BoolArray:
+    """The seams of the texture coordinates of any triangles, as a mask (#F, 3) of sides k to k + 1.
+
+    Vertices, and texture coordinates, are those in one place. A side is on a seam if it has others beside
+    it, none of which has its texture coordinates.
+    """
+    bad = np.flatnonzero((FTC < 0).any(axis=1))
+    if len(bad):
+        raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")
+    place, texture = (
+        np.unique(points, axis=0, return_inverse=True)[1].ravel()[index]
+        for points, index in ((V, F), (TC, FTC))
+    )
+    a, b = place, np.roll(place, -1, axis=1)
+    s, t = texture, np.roll(texture, -1, axis=1)
+    forth = a < b
+    sides = np.stack([np.where(forth, x, y) for x, y in ((a, b), (b, a), (s, t), (t, s))], axis=-1)
+
+    def alike(columns: int) -> IntArray:
+        keys = sides[..., :columns].reshape(-1, columns)
+        _, which, number = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+        return number[which.ravel()].reshape(F.shape)
+
+    return np.asarray((alike(2) > 1) & (alike(4) == 1))
+
+
 def find_seams(
-    V: ArrayLike, F: ArrayLike, *, trade: float = TRADE, holes: bool = False, disks: bool = False
+    V: ArrayLike,
+    F: ArrayLike,
+    *,
+    trade: float = TRADE,
+    holes: bool = False,
+    disks: bool = False,
+    hide: ArrayLike | None = None,
 ) -> IntArray:
     """Find short seams that make every component a disk of low distortion.
 
@@ -133,7 +168,12 @@ def find_seams(
     the seam. Each is a shortest path from the point where the conformal map's scale is farthest
     from one, that is, from a tip that would shrink (one Laplace system a branch, as in boundary
     first flattening). Branches are kept as long as the lower stretch is worth their length.
-    Finally, branch points move if a shorter seam is worth the change of stretch.
+    Finally, branch points move if a shorter seam is worth the change of stretch, and the seam is
+    straightened and slides into valleys nearby.
+
+    Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
+    creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net
+    are for `unwrap` to split.
 
     Parameters
     ----------
@@ -143,13 +183,18 @@ def find_seams(
         Oriented triangles of any number of components, loops and handles.
     trade : float
         Seam length, in units of the square root of the component's area, that lowering the L2
-        stretch by 1 is worth. Edges along a crease of a right angle or more count half. 0: only
-        what is needed to make disks. Large: branches grow as long as the expected stretch falls, at
-        most 100 a component.
+        stretch by 1 is worth. Edges along a crease of a right angle or more count half, and sharp
+        creases on a net are free up to a length of `trade`. 0: only what is needed to make disks.
+        Large: branches grow as long as the expected stretch falls, at most 100 a component.
     holes : bool
         Do not cut from hole to hole: each component becomes a disk with holes.
     disks : bool
         Also grow branches on components that need no seam; by default these are not cut.
+    hide : (3,) or (#F,) float, optional
+        Where seams may lie: the direction in which faces look that are not seen, as `[0, 0, -1]` for the
+        underside if z is up; or a weight for each face, larger where a seam is hidden better. Weights
+        count by where they are between the least and the largest. An edge in full view counts three
+        times its length, a hidden one a third.
 
     Returns
     -------
@@ -172,16 +217,24 @@ def find_seams(
     >>> find_seams(V, F, trade=0).shape  # a path from one vertex to the opposite one
     (3, 2)
     """
-    return seams_of(Submesh.checked_manifold(V, F), trade, holes=holes, disks=disks)
+    surface = Submesh.checked_manifold(V, F)
+    hidden = hiding(surface, hide, len(surface.F))
+    return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden)
 
 
 def seams_of(
-    surface: Submesh, trade: float, *, holes: bool = False, disks: bool = False, gain: float = 0.0
+    surface: Submesh,
+    trade: float,
+    *,
+    holes: bool = False,
+    disks: bool = False,
+    gain: float = 0.0,
+    hidden: FloatArray | None = None,
 ) -> IntArray:
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
     A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
-    With a `gain`, small components among many get none if they need none.
+    With a `gain`, small components among many get none if they need none. `hidden` as of `hiding`.
     """
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
@@ -194,12 +247,12 @@ def seams_of(
             if genus == 0 and len(component.F) <= SMALL and len(shapes) >= MANY:
                 small += [component.faces] if not (open_ and gain) else []
             else:
-                piece = closed_surface(component)
+                piece = closed_surface(component, hidden)
                 seam = _best(component, piece, trade, holes, gain if open_ else None)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
-        bodies = SmallBodies(surface.of_faces(rows), _log_scale)
+        bodies = SmallBodies(surface.of_faces(rows), _log_scale, hidden)
         found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN))
     return np.concatenate(found)
 
@@ -269,7 +322,9 @@ def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
             known[key] = _cost(piece, seam, trade)
         return known[key]
 
-    return shortened(piece, seam, cost)
+    seam = shortened(piece, seam, cost)
+    most = cost(seam) + ROUTED
+    return rerouted(piece, seam, lambda moved: cost(moved) < most)
 
 
 def _slit(piece: ClosedSurface) -> IntArray:

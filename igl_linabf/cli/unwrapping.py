@@ -10,8 +10,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .._types import IntArray
-from ..charts import TRADE, texture_seams, unwrap
+from .._types import BoolArray, IntArray
+from ..charts import TRADE, texture_sides, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..io import SUFFIXES, read_mesh, read_texture, write_mesh
 from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, Argument, Command
@@ -32,12 +32,12 @@ BIJECTIVE: Argument = {
 def _unwrap(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, SUFFIXES)
     V, F = read_mesh(options.mesh)
-    seams = None
+    seams: IntArray | BoolArray | None = None
     if options.seams == "uv":
-        seams = texture_seams(F, read_texture(options.mesh)[1])
+        seams = texture_sides(V, F, *read_texture(options.mesh))
     elif options.seams != "auto":
         seams = _pairs(options.seams)
-    names = ("trade", "holes", "bijective", "max_stretch", "complete", "weld", "strict")
+    names = ("trade", "holes", "bijective", "max_stretch", "complete", "hide", "weld", "strict")
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
@@ -58,6 +58,14 @@ def _pairs(path: str) -> IntArray:
         except ValueError:
             raise MeshError(f"{path} is no table of integers: write two vertices on each line") from None
     return pairs.reshape(-1, 2) if pairs.size == 0 else pairs
+
+
+def _direction(text: str) -> list[float]:
+    """Three numbers with commas between."""
+    numbers = [float(number) for number in text.split(",")]
+    if len(numbers) != 3:
+        raise argparse.ArgumentTypeError(f"{text!r} is no direction: give three numbers, as --hide=0,-1,0")
+    return numbers
 
 
 UNWRAP = Command(
@@ -83,6 +91,11 @@ UNWRAP = Command(
             "type": float,
             "metavar": "L2",
             "help": "cut charts until their L2 stretch is at most this",
+        },
+        "hide": {
+            "type": _direction,
+            "metavar": "X,Y,Z",
+            "help": "where seams may lie: the direction in which the back or underside looks (--hide=0,-1,0)",
         },
         "holes": HOLES,
         "bijective": BIJECTIVE,
