@@ -9,9 +9,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from . import io
+    from . import adapters, io
     from .batch_runs import batch
-    from .charts import Atlas, Chart, cut, find_seams, texture_seams, unwrap
+    from .charts import Atlas, Chart, cut, find_cones, find_seams, texture_seams, unwrap
     from .errors import (
         FallbackWarning,
         MemoryLimitError,
@@ -26,8 +26,10 @@ if TYPE_CHECKING:
         LSCM,
         SCP,
         Comparison,
+        Flattener,
         Flattening,
         Hole,
+        Isometric,
         LinABF,
         OneStepABFpp,
         Outcome,
@@ -56,8 +58,10 @@ __all__ = [
     "Cleaned",
     "Comparison",
     "FallbackWarning",
+    "Flattener",
     "Flattening",
     "Hole",
+    "Isometric",
     "LinABF",
     "MemoryLimitError",
     "MeshError",
@@ -71,11 +75,13 @@ __all__ = [
     "Residuals",
     "SingularSystemError",
     "abf",
+    "adapters",
     "batch",
     "clean",
     "compare",
     "cut",
     "distortion",
+    "find_cones",
     "find_seams",
     "flatten",
     "flatten_many",
@@ -96,10 +102,10 @@ __all__ = [
 # and libigl are there, and importing the package costs nothing.
 _NAMES = {
     "batch_runs": "batch",
-    "charts": "Atlas Chart cut find_seams texture_seams unwrap",
+    "charts": "Atlas Chart cut find_cones find_seams texture_seams unwrap",
     "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
-    "flattening": "ABF DNCP LSCM SCP Comparison Flattening Hole LinABF OneStepABFpp Outcome Residuals "
-    "abf compare flatten flatten_many linabf linabf_angles lscm",
+    "flattening": "ABF DNCP LSCM SCP Comparison Flattener Flattening Hole Isometric LinABF OneStepABFpp "
+    "Outcome Residuals abf compare flatten flatten_many linabf linabf_angles lscm",
     "io": "write_grid",
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",
@@ -107,7 +113,7 @@ _NAMES = {
     "surface": "Cleaned Repair clean",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
-_ROOMS = {*_NAMES, "angles", "linalg"}
+_ROOMS = {*_NAMES, "adapters", "angles", "kernels", "linalg"}
 
 if not TYPE_CHECKING:  # a type checker would take any name for one of the package
 

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
+from ..kernels import angle_sums, log_sines
 from ..linalg import Pattern
 from ..surface import NEXT, PREV, Topology
 from .loops import ClosedPath, Closure, closure_of
@@ -85,6 +86,12 @@ def constraints_of(
     paths : sequence of ClosedPath
         Further paths that are to close.
     """
+    if sums is None and not paths:
+        return topology.once("constraints", lambda: _constraints(topology, None, ()))
+    return _constraints(topology, sums, paths)
+
+
+def _constraints(topology: Topology, sums: FloatArray | None, paths: Sequence[ClosedPath]) -> Constraints:
     inside = topology.interior
     sums = np.full(topology.n, np.nan) if sums is None else sums
     sums = np.where(inside & np.isnan(sums), 2 * np.pi, sums)
@@ -153,17 +160,12 @@ class Residual:
 def residual(constraints: Constraints, alpha: FloatArray) -> Residual:
     """Residuals of the angle constraints at `alpha`, (3, #F) radians."""
     topology, paths = constraints.topology, constraints.paths
-    # an angle of 0 or pi, as in a collapsed triangle, counts as the smallest there is
-    log_sin = np.sin(alpha)
-    np.abs(log_sin, out=log_sin)
-    np.maximum(log_sin, np.finfo(np.float64).tiny, out=log_sin)
-    np.log(log_sin, out=log_sin)  # eq. 7: the wheel constraint in logarithms
-    total = topology.sum_at_vertices(alpha)
-    ratio = log_sin[PREV] - log_sin[NEXT]
-    log_ratio = topology.sum_at_vertices(ratio)
+    log_sin = log_sines(alpha)  # eq. 7: the wheel constraint in logarithms
+    total, log_ratio = angle_sums(topology.corner, alpha, log_sin, topology.n)
     turning = np.pi - total
     drawn = None
     if paths:
+        ratio = log_sin[PREV] - log_sin[NEXT]
         both = ratio.ravel() + 1j * alpha.ravel()
         drawn = np.array([both[path.corner].sum() for path in paths])
     return Residual(

@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 from scipy import sparse
 
+from .. import kernels
 from .._runtime import advance as tell_progress
 from .._runtime import timed
 from .._types import BoolArray, FloatArray
@@ -154,17 +155,20 @@ class Linearised:
         """The system's matrix times x."""
         return self.S.matvec(x) if self.closing is None else self.closing.matvec(self.S.matvec, x)
 
+    def at_vertices(self, x: FloatArray) -> FloatArray:
+        """Multipliers of the vertex and the wheel constraint of each single vertex, (#V, 2)."""
+        n = 2 * self.problem.constraints.n
+        own = self.system.at_vertices(x[:n].reshape(-1, 2))
+        return own if self.closing is None else own + self.closing.at_sites(x[n:])[: len(own)]
+
     def at_corners(self, x: FloatArray) -> FloatArray:
         """Multipliers of the vertex and the wheel constraint whose fan each corner is in, (2, 3, #F)."""
         topology, n = self.problem.constraints.topology, 2 * self.problem.constraints.n
-        own = self.system.at_vertices(x[:n].reshape(-1, 2))
-        if self.closing is None:
-            return own.T.take(topology.corner, axis=1)  # far faster than by an index
-        closing = self.closing.at_sites(x[n:])
-        at_corners = (own + closing[: topology.n]).T.take(topology.corner, axis=1)
-        flat = at_corners.reshape(2, -1)
-        for path, extra in zip(self.problem.constraints.paths, closing[topology.n :], strict=True):
-            flat[:, path.corner] += extra[:, None]
+        at_corners = self.at_vertices(x).T.take(topology.corner, axis=1)  # far faster than by an index
+        if self.closing is not None:
+            flat, of_paths = at_corners.reshape(2, -1), self.closing.at_sites(x[n:])[topology.n :]
+            for path, extra in zip(self.problem.constraints.paths, of_paths, strict=True):
+                flat[:, path.corner] += extra[:, None]
         return at_corners
 
 
@@ -262,7 +266,7 @@ def _preconditioned(lin: Linearised) -> Linearised:
         with timed("assembly"):
             lower = lin.system.laplacian()
         with timed("analysis"):
-            laplacian = laplacian or solvers.laplacian(lower)
+            laplacian = laplacian or lin.system.pattern.analysis(solvers, lower)
         with timed("factor"):
             inverse = laplacian_inverse(lin.system, laplacian, lower)
     with timed("factor"):
@@ -366,7 +370,9 @@ def right_side(
 def errors(lin: Linearised, e0: FloatArray, x: FloatArray) -> FloatArray:
     """The errors e = e0 + P M^T x of the multipliers x."""
     system = lin.system
-    return np.asarray(e0 + system.projected(system.at_corners(lin.at_corners(x))))
+    if system.constraints.paths:
+        return np.asarray(e0 + system.projected(system.at_corners(lin.at_corners(x))))
+    return e0 + system.errors(lin.at_vertices(x))
 
 
 def _multipliers(
@@ -402,6 +408,4 @@ def advance(problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
 
 def cut_short(alpha: FloatArray, e: FloatArray) -> tuple[FloatArray, BoolArray]:
     """The errors, in each triangle so much of them that its angles stay positive; where that is not all."""
-    with np.errstate(divide="ignore"):  # how many times each triangle could take its errors
-        reach = np.where(e < 0, alpha / -e, np.inf).min(axis=0)
-    return e * np.minimum(REACH * reach, 1.0), reach <= 1
+    return kernels.cut_short(alpha, e, REACH)

@@ -6,10 +6,12 @@ Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the confor
 """
 
 from .atlas import Atlas, Chart
+from .cones import find_cones
 from .overlap_seams import separating_seams
 from .packing import pack
 from .scaf import make_bijective
-from .seams import TRADE, cut, find_seams, texture_seams, texture_sides
+from .seams import TRADE, cut, find_seams
+from .textured import texture_seams, texture_sides
 from .unwrapping import unwrap
 
 __all__ = [
@@ -17,6 +19,7 @@ __all__ = [
     "Atlas",
     "Chart",
     "cut",
+    "find_cones",
     "find_seams",
     "make_bijective",
     "pack",

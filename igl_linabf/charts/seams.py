@@ -6,13 +6,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import advance
-from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, some
+from .._types import FloatArray, IntArray
 from ..surface import (
-    NEXT,
-    PREV,
     Submesh,
-    Topology,
     compact,
     cut_faces,
     face_array,
@@ -81,77 +77,6 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     return positions[origin], F_cut, origin
 
 
-def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
-    """The seams of existing texture coordinates.
-
-    Parameters
-    ----------
-    F : (#F, 3) int
-        Oriented triangles.
-    FTC : (#F, 3) int
-        Indices of the texture coordinates at the corners, as `igl.readOBJ` returns them.
-
-    Returns
-    -------
-    seams : (#E, 2) int64
-        Vertices of the interior edges whose two faces have different texture coordinates there.
-
-    Raises
-    ------
-    MeshError
-        The arrays are malformed or do not fit together, a corner has no texture coordinate, or the
-        surface is not an oriented manifold.
-
-    Examples
-    --------
-    >>> texture_seams([[0, 1, 2], [2, 1, 3]], [[0, 1, 2], [4, 1, 3]])
-    array([[1, 2]])
-    """
-    faces, texture = face_array(F), face_array(FTC)
-    if texture.shape != faces.shape:
-        raise MeshError(f"FTC has {len(texture)} rows for {len(faces)} faces: pass one row a face")
-    bad = np.flatnonzero((texture < 0).any(axis=1))
-    if len(bad):
-        raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")
-    vertices, packed = compact(faces, int(faces.max()) + 1)
-    topology = manifold_topology(packed, vertices)
-    return vertices[edges_between_textures(topology, texture)]
-
-
-def edges_between_textures(topology: Topology, texture: IntArray) -> IntArray:
-    """`texture_seams` of a surface that is checked, by its own vertices."""
-    first, second = topology.sides[:, topology.sides[1] >= 0]
-    start, end = texture.T[NEXT].ravel(), texture.T[PREV].ravel()  # of each half-edge
-    differ = (start[first] != end[second]) | (end[first] != start[second])
-    return np.asarray(topology.edges[topology.sides[1] >= 0][differ])
-
-
-def texture_sides(V: FloatArray, F: IntArray, TC: FloatArray, FTC: IntArray) -> BoolArray:
-    """The seams of the texture coordinates of any triangles, as a mask (#F, 3) of sides k to k + 1.
-
-    Vertices, and texture coordinates, are those in one place. A side is on a seam if it has others beside
-    it, none of which has its texture coordinates.
-    """
-    bad = np.flatnonzero((FTC < 0).any(axis=1))
-    if len(bad):
-        raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")
-    place, texture = (
-        np.unique(points, axis=0, return_inverse=True)[1].ravel()[index]
-        for points, index in ((V, F), (TC, FTC))
-    )
-    a, b = place, np.roll(place, -1, axis=1)
-    s, t = texture, np.roll(texture, -1, axis=1)
-    forth = a < b
-    sides = np.stack([np.where(forth, x, y) for x, y in ((a, b), (b, a), (s, t), (t, s))], axis=-1)
-
-    def alike(columns: int) -> IntArray:
-        keys = sides[..., :columns].reshape(-1, columns)
-        _, which, number = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
-        return number[which.ravel()].reshape(F.shape)
-
-    return np.asarray((alike(2) > 1) & (alike(4) == 1))
-
-
 def find_seams(
     V: ArrayLike,
     F: ArrayLike,
@@ -218,7 +143,7 @@ def find_seams(
     (3, 2)
     """
     surface = Submesh.checked_manifold(V, F)
-    hidden = hiding(surface, hide, len(surface.F))
+    hidden = hiding(surface, hide, np.arange(len(surface.F)))
     return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden)
 
 

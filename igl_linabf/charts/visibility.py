@@ -22,10 +22,10 @@ VALLEY = 10.0  # curvature times size at which half of that is given
 HIDING = 3.0  # times its length counts an edge where nothing is hidden, and by this is it divided in hiding
 
 
-def hiding(surface: Submesh, hide: ArrayLike | None, n_faces: int) -> FloatArray | None:
-    """How well each of the caller's faces hides a seam, (#F,) from -1 to 1; None if it does not matter.
+def hiding(surface: Submesh, hide: ArrayLike | None, face: IntArray) -> FloatArray | None:
+    """How well each triangle hides a seam, from -1 to 1; None if it does not matter.
 
-    `hide` is a direction, (3,), or the caller's weights, (#F,).
+    `hide` is a direction, (3,), or the weights of the caller's faces; `face` is that of each triangle.
     """
     if hide is None:
         return None
@@ -33,6 +33,7 @@ def hiding(surface: Submesh, hide: ArrayLike | None, n_faces: int) -> FloatArray
         given = np.asarray(hide, dtype=np.float64)
     except (TypeError, ValueError):
         raise MeshError("hide is no array of numbers: pass a direction (3,), or a weight a face") from None
+    n_faces = int(face[-1]) + 1
     if given.shape not in ((3,), (n_faces,)):
         raise MeshError(
             f"hide has the shape {given.shape}: pass a direction, (3,), or weights of the {n_faces} faces"
@@ -41,11 +42,11 @@ def hiding(surface: Submesh, hide: ArrayLike | None, n_faces: int) -> FloatArray
     if len(bad):
         raise MeshError(f"hide is NaN or infinite at {some(bad)}: give finite numbers")
     if given.shape == (3,):
-        made = np.zeros(n_faces)
+        made = np.zeros(len(face))
         made[surface.faces] = _facing(surface, given)
         return made
     low, high = float(given.min()), float(given.max())
-    return (given - low) / (high - low) * 2 - 1 if high > low else np.zeros(n_faces)
+    return ((given - low) / (high - low) * 2 - 1)[face] if high > low else np.zeros(len(face))
 
 
 def _facing(surface: Submesh, direction: FloatArray) -> FloatArray:

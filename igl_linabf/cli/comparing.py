@@ -6,7 +6,7 @@ import argparse
 
 from ..flattening import METHODS, compare
 from ..io import read_mesh
-from .commands import GOOD, MESH, PICTURE, Command
+from .commands import GOOD, JSON, MESHES, PICTURE, QUIET, Command
 from .outputs import check_outputs, hand_out
 
 
@@ -15,7 +15,7 @@ def _compare(options: argparse.Namespace) -> int:
     check_outputs(None, options.picture)
     V, F = read_mesh(options.mesh)
     comparison = compare(V, F, methods, repeat=options.repeat)
-    hand_out(options, str(comparison), (V, F, comparison.maps))
+    hand_out(options, str(comparison), {"comparison": comparison}, (V, F, comparison.maps))
     return GOOD
 
 
@@ -24,7 +24,7 @@ COMPARE = Command(
     _compare,
     "flatten a mesh by several methods, and print their quality and time side by side",
     {
-        "mesh": MESH,
+        "mesh": MESHES,
         "methods": {
             "default": "lscm,linabf,abf",
             "help": f"some of {', '.join(METHODS)}, separated by commas (default: %(default)s)",
@@ -36,6 +36,14 @@ COMPARE = Command(
             "default": 3,
             "help": "timed runs of each (default: 3)",
         },
+        "json": JSON,
+        "quiet": QUIET,
     },
     "Compare methods on a disk, with or without holes: distortion, flips, time relative to igl.lscm.",
+    (
+        "camelhead.off --methods lscm,linabf,abf --repeat 11",
+        "camelhead.off --picture side_by_side.png --quiet",
+        "'heads/*.off' --json > figures.jsonl    # one line a mesh",
+    ),
+    each=True,
 )

@@ -18,6 +18,7 @@ from ..angles import (
     CAP_ANGLE,
     AbfResult,
     AngleProblem,
+    Constraints,
     State,
     active_set,
     chord_step,
@@ -31,7 +32,7 @@ from ..angles import (
     residual,
 )
 from ..errors import FallbackWarning, MeshWarning, some, stack_level
-from ..layouts import GAP, Layout, LayoutName, develop_boundary, injective, lay_out, placed
+from ..layouts import GAP, Layout, LayoutName, develop_boundary, injective, isometric, lay_out, placed
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
 from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flat_angles, flipped_faces, span
 from .outcome import judge
@@ -57,6 +58,8 @@ class Problem:
         With the initial estimate.
     repaired : (#caps,) int64
         Faces with an angle so close to pi that it was changed before flattening.
+    cut : Constraints or None
+        Of `mesh`, where the angles are those of the surface that `mesh` was cut from.
     """
 
     mesh: Mesh
@@ -64,6 +67,7 @@ class Problem:
     layout: LayoutName
     angles: AngleProblem
     repaired: IntArray
+    cut: Constraints | None = None
 
     @property
     def start(self) -> State:
@@ -122,8 +126,11 @@ def posed(
     threshold: float,
     solver: SolverName,
     safeguard: bool = True,
+    uncut: Constraints | None = None,
 ) -> Problem:
     """The problem at its initial estimate (section 4.2).
+
+    `uncut` are the constraints of the surface that the mesh was cut from, if its angles are to be found.
 
     Raises
     ------
@@ -147,10 +154,12 @@ def posed(
                 MeshWarning,
                 stacklevel=stack_level(),
             )
-        estimate = initial_estimate(mesh.topology, alpha, threshold, to_triangles=safeguard)
     with timed("assembly"):
-        angles = AngleProblem(constraints_of(mesh.topology), estimate, solvers, safeguard)
-        return Problem(mesh, pinned, layout, angles, caps)
+        own = constraints_of(mesh.topology)
+        asked = own if uncut is None else uncut
+        estimate = initial_estimate(asked.topology, alpha, threshold, safeguard, asked.sums)
+        angles = AngleProblem(asked, estimate, solvers, safeguard)
+        return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own)
 
 
 def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
@@ -177,7 +186,8 @@ def drawn(
     """Lay out the angles of a state."""
     mesh, angles, at = problem.mesh, problem.angles, state.at
     with timed("layout"):
-        alpha, b, invalid = at.alpha, at.residual, angles.invalid(at)
+        constraints = angles.constraints if problem.cut is None else problem.cut
+        alpha, invalid = at.alpha, angles.invalid(at)
         if invalid.any():
             warnings.warn(
                 f"the target angles of faces {some(np.flatnonzero(invalid))} are not within (0, pi): "
@@ -186,16 +196,17 @@ def drawn(
                 stacklevel=stack_level(),
             )
             alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
-            b = residual(angles.constraints, alpha)
+        same = problem.cut is None and not invalid.any()
+        b = at.residual if same else residual(constraints, alpha)
         layout = lay_out(
-            angles.constraints,
+            constraints,
             alpha,
             b,
             problem.layout,
             problem.pinned,
             mesh.area,
             angles.solvers,
-            None if state.lin is None else state.lin.laplacian,
+            None if state.lin is None or problem.cut is not None else state.lin.laplacian,
         )
     advance("layout", 0.5)
     flipped = flipped_faces(layout.z, mesh.topology.corner)
@@ -310,11 +321,36 @@ def injective_map(problem: Problem, tried: Tried) -> Candidate:
     return Candidate("injective", Status.GOOD, "", state, layout=slim)
 
 
+def isometric_map(problem: Problem, tried: Tried, weight: float, pinned: Pins | None) -> Candidate | None:
+    """The isometric map from the best one so far; None if that has flipped triangles."""
+    mesh, last = problem.mesh, tried[-1]
+    best, layout = best_of(tried)
+    if len(best.flipped):
+        return None
+    with timed("isometric"):
+        made = isometric(mesh, layout.z, weight, pinned, problem.angles.solvers)
+    flipped = flipped_faces(made.z, mesh.topology.corner)
+    start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"
+    by = f"igl's SLIM, {made.slim} iterations, and " if made.slim else ""
+    how = f"{by}Newton's method, {made.newton} steps, from {start}; energy {made.energy:.4g} (1: an isometry)"
+    state = replace(last.state, at=problem.angles.at(flat_angles(made.z, mesh.topology.corner)))
+    status, detail = Status.GOOD, ""
+    note = "" if made.stalled else f"the energy still falls after {made.newton} steps"
+    if made.missed:
+        status, detail = Status.PINS_MISSED, f"pins are missed by up to {made.missed:.1e} of the map's size"
+        note = f"{detail}, since triangles would flip"
+    if len(flipped):
+        status, detail = Status.FLIPPED, f"{len(flipped)} triangles are too small for double precision"
+    drawn = replace(layout, z=made.z, method="isometric", solver=how)
+    return Candidate("isometric", status, detail, state, note=note, layout=drawn, flipped=flipped)
+
+
 def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float]) -> Flattening:
     """The result: the best map with its residuals, steps and outcome."""
     best, layout = best_of(tried)
     at, angles = best.state.at, problem.angles
-    note = next((made.note for made in (best, *tried) if made.note), "")
+    earlier = () if best.stage == "isometric" else tried  # where it starts does not matter to where it ends
+    note = next((made.note for made in (best, *earlier) if made.note), "")
     outcome, message = judge(
         span(problem.mesh, layout.z),
         layout.method,

@@ -49,7 +49,9 @@ def judge(
             "igl_linabf.unwrap"
         )
         end = end if ratio > SPAN else ""
-        if made == "SLIM":
+        if made in ("SLIM", "isometric"):
+            if note:
+                return Outcome.NOT_CONVERGED, f"no triangle is flipped, but {note}, by {solver}{end}"
             return Outcome.VALID, f"no triangle is flipped, by {solver}{end}"
         if converged:
             return Outcome.CONVERGED, f"no triangle is flipped; {fit}{end}"

@@ -15,7 +15,7 @@ from ..errors import some
 from ..surface import Mesh
 
 Guarantee = Literal["injective"]
-RungName = Literal["linear step", "active set", "converged ABF", "feasible ABF", "injective"]
+RungName = Literal["linear step", "active set", "converged ABF", "feasible ABF", "injective", "isometric"]
 
 
 class Outcome(str, Enum):
@@ -78,6 +78,7 @@ class Status(Enum):
     OPEN_LOOP = "the target angles draw a boundary loop that does not close"
     CUT_SHORT = "a full step would make some angles zero or negative"
     DIVERGED = "the angles do not converge"
+    PINS_MISSED = "no map without flipped triangles meets the pins"
     NO_VALID_START = "no map without flipped triangles was found to start from"
 
 
@@ -87,7 +88,7 @@ class Rung:
 
     Attributes
     ----------
-    name : {"linear step", "active set", "converged ABF", "feasible ABF", "injective"}
+    name : {"linear step", "active set", "converged ABF", "feasible ABF", "injective", "isometric"}
     status : Status
     flips : int or None
         Flipped triangles of its map; None if it stopped before the layout.
@@ -180,8 +181,8 @@ class Flattening:
         Residuals of `angles` at each hole; not for the outer loop.
     gap : float
         By how much the boundary loop drawn from `angles` fails to close, relative to its length.
-    layout : {"boundary", "least-squares", "greedy", "SLIM"}
-        The layout that ran. With "SLIM", `angles` are the angles of the map.
+    layout : {"boundary", "least-squares", "greedy", "SLIM", "isometric"}
+        The layout that ran. With the last two, `angles` are the angles of the map.
     solver, layout_solver : str
         Names of the solvers of the angle systems and of the layout.
     seconds : dict of str to float

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter
 
@@ -13,7 +14,7 @@ from .._types import FloatArray
 from ..errors import OutcomeWarning, stack_level
 from ..layouts import LayoutName
 from ..linalg import SolverName
-from ..surface import pins, planar, scatter
+from ..surface import Mesh, pins, planar, scatter
 from .methods import ABF, ABF_TOL, TOL, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
 
@@ -264,9 +265,10 @@ def flatten(
     F : (#F, 3) int
         Oriented triangles of one disk, with or without holes. Holes are not cut.
     method : str or method object
-        "linabf": linear angle based parameterization. "abf": its converged form. For comparison:
-        "abf++1", a single Newton step of ABF++; "lscm", `igl.lscm`; "scp", the spectral
-        `igl.spectra.lscm`, which needs no pins; "dncp", LSCM's energy from cotangents. A name
+        "linabf": linear angle based parameterization. "abf": its converged form. "isometric": areas
+        are kept, too, as well as both can be. For comparison: "abf++1", a single Newton step of
+        ABF++; "lscm", `igl.lscm`; "scp", the spectral `igl.spectra.lscm`, which needs no pins;
+        "dncp", LSCM's energy from cotangents. A name
         stands for the method with its default options. To set options, pass an object, such as
         `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
     b, bc : (2,) int and (2, 2) float, optional
@@ -299,13 +301,24 @@ def flatten(
     >>> result.outcome.value, len(result.flipped), result.layout
     ('valid', 0, 'boundary')
     """
+    return flattened(lambda: planar(V, F, outer), method, b, bc, progress)
+
+
+def flattened(
+    checked: Callable[[], Mesh],
+    method: str | Method,
+    b: ArrayLike | None,
+    bc: ArrayLike | None,
+    progress: Progress,
+) -> Flattening:
+    """`flatten` of the mesh that `checked` returns."""
     start, chosen = perf_counter(), method_of(method)
     with reporting(progress):
-        mesh = planar(V, F, outer)
+        mesh = checked()
         pinned = pins(b, bc, mesh.vertices, mesh.n_given)
-        checked = perf_counter() - start
+        seconds = {"check": perf_counter() - start}
         advance("check", 0.05)
         made = chosen.run(mesh, pinned)
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
-    seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
+    seconds |= {**made.seconds, "total": perf_counter() - start}
     return replace(made, uv=uv, F=mesh.vertices[made.F], seconds=seconds)
