@@ -12,6 +12,7 @@ from .packing import pack
 from .scaf import make_bijective
 from .seams import TRADE, cut, find_seams
 from .textured import texture_seams, texture_sides
+from .together import pack_together
 from .unwrapping import unwrap
 
 __all__ = [
@@ -23,6 +24,7 @@ __all__ = [
     "find_seams",
     "make_bijective",
     "pack",
+    "pack_together",
     "separating_seams",
     "texture_seams",
     "texture_sides",
