@@ -34,6 +34,7 @@ from ..surface import (
 from .atlas import BEYOND_USE, ROUNDING, Atlas, Chart
 from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, sides_of_cleaned, without_charts
+from .given_seams import textured_seams
 from .halving import halves
 from .overlap_seams import MAX_SPLITS, seams_between
 from .packing import Wish, pack_maps
@@ -41,7 +42,6 @@ from .pieces import flattened
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .scaf import moved_apart
 from .seams import TRADE, seams_of
-from .textured import textured_seams
 from .visibility import hiding
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
