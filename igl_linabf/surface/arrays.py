@@ -127,8 +127,11 @@ def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given:
     return new, place
 
 
-def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
-    """Check the seams and write them as `igl.cut_mesh` takes them, (#F, 3)."""
+def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False) -> BoolArray:
+    """Check the seams and write them as `igl.cut_mesh` takes them, (#F, 3).
+
+    If a mask is to stay `as_marked`, an edge may be a seam for some of its faces only.
+    """
     try:
         array = np.asarray(seams)
     except ValueError:
@@ -136,6 +139,8 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
     if array.shape == F.shape:
         if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
             raise MeshError("seams has the shape (#F, 3), but is no mask: pass booleans, or zeros and ones")
+        if as_marked:
+            return array.astype(bool)
         keys = _side_keys(F, n)  # igl.cut_mesh may crash where only one of the two sides of an edge is marked
         return np.asarray(np.isin(keys, keys[array.astype(bool)]))
     if array.size == 0:
