@@ -18,14 +18,18 @@ Argument = Mapping[str, Any]
 MESHES: Argument = {
     "metavar": "MESH",
     "nargs": "+",
-    "help": "OBJ, OFF, PLY or STL files, patterns of them in quotes, or - for standard input",
+    "help": "files (OBJ, PLY, GLB, STL, ...), patterns of them in quotes, or - for standard input",
 }
 JSON: Argument = {
     "action": "store_true",
     "help": "print every figure as JSON, a line a mesh, instead of tables",
 }
 QUIET: Argument = {"action": "store_true", "help": "print no tables and show no progress"}
-MESH: Argument = {"metavar": "MESH", "type": Path, "help": "OBJ, OFF, PLY or STL file"}
+MESH: Argument = {
+    "metavar": "MESH",
+    "type": Path,
+    "help": "OBJ, OFF, PLY, STL, GLB, glTF, 3MF, GIFTI, FreeSurfer or VTP file",
+}
 METHOD: Argument = {"choices": sorted(METHODS), "default": "linabf"}
 WEIGHT: Argument = {
     "metavar": "W",

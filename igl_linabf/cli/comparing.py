@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import argparse
 
+from .._runtime import part, reporting
 from ..flattening import METHODS, compare
 from ..io import read_mesh
 from .commands import BOUNDARY, GOOD, JSON, MESHES, PICTURE, QUIET, Command
-from .outputs import check_outputs, hand_out
+from .outputs import check_outputs, hand_out, progress_of
 
 
 def _compare(options: argparse.Namespace) -> int:
     methods = [method.strip() for method in options.methods.split(",")]
     check_outputs(None, options.picture)
-    V, F = read_mesh(options.mesh)
+    with reporting(progress_of(options)), part("reading", 1.0):
+        V, F = read_mesh(options.mesh)
     comparison = compare(V, F, methods, repeat=options.repeat, boundary=options.boundary)
     hand_out(options, str(comparison), {"comparison": comparison}, (V, F, comparison.maps))
     return GOOD

@@ -7,8 +7,9 @@ import sys
 from functools import partial
 from pathlib import Path
 
+from .._runtime import part, reporting
 from ..flattening import flatten
-from ..io import read_mesh, unit_square, write_obj
+from ..io import SUFFIXES, read_file, unit_square, write_file
 from ..measures import quality
 from .commands import (
     BOUNDARY,
@@ -27,18 +28,20 @@ from .outputs import check_outputs, hand_out, progress_of
 
 
 def _flatten(options: argparse.Namespace) -> int:
-    check_outputs(options.output, options.picture)
+    check_outputs(options.output, options.picture, SUFFIXES)
     asked = {name: getattr(options, name) for name in ("layout", "solver", "guarantee", "weight")}
     asked["iterations"] = _iterations(options.iterations)
     method = method_with(options.method, asked)
-    V, F = read_mesh(options.mesh)
+    with reporting(progress_of(options)), part("reading", 1.0):
+        mesh = read_file(options.mesh)
+    V, F = mesh.V, mesh.triangles
     shape = {"outer": options.outer, "boundary": options.boundary, "corners": options.corners}
     result = flatten(V, F, method, progress=progress_of(options), **shape)
     uv = unit_square(result.uv) if options.units == "square" else result.uv
     measured = quality(V, F, uv)
     pictured = V, F, {options.method: result.uv}
     figures = {"quality": measured, "result": result}
-    hand_out(options, f"{measured}\n\n{result}", figures, pictured, partial(write_obj, V=V, F=F, uv=uv))
+    hand_out(options, f"{measured}\n\n{result}", figures, pictured, partial(write_file, mesh=mesh, TC=uv))
     if not result.outcome.good:
         print(f"igl-linabf: {options.of}{result.message}", file=sys.stderr)
         return NOT_VALID
@@ -69,7 +72,7 @@ FLATTEN = Command(
             "metavar": "OUT",
             "type": Path,
             "required": True,
-            "help": "OBJ file to write, or a folder that exists, or - for standard output",
+            "help": "OBJ, PLY, GLB, VTP or GIFTI file, or a folder that exists, or - for standard output",
         },
         "picture": PICTURE,
         "method": METHOD,

@@ -19,8 +19,6 @@ from .ladder import (
     anchored,
     climb,
     feasible,
-    injective_map,
-    isometric_map,
     iterated,
     one_system,
     posed,
@@ -29,6 +27,7 @@ from .ladder import (
 )
 from .result import Flattening, Guarantee
 from .shapes import FREE, Shape
+from .without_flips import injective_map, isometric_map
 
 Iterations = int | Literal["auto"]
 

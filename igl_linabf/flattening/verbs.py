@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import Progress, advance, reporting
 from .._types import FloatArray
-from ..errors import OutcomeWarning, stack_level
+from ..errors import MeshError, OutcomeWarning, stack_level
 from ..layouts import LayoutName
 from ..linalg import SolverName
 from ..surface import Mesh, pins, planar, scatter
@@ -46,9 +46,10 @@ def linabf(
         Vertex positions.
     F : (#F, 3) int
         Oriented triangles of one disk, with or without holes. Holes are not cut.
-    b, bc : (2,) int and (2, 2) float, optional
-        Two pinned vertices and their positions, as in `igl.lscm`. Without them the map is scaled
-        to the area of the surface, centred, and turned to its principal axes.
+    b, bc : (#b,) int and (#b, 2) float, optional
+        Two or more pinned vertices and their positions, as in `igl.lscm`. Two of them place the map; more
+        are constraints of the least-squares layout. Without pins the map is scaled to the area of
+        the surface, centred, and turned to its principal axes.
     iterations : int or "auto"
         1 is the paper's single linear step. k runs up to k steps of its active set (section 6).
         Each step linearises at the angles of the last one. They end early once the residual is at
@@ -96,8 +97,8 @@ def linabf(
     ------
     MeshError
         The surface is not one oriented manifold piece with a boundary and without handles, a face
-        is degenerate, `outer` is on no boundary loop, the pins are not two different vertices, or no
-        flat map has such a `boundary`.
+        is degenerate, `outer` is on no boundary loop, the pins are not two or more different vertices,
+        or no flat map has such a `boundary`.
 
     Warns
     -----
@@ -286,8 +287,10 @@ def flatten(
         "dncp", LSCM's energy from cotangents. A name
         stands for the method with its default options. To set options, pass an object, such as
         `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
-    b, bc : (2,) int and (2, 2) float, optional
-        Two pinned vertices and their positions, as in `igl.lscm`.
+    b, bc : (#b,) int and (#b, 2) float, optional
+        Two or more pinned vertices and their positions, as in `igl.lscm`. Two of them place the map. More
+        are constraints: of the least-squares layout, of "lscm" and "dncp", and of "isometric", which
+        meets them as far as no triangle has to flip. "scp" takes two.
     outer : int, optional
         A vertex of the outer boundary loop; all other loops are holes. By default the longest loop
         is the outer one.
@@ -314,8 +317,8 @@ def flatten(
     ------
     MeshError
         The surface is not one oriented manifold piece with a boundary and without handles, a face
-        is degenerate, `outer` is on no boundary loop, the pins are not two different vertices, or no
-        flat map has such a `boundary`; the message has the angles that would be right.
+        is degenerate, `outer` is on no boundary loop, the pins are not two or more different vertices,
+        or no flat map has such a `boundary`; the message has the angles that would be right.
     ValueError
         The method or the `boundary` has no such name, or the method cannot shape the boundary.
 
@@ -347,6 +350,11 @@ def flattened(
         shape = shape_of(mesh, boundary, corners)
         if shape.name != "free" and not chosen.shapes:
             raise ValueError(f"the method {chosen.name!r} has a free boundary: use 'linabf' or 'abf'")
+        if shape.name != "free" and pinned is not None and len(pinned[0]) > 2:
+            raise MeshError(
+                f"{len(pinned[0])} vertices are pinned, and the boundary has a shape: pin two, to move the "
+                "whole map, or leave the boundary free"
+            )
         seconds = {"check": perf_counter() - start}
         advance("check", 0.05)
         made = chosen.run(mesh, pinned, shape) if shape.name != "free" else chosen.run(mesh, pinned)
