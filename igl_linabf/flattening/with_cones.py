@@ -22,13 +22,13 @@ from .ladder import (
     climb,
     drawn,
     feasible,
-    injective_map,
     iterated,
     posed,
     report,
 )
 from .methods import ABF, ABF_TOL, STAGES, LinABF, Method
 from .result import Flattening
+from .without_flips import injective_map
 
 FIRST_RTOL = 0.1  # relative residual to which the first step is solved
 SEAM_TOL = 1e-8  # residual of the angles of converged ABF at which the sides of the seams match
