@@ -42,9 +42,12 @@ class ClosedSurface:
         Shorter than the edge itself at creases, where a seam is least visible.
     graph : (n, n) sparse
         The shortest edge between each two nodes; `key` and `shortest` find it.
+    conductance : (#E,) float64
+        Weights of the Laplacian, with the adverse sign of its entries: half the sum of two cotangents.
+    position : (n, 3) float64
+        Of each node; that of a loop is any of its vertices.
     curvature, area : (n,) float64
         Angle defects and vertex areas.
-    laplacian : (n, n) sparse
     size : float
         Square root of the area.
     """
@@ -60,24 +63,29 @@ class ClosedSurface:
     graph: sparse.csr_array
     key: IntArray
     shortest: IntArray
+    conductance: FloatArray
+    position: FloatArray
     curvature: FloatArray
     area: FloatArray
-    laplacian: sparse.csr_array
     size: float
 
     @cached_property
     def zero_at_nodes(self) -> ZeroAtNodes:
         """Solves Laplace systems."""
-        return ZeroAtNodes(self.laplacian)
+        off = symmetric_graph(-self.conductance, self.ends, self.n)
+        return ZeroAtNodes((off - sparse.diags_array(off.sum(axis=1))).tocsr())
 
     def between(self, i: IntArray, j: IntArray) -> IntArray:
         """The shortest edges between neighbouring nodes."""
         return self.shortest[np.searchsorted(self.key, np.minimum(i, j) * self.n + np.maximum(i, j))]
 
     def search(
-        self, sources: IntArray, avoid: IntArray | None = None
+        self, sources: IntArray, avoid: IntArray | None = None, limit: float = np.inf
     ) -> tuple[FloatArray, IntArray, IntArray]:
-        """For each node the distance to the nearest source, the node before it on the path, that source."""
+        """For each node the distance to the nearest source, the node before it on the path, that source.
+
+        Nodes to avoid are not passed, unless they are sources. Beyond `limit` the distance is infinite.
+        """
         graph = self.graph
         if avoid is not None:
             open_ = np.ones(self.n, dtype=bool)
@@ -87,7 +95,7 @@ class ClosedSurface:
             data = np.where(open_[rows] & open_[graph.indices], graph.data, np.inf)
             graph = sparse.csr_array((data, graph.indices, graph.indptr), shape=graph.shape)
         distance, before, source = csgraph.dijkstra(
-            graph, indices=sources, min_only=True, return_predecessors=True
+            graph, indices=sources, min_only=True, return_predecessors=True, limit=limit
         )
         return distance, before.astype(np.int64), source.astype(np.int64)
 
@@ -99,6 +107,24 @@ class ClosedSurface:
                 steps[node] = int(before[node])
                 node = steps[node]
         return self.between(*np.array([*steps.items()], dtype=np.int64).reshape(-1, 2).T)
+
+    @cached_property
+    def _dual(self) -> tuple[IntArray, IntArray, IntArray]:
+        """The faces beside each face, row by row; the rows' starts; the places of each edge's sides."""
+        face = self.faces.ravel()
+        order = np.argsort(face, kind="stable")
+        place = np.empty(len(order), dtype=np.int64)
+        place[order] = np.arange(len(order))
+        start = np.searchsorted(face[order], np.arange(self.n_faces + 1))
+        return self.faces[:, ::-1].ravel()[order], start, place.reshape(-1, 2)
+
+    def leaves_whole(self, seam: IntArray) -> bool:
+        """Whether the surface is in one piece when it is cut along the seam."""
+        beside, start, place = self._dual
+        beside = beside.copy()
+        beside[place[seam]] = self.faces[seam]  # to the face itself instead
+        graph = sparse.csr_array((np.ones(len(beside)), beside, start), shape=(self.n_faces, self.n_faces))
+        return len(csgraph.breadth_first_order(graph, 0, return_predecessors=False)) == self.n_faces
 
     def total(self, seam: IntArray) -> float:
         return float(self.length[seam].sum())
@@ -120,11 +146,12 @@ def closed_surface(component: Submesh) -> ClosedSurface:
     faces = topology.sides[:, inside].T % len(F)
     length *= 1 - CREASE_DISCOUNT * np.minimum(_bend(V, F, faces) / (np.pi / 2), 1)
     proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
-    shortest, key = _first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
+    shortest, key = first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
     double_area, dot = component.measured
     corner = node[topology.corner]
     cotangent = topology.sum_at_edges(dot / double_area)[inside] / 2
-    off = _symmetric(-np.maximum(cotangent, SMALLEST_WEIGHT), ends, n)
+    vertex = np.empty(n, dtype=np.int64)
+    vertex[node] = np.arange(len(V))
     return ClosedSurface(
         n=n,
         holes=holes,
@@ -134,12 +161,13 @@ def closed_surface(component: Submesh) -> ClosedSurface:
         ends=ends,
         faces=faces,
         length=length,
-        graph=_symmetric(length[shortest], ends[shortest], n),
+        graph=symmetric_graph(length[shortest], ends[shortest], n),
         key=key,
         shortest=shortest,
+        conductance=np.maximum(cotangent, SMALLEST_WEIGHT),
+        position=V[vertex],
         curvature=2 * np.pi - sum_by(corner, np.arctan2(double_area, dot), n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
-        laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
         size=float(np.sqrt(double_area.sum() / 2)),
     )
 
@@ -181,7 +209,7 @@ def _loops(piece: ClosedSurface, base: int) -> tuple[IntArray, IntArray]:
     rank = np.empty(len(order))
     rank[order] = np.arange(1, len(order) + 1)  # distinct weights name the edge
     m, faces = piece.n_faces, piece.faces
-    dual, _ = _first_of_each(faces.min(axis=1) * m + faces.max(axis=1), rank, np.flatnonzero(~in_tree))
+    dual, _ = first_of_each(faces.min(axis=1) * m + faces.max(axis=1), rank, np.flatnonzero(~in_tree))
     cotree = csgraph.minimum_spanning_tree(sparse.csr_array((rank[dual], faces[dual].T), shape=(m, m)))
     in_cotree = np.zeros(len(rank), dtype=bool)
     in_cotree[order[cotree.data.astype(np.int64) - 1]] = True
@@ -206,7 +234,7 @@ def join(piece: ClosedSurface, seam: IntArray) -> IntArray:
     ends = group[np.maximum(source, 0)[piece.ends]]  # a body without any of them has no source
     way = distance[piece.ends].sum(axis=1) + piece.length
     between = np.flatnonzero(ends[:, 0] != ends[:, 1])
-    bridge, key = _first_of_each(ends.min(axis=1) * piece.n + ends.max(axis=1), way, between)
+    bridge, key = first_of_each(ends.min(axis=1) * piece.n + ends.max(axis=1), way, between)
     n = piece.n
     tree = csgraph.minimum_spanning_tree(sparse.csr_array((way[bridge], (key // n, key % n)), shape=(n, n)))
     i, j = tree.tocoo().coords
@@ -235,18 +263,22 @@ def _moved(piece: ClosedSurface, seam: IntArray, branch: int, cost: Cost) -> Int
     arcs = _arcs(piece, seam, branch)
     free = len(arcs) == 3 and branch >= piece.holes
     for chosen in [tuple(arcs)] if free else combinations(arcs, 2):
-        rest = np.setdiff1d(seam, np.concatenate([arc for arc, _ in chosen]))
+        own = np.concatenate([arc for arc, _ in chosen])
+        rest, length = np.setdiff1d(seam, own), piece.total(own) / SHORTER
         tips = [tip for _, tip in chosen] + [branch] * (not free)
-        label = connected_labels(piece.ends[rest], piece.n)
-        if len(set(label[tips].tolist())) == 3:
-            searches = [piece.search(np.flatnonzero(label == label[tip])) for tip in tips]
+        nodes, place = np.unique(np.append(piece.ends[rest].ravel(), tips), return_inverse=True)
+        label = connected_labels(place[: 2 * len(rest)].reshape(-1, 2), len(nodes))
+        groups = label[place[2 * len(rest) :]]
+        if len(np.unique(groups)) == 3:
+            searches = [piece.search(nodes[label == group], limit=length) for group in groups]
         else:
-            searches = [piece.search(np.array([tip]), np.unique(piece.ends[rest])) for tip in tips]
+            others = np.unique(piece.ends[rest])
+            searches = [piece.search(np.array([tip]), others, length) for tip in tips]
         centre = int(np.argmin(sum(distance for distance, _, _ in searches)))
         ways = [piece.paths(before, [centre]) for _, before, _ in searches]
         moved = np.unique(np.concatenate((rest, *ways)))
         shorter = piece.total(moved) < piece.total(seam) * SHORTER
-        if shorter and _shape(piece, moved) == _shape(piece, seam) and cost(moved) < cost(seam):
+        if shorter and shape(piece, moved) == shape(piece, seam) and cost(moved) < cost(seam):
             return moved
     return seam
 
@@ -267,21 +299,24 @@ def _arcs(piece: ClosedSurface, seam: IntArray, branch: int) -> list[tuple[IntAr
     return arcs
 
 
-def _shape(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, int]:
-    """Numbers of components and cycles of the seam with the holes, and of the pieces it leaves."""
-    number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1
-    alone = piece.n - len(np.union1d(piece.ends[seam], np.arange(piece.holes)))
-    pieces = int(connected_labels(np.delete(piece.faces, seam, axis=0), piece.n_faces).max()) + 1
-    return number - alone, number + len(seam) - piece.n, pieces
+def shape(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, bool]:
+    """Numbers of components and cycles of the seam with the holes; whether the surface stays in one piece."""
+    nodes, place = np.unique(
+        np.concatenate((np.arange(piece.holes), piece.ends[seam].ravel())), return_inverse=True
+    )
+    label = connected_labels(place[piece.holes :].reshape(-1, 2), len(nodes))
+    number = int(label.max(initial=-1)) + 1
+    cycles = number + len(seam) - len(nodes)
+    return number, cycles, not cycles or piece.leaves_whole(seam)  # a forest separates nothing
 
 
-def _symmetric(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
+def symmetric_graph(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
     i, j = ends.T
     both = (np.append(i, j), np.append(j, i))
     return sparse.csr_array((np.tile(values, 2), both), shape=(n, n))
 
 
-def _first_of_each(key: IntArray, weight: FloatArray, index: IntArray) -> tuple[IntArray, IntArray]:
+def first_of_each(key: IntArray, weight: FloatArray, index: IntArray) -> tuple[IntArray, IntArray]:
     """Of the `index` with equal `key` the one of least weight; and these keys, sorted."""
     order = index[np.lexsort((weight[index], key[index]))]
     keys, first = np.unique(key[order], return_index=True)

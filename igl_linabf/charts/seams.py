@@ -19,8 +19,10 @@ from ..surface import (
     face_components,
     manifold_topology,
     seam_mask,
+    sum_by,
     vertex_array,
 )
+from .coarse import Contracted, clusters, contracted
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
 from .small_seams import SmallBodies
 
@@ -28,6 +30,9 @@ TRADE = 6.0
 MAX_LEAVES = 100  # on a component
 MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
+DIRECT = 6_000  # nodes up to which seams are found on the surface itself
+HOPS = 2  # between the roots of clusters
+DRAWN_SHORTER = 1.09  # times: what a seam of clusters is longer than it is when it is drawn tight
 MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 
 
@@ -193,9 +198,8 @@ def seams_of(
                 small += [component.faces] if not (open_ and gain) else []
             else:
                 piece = closed_surface(component)
-                seam = _seam(piece, trade, holes)
-                if not open_ or _cost(piece, seam[:0], trade) - _cost(piece, seam, trade) >= gain:
-                    found.append(component.vertices[piece.edges[seam]])
+                seam, _ = _seam(piece, trade, holes, gain if open_ else None)
+                found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
         bodies = SmallBodies(surface.of_faces(rows), _log_scale)
@@ -221,9 +225,45 @@ def _shapes(surface: Submesh) -> list[tuple[Submesh, int, int]]:
     return list(zip(components, loops.tolist(), genus.tolist(), strict=True))
 
 
-def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
-    """Edges to cut `piece` along."""
+Found = tuple[IntArray, IntArray]  # a seam, and the leaves that grew on it
 
+
+def _seam(piece: ClosedSurface, trade: float, holes: bool, gain: float | None = None) -> Found:
+    """Edges to cut `piece` along; none if the cost falls by less than `gain`."""
+    if piece.n <= DIRECT:
+        seam, leaves = _searched(piece, trade, holes)
+        if gain is not None and _cost(piece, seam[:0], trade) - _cost(piece, seam, trade) < gain:
+            return seam[:0], leaves[:0]
+        return seam, leaves
+    smaller = contracted(piece, clusters(piece, HOPS))
+    seam, leaves = _seam(smaller.coarse, trade * DRAWN_SHORTER, holes, gain)
+    if len(seam):
+        seam, leaves = smaller.drawn(seam, leaves), smaller.roots[leaves]
+        if trade > 0:
+            seam, leaves = _topped(smaller, seam, leaves, trade)
+    return seam, leaves
+
+
+def _topped(smaller: Contracted, seam: IntArray, leaves: IntArray, trade: float) -> Found:
+    """The seam with more leaves where that pays within a cluster."""
+    piece, label = smaller.fine, smaller.label
+    open_nodes = _open_nodes(piece, seam)
+    u = _log_scale(piece, open_nodes, piece.curvature)
+    weight = piece.area / piece.area.sum()
+    now, then = (  # areas shrunk and grown; with each cluster at half of its scale, which its leaf would do
+        [np.exp(2 * u), np.exp(-2 * u)] @ weight,
+        [sum_by(label, weight * (np.exp(k * u) - np.exp(k * u / 2)), smaller.coarse.n) for k in (2, -2)],
+    )
+    saved = np.sqrt(now.prod()) - np.sqrt((now[:, None] - then).clip(0).prod(axis=0))
+    order = np.lexsort((-np.abs(u), label))
+    leaf = order[np.searchsorted(label[order], np.arange(smaller.coarse.n))]
+    distance, before, _ = piece.search(open_nodes)
+    leaf = leaf[saved > distance[leaf] / piece.size / trade]
+    return np.concatenate((seam, piece.paths(before, leaf.tolist()))), np.append(leaves, leaf)
+
+
+def _searched(piece: ClosedSurface, trade: float, holes: bool) -> Found:
+    """Edges to cut a surface of few nodes along."""
     known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
 
     def cost(seam: IntArray) -> float:
@@ -232,18 +272,21 @@ def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
             known[key] = _cost(piece, seam, trade)
         return known[key]
 
-    seam = open_handles(piece) if piece.genus else np.zeros(0, dtype=np.int64)
+    none = np.zeros(0, dtype=np.int64)
+    seam, leaves = open_handles(piece) if piece.genus else none, none
     seam = shortened(piece, seam, piece.total)
     if not holes:
         seam = join(piece, seam)
     if not piece.holes and not len(seam):
-        seam = _slit(piece)
+        seam, leaves = _slit(piece)
     if trade > 0:
-        seam = _grow(piece, seam, trade)
-    return shortened(piece, seam, lambda moved: _cost(piece, moved, trade))
+        seam, grown = _grow(piece, seam, trade)
+        leaves = np.append(leaves, grown)
+    seam = shortened(piece, seam, cost)
+    return seam, np.intersect1d(leaves, piece.ends[seam])
 
 
-def _slit(piece: ClosedSurface) -> IntArray:
+def _slit(piece: ClosedSurface) -> Found:
     """A path to open a sphere, between the two points that would shrink most."""
     extra = piece.curvature - 4 * np.pi * piece.area / piece.area.sum()
     start = int(np.argmin(_log_scale(piece, np.array([0]), extra)))
@@ -253,25 +296,27 @@ def _slit(piece: ClosedSurface) -> IntArray:
     if len(path) == 1:  # a single edge opens nothing
         distance[[start, end]] = np.inf
         path = np.append(path, piece.paths(before, [int(np.argmin(distance))]))
-    return path
+    return path, np.array([start, end])
 
 
-def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """Add branches one by one; return the seam of least cost."""
-    best, least, in_vain = seam, np.inf, 0
+def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> Found:
+    """Add branches one by one; return the seam of least cost, and its leaves."""
+    leaves: list[int] = []
+    best, least, in_vain, in_best = seam, np.inf, 0, 0
     for _ in range(MAX_LEAVES):
         u = _log_scale(piece, _open_nodes(piece, seam), piece.curvature)
         cost = _cost(piece, seam, trade, u)
         advance("seams", 0.1)
         in_vain = 0 if cost < least else in_vain + 1
         if in_vain == 0:
-            best, least = seam, cost
+            best, least, in_best = seam, cost, len(leaves)
         leaf = int(np.argmax(np.abs(u)))
         if in_vain == MAX_LEAVES_IN_VAIN or u[leaf] == 0:
             break
         _, before, _ = piece.search(_open_nodes(piece, seam))
         seam = np.append(seam, piece.paths(before, [leaf]))
-    return best
+        leaves.append(leaf)
+    return best, np.array(leaves[:in_best], dtype=np.int64)
 
 
 def _cost(piece: ClosedSurface, seam: IntArray, trade: float, u: FloatArray | None = None) -> float:
