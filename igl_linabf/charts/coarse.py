@@ -74,6 +74,8 @@ class Contracted:
 
     def drawn(self, seam: IntArray, kept: IntArray) -> IntArray:
         """A seam of the coarse surface, drawn tight on the fine one between the roots of the nodes `kept`."""
+        if not len(seam):
+            return seam
         fine, carried = self.fine, self.carried(seam)
         near = np.zeros(self.coarse.n, dtype=bool)
         near[self.label[fine.ends[carried]]] = True

@@ -19,7 +19,6 @@ from ..surface import (
     face_components,
     manifold_topology,
     seam_mask,
-    sum_by,
     vertex_array,
 )
 from .coarse import Contracted, clusters, contracted
@@ -30,9 +29,10 @@ TRADE = 6.0
 MAX_LEAVES = 100  # on a component
 MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
-DIRECT = 6_000  # nodes up to which seams are found on the surface itself
-HOPS = 2  # between the roots of clusters
-DRAWN_SHORTER = 1.09  # times: what a seam of clusters is longer than it is when it is drawn tight
+DIRECT = 10_000  # nodes up to which seams are found on the surface itself
+CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
+TWO_HOPS = 20_000  # nodes from which the roots of clusters are two edges apart, not one
+DRAWN_SHORTER = 1.6  # times the trade: a seam of clusters gets shorter when it is drawn tight
 MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 
 
@@ -198,7 +198,7 @@ def seams_of(
                 small += [component.faces] if not (open_ and gain) else []
             else:
                 piece = closed_surface(component)
-                seam, _ = _seam(piece, trade, holes, gain if open_ else None)
+                seam = _seam(piece, trade, holes, gain if open_ else None)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
@@ -228,38 +228,20 @@ def _shapes(surface: Submesh) -> list[tuple[Submesh, int, int]]:
 Found = tuple[IntArray, IntArray]  # a seam, and the leaves that grew on it
 
 
-def _seam(piece: ClosedSurface, trade: float, holes: bool, gain: float | None = None) -> Found:
+def _seam(piece: ClosedSurface, trade: float, holes: bool, gain: float | None = None) -> IntArray:
     """Edges to cut `piece` along; none if the cost falls by less than `gain`."""
-    if piece.n <= DIRECT:
-        seam, leaves = _searched(piece, trade, holes)
-        if gain is not None and _cost(piece, seam[:0], trade) - _cost(piece, seam, trade) < gain:
-            return seam[:0], leaves[:0]
-        return seam, leaves
-    smaller = contracted(piece, clusters(piece, HOPS))
-    seam, leaves = _seam(smaller.coarse, trade * DRAWN_SHORTER, holes, gain)
-    if len(seam):
-        seam, leaves = smaller.drawn(seam, leaves), smaller.roots[leaves]
-        if trade > 0:
-            seam, leaves = _topped(smaller, seam, leaves, trade)
-    return seam, leaves
-
-
-def _topped(smaller: Contracted, seam: IntArray, leaves: IntArray, trade: float) -> Found:
-    """The seam with more leaves where that pays within a cluster."""
-    piece, label = smaller.fine, smaller.label
-    open_nodes = _open_nodes(piece, seam)
-    u = _log_scale(piece, open_nodes, piece.curvature)
-    weight = piece.area / piece.area.sum()
-    now, then = (  # areas shrunk and grown; with each cluster at half of its scale, which its leaf would do
-        [np.exp(2 * u), np.exp(-2 * u)] @ weight,
-        [sum_by(label, weight * (np.exp(k * u) - np.exp(k * u / 2)), smaller.coarse.n) for k in (2, -2)],
-    )
-    saved = np.sqrt(now.prod()) - np.sqrt((now[:, None] - then).clip(0).prod(axis=0))
-    order = np.lexsort((-np.abs(u), label))
-    leaf = order[np.searchsorted(label[order], np.arange(smaller.coarse.n))]
-    distance, before, _ = piece.search(open_nodes)
-    leaf = leaf[saved > distance[leaf] / piece.size / trade]
-    return np.concatenate((seam, piece.paths(before, leaf.tolist()))), np.append(leaves, leaf)
+    levels: list[Contracted] = []
+    coarse = piece
+    while coarse.n > (CLUSTERED if levels else DIRECT):
+        levels.append(contracted(coarse, clusters(coarse, 1 if coarse.n < TWO_HOPS else 2)))
+        coarse = levels[-1].coarse
+    trade *= DRAWN_SHORTER if levels else 1.0
+    seam, leaves = _searched(coarse, trade, holes)
+    if gain is not None and _cost(coarse, seam[:0], trade) - _cost(coarse, seam, trade) < gain:
+        return seam[:0]
+    for level in reversed(levels):
+        seam, leaves = level.drawn(seam, leaves), level.roots[leaves]
+    return seam
 
 
 def _searched(piece: ClosedSurface, trade: float, holes: bool) -> Found:
