@@ -9,9 +9,9 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from . import io
+    from . import adapters, io
     from .batch_runs import batch
-    from .charts import Atlas, Chart, cut, find_seams, texture_seams, unwrap
+    from .charts import Atlas, Chart, cut, find_cones, find_seams, pack_together, texture_seams, unwrap
     from .errors import (
         FallbackWarning,
         MemoryLimitError,
@@ -26,8 +26,10 @@ if TYPE_CHECKING:
         LSCM,
         SCP,
         Comparison,
+        Flattener,
         Flattening,
         Hole,
+        Isometric,
         LinABF,
         OneStepABFpp,
         Outcome,
@@ -44,7 +46,7 @@ if TYPE_CHECKING:
     from .layouts import layout
     from .measures import Quality, distortion, overlaps, quality
     from .remesh import QuadGrid, quad_grid
-    from .surface import Cleaned, Repair, clean
+    from .surface import Cleaned, Repair, clean, split_chords
 
 __all__ = [
     "ABF",
@@ -56,8 +58,10 @@ __all__ = [
     "Cleaned",
     "Comparison",
     "FallbackWarning",
+    "Flattener",
     "Flattening",
     "Hole",
+    "Isometric",
     "LinABF",
     "MemoryLimitError",
     "MeshError",
@@ -71,11 +75,13 @@ __all__ = [
     "Residuals",
     "SingularSystemError",
     "abf",
+    "adapters",
     "batch",
     "clean",
     "compare",
     "cut",
     "distortion",
+    "find_cones",
     "find_seams",
     "flatten",
     "flatten_many",
@@ -85,8 +91,10 @@ __all__ = [
     "linabf_angles",
     "lscm",
     "overlaps",
+    "pack_together",
     "quad_grid",
     "quality",
+    "split_chords",
     "texture_seams",
     "unwrap",
     "write_grid",
@@ -96,18 +104,18 @@ __all__ = [
 # and libigl are there, and importing the package costs nothing.
 _NAMES = {
     "batch_runs": "batch",
-    "charts": "Atlas Chart cut find_seams texture_seams unwrap",
+    "charts": "Atlas Chart cut find_cones find_seams pack_together texture_seams unwrap",
     "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
-    "flattening": "ABF DNCP LSCM SCP Comparison Flattening Hole LinABF OneStepABFpp Outcome Residuals "
-    "abf compare flatten flatten_many linabf linabf_angles lscm",
+    "flattening": "ABF DNCP LSCM SCP Comparison Flattener Flattening Hole Isometric LinABF OneStepABFpp "
+    "Outcome Residuals abf compare flatten flatten_many linabf linabf_angles lscm",
     "io": "write_grid",
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",
     "remesh": "QuadGrid quad_grid",
-    "surface": "Cleaned Repair clean",
+    "surface": "Cleaned Repair clean split_chords",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
-_ROOMS = {*_NAMES, "angles", "linalg"}
+_ROOMS = {*_NAMES, "adapters", "angles", "kernels", "linalg"}
 
 if not TYPE_CHECKING:  # a type checker would take any name for one of the package
 

@@ -67,7 +67,8 @@ def test_no_flips_no_overlaps_and_few_charts(name: str) -> None:
     V, F = surface(name)
     atlas = unwrap(V, F)
     assert atlas.good
-    assert len(atlas.charts) <= 3 * (face_components(F, len(V)).max() + 1)
+    isometric = atlas.quality.stretch_l2 < 1.001  # a net is more charts, which are exact
+    assert len(atlas.charts) <= (8 if isometric else 3) * (face_components(F, len(V)).max() + 1)
     assert atlas.FTC.shape == F.shape
     assert (atlas.origin[atlas.FTC] == F).all()
     assert atlas.TC.min() >= 0

@@ -2,7 +2,12 @@
 
 from __future__ import annotations
 
+import dataclasses
+import json
 import os
+import re
+import shlex
+import shutil
 import subprocess
 import sys
 
@@ -13,6 +18,8 @@ from conftest import load, pixels
 
 from igl_linabf import linabf, quality
 from igl_linabf.cli import main
+from igl_linabf.cli.commands import Command
+from igl_linabf.cli.parser import COMMANDS, command_parser
 
 
 @pytest.fixture
@@ -162,3 +169,76 @@ def test_doctor_tells_what_is_installed() -> None:
     assert process.returncode == 0
     assert f"numpy {np.__version__}" in process.stdout
     assert "CHOLMOD: " in process.stdout
+
+
+def options_of(command: str) -> set[str]:
+    """The long options of a command, as its help names them."""
+    described = run(command, "--help").stdout.split("options:")[1].split("examples:")[0]
+    return set(re.findall(r"--[a-z][a-z-]*", described))
+
+
+@pytest.mark.parametrize(
+    "command", [command for command in COMMANDS if command.arguments], ids=lambda command: command.name
+)
+def test_every_option_has_an_example_and_every_example_is_understood(command: Command) -> None:
+    shown: set[str] = set()
+    for example in command.examples:
+        words = shlex.split(re.split(r" +[#<>]", example)[0])
+        command_parser().parse_args([command.name, *words])  # or else it ends the process
+        shown.update(word for word in words if word.startswith("-"))
+    shown = {"--output" if word == "-o" else word for word in shown}
+    missing = options_of(command.name) - shown - {"--help"}
+    assert not missing, f"{command.name} --help has no example of {missing}"
+
+
+def test_several_meshes_go_into_a_folder_and_a_bad_one_is_a_line(mesh, tmp_path) -> None:
+    igl.write_triangle_mesh(str(tmp_path / "ball.off"), *igl.icosahedron())
+    (tmp_path / "bad.off").write_text("OFF\n1 1 0\n")
+    (tmp_path / "maps").mkdir()
+    process = run("unwrap", tmp_path / "b*.o*", "-o", tmp_path / "maps", "--format", "ply", "--json")
+    assert process.returncode == 2
+    (line,) = (line for line in process.stderr.splitlines() if "warning" not in line)
+    assert line.count("bad.off") == 1
+    assert sorted(path.name for path in (tmp_path / "maps").iterdir()) == ["ball.ply", "bumps.ply"]
+    ball, bumps = (json.loads(line) for line in process.stdout.splitlines())
+    assert ball["mesh"].endswith("ball.off")
+    assert ball["good"] is True
+    assert ball["atlas"]["quality"]["faces"] == 20
+    assert bumps["atlas"]["charts"][0]["result"]["outcome"] == "valid"
+
+
+def test_two_meshes_that_would_be_one_file_are_refused_before_any_work(mesh, tmp_path) -> None:
+    (tmp_path / "other").mkdir()
+    shutil.copy(mesh, tmp_path / "other" / mesh.name)
+    process = run("flatten", mesh, tmp_path / "other" / mesh.name, "-o", tmp_path)
+    assert process.returncode == 2
+    assert "would both be written to" in process.stderr
+    assert process.stdout == ""
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".off", ".ply", ".stl"])
+def test_a_mesh_in_a_pipe_gives_the_map_of_the_file(suffix: str, tmp_path) -> None:
+    path = tmp_path / f"piped{suffix}"
+    igl.write_triangle_mesh(str(path), *load("bumps"))
+    command = [sys.executable, "-m", "igl_linabf", "unwrap", "-", "-o", "-", "--quiet", "--method", "lscm"]
+    process = subprocess.run(command, input=path.read_bytes(), capture_output=True, timeout=120)
+    assert process.returncode == 0, process.stderr
+    expected = tmp_path / "expected.obj"
+    assert run("unwrap", path, "-o", expected, "--method", "lscm").returncode == 0
+    assert process.stdout == expected.read_bytes()
+
+
+def test_quiet_prints_nothing_and_json_and_a_map_do_not_share_stdout(mesh, tmp_path) -> None:
+    assert run("flatten", mesh, "-o", tmp_path / "x.obj", "--quiet").stdout == ""
+    process = run("flatten", mesh, "-o", "-", "--json")
+    assert process.returncode == 2
+    assert "leave one out" in process.stderr
+
+
+def test_the_figures_of_json_are_those_of_the_api(mesh, tmp_path) -> None:
+    process = run("flatten", mesh, "-o", tmp_path / "x.obj", "--json", "--units", "mesh")
+    said = json.loads(process.stdout)
+    V, F = igl.read_triangle_mesh(str(mesh))
+    assert said["quality"] == pytest.approx(dataclasses.asdict(quality(V, F, linabf(V, F))))
+    assert said["result"]["ladder"][0]["name"] == "linear step"
+    assert "uv" not in said["result"]

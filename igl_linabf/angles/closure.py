@@ -1,4 +1,4 @@
-"""Translation closure of holes: two closure rows of the angle system for each hole."""
+"""Closure rows of the angle system: translation of holes, scale and turning along closed paths."""
 
 from __future__ import annotations
 
@@ -7,24 +7,28 @@ from collections.abc import Callable
 import numpy as np
 from scipy import linalg, sparse
 
-from .._types import FloatArray
+from .._types import BoolArray, FloatArray
 from ..linalg import NotPositiveDefiniteError
 from ..surface import NEXT, PREV, Topology, sum_by
 from .loops import Closure
 from .reduced import System
 
+LEAST_EIGENVALUE = 1e-2  # of a preconditioner's Schur complement, of its largest one
+
 Solve = Callable[[FloatArray], FloatArray]
 
 
 class ClosingRows:
-    """The closure rows T of the holes, and the angle system bordered by them.
+    """The closure rows T of holes and closed paths, and the angle system bordered by them.
 
-    With q as in `Closure`, the gap of a hole changes by
+    With q as in `Closure`, a gap changes by
 
         d tau = sum_v q_v (d log-ratio_v + i d turning_v) = -sum_v q_v (wheel_v + i vertex_v) e,
 
-    where wheel_v and vertex_v are the rows of the single loop vertices (docs/holes.md). So T^T y
-    has the vertex rows Im(q conj(y)) and the wheel rows -Re(q conj(y)). The system becomes
+    where wheel_v and vertex_v are the rows of the single loop vertices (docs/holes.md), or of all left
+    fans of a path. So T^T y has the vertex rows Im(q conj(y)) and the wheel rows -Re(q conj(y)). Parts
+    of a gap that are not asked for have no row. Where vertex_v is a row of S, too, it is taken out
+    here, and what it is to be, `vertex`, goes to the right-hand side. The system becomes
 
         [ S    B ] [x]        B = M P T^T,  D = T P T^T.
         [ B^T  D ] [y]
@@ -34,11 +38,20 @@ class ClosingRows:
     of L_s and a dense Schur complement.
     """
 
-    def __init__(self, system: System, closure: Closure) -> None:
+    def __init__(self, system: System, closure: Closure, vertex: FloatArray | None = None) -> None:
         self._topology, self._cot, self._closure = system.topology, system.cot, closure
-        self.size = 2 * len(closure.gap)
+        # a site's vertex row is no part where that row is asked for by itself
+        own = np.append(system.constraints.row, np.full(len(system.constraints.paths), -1))[closure.site]
+        asked = own >= system.constraints.wheels
+        self._share = np.where(asked, 0.0, 1.0)
+        self._known = np.zeros(len(closure.gap), dtype=np.complex128)
+        if asked.any():
+            assert vertex is not None
+            np.add.at(self._known, closure.row[asked], 1j * closure.q[asked] * vertex[own[asked]])
+        self._paths, self._asked = system.constraints.paths, closure.asked.ravel()
+        self.size = int(np.count_nonzero(self._asked))
         self._n = 2 * system.constraints.n
-        self._metrics = _products(system, closure)
+        self._metrics = _products(system, closure, self._share)
         self._shape = (self._n, self.size)
         self.B, self.D = self._take(system.projection)
 
@@ -55,33 +68,74 @@ class ClosingRows:
         x, y = z[: self._n], z[self._n :]
         return np.concatenate((S(x) + self.B @ y, self.B.T @ x + self.D @ y))
 
-    def at_vertices(self, y: FloatArray) -> FloatArray:
-        """Multipliers of the vertex and wheel rows of single vertices, (#V, 2), that make up T^T y."""
-        c = self._closure
-        product = c.q * (y[0::2] - 1j * y[1::2])[c.hole]
-        x = np.zeros((self._topology.n, 2))
-        x[c.vertex, 0], x[c.vertex, 1] = product.imag, -product.real
+    @property
+    def vertices(self) -> BoolArray:
+        """(#V,) bool: the vertices whose fans the rows sum over."""
+        own = np.zeros(self._topology.n, dtype=bool)
+        own[self._closure.site[self._closure.site < len(own)]] = True
+        for path in self._paths:
+            own[self._topology.corner.ravel()[path.corner]] = True
+        return own
+
+    @property
+    def gap(self) -> FloatArray:
+        """What the rows are to close, (size,)."""
+        gap = self._closure.gap - self._known
+        return np.column_stack((gap.real, gap.imag)).ravel()[self._asked]
+
+    def at_sites(self, y: FloatArray) -> FloatArray:
+        """Multipliers of the vertex and wheel rows of single sites, (#V + #paths, 2), that make up T^T y."""
+        c, every = self._closure, np.zeros(len(self._asked))
+        every[self._asked] = y
+        product = c.q * (every[0::2] - 1j * every[1::2])[c.row]
+        x = np.zeros((self._topology.n + len(self._paths), 2))
+        x[c.site, 0], x[c.site, 1] = self._share * product.imag, -product.real
         return x
 
     def rows(self, e: FloatArray) -> FloatArray:
-        """T e, (2 #holes,)."""
+        """T e, (size,)."""
         c, q = self._closure, self._cot * e
-        vertex = self._topology.sum_at_vertices(e)[c.vertex]
-        wheel = self._topology.sum_at_vertices(q[NEXT] - q[PREV])[c.vertex]
-        moved = -c.q * (wheel + 1j * vertex)
-        parts = [sum_by(c.hole, part, len(c.gap)) for part in (moved.real, moved.imag)]
-        return np.column_stack(parts).ravel()
+        vertex, wheel = (self._at_sites(values)[c.site] for values in (e, q[NEXT] - q[PREV]))
+        moved = -c.q * (wheel + 1j * (self._share * vertex))
+        parts = [sum_by(c.row, part, len(c.gap)) for part in (moved.real, moved.imag)]
+        return np.column_stack(parts).ravel()[self._asked]
 
-    def solver(self, inner: Solve, B: sparse.csr_array | None = None, D: FloatArray | None = None) -> Solve:
-        """Solve the bordered system, given the `inner` solve of its first block, (2 #rows, k)."""
-        B = self.B if B is None else B
-        D = self.D if D is None else D
+    def _at_sites(self, values: FloatArray) -> FloatArray:
+        """Sum (3, #F) corner values over the corners of each vertex, and over the left fans of each path."""
+        fans = [values.ravel()[path.corner].sum() for path in self._paths]
+        return np.concatenate((self._topology.sum_at_vertices(values), fans))
+
+    def solver(self, inner: Solve) -> Solve:
+        """Solve the bordered system, given the `inner` solve of its first block, (2 #rows, k).
+
+        Raises
+        ------
+        NotPositiveDefiniteError
+            The rows depend on each other.
+        """
+        return self._bordered(inner, self.B, self.D, exact=True)
+
+    def preconditioner(self, system: System, inner: Solve) -> Solve:
+        """Solve the bordered system of the conformal metric, by the Laplacian's `inner` solve.
+
+        Its Schur complement may lose its sign, since S is only close to diag(L_s, L_s): long paths have
+        a large D, and little is left of it. Any definite one preconditions, so the absolute values
+        of its eigenvalues stand for them.
+        """
+        return self._bordered(inner, *self._take(system.conformal), exact=False)
+
+    def _bordered(self, inner: Solve, B: sparse.csr_array, D: FloatArray, *, exact: bool) -> Solve:
         across = inner(B.toarray())
         schur = D - B.T @ across
+        schur = (schur + schur.T) / 2
         try:
-            factor = linalg.cho_factor((schur + schur.T) / 2)
+            factor = linalg.cho_factor(schur)
         except linalg.LinAlgError:
-            raise NotPositiveDefiniteError(self._n - 1) from None
+            if exact:
+                raise NotPositiveDefiniteError(self._n - 1) from None
+            value, vector = np.linalg.eigh(schur)
+            value = np.maximum(np.abs(value), LEAST_EIGENVALUE * np.abs(value).max())
+            factor = linalg.cho_factor((vector * value) @ vector.T)
 
         def solve(r: FloatArray) -> FloatArray:
             x = inner(r[: self._n, None])[:, 0]
@@ -90,46 +144,56 @@ class ClosingRows:
 
         return solve
 
-    def preconditioner(self, system: System, inner: Solve) -> Solve:
-        """Solve the bordered system of the conformal metric, by the Laplacian's `inner` solve."""
-        return self.solver(inner, *self._take(system.conformal))
-
 
 def _products(
-    system: System, closure: Closure
+    system: System, closure: Closure, share: FloatArray
 ) -> tuple[np.ndarray, sparse.csr_array, sparse.csr_array, sparse.csr_array]:
-    """Factors of B and D, on the faces at holes' loops only.
+    """Factors of B and D, on the faces at holes' loops and at paths only.
 
     Returns these faces, T^T, M and T; errors are numbered 3 t + k over these faces.
     """
     topology: Topology = system.topology
+    paths, n_faces = system.constraints.paths, topology.corner.shape[1]
     at_loop = np.zeros(topology.n, dtype=bool)
-    at_loop[closure.vertex] = True
-    faces = np.flatnonzero(at_loop[topology.corner].any(axis=0))
+    at_loop[closure.site[closure.site < topology.n]] = True
+    touched: BoolArray = np.asarray(at_loop[topology.corner].any(axis=0))
+    for path in paths:
+        touched[path.corner % n_faces] = True
+    faces = np.flatnonzero(touched)
     corner, cot = topology.corner[:, faces], system.cot[:, faces]
-    m = len(faces)
+    m, n_sites = len(faces), topology.n + len(paths)
     error = (3 * np.arange(m) + np.arange(3)[:, None]).ravel()
     # vertex row of the corner's own vertex; wheel rows of those whose left or right angle it is
     column = np.concatenate((2 * corner, 2 * corner[PREV] + 1, 2 * corner[NEXT] + 1)).ravel()
     value = np.concatenate((np.ones_like(cot), cot, -cot)).ravel()
-    single = sparse.csr_array((value, (np.tile(error, 3), column)), shape=(3 * m, 2 * topology.n))
-    v, j, q = closure.vertex, closure.hole, closure.q
+    errors = np.tile(error, 3)
+    for i, path in enumerate(paths):  # likewise, the path's left fans being one site
+        k, t = np.divmod(path.corner, n_faces)
+        t, column_here = np.searchsorted(faces, t), np.full(len(k), 2 * (topology.n + i))
+        left, right = (k + 1) % 3, (k + 2) % 3
+        errors = np.concatenate((errors, 3 * t + k, 3 * t + left, 3 * t + right))
+        column = np.concatenate((column, column_here, column_here + 1, column_here + 1))
+        value = np.concatenate((value, np.ones(len(k)), cot[left, t], -cot[right, t]))
+    single = sparse.csr_array((value, (errors, column)), shape=(3 * m, 2 * n_sites))
+    v, j, q = closure.site, closure.row, closure.q
     weights = sparse.csr_array(
         (
-            np.concatenate((q.imag, -q.real, -q.real, -q.imag)),
+            np.concatenate((share * q.imag, -share * q.real, -q.real, -q.imag)),
             (
                 np.concatenate((2 * v, 2 * v, 2 * v + 1, 2 * v + 1)),
                 np.concatenate((2 * j, 2 * j + 1, 2 * j, 2 * j + 1)),
             ),
         ),
-        shape=(2 * topology.n, 2 * len(closure.gap)),
+        shape=(2 * n_sites, 2 * len(closure.gap)),
     )
+    asked = closure.asked.ravel()
+    if not asked.all():
+        weights = weights[:, np.flatnonzero(asked)]
     transposed = (single @ weights).tocsr()
     row_of = system.constraints.row
     inside = np.flatnonzero(row_of >= 0)
-    pair = np.concatenate((2 * inside, 2 * inside + 1))
-    row = np.concatenate((2 * row_of[inside], 2 * row_of[inside] + 1))
-    merge = sparse.csr_array(
-        (np.ones(len(pair)), (row, pair)), shape=(2 * system.constraints.n, 2 * topology.n)
-    )
+    wheels = np.flatnonzero((row_of >= 0) & (row_of < system.constraints.wheels))
+    pair = np.concatenate((2 * inside, 2 * wheels + 1))
+    row = np.concatenate((2 * row_of[inside], 2 * row_of[wheels] + 1))
+    merge = sparse.csr_array((np.ones(len(pair)), (row, pair)), shape=(2 * system.constraints.n, 2 * n_sites))
     return faces, transposed, (merge @ single.T).tocsr(), transposed.T.tocsr()

@@ -1,36 +1,56 @@
-"""The constraints on the angles of a flat mesh (eq. 5, 6, 10), and their residuals."""
+"""The constraints on the angles of a mesh with prescribed angle sums (eq. 5, 6, 10), and their residuals."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
+from ..kernels import angle_sums, log_sines
 from ..linalg import Pattern
 from ..surface import NEXT, PREV, Topology
-from .loops import Closure, closure_of
+from .inscribed import inscribed_sums
+from .loops import ClosedPath, Closure, closure_of
 
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
     """The vertex and wheel constraints of a surface (eq. 5 and 10); a row has one of each.
 
+    The last rows have a vertex constraint only. Where all constraints of a kind depend on each other,
+    one of them is left out: it holds with the others.
+
     Attributes
     ----------
     topology : Topology
     row : (#V,) int64
         The virtual-vertex map: the row of each vertex's constraints. An interior vertex has its own
-        row. All vertices of a hole share one row. Vertices of the outer loop have -1.
+        row, and so has a boundary vertex with a prescribed angle sum. All vertices of a hole without
+        prescribed sums share one row. Other vertices have -1.
     target : (#rows,) float64
-        Target angle sum of each row: 2 pi at an interior vertex, (m + 2) pi around a hole of m
+        Target angle sum of each row: that prescribed at a vertex, (m + 2) pi around a hole of m
         vertices.
+    sums : (#V,) float64
+        The angle sum that is asked for at each vertex; NaN where none is.
+    wheels : int
+        The first so many rows have a wheel constraint, too.
+    paths : tuple of ClosedPath
+        Closed paths whose scale, and maybe turning, is to come back: one constraint or two each.
+    circles : tuple of int
+        The boundary loops that are to lie on circles. Their sums are those of the inscribed polygon with
+        the lengths that the present angles give; `target` and `sums` have those of the surface's lengths.
     """
 
     topology: Topology
     row: IntArray
     target: FloatArray
+    sums: FloatArray
+    wheels: int
+    paths: tuple[ClosedPath, ...] = ()
+    circles: tuple[int, ...] = ()
 
     @property
     def n(self) -> int:
@@ -46,20 +66,88 @@ class Constraints:
         """Sum (#V,) values over the vertices of each row."""
         return np.asarray(np.bincount(self.row + 1, weights=values, minlength=self.n + 1)[1:])
 
+    def sum_at_wheels(self, values: FloatArray) -> FloatArray:
+        """`sum_at_rows`, zero where the row has no wheel constraint."""
+        total = self.sum_at_rows(values)
+        total[self.wheels :] = 0.0
+        return total
 
-def constraints_of(topology: Topology) -> Constraints:
-    """A row for each interior vertex, and one for each hole as a virtual vertex.
+    def target_at(self, log_ratio: FloatArray) -> FloatArray:
+        """Target angle sum of each row where the loops' edges have the ratios `log_ratio`, (#V,)."""
+        if not self.circles:
+            return self.target
+        target = self.target.copy()
+        for i in self.circles:
+            loop = self.topology.loops[i]
+            asked = self.row[loop] >= 0
+            target[self.row[loop[asked]]] = inscribed_sums(log_ratio[loop], i > 0)[asked]
+        return target
 
-    Around a hole of m vertices the angles sum to (m + 2) pi; m = 0 is an interior vertex.
+
+def constraints_of(
+    topology: Topology,
+    sums: FloatArray | None = None,
+    paths: Sequence[ClosedPath] = (),
+    circles: Sequence[int] = (),
+) -> Constraints:
+    """A row for each interior vertex, one for each hole as a virtual vertex, and one for each prescribed sum.
+
+    Around a hole of m vertices the angles sum to (m + 2) pi; m = 0 is an interior vertex. A hole with
+    prescribed sums at some of its vertices is no virtual vertex but a closed path: it turns by -2 pi and
+    comes back to its scale.
+
+    Parameters
+    ----------
+    topology : Topology
+        Of a connected surface, which may be closed and may have handles.
+    sums : (#V,) float64, optional
+        Angle sum at each vertex, radians. NaN is 2 pi inside, and nothing at the boundary.
+    paths : sequence of ClosedPath
+        Further paths that are to close.
+    circles : sequence of int
+        Loops of which all sums are given, those of inscribed polygons.
     """
-    holes = topology.holes
-    row = np.where(topology.interior, np.cumsum(topology.interior) - 1, -1)
-    n_interior = int(np.count_nonzero(topology.interior))
-    for i, loop in enumerate(holes):
-        row[loop] = n_interior + i
-    target = np.full(n_interior + len(holes), 2 * np.pi)
-    target[n_interior:] += [np.pi * len(loop) for loop in holes]
-    return Constraints(topology, row, target)
+    if sums is None and not paths:
+        return topology.once("constraints", lambda: _constraints(topology, None, (), ()))
+    return _constraints(topology, sums, paths, circles)
+
+
+def _constraints(
+    topology: Topology, sums: FloatArray | None, paths: Sequence[ClosedPath], circles: Sequence[int]
+) -> Constraints:
+    inside = topology.interior
+    sums = np.full(topology.n, np.nan) if sums is None else sums
+    sums = np.where(inside & np.isnan(sums), 2 * np.pi, sums)
+    given = ~np.isnan(sums)
+    virtual = [loop for loop in topology.holes if not given[loop].any()]
+    around = [_path_of(topology, loop, given) for loop in topology.holes if given[loop].any()]
+    left_out = np.zeros(topology.n, dtype=bool)
+    if not topology.loops:
+        # the wheel constraints sum to zero, angle by angle, and the vertex constraints as below
+        left_out[np.argmax(np.abs(sums - 2 * np.pi))] = True
+    elif given[topology.loops[0]].all() and topology.n_outer == 1:
+        # the angles of all vertices sum to those of all triangles (Gauss-Bonnet); holes turn anyway
+        left_out[topology.loops[0][0]] = True
+    inner, rim = inside & ~left_out, given & ~inside & ~left_out
+    row = np.where(inner, np.cumsum(inner) - 1, -1)
+    n_inner = int(np.count_nonzero(inner))
+    for i, loop in enumerate(virtual):
+        row[loop] = n_inner + i
+    wheels = n_inner + len(virtual)
+    row[rim] = wheels + np.arange(np.count_nonzero(rim))
+    target = np.full(wheels, 2 * np.pi)
+    target[:n_inner] = sums[inner]
+    target[n_inner:] += [np.pi * len(loop) for loop in virtual]
+    target = np.concatenate((target, sums[rim]))
+    return Constraints(topology, row, target, sums, wheels, (*around, *paths), tuple(circles))
+
+
+def _path_of(topology: Topology, loop: IntArray, given: BoolArray) -> ClosedPath:
+    """A hole's loop; it turns by itself where all its sums are given."""
+    on_loop = np.zeros(topology.n, dtype=bool)
+    on_loop[loop] = True
+    turning = np.nan if given[loop].all() else -2 * np.pi
+    return ClosedPath(np.flatnonzero(on_loop[topology.corner].ravel()), len(loop), turning)
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +164,7 @@ class Residual:
         At a vertex of a boundary loop, the mesh on the left: the exterior angle, and the
         logarithm of the next edge's length over the last one's.
     closure : Closure
-        The holes' loops drawn from these.
+        The holes' loops drawn from these, and the closed paths.
     """
 
     vertex: FloatArray
@@ -95,20 +183,20 @@ class Residual:
 
 def residual(constraints: Constraints, alpha: FloatArray) -> Residual:
     """Residuals of the angle constraints at `alpha`, (3, #F) radians."""
-    topology = constraints.topology
-    # an angle of 0 or pi, as in a collapsed triangle, counts as the smallest there is
-    log_sin = np.sin(alpha)
-    np.abs(log_sin, out=log_sin)
-    np.maximum(log_sin, np.finfo(np.float64).tiny, out=log_sin)
-    np.log(log_sin, out=log_sin)  # eq. 7: the wheel constraint in logarithms
-    total = topology.sum_at_vertices(alpha)
-    log_ratio = topology.sum_at_vertices(log_sin[PREV] - log_sin[NEXT])
+    topology, paths = constraints.topology, constraints.paths
+    log_sin = log_sines(alpha)  # eq. 7: the wheel constraint in logarithms
+    total, log_ratio = angle_sums(topology.corner, alpha, log_sin, topology.n)
     turning = np.pi - total
+    drawn = None
+    if paths:
+        ratio = log_sin[PREV] - log_sin[NEXT]
+        both = ratio.ravel() + 1j * alpha.ravel()
+        drawn = np.array([both[path.corner].sum() for path in paths])
     return Residual(
-        vertex=constraints.target - constraints.sum_at_rows(total),  # eq. 5
-        wheel=constraints.sum_at_rows(log_ratio),  # eq. 8-10
+        vertex=constraints.target_at(log_ratio) - constraints.sum_at_rows(total),  # eq. 5
+        wheel=constraints.sum_at_wheels(log_ratio),  # eq. 8-10
         triangle=np.pi - alpha.sum(axis=0),  # eq. 6
         turning=turning,
         log_ratio=log_ratio,
-        closure=closure_of(topology, turning, log_ratio),
+        closure=closure_of(topology, turning, log_ratio, paths, drawn),
     )

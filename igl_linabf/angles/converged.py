@@ -137,7 +137,7 @@ def _feasible_direction(
     gradient, inner_steps, lin = _gradient(state), 0, state.lin
     curvature = 1 / anchor**2
     if x is not None and lin is not None:
-        wheel = lin.at_vertices(x)[state.problem.constraints.topology.corner, 1]
+        wheel = lin.at_corners(x)[1]
         curvature += (wheel[PREV] - wheel[NEXT]) / np.sin(alpha) ** 2
     weights = 1 / np.maximum(np.abs(curvature), LEAST_CURVATURE / anchor**2)
     low = alpha <= (1 + 1e-6) * LEAST_SHARE * anchor

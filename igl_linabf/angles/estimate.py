@@ -33,20 +33,37 @@ def opened(alpha: FloatArray, least: float = CAP_ANGLE) -> tuple[FloatArray, Int
 
 
 def initial_estimate(
-    topology: Topology, alpha: FloatArray, threshold: float = 1.0, to_triangles: bool = True
+    topology: Topology,
+    alpha: FloatArray,
+    threshold: float = 1.0,
+    to_triangles: bool = True,
+    sums: FloatArray | None = None,
 ) -> FloatArray:
     """The paper's initial estimate (section 4.2), (3, #F) radians.
 
     If the angles around an interior vertex miss 2 pi by more than `threshold` radians, they are
     scaled to sum to 2 pi (the exponential map of the one-ring). All other angles stay. With
     `to_triangles`, each triangle's angles are then scaled to sum to pi, so that the constraints are
-    linearised at angles of real triangles.
+    linearised at angles of real triangles. `sums`, (#V,), has other sums, as `Constraints.sums`. At an
+    ear, a vertex with one face, the sum is that triangle's angle.
     """
     estimate = alpha
     total = topology.sum_at_vertices(alpha)
-    far = topology.interior & (np.abs(total - 2 * np.pi) > threshold)
+    if sums is None:
+        sums = np.where(topology.interior, 2 * np.pi, np.nan)
+    far = np.abs(total - sums) > threshold  # not where there is none: NaN
     if far.any():
-        estimate = alpha * np.where(far, 2 * np.pi / total, 1.0)[topology.corner]
+        estimate = alpha * np.where(far, sums / total, 1.0)[topology.corner]
         if to_triangles:
             estimate *= np.pi / estimate.sum(axis=0)
+    ears = np.bincount(topology.corner.ravel(), minlength=topology.n)[topology.corner] == 1
+    ears &= ~np.isnan(sums)[topology.corner]
+    if ears.any():
+        k, t = np.nonzero(ears)
+        estimate = estimate.copy()
+        estimate[k, t] = asked = sums[topology.corner[k, t]]
+        others = (k + 1) % 3, (k + 2) % 3
+        share = (np.pi - asked) / (estimate[others[0], t] + estimate[others[1], t])
+        for other in others:
+            estimate[other, t] *= share
     return estimate

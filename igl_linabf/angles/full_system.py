@@ -21,14 +21,16 @@ from collections.abc import Callable
 import numpy as np
 from scipy import sparse
 
-from .._types import FloatArray
+from .._types import FloatArray, IntArray
 from ..linalg import Solvers
 from .constraints import Constraints
 
 OWN, LEFT, RIGHT = 0, 1, 2  # angles alpha, beta, gamma of a corner k: at k, k + 1 and k + 2
 
 
-def fan_rows(constraints: Constraints, values: FloatArray, which: int) -> sparse.csr_array:
+def fan_rows(
+    constraints: Constraints, values: FloatArray, which: int, most: int | None = None
+) -> sparse.csr_array:
     """Sum over the fan of each interior vertex: a row for each.
 
     Parameters
@@ -39,15 +41,18 @@ def fan_rows(constraints: Constraints, values: FloatArray, which: int) -> sparse
         Coefficients of the errors.
     which : int
         Which angles of the fan are summed: `OWN`, `LEFT` or `RIGHT`.
+    most : int, optional
+        The first so many rows only.
 
     Returns
     -------
     (#rows, 3 #F) sparse array
     """
     row = constraints.row[constraints.topology.corner]
-    k, t = np.nonzero(row >= 0)
+    most = constraints.n if most is None else most
+    k, t = np.nonzero((row >= 0) & (row < most))
     j = (k + which) % 3
-    return sparse.csr_array((values[j, t], (row[k, t], 3 * t + j)), shape=(constraints.n, values.size))
+    return sparse.csr_array((values[j, t], (row[k, t], 3 * t + j)), shape=(most, values.size))
 
 
 def vertex_rows(constraints: Constraints) -> sparse.csr_array:
@@ -56,9 +61,9 @@ def vertex_rows(constraints: Constraints) -> sparse.csr_array:
 
 
 def wheel_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
-    """Left side of eq. 10, (#rows, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
-    cot = 1 / np.tan(alpha)
-    return fan_rows(constraints, cot, LEFT) - fan_rows(constraints, cot, RIGHT)  # eq. 8-10
+    """Left side of eq. 10, (#wheels, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
+    cot, n = 1 / np.tan(alpha), constraints.wheels
+    return fan_rows(constraints, cot, LEFT, n) - fan_rows(constraints, cot, RIGHT, n)  # eq. 8-10
 
 
 def triangle_rows(constraints: Constraints) -> sparse.csr_array:
@@ -69,18 +74,25 @@ def triangle_rows(constraints: Constraints) -> sparse.csr_array:
 
 
 def interior_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
-    """Left sides of eq. 5 and 10, (2 #rows, 3 #F): the two rows of a vertex are next to each other."""
+    """Left sides of eq. 5 and 10, (#rows + #wheels, 3 #F): a vertex's two are next to each other."""
     both = sparse.vstack((vertex_rows(constraints), wheel_rows(constraints, alpha))).tocsr()
-    return both[np.arange(both.shape[0]).reshape(2, -1).T.ravel()]
+    return both[_paired(constraints)]
+
+
+def _paired(constraints: Constraints) -> IntArray:
+    """Vertex rows, then wheel rows, in the order that has the two rows of a vertex next to each other."""
+    rows, wheels = np.arange(constraints.n), np.arange(constraints.wheels)
+    return np.argsort(np.concatenate((2 * rows, 2 * wheels + 1)))
 
 
 def right_hand_sides(constraints: Constraints, alpha: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Right sides of `interior_rows`, (2 #rows,) (eq. 5 and 10), and of `triangle_rows`, (#F,) (eq. 6)."""
+    """Right sides of `interior_rows` (eq. 5 and 10) and of `triangle_rows`, (#F,) (eq. 6)."""
     log_sin = np.log(np.sin(alpha))
     vertex = constraints.target - vertex_rows(constraints) @ alpha.T.ravel()  # eq. 5
-    wheel = fan_rows(constraints, log_sin, RIGHT) - fan_rows(constraints, log_sin, LEFT)  # eq. 10
+    n = constraints.wheels
+    wheel = fan_rows(constraints, log_sin, RIGHT, n) - fan_rows(constraints, log_sin, LEFT, n)  # eq. 10
     triangle = np.pi - alpha.sum(axis=0)  # eq. 6
-    return np.column_stack((vertex, wheel.sum(axis=1))).ravel(), triangle
+    return np.concatenate((vertex, wheel.sum(axis=1)))[_paired(constraints)], triangle
 
 
 def least_norm(

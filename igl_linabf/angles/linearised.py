@@ -18,6 +18,7 @@ from typing import Literal
 import numpy as np
 from scipy import sparse
 
+from .. import kernels
 from .._runtime import advance as tell_progress
 from .._runtime import timed
 from .._types import BoolArray, FloatArray
@@ -33,7 +34,7 @@ from ..linalg import (
 )
 from .closure import ClosingRows
 from .constraints import Constraints, Residual, residual
-from .preconditioner import SliverRows, Solve, conformal_inverse, corrected
+from .preconditioner import SliverRows, Solve, conformal_inverse, corrected, laplacian_inverse
 from .reduced import System
 
 REACH = 0.7  # share of the way to a vanishing angle that a triangle's step may go
@@ -119,7 +120,7 @@ class Linearised:
     S : Symmetric
         The reduced matrix.
     closing : ClosingRows or None
-        The rows that close the loops of holes.
+        The rows that close the loops of holes, and closed paths.
     laplacian : Analysis or None
         Analysis of the Laplacians over the problem's pattern, which the layout uses, too.
     inverse : callable or None
@@ -158,7 +159,17 @@ class Linearised:
         """Multipliers of the vertex and the wheel constraint of each single vertex, (#V, 2)."""
         n = 2 * self.problem.constraints.n
         own = self.system.at_vertices(x[:n].reshape(-1, 2))
-        return own if self.closing is None else own + self.closing.at_vertices(x[n:])
+        return own if self.closing is None else own + self.closing.at_sites(x[n:])[: len(own)]
+
+    def at_corners(self, x: FloatArray) -> FloatArray:
+        """Multipliers of the vertex and the wheel constraint whose fan each corner is in, (2, 3, #F)."""
+        topology, n = self.problem.constraints.topology, 2 * self.problem.constraints.n
+        at_corners = self.at_vertices(x).T.take(topology.corner, axis=1)  # far faster than by an index
+        if self.closing is not None:
+            flat, of_paths = at_corners.reshape(2, -1), self.closing.at_sites(x[n:])[topology.n :]
+            for path, extra in zip(self.problem.constraints.paths, of_paths, strict=True):
+                flat[:, path.corner] += extra[:, None]
+        return at_corners
 
 
 @dataclass(frozen=True, eq=False)
@@ -168,7 +179,7 @@ class Direction:
     Attributes
     ----------
     e : (3, #F) float64
-    x : (2 #rows + 2 #holes,) float64
+    x : (2 #rows + #closing rows,) float64
         The multipliers.
     inner_steps : int
     lin : Linearised
@@ -203,7 +214,7 @@ def linearise(
     reuse : Linearised, optional
         An earlier system, whose analyses are reused.
     close : bool
-        Include the rows that close the loops of holes.
+        Include the rows that close the loops of holes. Those of closed paths are always there.
     same_factor : bool
         Use the factor of `reuse` as the preconditioner.
     same_slivers : bool
@@ -220,8 +231,10 @@ def linearise(
     with timed("assembly"):
         system = System(problem.constraints, at.alpha, weights)
         S = system.matrix() if problem.constraints.n else Symmetric(sparse.csr_array((0, 0)))
-        closure = at.residual.closure
-        closing = ClosingRows(system, closure) if close and len(closure.gap) else None
+        closure, paths = at.residual.closure, problem.constraints.paths
+        if not close:
+            closure = closure.of_paths(len(paths))
+        closing = ClosingRows(system, closure, at.residual.vertex) if closure.asked.any() else None
     lin = Linearised(problem, system, S, closing)
     if not problem.constraints.n:
         return lin  # every vertex is on the boundary: the estimate is flat
@@ -253,9 +266,9 @@ def _preconditioned(lin: Linearised) -> Linearised:
         with timed("assembly"):
             lower = lin.system.laplacian()
         with timed("analysis"):
-            laplacian = laplacian or solvers.laplacian(lower)
+            laplacian = laplacian or lin.system.pattern.analysis(solvers, lower)
         with timed("factor"):
-            inverse = laplacian.preconditioner(lower)
+            inverse = laplacian_inverse(lin.system, laplacian, lower)
     with timed("factor"):
         precondition = conformal_inverse(lin.system, lin.closing, inverse)
         slivers = lin.slivers or SliverRows.of(lin.system, lin.S, solvers)
@@ -350,15 +363,16 @@ def right_side(
         e0 = e0 - system.projected(gradient)
     rhs = (np.column_stack((b.vertex, b.wheel)) - system.rows(e0)).ravel()
     if lin.closing is not None:
-        gap = b.closure.gap
-        rhs = np.concatenate((rhs, -np.column_stack((gap.real, gap.imag)).ravel() - lin.closing.rows(e0)))
+        rhs = np.concatenate((rhs, -lin.closing.gap - lin.closing.rows(e0)))
     return e0, rhs
 
 
 def errors(lin: Linearised, e0: FloatArray, x: FloatArray) -> FloatArray:
     """The errors e = e0 + P M^T x of the multipliers x."""
     system = lin.system
-    return np.asarray(e0 + system.projected(system.at_corners(lin.at_vertices(x))))
+    if system.constraints.paths:
+        return np.asarray(e0 + system.projected(system.at_corners(lin.at_corners(x))))
+    return e0 + system.errors(lin.at_vertices(x))
 
 
 def _multipliers(
@@ -376,9 +390,7 @@ def _multipliers(
         try:
             direct = lin.closing.solver(lin.whole.solve)
         except NotPositiveDefiniteError:
-            topology = lin.problem.constraints.topology
-            at_holes = np.isin(np.arange(topology.n), np.concatenate(topology.holes))
-            raise _singular(lin.problem, at, at_holes) from None
+            raise _singular(lin.problem, at, lin.closing.vertices) from None
     return direct(rhs), 0, lin
 
 
@@ -396,6 +408,4 @@ def advance(problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
 
 def cut_short(alpha: FloatArray, e: FloatArray) -> tuple[FloatArray, BoolArray]:
     """The errors, in each triangle so much of them that its angles stay positive; where that is not all."""
-    with np.errstate(divide="ignore"):  # how many times each triangle could take its errors
-        reach = np.where(e < 0, alpha / -e, np.inf).min(axis=0)
-    return e * np.minimum(REACH * reach, 1.0), reach <= 1
+    return kernels.cut_short(alpha, e, REACH)

@@ -1,42 +1,86 @@
-"""The loops of holes, drawn from the angles at them."""
+"""What the angles draw around holes and along closed paths."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .._types import ComplexArray, FloatArray, IntArray
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import Topology
 
 
 @dataclass(frozen=True, eq=False)
-class Closure:
-    """The loops of the holes, drawn from the angles (docs/holes.md).
+class ClosedPath:
+    """A closed path of edges, along which scale and direction are to come back.
 
-    First the exterior angles are shifted to sum to -2 pi, and the logarithms of the length ratios to
-    sum to 0, evenly over a loop. The derivative is averaged over all starting vertices, so the
-    result does not depend on the start.
+    The path's *left fans* are the corners to its left at its vertices. Over them the logarithms of the
+    next edge's length over the last one's sum to zero, so the path ends at the scale at which it
+    begins. The exterior angles, pi - the sum of the left fan, sum to `turning`.
 
     Attributes
     ----------
-    gap : (#holes,) complex128
-        tau: vector from the start to the end of each loop, in units of its length.
-    vertex, hole : (#L,) int64
-        The vertices of all these loops, and the hole of each.
+    corner : (#c,) int64
+        The corners of the left fans, numbered k #F + t.
+    size : int
+        Number of the path's vertices.
+    turning : float
+        Sum of the exterior angles, radians; NaN if it may be any.
+    """
+
+    corner: IntArray
+    size: int
+    turning: float = np.nan
+
+
+@dataclass(frozen=True, eq=False)
+class Closure:
+    """By how much loops and closed paths drawn from the angles fail to close (docs/holes.md).
+
+    Loops of holes: first the exterior angles are shifted to sum to -2 pi, and the logarithms of the
+    length ratios to sum to 0, evenly over a loop. The derivative is averaged over all starting
+    vertices, so the result does not depend on the start.
+
+    Attributes
+    ----------
+    gap : (#holes + #paths,) complex128
+        For each hole tau: vector from the start to the end of its loop, in units of its length. For
+        each path the sum of the logarithms + i (sum of the exterior angles - `turning`).
+    site, row : (#L,) int64
+        The *sites* of all these, and the entry of `gap` that each adds to. Site v is vertex v; after
+        the vertices come the paths.
     q : (#L,) complex128
-        Derivative of the gap with respect to log_ratio + i turning at the vertex: the vector from
-        the vertex to the loop's end, minus its mean over the loop.
+        Derivative of the gap with respect to log_ratio + i turning at the site. At a hole's vertex it
+        is the vector from the vertex to the loop's end, minus its mean over the loop; at a path it
+        is 1.
+    asked : (#holes + #paths, 2) bool
+        Whether the real and the imaginary part of each gap is to vanish.
     """
 
     gap: ComplexArray
-    vertex: IntArray
-    hole: IntArray
+    site: IntArray
+    row: IntArray
     q: ComplexArray
+    asked: BoolArray
+
+    def of_paths(self, n: int) -> Closure:
+        """Only that of the paths, the last `n`."""
+        asked = self.asked.copy()
+        asked[: len(asked) - n] = False
+        return replace(self, asked=asked)
 
 
-def closure_of(topology: Topology, turning: FloatArray, log_ratio: FloatArray) -> Closure:
-    """Draw each hole's loop; `turning` and `log_ratio` as in `Residual`."""
+def closure_of(
+    topology: Topology,
+    turning: FloatArray,
+    log_ratio: FloatArray,
+    paths: tuple[ClosedPath, ...] = (),
+    drawn: ComplexArray | None = None,
+) -> Closure:
+    """Draw each hole's loop; `turning` and `log_ratio` as in `Residual`.
+
+    `drawn` has the sum of the logarithms + i angles over the left fans of each path.
+    """
     holes = topology.holes
     gap, q = np.zeros(len(holes), dtype=np.complex128), []
     for i, loop in enumerate(holes):
@@ -49,7 +93,16 @@ def closure_of(topology: Topology, turning: FloatArray, log_ratio: FloatArray) -
         gap[i] = to_end[0]
         to_end += gap[i] * np.arange(len(loop)) / len(loop)  # the mean over all beginnings
         q.append(to_end - to_end.mean())
-    if not holes:
-        return Closure(gap, np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), gap)
-    hole = np.repeat(np.arange(len(holes)), [len(loop) for loop in holes])
-    return Closure(gap, np.concatenate(holes), hole, np.concatenate(q))
+    asked = np.ones((len(holes) + len(paths), 2), dtype=bool)
+    if paths:
+        assert drawn is not None
+        wanted = np.array([path.size * np.pi - path.turning for path in paths])
+        asked[len(holes) :, 1] = ~np.isnan(wanted)
+        beyond = np.where(np.isnan(wanted), 0.0, wanted - drawn.imag)
+        gap = np.concatenate((gap, drawn.real + 1j * beyond))
+        q.append(np.ones(len(paths), dtype=np.complex128))
+    if not q:
+        return Closure(gap, np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), gap, asked)
+    sites = [*holes, topology.n + np.arange(len(paths))]
+    row = np.repeat(np.arange(len(gap)), [len(loop) for loop in holes] + [1] * len(paths))
+    return Closure(gap, np.concatenate(sites), row, np.concatenate(q), asked)

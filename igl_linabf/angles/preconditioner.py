@@ -16,8 +16,26 @@ from .reduced import System
 Solve = Callable[[Array], Array]
 
 
+def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_array) -> Solve:
+    """diag(L_s+, L_s)^-1 of (#rows, 2 k): k right-hand sides of vertex rows, then k of wheel rows.
+
+    L_s+ is over all rows, L_s over those with a wheel constraint. Where each row has one, the two are one.
+    Else L_s has the identity on the others, so that the pattern and its `laplacian` analysis serve both.
+    """
+    vertex = laplacian.preconditioner(lower)
+    if system.constraints.wheels == system.constraints.n:
+        return vertex
+    wheel = laplacian.preconditioner(system.wheel_laplacian(lower))
+
+    def both(pairs: FloatArray) -> FloatArray:
+        k = pairs.shape[1] // 2
+        return np.hstack((vertex(pairs[:, :k]), wheel(pairs[:, k:])))
+
+    return both
+
+
 def conformal_inverse(system: System, closing: ClosingRows | None, inverse: Solve) -> Solve:
-    """diag(L_s, L_s)^-1 from the `inverse` of L_s; with closing rows, the inverse of the bordered system."""
+    """diag(L_s+, L_s)^-1 from `laplacian_inverse`; with closing rows, the inverse of the bordered system."""
 
     def scalar(r: FloatArray) -> FloatArray:
         pairs = r.reshape(len(r) // 2, -1)  # the two rows of a vertex, for each right-hand side

@@ -6,10 +6,13 @@ Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the confor
 """
 
 from .atlas import Atlas, Chart
+from .cones import find_cones
+from .given_seams import texture_seams, texture_sides
 from .overlap_seams import separating_seams
 from .packing import pack
 from .scaf import make_bijective
-from .seams import TRADE, cut, find_seams, texture_seams
+from .seams import TRADE, cut, find_seams
+from .together import pack_together
 from .unwrapping import unwrap
 
 __all__ = [
@@ -17,10 +20,13 @@ __all__ = [
     "Atlas",
     "Chart",
     "cut",
+    "find_cones",
     "find_seams",
     "make_bijective",
     "pack",
+    "pack_together",
     "separating_seams",
     "texture_seams",
+    "texture_sides",
     "unwrap",
 ]

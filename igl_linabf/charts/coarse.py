@@ -16,7 +16,7 @@ from scipy.sparse import csgraph
 
 from .._types import FloatArray, IntArray
 from ..surface import connected_labels, sum_by
-from .cut_graph import ClosedSurface, first_of_each, symmetric_graph
+from .cut_graph import ClosedSurface, first_of_each, shortest_edges
 from .tighten import tightened
 
 LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
@@ -147,26 +147,30 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
     edge, sides = _without_digons(edge, face[piece.faces[edge]], way)
     used, sides = np.unique(sides, return_inverse=True)
     sides, ends = sides.reshape(-1, 2), ends[edge]
-    n = len(roots)
-    proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
-    length = way[edge]
-    shortest, key = first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
+    n, length = len(roots), way[edge]
+    graph, key, shortest = shortest_edges(ends, length, n)
     coarse = ClosedSurface(
         n=n,
         holes=piece.holes,
         genus=piece.genus,
         n_faces=len(used),
+        node=label[piece.node],
         edges=piece.edges[edge],
         ends=ends,
         faces=sides,
+        true_length=piece.true_length[edge] * length / piece.length[edge],
         length=length,
-        graph=symmetric_graph(length[shortest], ends[shortest], n),
+        shown=piece.shown[edge],
+        valley=piece.valley[edge],
+        sharp=piece.sharp[edge],
+        graph=graph,
         key=key,
         shortest=shortest,
-        conductance=_flux(piece, label, roots, way, ends),
-        position=piece.position[roots],
         curvature=sum_by(label, piece.curvature, n),
+        noise=sum_by(label, piece.noise, n),
         area=sum_by(label, piece.area, n),
+        laplacian=_flow(piece, label, roots, forest.distance),
+        position=piece.position[roots],
         size=piece.size,
     )
     return Contracted(piece, coarse, forest, label, roots, edge)
@@ -207,31 +211,23 @@ def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[I
     return edge[best], sides[at[by_strip], side[by_strip]].reshape(-1, 2)
 
 
-def _flux(
-    piece: ClosedSurface, label: IntArray, roots: IntArray, way: FloatArray, ends: IntArray
-) -> FloatArray:
-    """Weights of the coarse edges: those of the edges across, by the part of the way that they go.
+def _flow(piece: ClosedSurface, label: IntArray, roots: IntArray, distance: FloatArray) -> sparse.csr_array:
+    """The Laplacian of the clusters: weights of the edges across, by the part of the way that they go.
 
-    That is the finite-volume Laplacian on the clusters: if u is linear, what flows from one to the next is
-    right.
+    That is the one of finite volumes: if u is linear, what flows from one cluster to the next is right.
     """
-    n = len(roots)
-    i, j = label[piece.ends].T
-    across = np.flatnonzero(i != j)
-    i, j = i[across], j[across]
-    step = piece.position[piece.ends[across, 1]] - piece.position[piece.ends[across, 0]]
-    whole = piece.position[roots[j]] - piece.position[roots[i]]
+    upper = sparse.triu(piece.laplacian, 1).tocoo()
+    a, b = upper.coords
+    across = label[a] != label[b]
+    a, b, weight = a[across], b[across], -upper.data[across]
+    i, j = label[a], label[b]
+    step, whole = piece.position[b] - piece.position[a], piece.position[roots[j]] - piece.position[roots[i]]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = (step * whole).sum(axis=1) / (whole**2).sum(axis=1)
-    to_hole = np.minimum(i, j) < piece.holes  # which has no place of its own
-    share[to_hole] = (piece.length[across] / way[across])[to_hole]
-    weight = piece.conductance[across] * np.clip(share, SMALLEST_SHARE, 1)
-    key = np.minimum(i, j) * n + np.maximum(i, j)
-    keys, place = np.unique(key, return_inverse=True)
-    total = np.bincount(place, weight)
-    own = np.minimum(*ends.T) * n + np.maximum(*ends.T)
-    at = np.searchsorted(keys, own)
-    at[at == len(keys)] = 0
-    found = keys[at] == own
-    copies = np.bincount(at[found], minlength=len(keys))
-    return np.where(found, total[at] / np.maximum(copies[at], 1), 0.0)
+        hole = i < piece.holes  # which has no place of its own
+        edge = np.asarray(piece.graph[a[hole], b[hole]]).ravel()
+        share[hole] = edge / (edge + distance[b[hole]])
+    weight = weight * np.clip(np.nan_to_num(share), SMALLEST_SHARE, 1)
+    n = len(roots)
+    off = sparse.csr_array((np.tile(-weight, 2), (np.append(i, j), np.append(j, i))), shape=(n, n))
+    return (off - sparse.diags_array(off.sum(axis=1))).tocsr()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
 
@@ -13,7 +13,9 @@ from scipy.sparse import csgraph
 
 from .._types import FloatArray, IntArray
 from ..surface import Submesh, connected_labels, sum_by
+from .creases import angle_noise, bends, face_normals, sharpness
 from .scale import ZeroAtNodes
+from .visibility import Smoothing, shown, valleys
 
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
@@ -36,18 +38,24 @@ class ClosedSurface:
     ----------
     n, holes, genus, n_faces : int
         Numbers of nodes, of those (the first ones) that are loops, of handles and faces.
+    node : (#V,) int64
+        The node of each vertex. Interior vertices keep their order.
     edges, ends, faces : (#E, 2) int64
-        Vertices, nodes and faces at each edge that has two faces.
-    length : (#E,) float64
-        Shorter than the edge itself at creases, where a seam is least visible.
+        Vertices, nodes and faces at each edge that has two faces. Diagonals of polygons are no edges, and
+        the triangles of a polygon are one face.
+    true_length, length : (#E,) float64
+        Of the edges; and shorter where a seam shows less: at creases, and where it is hidden.
+    shown, valley : (#E,) float64
+        By what hiding multiplies the lengths; and valleys those by which arcs are rerouted in the end.
+    sharp : (#E,) float64
+        From 0 for no crease to 1 for a sharp one.
     graph : (n, n) sparse
         The shortest edge between each two nodes; `key` and `shortest` find it.
-    conductance : (#E,) float64
-        Weights of the Laplacian, with the adverse sign of its entries: half the sum of two cotangents.
+    curvature, noise, area : (n,) float64
+        Angle defects, what rounding adds to them, and vertex areas.
+    laplacian : (n, n) sparse
     position : (n, 3) float64
         Of each node; that of a loop is any of its vertices.
-    curvature, area : (n,) float64
-        Angle defects and vertex areas.
     size : float
         Square root of the area.
     """
@@ -56,24 +64,34 @@ class ClosedSurface:
     holes: int
     genus: int
     n_faces: int
+    node: IntArray
     edges: IntArray
     ends: IntArray
     faces: IntArray
+    true_length: FloatArray
     length: FloatArray
+    shown: FloatArray
+    valley: FloatArray
+    sharp: FloatArray
     graph: sparse.csr_array
     key: IntArray
     shortest: IntArray
-    conductance: FloatArray
-    position: FloatArray
     curvature: FloatArray
+    noise: FloatArray
     area: FloatArray
+    laplacian: sparse.csr_array
+    position: FloatArray
     size: float
 
     @cached_property
     def zero_at_nodes(self) -> ZeroAtNodes:
         """Solves Laplace systems."""
-        off = symmetric_graph(-self.conductance, self.ends, self.n)
-        return ZeroAtNodes((off - sparse.diags_array(off.sum(axis=1))).tocsr())
+        return ZeroAtNodes(self.laplacian)
+
+    def with_lengths(self, length: FloatArray) -> ClosedSurface:
+        """The same with other lengths of its edges."""
+        graph, key, shortest = shortest_edges(self.ends, length, self.n)
+        return replace(self, length=length, graph=graph, key=key, shortest=shortest)
 
     def between(self, i: IntArray, j: IntArray) -> IntArray:
         """The shortest edges between neighbouring nodes."""
@@ -82,10 +100,7 @@ class ClosedSurface:
     def search(
         self, sources: IntArray, avoid: IntArray | None = None, limit: float = np.inf
     ) -> tuple[FloatArray, IntArray, IntArray]:
-        """For each node the distance to the nearest source, the node before it on the path, that source.
-
-        Nodes to avoid are not passed, unless they are sources. Beyond `limit` the distance is infinite.
-        """
+        """The distance of each node to the nearest source, the node before it on the path, that source."""
         graph = self.graph
         if avoid is not None:
             open_ = np.ones(self.n, dtype=bool)
@@ -130,8 +145,8 @@ class ClosedSurface:
         return float(self.length[seam].sum())
 
 
-def closed_surface(component: Submesh) -> ClosedSurface:
-    """Contract the boundary loops of a surface in one piece."""
+def closed_surface(component: Submesh, hidden: FloatArray | None = None) -> ClosedSurface:
+    """Contract the boundary loops of a surface in one piece; `hidden` as `hiding` returns it."""
     V, F, topology = component.V, component.F, component.topology
     holes = len(topology.loops)
     node = np.full(len(V), -1)
@@ -139,46 +154,48 @@ def closed_surface(component: Submesh) -> ClosedSurface:
         node[loop] = i
     n = holes + int(np.count_nonzero(node < 0))
     node[node < 0] = np.arange(holes, n)
-    inside = topology.sides[1] >= 0
+    cell, inside = component.cells
     edges = topology.edges[inside]
     ends = node[edges]
-    length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
-    faces = topology.sides[:, inside].T % len(F)
-    length *= 1 - CREASE_DISCOUNT * np.minimum(_bend(V, F, faces) / (np.pi / 2), 1)
-    proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
-    shortest, key = first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
+    every = np.flatnonzero(topology.sides[1] >= 0)
+    true_length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
+    bend = bends(component, face_normals(component))[np.searchsorted(every, inside)]
+    length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
     double_area, dot = component.measured
+    size = float(np.sqrt(double_area.sum() / 2))
+    smoothing = Smoothing(component, edges, true_length, size)
+    visible = shown(component, edges, hidden, smoothing)
+    length *= visible
+    graph, key, shortest = shortest_edges(ends, length, n)
     corner = node[topology.corner]
-    cotangent = topology.sum_at_edges(dot / double_area)[inside] / 2
     vertex = np.empty(n, dtype=np.int64)
     vertex[node] = np.arange(len(V))
+    cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
+    off = symmetric_graph(-np.maximum(cotangent, SMALLEST_WEIGHT), node[topology.edges[every]], n)
     return ClosedSurface(
         n=n,
         holes=holes,
         genus=topology.genus,
-        n_faces=len(F),
+        n_faces=int(cell.max()) + 1,
+        node=node,
         edges=edges,
         ends=ends,
-        faces=faces,
+        faces=cell[topology.sides[:, inside].T % len(F)],
+        true_length=true_length,
         length=length,
-        graph=symmetric_graph(length[shortest], ends[shortest], n),
+        shown=visible,
+        valley=valleys(component, edges, true_length, bend, smoothing, size),
+        sharp=sharpness(bend),
+        graph=graph,
         key=key,
         shortest=shortest,
-        conductance=np.maximum(cotangent, SMALLEST_WEIGHT),
-        position=V[vertex],
         curvature=2 * np.pi - sum_by(corner, np.arctan2(double_area, dot), n),
+        noise=angle_noise(component, node, n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
-        size=float(np.sqrt(double_area.sum() / 2)),
+        laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
+        position=V[vertex],
+        size=size,
     )
-
-
-def _bend(V: FloatArray, F: IntArray, faces: IntArray) -> FloatArray:
-    """Angle between the normals of the two faces at each edge."""
-    a, b, c = V[F.T]
-    normal = np.cross(b - a, c - a)
-    first, second = normal[faces.T]
-    cross = np.linalg.norm(np.cross(first, second), axis=1)
-    return np.asarray(np.arctan2(cross, (first * second).sum(axis=1)))
 
 
 def open_handles(piece: ClosedSurface) -> IntArray:
@@ -222,10 +239,12 @@ def _loops(piece: ClosedSurface, base: int) -> tuple[IntArray, IntArray]:
         seam = seam[~loose]
 
 
-def join(piece: ClosedSurface, seam: IntArray) -> IntArray:
-    """Join the holes and the seam by a minimum spanning tree of shortest paths between them."""
+def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -> IntArray:
+    """Join the holes, other nodes and the seam by a minimum spanning tree of shortest paths between them."""
     on_seam = np.unique(piece.ends[seam])
     terminals = np.union1d(on_seam, np.arange(piece.holes))
+    if others is not None:
+        terminals = np.union1d(terminals, others)
     if len(terminals) == 0:
         return seam
     distance, before, source = piece.search(terminals)
@@ -260,7 +279,7 @@ def _moved(piece: ClosedSurface, seam: IntArray, branch: int, cost: Cost) -> Int
 
     If more than three arcs meet, or at a hole, two of them may share a new branch.
     """
-    arcs = _arcs(piece, seam, branch)
+    arcs = arcs_at(piece, seam, branch)
     free = len(arcs) == 3 and branch >= piece.holes
     for chosen in [tuple(arcs)] if free else combinations(arcs, 2):
         own = np.concatenate([arc for arc, _ in chosen])
@@ -283,7 +302,7 @@ def _moved(piece: ClosedSurface, seam: IntArray, branch: int, cost: Cost) -> Int
     return seam
 
 
-def _arcs(piece: ClosedSurface, seam: IntArray, branch: int) -> list[tuple[IntArray, int]]:
+def arcs_at(piece: ClosedSurface, seam: IntArray, branch: int) -> list[tuple[IntArray, int]]:
     """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
     around: dict[int, list[tuple[int, int]]] = {}
     for edge, (i, j) in zip(seam.tolist(), piece.ends[seam].tolist(), strict=True):
@@ -308,6 +327,13 @@ def shape(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, bool]:
     number = int(label.max(initial=-1)) + 1
     cycles = number + len(seam) - len(nodes)
     return number, cycles, not cycles or piece.leaves_whole(seam)  # a forest separates nothing
+
+
+def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray, IntArray]:
+    """The shortest edge between each two nodes, as a graph, their sorted keys, and these edges."""
+    proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
+    shortest, key = first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
+    return symmetric_graph(length[shortest], ends[shortest], n), key, shortest
 
 
 def symmetric_graph(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:

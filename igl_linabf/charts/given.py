@@ -11,7 +11,7 @@ from ..measures import Quality
 from ..surface import Cleaned, seam_mask
 from .atlas import Atlas
 
-NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 0, 0, 0)  # of no face
+NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0, 0, 0)  # of no face
 
 
 def sides_of_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
@@ -34,6 +34,8 @@ def given_back(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
         origin=cleaned.origin[atlas.origin],
         seams=cleaned.origin[atlas.seams],
         seam_length=atlas.seam_length * 2.0**-cleaned.power,
+        scale=atlas.scale * 2.0**cleaned.power,
+        cones=cleaned.origin[atlas.cones],
         repairs=cleaned.repairs,
     )
 
@@ -48,6 +50,7 @@ def without_charts(cleaned: Cleaned, F: IntArray) -> Atlas:
         charts=(),
         seams=np.zeros((0, 2), dtype=np.int64),
         seam_length=0.0,
+        seam_mismatch=0.0,
         splits=0,
         fill=0.0,
         quality=NO_QUALITY,

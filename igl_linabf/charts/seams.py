@@ -7,12 +7,8 @@ from numpy.typing import ArrayLike
 
 from .._runtime import advance
 from .._types import FloatArray, IntArray
-from ..errors import MeshError, some
 from ..surface import (
-    NEXT,
-    PREV,
     Submesh,
-    Topology,
     compact,
     cut_faces,
     face_array,
@@ -22,12 +18,17 @@ from ..surface import (
     vertex_array,
 )
 from .coarse import Contracted, clusters, contracted
+from .creases import flat_share
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
+from .nets import HARD, Nets
+from .routes import rerouted
 from .small_seams import SmallBodies
+from .visibility import hiding
 
 TRADE = 6.0
 MAX_LEAVES = 100  # on a component
 MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
+ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 DIRECT = 10_000  # nodes up to which seams are found on the surface itself
 CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
@@ -81,53 +82,14 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     return positions[origin], F_cut, origin
 
 
-def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
-    """The seams of existing texture coordinates.
-
-    Parameters
-    ----------
-    F : (#F, 3) int
-        Oriented triangles.
-    FTC : (#F, 3) int
-        Indices of the texture coordinates at the corners, as `igl.readOBJ` returns them.
-
-    Returns
-    -------
-    seams : (#E, 2) int64
-        Vertices of the interior edges whose two faces have different texture coordinates there.
-
-    Raises
-    ------
-    MeshError
-        The arrays are malformed or do not fit together, a corner has no texture coordinate, or the
-        surface is not an oriented manifold.
-
-    Examples
-    --------
-    >>> texture_seams([[0, 1, 2], [2, 1, 3]], [[0, 1, 2], [4, 1, 3]])
-    array([[1, 2]])
-    """
-    faces, texture = face_array(F), face_array(FTC)
-    if texture.shape != faces.shape:
-        raise MeshError(f"FTC has {len(texture)} rows for {len(faces)} faces: pass one row a face")
-    bad = np.flatnonzero((texture < 0).any(axis=1))
-    if len(bad):
-        raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")
-    vertices, packed = compact(faces, int(faces.max()) + 1)
-    topology = manifold_topology(packed, vertices)
-    return vertices[edges_between_textures(topology, texture)]
-
-
-def edges_between_textures(topology: Topology, texture: IntArray) -> IntArray:
-    """`texture_seams` of a surface that is checked, by its own vertices."""
-    first, second = topology.sides[:, topology.sides[1] >= 0]
-    start, end = texture.T[NEXT].ravel(), texture.T[PREV].ravel()  # of each half-edge
-    differ = (start[first] != end[second]) | (end[first] != start[second])
-    return np.asarray(topology.edges[topology.sides[1] >= 0][differ])
-
-
 def find_seams(
-    V: ArrayLike, F: ArrayLike, *, trade: float = TRADE, holes: bool = False, disks: bool = False
+    V: ArrayLike,
+    F: ArrayLike,
+    *,
+    trade: float = TRADE,
+    holes: bool = False,
+    disks: bool = False,
+    hide: ArrayLike | None = None,
 ) -> IntArray:
     """Find short seams that make every component a disk of low distortion.
 
@@ -136,7 +98,12 @@ def find_seams(
     the seam. Each is a shortest path from the point where the conformal map's scale is farthest
     from one, that is, from a tip that would shrink (one Laplace system a branch, as in boundary
     first flattening). Branches are kept as long as the lower stretch is worth their length.
-    Finally, branch points move if a shorter seam is worth the change of stretch.
+    Finally, branch points move if a shorter seam is worth the change of stretch, and the seam is
+    straightened and slides into valleys nearby.
+
+    Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
+    creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net
+    are for `unwrap` to split.
 
     Parameters
     ----------
@@ -146,13 +113,18 @@ def find_seams(
         Oriented triangles of any number of components, loops and handles.
     trade : float
         Seam length, in units of the square root of the component's area, that lowering the L2
-        stretch by 1 is worth. Edges along a crease of a right angle or more count half. 0: only
-        what is needed to make disks. Large: branches grow as long as the expected stretch falls, at
-        most 100 a component.
+        stretch by 1 is worth. Edges along a crease of a right angle or more count half, and sharp
+        creases on a net are free up to a length of `trade`. 0: only what is needed to make disks.
+        Large: branches grow as long as the expected stretch falls, at most 100 a component.
     holes : bool
         Do not cut from hole to hole: each component becomes a disk with holes.
     disks : bool
         Also grow branches on components that need no seam; by default these are not cut.
+    hide : (3,) or (#F,) float, optional
+        Where seams may lie: the direction in which faces look that are not seen, as `[0, 0, -1]` for the
+        underside if z is up; or a weight for each face, larger where a seam is hidden better. Weights
+        count by where they are between the least and the largest. An edge in full view counts three
+        times its length, a hidden one a third.
 
     Returns
     -------
@@ -175,16 +147,24 @@ def find_seams(
     >>> find_seams(V, F, trade=0).shape  # a path from one vertex to the opposite one
     (3, 2)
     """
-    return seams_of(Submesh.checked_manifold(V, F), trade, holes=holes, disks=disks)
+    surface = Submesh.checked_manifold(V, F)
+    hidden = hiding(surface, hide, np.arange(len(surface.F)))
+    return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden)
 
 
 def seams_of(
-    surface: Submesh, trade: float, *, holes: bool = False, disks: bool = False, gain: float = 0.0
+    surface: Submesh,
+    trade: float,
+    *,
+    holes: bool = False,
+    disks: bool = False,
+    gain: float = 0.0,
+    hidden: FloatArray | None = None,
 ) -> IntArray:
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
     A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
-    With a `gain`, small components among many get none if they need none.
+    With a `gain`, small components among many get none if they need none. `hidden` as of `hiding`.
     """
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
@@ -197,12 +177,12 @@ def seams_of(
             if genus == 0 and len(component.F) <= SMALL and len(shapes) >= MANY:
                 small += [component.faces] if not (open_ and gain) else []
             else:
-                piece = closed_surface(component)
-                seam = _seam(piece, trade, holes, gain if open_ else None)
+                piece = closed_surface(component, hidden)
+                seam = _best(component, piece, trade, holes, gain if open_ else None)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
-        bodies = SmallBodies(surface.of_faces(rows), _log_scale)
+        bodies = SmallBodies(surface.of_faces(rows), _log_scale, hidden)
         found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN))
     return np.concatenate(found)
 
@@ -225,35 +205,58 @@ def _shapes(surface: Submesh) -> list[tuple[Submesh, int, int]]:
     return list(zip(components, loops.tolist(), genus.tolist(), strict=True))
 
 
-Found = tuple[IntArray, IntArray]  # a seam, and the leaves that grew on it
+def _best(
+    component: Submesh, piece: ClosedSurface, trade: float, holes: bool, gain: float | None
+) -> IntArray:
+    """The seam that leaves look for, or a net, if there are creases and it costs less.
+
+    With a `gain`, no seam is needed, and one has to save this.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    with_nets = trade > 0 and not (holes and piece.holes > 1)
+    nets = Nets(piece, trade, lambda seam: _log_scale(piece, _open_nodes(piece, seam), piece.curvature))
+    if with_nets and (seam := nets.free()) is not None:
+        return seam if gain is None or nets.expected(none) - nets.expected(seam) >= gain else none
+    few = piece.n <= DIRECT
+    seam = _seam(piece, trade, holes)[0] if few else _carried(piece, trade, holes, gain)
+    hard = with_nets and (flat_share(component) >= HARD or nets.creased)
+
+    def parts(seam: IntArray) -> list[Submesh]:
+        return component.cut_along(component.vertices[piece.edges[seam]])
+
+    if hard:
+        net = nets.cheaper(seam, gain, parts, lambda net: _grow(piece, net, trade)[0])
+        if net is not None:
+            return net
+    if not few:
+        return seam
+    seam = _shorter(piece, seam, trade)
+    return none if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain else seam
 
 
-def _seam(piece: ClosedSurface, trade: float, holes: bool, gain: float | None = None) -> IntArray:
-    """Edges to cut `piece` along; none if the cost falls by less than `gain`."""
+def _carried(piece: ClosedSurface, trade: float, holes: bool, gain: float | None) -> IntArray:
+    """The seam of clusters of nodes, drawn tight; none if the cost falls by less than `gain`."""
     levels: list[Contracted] = []
     coarse = piece
-    while coarse.n > (CLUSTERED if levels else DIRECT):
+    while not levels or coarse.n > CLUSTERED:
         levels.append(contracted(coarse, clusters(coarse, 1 if coarse.n < TWO_HOPS else 2)))
         coarse = levels[-1].coarse
-    trade *= DRAWN_SHORTER if levels else 1.0
-    seam, leaves = _searched(coarse, trade, holes)
+    trade *= DRAWN_SHORTER
+    seam, leaves = _seam(coarse, trade, holes)
+    seam = _shorter(coarse, seam, trade)
     if gain is not None and _cost(coarse, seam[:0], trade) - _cost(coarse, seam, trade) < gain:
         return seam[:0]
+    leaves = np.intersect1d(leaves, coarse.ends[seam])
     for level in reversed(levels):
         seam, leaves = level.drawn(seam, leaves), level.roots[leaves]
     return seam
 
 
-def _searched(piece: ClosedSurface, trade: float, holes: bool) -> Found:
-    """Edges to cut a surface of few nodes along."""
-    known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
+Grown = tuple[IntArray, IntArray]  # a seam, and its leaves
 
-    def cost(seam: IntArray) -> float:
-        key = seam.tobytes()
-        if key not in known:
-            known[key] = _cost(piece, seam, trade)
-        return known[key]
 
+def _seam(piece: ClosedSurface, trade: float, holes: bool) -> Grown:
+    """Edges to cut `piece` along."""
     none = np.zeros(0, dtype=np.int64)
     seam, leaves = open_handles(piece) if piece.genus else none, none
     seam = shortened(piece, seam, piece.total)
@@ -264,11 +267,25 @@ def _searched(piece: ClosedSurface, trade: float, holes: bool) -> Found:
     if trade > 0:
         seam, grown = _grow(piece, seam, trade)
         leaves = np.append(leaves, grown)
+    return seam, leaves
+
+
+def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
+    """The seam with its branch points moved."""
+    known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
+
+    def cost(seam: IntArray) -> float:
+        key = seam.tobytes()
+        if key not in known:
+            known[key] = _cost(piece, seam, trade)
+        return known[key]
+
     seam = shortened(piece, seam, cost)
-    return seam, np.intersect1d(leaves, piece.ends[seam])
+    most = cost(seam) + ROUTED
+    return rerouted(piece, seam, lambda moved: cost(moved) < most)
 
 
-def _slit(piece: ClosedSurface) -> Found:
+def _slit(piece: ClosedSurface) -> Grown:
     """A path to open a sphere, between the two points that would shrink most."""
     extra = piece.curvature - 4 * np.pi * piece.area / piece.area.sum()
     start = int(np.argmin(_log_scale(piece, np.array([0]), extra)))
@@ -281,7 +298,7 @@ def _slit(piece: ClosedSurface) -> Found:
     return path, np.array([start, end])
 
 
-def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> Found:
+def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> Grown:
     """Add branches one by one; return the seam of least cost, and its leaves."""
     leaves: list[int] = []
     best, least, in_vain, in_best = seam, np.inf, 0, 0

@@ -16,7 +16,7 @@ Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the firs
 
 
 class _Corridor:
-    """The part of a closed surface's graph in which the seam may move."""
+    """The part of a closed surface's graph in which the seam may move, where valleys are shorter."""
 
     def __init__(self, piece: ClosedSurface, near: BoolArray) -> None:
         self.piece = piece
@@ -25,6 +25,13 @@ class _Corridor:
         self._place[self._nodes] = np.arange(len(self._nodes))
         self._graph = piece.graph[self._nodes][:, self._nodes]
         self._row = np.repeat(np.arange(len(self._nodes)), np.diff(self._graph.indptr))
+        self._length = piece.length * piece.valley
+        edge = piece.between(self._nodes[self._row], self._nodes[self._graph.indices])
+        self._graph.data = self._length[edge]
+
+    def total(self, edges: IntArray) -> float:
+        """Their length, less in valleys."""
+        return float(self._length[edges].sum())
 
     def search(self, source: int, barred: set[int], limit: float) -> tuple[FloatArray, IntArray]:
         """Distances from a node, and the nodes before, up to `limit`; barred nodes are not passed."""
@@ -89,14 +96,14 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
     for edges, nodes in _arcs(piece, seam, fixed):
         if nodes[0] == nodes[-1] or len(edges) == 1:
             continue
-        length = piece.total(np.array(edges))
+        length = corridor.total(np.array(edges))
         barred.difference_update(nodes[1:])
         _, before = corridor.search(nodes[0], barred, length)
         way = corridor.way(before, corridor.place(nodes[-1]))
         if len(way) > 1:
             new = piece.between(np.array(way[:-1]), np.array(way[1:]))
             moved = np.concatenate((np.setdiff1d(seam, edges), new))
-            if piece.total(new) < length * SHORTER and _accepted(piece, seam, moved):
+            if corridor.total(new) < length * SHORTER and _accepted(piece, seam, moved):
                 seam, nodes = moved, way
         barred.update(nodes)
     return seam
@@ -116,7 +123,7 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
             continue
         own = np.array([edge for edges, _ in arms for edge in edges])
         barred = set(steps).difference(*(nodes[:-1] for _, nodes in arms))
-        length = piece.total(own)
+        length = corridor.total(own)
         searches = [corridor.search(tip, barred, length) for tip in tips]
         total = np.sum([distance for distance, _ in searches], axis=0)
         centre = int(np.argmin(total))

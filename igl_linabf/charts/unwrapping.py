@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
-from time import perf_counter
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import Progress, advance, part, reporting
-from .._types import IntArray
-from ..errors import FallbackWarning, MeshError, MeshWarning, OutcomeWarning, some, stack_level
+from .._runtime import Progress, part, reporting
+from .._types import FloatArray, IntArray
+from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, some, stack_level
 from ..flattening import Flattening, Method, Outcome, flatten_together, guaranteed, method_of
 from ..measures import (
     Quality,
@@ -29,21 +28,24 @@ from ..surface import (
     cleaned_surface,
     complex_positions,
     flipped_faces,
-    planar_mesh,
     seam_mask,
     signed_double_areas,
 )
 from .atlas import BEYOND_USE, ROUNDING, Atlas, Chart
+from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, sides_of_cleaned, without_charts
+from .given_seams import textured_seams
 from .halving import halves
-from .overlap_seams import seams_between
-from .packing import pack_maps
+from .overlap_seams import MAX_SPLITS, seams_between
+from .packing import Wish, pack_maps
+from .pieces import flattened
+from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .scaf import moved_apart
-from .seams import TRADE, edges_between_textures, seams_of
+from .seams import TRADE, seams_of
+from .visibility import hiding
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
-MAX_SPLITS = 20  # of a chart that flips or overlaps, and of its parts
 MANY = 8  # charts from which they are flattened and measured together
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 MAX_LEAF_ROUNDS = 8  # of more seams for that, before it is halved
@@ -57,12 +59,19 @@ def unwrap(
     seams: ArrayLike | None = None,
     method: str | Method = "linabf",
     *,
+    cones: GivenCones | None = None,
+    cone_angles: ConeAngles = None,
     trade: float = TRADE,
     holes: bool = False,
     bijective: bool = False,
     margin: float = 0.005,
+    resolution: int | None = None,
+    padding: float = 2,
+    texel_density: float | None = None,
+    pages: int | None = None,
     max_stretch: float | None = None,
     complete: bool = False,
+    hide: ArrayLike | None = None,
     weld: float | None = None,
     strict: bool = False,
     progress: Progress = None,
@@ -73,13 +82,25 @@ def unwrap(
     ----------
     V : (#V, 3) float
         Vertex positions, finite where a face is.
-    F : (#F, 3) int
-        Any triangles. Those that are no clean oriented manifold are made one, as `clean` does.
+    F : (#F, 3) or (#F, k) int, or list of lists of int
+        Any triangles, quadrangles or polygons. Those that are no clean oriented manifold are made one, as
+        `clean` does. Seams run along the edges of polygons, never along the diagonals that split them.
     seams : (#E, 2) int or (#F, 3) bool, optional
-        Where to cut, as `cut` takes them. By default `find_seams` finds them. If a chart has flipped
-        faces, its seams are extended; if that does not help, `guarantee="injective"` is used.
+        Where to cut, as `cut` takes them; a mask has the shape of `F`. By default `find_seams`
+        finds them. If a chart has flipped faces, its seams are extended; if that does not help,
+        `guarantee="injective"` is used.
     method : str or method object
         As in `flatten`.
+    cones : (#C,) int, int or "auto", optional
+        Interior vertices that keep all curvature, or how many `find_cones` is to find on each
+        component; "auto" is as many as pay. The seam is then a tree through them and the holes,
+        with loops that open the handles, and in the map both sides of each seam edge are equally
+        long (docs/cones.md). Needs "linabf" or "abf". Not with `seams`, `holes`,
+        `bijective`, `max_stretch`, `complete`.
+    cone_angles : (#C,) float or "quarter", optional
+        Angle sums at the cones, radians. By default those of the conformal map that has one scale
+        at all cones and the boundary. "quarter": multiples of 90 degrees that need little stretch.
+        Then both sides of a seam also differ by turns of multiples of 90 degrees.
     trade : float
         As in `find_seams`: larger allows longer seams for less stretch.
     holes : bool
@@ -90,11 +111,25 @@ def unwrap(
     margin : float
         Distance between charts, and to the border, as a share of the unit square's side. If there are
         too many charts for it, a smaller one is used, with a warning.
+    resolution : int, optional
+        Texels along a page's side. Distances are then given by `padding`, not by `margin`.
+    padding : float
+        Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
+        charts share a texel of a bilinear lookup.
+    texel_density : float, optional
+        Texels per unit of length of V, on average over a chart; needs `resolution`. By default charts
+        are as large as the pages hold.
+    pages : int, optional
+        Pages to use; with `texel_density` at most, and by default as many as it takes. Page k is the
+        unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
     max_stretch : float, optional
         Cut or split charts, beyond given `seams`, too, until the L2 stretch of each is at most this.
         At least 1; by default stretch is only weighed against seam length.
     complete : bool
         `seams` are a beginning: the others that handles, closed pieces and stretch need are found.
+    hide : (3,) or (#F,) float, optional
+        As in `find_seams`: a direction, as `[0, -1, 0]` for what looks back if the front looks to +y, or
+        a weight for each face. The seams that are found prefer the faces of that side.
     weld : float, optional
         As in `clean`.
     strict : bool
@@ -111,9 +146,13 @@ def unwrap(
     MeshError
         The arrays are malformed, a coordinate at a face is NaN or infinite, a seam is no edge, or
         given seams leave a chart with handles or without a boundary and are not to be completed.
-        With `strict`, also: the surface is no oriented manifold, or a face has no area.
+        A cone is no interior vertex, or the cones are too few, or their angles do not obey
+        Gauss-Bonnet; the message has the numbers that do. With `strict`, also: the surface is no
+        oriented manifold, or a face has no area. With `texel_density`, also: the charts do not fit on the
+        pages.
     ValueError
-        `trade`, `margin`, `max_stretch` or `weld` is out of its range.
+        `trade`, `margin`, `max_stretch`, `weld` or a number of the packing is out of its range, or options
+        do not go together.
 
     Warns
     -----
@@ -129,31 +168,61 @@ def unwrap(
     >>> atlas = unwrap(V, F)
     >>> len(atlas.charts), atlas.good, atlas.FTC.shape
     (1, True, (20, 3))
+    >>> atlas = unwrap(V, F, cones=4, cone_angles="quarter")
+    >>> bool(atlas.seam_mismatch < 1e-6), atlas.cone_angles.sum() / np.pi  # 4 cones, 2 pi each, less 4 pi
+    (True, 4.0)
+
+    A cube of quadrangles comes back as quadrangles:
+
+    >>> V = [[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    >>> F = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    >>> unwrap(V, F).FTC.shape
+    (6, 4)
     """
+    if cones is None and cone_angles is not None:
+        raise ValueError("cone_angles are those of cones: give cones=, their vertices or a number of them")
+    if cones is not None:
+        asked = {"seams": seams is not None, "holes": holes, "bijective": bijective, "complete": complete}
+        asked["max_stretch"] = max_stretch is not None
+        if any(asked.values()):
+            listed = ", ".join(name for name, given in asked.items() if given)
+            raise ValueError(f"cones= does not go together with {listed}: its seams run through the cones")
     if max_stretch is not None and not max_stretch >= 1:
         raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
+    wish = Wish.of(margin, resolution, padding, texel_density, pages)
+    split = split_polygons(V, F)
+    if split is not None:
+        F, seams = split.F, None if seams is None else mask_of_triangles(seams, split, len(np.asarray(V)))
     if strict:
         surface = Submesh.checked_manifold(V, F)
         cleaned = as_it_is(surface)
     else:
         cleaned, surface = cleaned_surface(V, F, weld)
-    as_given = surface.vertices is cleaned.origin
-    given = np.asarray(F).astype(np.int64)
+        cleaned = replace(cleaned, repairs=of_polygons(cleaned.repairs, split))
+    as_given, given = surface.vertices is cleaned.origin, np.asarray(F).astype(np.int64)
+    surface = with_diagonals(surface, cleaned, split)
     if cleaned.repairs:
         listed = "; ".join(map(str, cleaned.repairs))
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
     if not len(surface.F):
-        return without_charts(cleaned, given)
-    task = _Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch)
+        return in_polygons(without_charts(cleaned, given), split)
+    hidden = hiding(surface, hide, np.arange(len(given)) if split is None else split.face)
+    task = _Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch, hidden)
     with reporting(progress):
-        with part("seams", SEAMS_END):
-            pieces = _pieces(surface, cleaned, seams, given, task)
-        done = _charts(pieces, task)
+        if cones is None:
+            with part("seams", SEAMS_END):
+                pieces = _pieces(surface, cleaned, seams, given, task)
+            made = Coned(_charts(pieces, task), *NO_CONES)
+        else:
+            wanted = Cones.checked(cones, cone_angles, surface, cleaned)
+            made = coned(surface, wanted, task.method, (SEAMS_END, CHARTS_END))
         with part("packing", 1.0):
-            atlas = _packed(surface, done, margin)
-    atlas = replace(atlas, max_stretch=max_stretch)
+            wish = replace(wish.in_units(2.0**cleaned.power), upright=cone_angles is not None)
+            atlas = _packed(surface, made.charts, wish)
+    atlas = replace(atlas, max_stretch=max_stretch, cones=made.cones, cone_angles=made.angles)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)
+    atlas = in_polygons(atlas, split)
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
@@ -169,6 +238,7 @@ class _Task:
     holes: bool
     bijective: bool
     max_stretch: float | None
+    hidden: FloatArray | None
 
     @property
     def most_stretch(self) -> float:
@@ -190,7 +260,7 @@ def _pieces(
     pieces = [surface]
     if seams is not None:
         if surface.vertices is not cleaned.origin:
-            mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged)), cleaned)
+            mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned)
         else:
             mask = seam_mask(seams, surface.named_faces, surface.n_given)
         pieces = surface.cut(mask)
@@ -202,11 +272,11 @@ def _pieces(
 def _seams_worth(piece: Submesh, task: _Task) -> IntArray:
     """The seams that its components need, and those that their stretch is worth; of disks, too."""
     if not task.holes:
-        return seams_of(piece, task.trade, disks=True, gain=DISK_GAIN)
+        return seams_of(piece, task.trade, disks=True, gain=DISK_GAIN, hidden=task.hidden)
     parts = piece.components()
     disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
     found = [
-        seams_of(part, task.trade, holes=True, disks=disk, gain=DISK_GAIN)
+        seams_of(part, task.trade, holes=True, disks=disk, gain=DISK_GAIN, hidden=task.hidden)
         for part, disk in zip(parts, disks, strict=True)
     ]
     return np.concatenate(found)
@@ -252,7 +322,7 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]
 
 def _chart(piece: Submesh, splits: int, task: _Task, known: Known | None) -> Chart | list[Submesh]:
     """The flattened piece; or its parts, if it has to be cut further."""
-    result = _flattened(piece, task.method) if known is None else known[0]
+    result = flattened(piece, task.method) if known is None else known[0]
     if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
         if splits < task.most_splits and len(leaves := _more_leaves(piece, task)):
             return piece.cut_along(leaves)
@@ -265,7 +335,7 @@ def _chart(piece: Submesh, splits: int, task: _Task, known: Known | None) -> Cha
         pairs, known = overlapping_pairs(result.uv, piece.F), None
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
-            return piece.cut_along(seams_of(piece, trade=0))
+            return piece.cut_along(seams_of(piece, trade=0, hidden=task.hidden))
         parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
         if len(parts) > 1:
             return parts
@@ -279,28 +349,13 @@ def _less_stretched(piece: Submesh, splits: int, task: _Task) -> list[Submesh]:
     """The piece cut further, and from some number of cuts on halved; nothing where that cannot be."""
     if splits < MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, task)):
         return piece.cut_along(leaves)
-    return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH and len(piece.F) > 1 else []
-
-
-def _flattened(piece: Submesh, method: Method) -> Flattening:
-    """Flatten a piece; faces and vertices of the result are numbered within the piece."""
-    start, topology = perf_counter(), piece.topology
-    if topology.genus or not topology.loops:
-        what = f"has {topology.genus} handle{'s' * (topology.genus > 1)}" if topology.loops else "is closed"
-        which = f"the chart of faces {some(piece.faces)} {what}"
-        raise MeshError(f"{which}: give more seams, or complete=True, and unwrap finds the others")
-    n = len(piece.V)
-    mesh = replace(planar_mesh(piece), vertices=np.arange(n), n_given=n)
-    checked = perf_counter() - start
-    advance("check", 0.05)
-    made = method.run(mesh, None)
-    return replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})
+    return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH and piece.cells[0].any() else []
 
 
 def _more_leaves(piece: Submesh, task: _Task) -> IntArray:
     """More seams for a piece with flips: `trade` is doubled until `find_seams` finds some."""
     trades = max(task.trade, 1.0) * 2.0 ** np.arange(TRADE_DOUBLINGS)
-    found = (seams_of(piece, t, holes=task.holes, disks=True) for t in trades)
+    found = (seams_of(piece, t, holes=task.holes, disks=True, hidden=task.hidden) for t in trades)
     return next((seams for seams in found if len(seams)), np.zeros((0, 2), dtype=np.int64))
 
 
@@ -315,7 +370,7 @@ def _flattened_without_flips(piece: Submesh, result: Flattening, task: _Task) ->
         FallbackWarning,
         stacklevel=stack_level(),
     )
-    return _flattened(piece, surer)
+    return flattened(piece, surer)
 
 
 def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, float]:
@@ -331,13 +386,15 @@ def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, flo
     return replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message), after - before
 
 
-def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float) -> Atlas:
-    most = np.sqrt(MARGINS / len(done))
-    if most < margin <= 0.1:
-        what = f"a margin of {margin:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
+def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> Atlas:
+    most = float(np.sqrt(MARGINS / len(done)))
+    closer = wish.spacing.at_most(most)
+    if closer != wish.spacing:
+        what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
         warnings.warn(what, FallbackWarning, stacklevel=stack_level())
-        margin = float(most)
-    placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], margin)
+        wish = replace(wish, spacing=closer)
+    placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], wish)
+    pages = np.array([p.page for p in placed])
     FTC, label, base = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64), 0
     for i, (_, piece) in enumerate(done):
         rows = np.searchsorted(surface.faces, piece.faces)
@@ -345,7 +402,7 @@ def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float) 
         base += len(piece.V)
     TC, origin = np.concatenate([p.uv for p in placed]), np.concatenate([piece.vertices for _, piece in done])
     V = np.concatenate([piece.V for _, piece in done])
-    seams = edges_between_textures(surface.topology, FTC)
+    seams, mismatch = textured_seams(surface.topology, TC, FTC)
     return Atlas(
         TC=TC,
         FTC=FTC,
@@ -354,7 +411,10 @@ def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float) 
         charts=tuple(chart for chart, _ in done),
         seams=surface.vertices[seams],
         seam_length=float(np.linalg.norm(surface.V[seams[:, 0]] - surface.V[seams[:, 1]], axis=1).sum()),
+        seam_mismatch=mismatch,
         splits=len(done) - len(surface.components()),
-        fill=sum(p.area for p in placed),
+        fill=sum(p.area for p in placed) / (int(pages.max()) + 1),
+        page=pages,
+        scale=abs(placed[0].ratio),
         quality=quality_of(Submesh(V, FTC, surface.faces, origin, surface.n_given), TC),
     )

@@ -50,4 +50,12 @@ BATCH = Command(
     },
     "Unwrap many files, with Dask. Exit code 1: done, but not every mesh has a map without flips and "
     "overlaps; results.csv says which and why.",
+    (
+        "scans/ -o maps/",
+        "scans/ 'more/**/*.ply' -o maps/ --workers 4 --format glb --memory 4GiB",
+        "heads/ -o maps/ --how flatten --method abf",
+        "scans/ -o maps/ --trade 30 --holes --bijective",
+        "scans/ -o maps/ --retry    # what died before",
+        "scans/ -o maps/ --scheduler tcp://10.0.0.1:8786",
+    ),
 )

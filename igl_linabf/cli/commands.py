@@ -4,20 +4,45 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from ..flattening import METHODS
+from ..flattening import METHODS, BoundaryName, Method
 
 GOOD, NOT_VALID, ERROR = 0, 1, 2
 
 Argument = Mapping[str, Any]
 """What `argparse.ArgumentParser.add_argument` takes, the flags aside."""
 
-MESH: Argument = {"metavar": "MESH", "type": Path, "help": "OBJ, OFF, PLY or STL file"}
+MESHES: Argument = {
+    "metavar": "MESH",
+    "nargs": "+",
+    "help": "files (OBJ, PLY, GLB, STL, ...), patterns of them in quotes, or - for standard input",
+}
+JSON: Argument = {
+    "action": "store_true",
+    "help": "print every figure as JSON, a line a mesh, instead of tables",
+}
+QUIET: Argument = {"action": "store_true", "help": "print no tables and show no progress"}
+MESH: Argument = {
+    "metavar": "MESH",
+    "type": Path,
+    "help": "OBJ, OFF, PLY, STL, GLB, glTF, 3MF, GIFTI, FreeSurfer or VTP file",
+}
 METHOD: Argument = {"choices": sorted(METHODS), "default": "linabf"}
+WEIGHT: Argument = {
+    "metavar": "W",
+    "type": float,
+    "help": "of areas against angles, for the method isometric: 0 (angles) to 8 (areas); default: 1.5",
+}
 PICTURE: Argument = {"metavar": "OUT.png", "type": Path, "help": "checkerboard picture to write"}
+
+BOUNDARY: Argument = {
+    "choices": get_args(BoundaryName),
+    "default": "free",
+    "help": "shape of the map's boundary, for linabf and abf (circles: holes as well; default: free)",
+}
 
 
 @dataclass(frozen=True)
@@ -31,6 +56,8 @@ class Command:
     help : a line for the list of commands
     arguments : by name, in the order of the help
     description : what its own help begins with
+    examples : command lines that end its help
+    each : whether `run` is for one mesh, and is called for each of `options.mesh`
     """
 
     name: str
@@ -38,3 +65,16 @@ class Command:
     help: str
     arguments: Mapping[str, Argument]
     description: str | None = None
+    examples: tuple[str, ...] = ()
+    each: bool = False
+
+
+def method_with(name: str, asked: Mapping[str, Any]) -> Method:
+    """The method with the options that were given; an error if one of them means nothing to it."""
+    chosen = METHODS[name]
+    known = {field.name for field in fields(chosen)}  # type: ignore[arg-type]
+    given = {option: value for option, value in asked.items() if value not in ("auto", None)}
+    for option in given:
+        if option not in known:
+            raise ValueError(f"--{option} means nothing to the method {name}: leave it out")
+    return chosen(**given)

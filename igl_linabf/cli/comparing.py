@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import argparse
 
+from .._runtime import part, reporting
 from ..flattening import METHODS, compare
 from ..io import read_mesh
-from .commands import GOOD, MESH, PICTURE, Command
-from .outputs import check_outputs, hand_out
+from .commands import BOUNDARY, GOOD, JSON, MESHES, PICTURE, QUIET, Command
+from .outputs import check_outputs, hand_out, progress_of
 
 
 def _compare(options: argparse.Namespace) -> int:
     methods = [method.strip() for method in options.methods.split(",")]
     check_outputs(None, options.picture)
-    V, F = read_mesh(options.mesh)
-    comparison = compare(V, F, methods, repeat=options.repeat)
-    hand_out(options, str(comparison), (V, F, comparison.maps))
+    with reporting(progress_of(options)), part("reading", 1.0):
+        V, F = read_mesh(options.mesh)
+    comparison = compare(V, F, methods, repeat=options.repeat, boundary=options.boundary)
+    hand_out(options, str(comparison), {"comparison": comparison}, (V, F, comparison.maps))
     return GOOD
 
 
@@ -24,11 +26,12 @@ COMPARE = Command(
     _compare,
     "flatten a mesh by several methods, and print their quality and time side by side",
     {
-        "mesh": MESH,
+        "mesh": MESHES,
         "methods": {
             "default": "lscm,linabf,abf",
             "help": f"some of {', '.join(METHODS)}, separated by commas (default: %(default)s)",
         },
+        "boundary": BOUNDARY,
         "picture": PICTURE,
         "repeat": {
             "metavar": "N",
@@ -36,6 +39,15 @@ COMPARE = Command(
             "default": 3,
             "help": "timed runs of each (default: 3)",
         },
+        "json": JSON,
+        "quiet": QUIET,
     },
     "Compare methods on a disk, with or without holes: distortion, flips, time relative to igl.lscm.",
+    (
+        "camelhead.off --methods lscm,linabf,abf --repeat 11",
+        "camelhead.off --picture side_by_side.png --quiet",
+        "camelhead.off --methods linabf,abf --boundary circle",
+        "'heads/*.off' --json > figures.jsonl    # one line a mesh",
+    ),
+    each=True,
 )

@@ -4,40 +4,51 @@ from __future__ import annotations
 
 import argparse
 import sys
-from dataclasses import fields
 from functools import partial
 from pathlib import Path
 
-from ..flattening import METHODS, flatten
-from ..io import read_mesh, unit_square, write_obj
+from .._runtime import part, reporting
+from ..flattening import flatten
+from ..io import SUFFIXES, read_file, unit_square, write_file
 from ..measures import quality
-from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, Command
-from .outputs import check_outputs, hand_out
+from .commands import (
+    BOUNDARY,
+    GOOD,
+    JSON,
+    MESHES,
+    METHOD,
+    NOT_VALID,
+    PICTURE,
+    QUIET,
+    WEIGHT,
+    Command,
+    method_with,
+)
+from .outputs import check_outputs, hand_out, progress_of
 
 
 def _flatten(options: argparse.Namespace) -> int:
-    check_outputs(options.output, options.picture)
-    asked = {name: getattr(options, name) for name in ("layout", "solver", "guarantee")}
+    check_outputs(options.output, options.picture, SUFFIXES)
+    asked = {name: getattr(options, name) for name in ("layout", "solver", "guarantee", "weight")}
     asked["iterations"] = _iterations(options.iterations)
-    chosen = METHODS[options.method]
-    known = {field.name for field in fields(chosen)}  # type: ignore[arg-type]
-    for name, value in asked.items():
-        if name not in known and value not in ("auto", None):
-            raise ValueError(f"--{name} means nothing to the method {options.method}: leave it out")
-    method = chosen(**{name: value for name, value in asked.items() if name in known})
-    V, F = read_mesh(options.mesh)
-    result = flatten(V, F, method, outer=options.outer)
+    method = method_with(options.method, asked)
+    with reporting(progress_of(options)), part("reading", 1.0):
+        mesh = read_file(options.mesh)
+    V, F = mesh.V, mesh.triangles
+    shape = {"outer": options.outer, "boundary": options.boundary, "corners": options.corners}
+    result = flatten(V, F, method, progress=progress_of(options), **shape)
     uv = unit_square(result.uv) if options.units == "square" else result.uv
     measured = quality(V, F, uv)
     pictured = V, F, {options.method: result.uv}
-    hand_out(options, f"{measured}\n\n{result}", pictured, partial(write_obj, V=V, F=F, uv=uv))
+    figures = {"quality": measured, "result": result}
+    hand_out(options, f"{measured}\n\n{result}", figures, pictured, partial(write_file, mesh=mesh, TC=uv))
     if not result.outcome.good:
-        print(f"igl-linabf: {result.message}", file=sys.stderr)
+        print(f"igl-linabf: {options.of}{result.message}", file=sys.stderr)
         return NOT_VALID
     if measured.flips > len(result.flipped):
         print(
-            f"igl-linabf: {measured.flips} triangles flip by rounding when the map is scaled to the unit "
-            "square: its scale varies too much; use --units mesh, or unwrap the mesh",
+            f"igl-linabf: {options.of}{measured.flips} triangles flip by rounding when the map is scaled to "
+            "the unit square: its scale varies too much; use --units mesh, or unwrap the mesh",
             file=sys.stderr,
         )
         return NOT_VALID
@@ -56,23 +67,49 @@ FLATTEN = Command(
     _flatten,
     "flatten a disk, with or without holes; write it with texture coordinates, print the quality",
     {
-        "mesh": MESH,
-        "output": {"metavar": "OUT", "type": Path, "required": True, "help": "OBJ file to write"},
+        "mesh": MESHES,
+        "output": {
+            "metavar": "OUT",
+            "type": Path,
+            "required": True,
+            "help": "OBJ, PLY, GLB, VTP or GIFTI file, or a folder that exists, or - for standard output",
+        },
         "picture": PICTURE,
         "method": METHOD,
         "iterations": {"metavar": "N", "default": "auto", "help": "number of iterations, or auto"},
         "layout": {"choices": ("auto", "boundary", "least-squares", "greedy"), "default": "auto"},
         "outer": {"metavar": "VERTEX", "type": int, "help": "a vertex of the outer boundary loop"},
+        "boundary": BOUNDARY,
+        "corners": {
+            "metavar": "VERTEX",
+            "type": int,
+            "nargs": 4,
+            "help": "boundary vertices at the corners of the rectangle (default: where it turns most)",
+        },
         "solver": {"choices": ("auto", "cholmod", "multigrid", "direct"), "default": "auto"},
         "guarantee": {
             "choices": ("injective",),
             "help": "if triangles flip, run a last stage that leaves none flipped",
         },
+        "weight": WEIGHT,
         "units": {
             "choices": ("square", "mesh"),
             "default": "square",
             "help": "scale of the texture coordinates: the unit square, or the mesh's units of length",
         },
+        "json": JSON,
+        "quiet": QUIET,
     },
     "Flatten a disk, with or without holes. Exit code 1: written, but with flipped triangles.",
+    (
+        "camelhead.off -o camelhead.obj --picture camelhead.png",
+        "camelhead.off -o camelhead.obj --method abf --units mesh",
+        "camelhead.off -o camelhead.obj --method isometric --weight 3    # areas, too",
+        "camelhead.off -o camelhead.obj --iterations 1 --layout least-squares --solver direct",
+        "face.obj -o face.obj --boundary rectangle --corners 12 3 840 77    # found without --corners",
+        "crown.obj -o flat.obj --outer 17 --guarantee injective    # vertex 17 is on the outer loop",
+        "'heads/*.off' -o maps/ --json > figures.jsonl    # one line a mesh",
+        "- -o - --quiet < head.obj > flat.obj",
+    ),
+    each=True,
 )

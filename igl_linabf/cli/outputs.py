@@ -5,17 +5,28 @@ from __future__ import annotations
 import argparse
 import contextlib
 import os
-from collections.abc import Callable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Literal
 
+from .._runtime import part, reporting
 from .._types import FloatArray, IntArray
 from ..io import replacing
+from .jobs import STANDARD
+from .plain_data import as_json
+
+
+def progress_of(options: argparse.Namespace) -> Literal[False] | None:
+    """No bar if it is to be quiet."""
+    return False if options.quiet else None
 
 
 def check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] = (".obj",)) -> None:
     """Check before the computation that its results can be written."""
     for path, known in ((mesh, suffixes), (png, (".png",))):
-        if path is None:
+        if path is None or path == Path(STANDARD):
             continue
         if path.suffix.lower() not in known:
             raise ValueError(f"{path} does not end in {' or '.join(known)}: give a file name that does")
@@ -28,20 +39,40 @@ def check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] =
 def hand_out(
     options: argparse.Namespace,
     text: str,
+    figures: Mapping[str, object],
     pictured: tuple[FloatArray, IntArray, Mapping[str, FloatArray]],
     write: Callable[[str], None] | None = None,
 ) -> None:
-    """Write all files under temporary names, print the text, and only then rename the files."""
+    """Write all files under temporary names, print text or figures, and only then rename the files."""
+    to_stdout = write is not None and options.output == Path(STANDARD)
     with contextlib.ExitStack() as stack:
         if write is not None:
-            write(stack.enter_context(replacing(options.output)))
+            place = _spooled(options) if to_stdout else replacing(options.output)
+            written = stack.enter_context(place)
+            with reporting(progress_of(options)), part("writing", 1.0):
+                write(written)
         if options.picture is not None:
             from ..plot import plot_compare
 
             path = stack.enter_context(replacing(options.picture))
             plot_compare(*pictured, off_screen=True, screenshot=path).close()
         try:
-            print(text, flush=True)
+            if to_stdout:
+                sys.stdout.flush()
+                sys.stdout.buffer.write(Path(written).read_bytes())
+            if options.json:
+                print(as_json({"mesh": options.title, **figures}), flush=True)
+            elif not options.quiet:
+                text = f"{options.title}\n{text}\n" if options.of else text
+                print(text, flush=True, file=sys.stderr if to_stdout else sys.stdout)
+            sys.stdout.flush()
         except OSError as error:
             raise OSError(error.errno, error.strerror, "standard output") from None
         options.settled()
+
+
+@contextlib.contextmanager
+def _spooled(options: argparse.Namespace) -> Iterator[str]:
+    """A file for what goes to standard output, in the format that is asked for."""
+    with TemporaryDirectory(prefix="igl_linabf-") as folder:
+        yield os.path.join(folder, f"map.{getattr(options, 'format', None) or 'obj'}")

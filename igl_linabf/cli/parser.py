@@ -4,18 +4,21 @@ from __future__ import annotations
 
 import argparse
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
 from .batching import BATCH
-from .commands import ERROR
+from .commands import ERROR, Command
 from .comparing import COMPARE
 from .doctor import DOCTOR, version
 from .flattening import FLATTEN
+from .jobs import run_each
 from .unwrapping import UNWRAP
 from .viewing import VIEW
 
 COMMANDS = (FLATTEN, COMPARE, UNWRAP, VIEW, BATCH, DOCTOR)
+EXAMPLES = "examples:"
 SHELLS = ("bash", "zsh", "fish")
 FLAGS = {"mesh": ["mesh"], "inputs": ["inputs"], "output": ["-o", "--output"], "folder": ["-o", "--output"]}
 
@@ -43,6 +46,18 @@ class Parser(argparse.ArgumentParser):
         self.exit(ERROR, f"igl-linabf: {message} (see {self.prog} --help)\n")
 
 
+class Help(argparse.HelpFormatter):
+    """Wraps all text but the examples."""
+
+    def _fill_text(self, text: str, width: int, indent: str) -> str:
+        return text if text.startswith(EXAMPLES) else super()._fill_text(text, width, indent)
+
+
+def _listed(command: Command) -> str | None:
+    lines = (f"  igl-linabf {command.name} {example}" for example in command.examples)
+    return "\n".join((EXAMPLES, *lines)) if command.examples else None
+
+
 def command_parser() -> Parser:
     """The parser of the whole command; `run` of what it returns runs the chosen command."""
     files: list[argparse.Action] = []
@@ -57,10 +72,16 @@ def command_parser() -> Parser:
     )
     commands = parser.add_subparsers(dest="command", required=True, metavar="COMMAND")
     for command in COMMANDS:
-        its = commands.add_parser(command.name, help=command.help, description=command.description)
-        its.set_defaults(run=command.run)
+        its = commands.add_parser(
+            command.name,
+            help=command.help,
+            description=command.description,
+            epilog=_listed(command),
+            formatter_class=Help,
+        )
+        its.set_defaults(run=partial(run_each, run=command.run) if command.each else command.run)
         for name, settings in command.arguments.items():
             argument = its.add_argument(*FLAGS.get(name, [f"--{name}"]), **settings)
-            if argument.type is Path or name == "seams":
+            if argument.type is Path or name in ("mesh", "seams"):
                 files.append(argument)
     return parser

@@ -7,15 +7,30 @@ import sys
 import warnings
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from .._runtime import part, reporting
 from .._types import IntArray
-from ..charts import TRADE, texture_seams, unwrap
+from ..charts import TRADE, texture_sides, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, read_mesh, read_texture, write_mesh
-from .commands import GOOD, MESH, METHOD, NOT_VALID, PICTURE, Argument, Command
-from .outputs import check_outputs, hand_out
+from ..io import SUFFIXES, read_file, write_file
+from .commands import (
+    GOOD,
+    JSON,
+    MESHES,
+    METHOD,
+    NOT_VALID,
+    PICTURE,
+    QUIET,
+    WEIGHT,
+    Argument,
+    Command,
+    method_with,
+)
+from .outputs import check_outputs, hand_out, progress_of
+from .packing import NAMES, PACKING
 
 TRADED: Argument = {
     "type": float,
@@ -31,33 +46,68 @@ BIJECTIVE: Argument = {
 
 def _unwrap(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, SUFFIXES)
-    V, F = read_mesh(options.mesh)
-    seams = None
+    method = method_with(options.method, {"weight": options.weight})
+    with reporting(progress_of(options)), part("reading", 1.0):
+        mesh = read_file(options.mesh)
+    V, F = mesh.V, mesh.F
+    seams: Any = None
     if options.seams == "uv":
-        seams = texture_seams(F, read_texture(options.mesh)[1])
+        if mesh.TC is None or mesh.FTC is None:
+            raise MeshError(
+                f"{options.mesh} has no texture coordinates at all corners: it has no seams of them"
+            )
+        seams = texture_sides(V, F, mesh.TC, mesh.FTC)
     elif options.seams != "auto":
         seams = _pairs(options.seams)
-    names = ("trade", "holes", "bijective", "max_stretch", "complete", "weld", "strict")
+    cones = options.cones
+    if cones is not None and cones != "auto":
+        cones = int(cones) if cones.isdecimal() else _vertices(cones)
+    angles = options.cone_angles
+    if angles is not None and angles != "quarter":
+        angles = np.deg2rad(
+            _table(angles, np.float64, "numbers: write one angle in degrees on each line").ravel()
+        )
+    names = ("trade", "holes", "bijective", "max_stretch", "complete", "hide", "weld", "strict", *NAMES)
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
-        atlas = unwrap(V, F, seams, options.method, **settings)
-    pictured = V[atlas.origin], atlas.FTC, {options.method: atlas.TC}
-    hand_out(options, str(atlas), pictured, partial(write_mesh, V=V, F=F, TC=atlas.TC, FTC=atlas.FTC))
+        settings |= {"cones": cones, "cone_angles": angles, "progress": progress_of(options)}
+        atlas = unwrap(V, F, seams, method, **settings)
+    pictured = V[atlas.origin], atlas.triangles, {options.method: atlas.TC}
+    figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
+    write = partial(write_file, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC)
+    hand_out(options, str(atlas), figures, pictured, write)
     for message in atlas.troubles:
-        print(f"igl-linabf: {message}", file=sys.stderr)
+        print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
     return GOOD if atlas.good else NOT_VALID
 
 
 def _pairs(path: str) -> IntArray:
     """The vertex pairs in a text file."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # numpy's, of an empty file: no seams
-        try:
-            pairs = np.loadtxt(path, dtype=np.int64, ndmin=2)
-        except ValueError:
-            raise MeshError(f"{path} is no table of integers: write two vertices on each line") from None
+    pairs: IntArray = _table(path, np.int64, "integers: write two vertices on each line")
     return pairs.reshape(-1, 2) if pairs.size == 0 else pairs
+
+
+def _direction(text: str) -> list[float]:
+    """Three numbers with commas between."""
+    numbers = [float(number) for number in text.split(",")]
+    if len(numbers) != 3:
+        raise argparse.ArgumentTypeError(f"{text!r} is no direction: give three numbers, as --hide=0,-1,0")
+    return numbers
+
+
+def _vertices(path: str) -> IntArray:
+    """The vertices in a text file."""
+    return np.asarray(_table(path, np.int64, "integers: write one vertex on each line").ravel())
+
+
+def _table(path: str, kind: type, what: str) -> Any:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # numpy's, of an empty file
+        try:
+            return np.loadtxt(path, dtype=kind, ndmin=2)
+        except ValueError:
+            raise MeshError(f"{path} is no table of {what}") from None
 
 
 UNWRAP = Command(
@@ -65,17 +115,31 @@ UNWRAP = Command(
     _unwrap,
     "cut any surface into charts, flatten them without overlaps, pack them, and write the atlas",
     {
-        "mesh": MESH,
+        "mesh": MESHES,
         "output": {
             "metavar": "OUT",
             "type": Path,
             "required": True,
-            "help": "OBJ, PLY or GLB file to write",
+            "help": "OBJ, PLY, GLB, VTP or GIFTI file, or a folder that exists, or - for standard output",
+        },
+        "format": {
+            "choices": [suffix[1:] for suffix in SUFFIXES],
+            "default": "obj",
+            "help": "of files in a folder and of standard output (default: %(default)s)",
         },
         "picture": PICTURE,
         "seams": {
             "default": "auto",
-            "help": "auto, uv (seams of the OBJ's texture coordinates), or a file of vertex pairs from 0",
+            "help": "auto, uv (seams of the file's texture coordinates), or a file of vertex pairs from 0",
+        },
+        "cones": {
+            "metavar": "N",
+            "help": "leave the curvature at so many vertices, at auto (as many as pay), or at those in a "
+            "file, from 0: both sides of the seams through them match",
+        },
+        "cone-angles": {
+            "metavar": "ANGLES",
+            "help": "quarter (turns), or a file of their angle sums in degrees (default: of one scale)",
         },
         "complete": {"action": "store_true", "help": "find the seams that the given ones leave missing"},
         "trade": TRADED,
@@ -83,6 +147,11 @@ UNWRAP = Command(
             "type": float,
             "metavar": "L2",
             "help": "cut charts until their L2 stretch is at most this",
+        },
+        "hide": {
+            "type": _direction,
+            "metavar": "X,Y,Z",
+            "help": "where seams may lie: the direction in which the back or underside looks (--hide=0,-1,0)",
         },
         "holes": HOLES,
         "bijective": BIJECTIVE,
@@ -95,7 +164,23 @@ UNWRAP = Command(
             "action": "store_true",
             "help": "refuse a mesh that is no clean manifold, do not repair it",
         },
+        **PACKING,
         "method": METHOD,
+        "json": JSON,
+        "quiet": QUIET,
+        "weight": WEIGHT,
     },
     "Unwrap any triangles. Exit code 1: written, but with flips, overlaps, or stretch beyond use.",
+    (
+        "bunny.obj -o bunny.glb --picture bunny.png",
+        "bunny.obj -o bunny.glb --method isometric --weight 1.5    # even texels",
+        "bunny.obj -o bunny.obj --trade 30 --max-stretch 1.2    # longer seams, less stretch",
+        "bunny.obj -o bunny.obj --seams uv --method abf    # along the seams that the file has",
+        "bunny.obj -o bunny.obj --seams pairs.txt --complete    # along the edges of pairs.txt, and more",
+        "scan.stl -o scan.ply --weld 1e-5 --holes",
+        "part.obj -o part.obj --strict --bijective",
+        "'scans/*.stl' -o maps/ --format glb --json > figures.jsonl    # one line a mesh",
+        "- -o - --quiet < bunny.obj > atlas.obj",
+    ),
+    each=True,
 )

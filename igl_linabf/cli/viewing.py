@@ -42,4 +42,9 @@ VIEW = Command(
         "screenshot": {**PICTURE, "help": "write a picture instead of opening a window"},
     },
     "Show any surface beside its flat map. In the window, h lists the keys.",
+    (
+        "bunny.obj",
+        "bunny.obj --method abf --frequency 60",
+        "bunny.obj --measure area --screenshot bunny.png    # opens no window",
+    ),
 )

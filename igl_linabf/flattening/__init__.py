@@ -4,12 +4,27 @@ In: V, F, a method, pins. Out: uv, or a Flattening with its angles, residuals, l
 Linear ABF is Zayer, Levy, Seidel 2007; ABF, LSCM, SCP, DNCP and one step of ABF++ are there for comparison.
 """
 
+from .again import Flattener
 from .baselines import bare_lscm, far_pins
 from .comparison import Comparison, Entry, compare, medians
 from .many import flatten_many, flatten_together
-from .methods import ABF, DNCP, LSCM, METHODS, SCP, LinABF, Method, OneStepABFpp, guaranteed, method_of
+from .methods import (
+    ABF,
+    DNCP,
+    LSCM,
+    METHODS,
+    SCP,
+    Isometric,
+    LinABF,
+    Method,
+    OneStepABFpp,
+    guaranteed,
+    method_of,
+)
 from .result import Flattening, Hole, Outcome, Residuals, Rung, Status
+from .shapes import BoundaryName
 from .verbs import abf, flatten, linabf, linabf_angles, lscm
+from .with_cones import flatten_with_cones
 
 __all__ = [
     "ABF",
@@ -17,10 +32,13 @@ __all__ = [
     "LSCM",
     "METHODS",
     "SCP",
+    "BoundaryName",
     "Comparison",
     "Entry",
+    "Flattener",
     "Flattening",
     "Hole",
+    "Isometric",
     "LinABF",
     "Method",
     "OneStepABFpp",
@@ -35,6 +53,7 @@ __all__ = [
     "flatten",
     "flatten_many",
     "flatten_together",
+    "flatten_with_cones",
     "guaranteed",
     "linabf",
     "linabf_angles",

@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from .._runtime import advance, timed
-from .._types import ComplexArray, IntArray
+from .._types import IntArray
 from ..angles import (
     CAP_ANGLE,
     AbfResult,
     AngleProblem,
+    Constraints,
     State,
     active_set,
     chord_step,
@@ -28,17 +29,28 @@ from ..angles import (
     initial_estimate,
     linear_step,
     opened,
+    prescribed_steps,
     residual,
 )
 from ..errors import FallbackWarning, MeshWarning, some, stack_level
-from ..layouts import GAP, Layout, LayoutName, develop_boundary, injective, lay_out, placed
+from ..layouts import (
+    GAP,
+    Layout,
+    LayoutName,
+    check_pins,
+    develop_boundary,
+    lay_out,
+)
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
-from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flat_angles, flipped_faces, span
+from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flipped_faces, span
 from .outcome import judge
 from .result import Flattening, Hole, Residuals, Rung, RungName, Status
+from .shapes import FREE, Shape
 
 ACTIVE_SET_RTOL = 0.01  # relative residual to which a step without a chord is solved
 MAX_ACTIVE_SET = 12  # re-anchored iterations after which "auto" gives up
+MAX_PRESCRIBED = 25  # steps to prescribed sums after which converged ABF takes over
+ON_CIRCLE = 1e-6  # residual at which the steps to a circle end; the loop is on it to all digits
 HOLE_GAP = 0.1  # relative gap of a hole's loop up to which "auto" leaves it to the least squares
 NO_FACES = np.empty(0, dtype=np.int64)
 
@@ -57,6 +69,10 @@ class Problem:
         With the initial estimate.
     repaired : (#caps,) int64
         Faces with an angle so close to pi that it was changed before flattening.
+    cut : Constraints or None
+        Of `mesh`, where the angles are those of the surface that `mesh` was cut from.
+    shape : Shape
+        What is asked of the boundary.
     """
 
     mesh: Mesh
@@ -64,6 +80,8 @@ class Problem:
     layout: LayoutName
     angles: AngleProblem
     repaired: IntArray
+    cut: Constraints | None = None
+    shape: Shape = FREE
 
     @property
     def start(self) -> State:
@@ -122,8 +140,12 @@ def posed(
     threshold: float,
     solver: SolverName,
     safeguard: bool = True,
+    uncut: Constraints | None = None,
+    shape: Shape = FREE,
 ) -> Problem:
     """The problem at its initial estimate (section 4.2).
+
+    `uncut` are the constraints of the surface that the mesh was cut from, if its angles are to be found.
 
     Raises
     ------
@@ -137,7 +159,9 @@ def posed(
     """
     solvers = Solvers(solver)
     with timed("estimate"):
-        least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1
+        check_pins(layout, pinned)
+        held = pinned is not None and len(pinned[0]) > 2
+        least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1 or held
         check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 16) if least_squares else 0)
         alpha, caps = opened(corner_angles(mesh))
         if len(caps):
@@ -147,10 +171,12 @@ def posed(
                 MeshWarning,
                 stacklevel=stack_level(),
             )
-        estimate = initial_estimate(mesh.topology, alpha, threshold, to_triangles=safeguard)
     with timed("assembly"):
-        angles = AngleProblem(constraints_of(mesh.topology), estimate, solvers, safeguard)
-        return Problem(mesh, pinned, layout, angles, caps)
+        own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
+        asked = own if uncut is None else uncut
+        estimate = initial_estimate(asked.topology, alpha, threshold, safeguard, asked.sums)
+        angles = AngleProblem(asked, estimate, solvers, safeguard)
+        return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own, shape)
 
 
 def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
@@ -177,7 +203,8 @@ def drawn(
     """Lay out the angles of a state."""
     mesh, angles, at = problem.mesh, problem.angles, state.at
     with timed("layout"):
-        alpha, b, invalid = at.alpha, at.residual, angles.invalid(at)
+        constraints = angles.constraints if problem.cut is None else problem.cut
+        alpha, invalid = at.alpha, angles.invalid(at)
         if invalid.any():
             warnings.warn(
                 f"the target angles of faces {some(np.flatnonzero(invalid))} are not within (0, pi): "
@@ -186,16 +213,18 @@ def drawn(
                 stacklevel=stack_level(),
             )
             alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
-            b = residual(angles.constraints, alpha)
+        same = problem.cut is None and not invalid.any()
+        b = at.residual if same else residual(constraints, alpha)
         layout = lay_out(
-            angles.constraints,
+            constraints,
             alpha,
             b,
             problem.layout,
             problem.pinned,
             mesh.area,
             angles.solvers,
-            None if state.lin is None else state.lin.laplacian,
+            None if state.lin is None or problem.cut is not None else state.lin.laplacian,
+            problem.shape.corners[:2],
         )
     advance("layout", 0.5)
     flipped = flipped_faces(layout.z, mesh.topology.corner)
@@ -220,7 +249,7 @@ def one_system(rtol: float, tol: float) -> Stage:
                     gap, allowed = float(np.abs(state.at.residual.closure.gap).max()), HOLE_GAP
                 else:
                     state = chord_step(state, rtol)
-                    gap, allowed = develop_boundary(problem.mesh.topology, state.at.residual).gap, GAP
+                    gap, allowed = develop_boundary(problem.angles.constraints, state.at.residual).gap, GAP
                 if gap > allowed:
                     detail = f"a boundary loop fails to close by {gap:.1%} of its length"
                     return Candidate("linear step", Status.OPEN_LOOP, detail, state)
@@ -228,6 +257,20 @@ def one_system(rtol: float, tol: float) -> Stage:
                 detail = f"a full step would make an angle of {limited} triangles zero or negative"
                 return Candidate("linear step", Status.CUT_SHORT, detail, state)
         return drawn(problem, "linear step", state, converged=state.at.residual.largest <= tol)
+
+    return stage
+
+
+def prescribed(rtol: float, tol: float) -> Stage:
+    """Steps to the angle sums that are prescribed at the boundary."""
+
+    def stage(problem: Problem, tried: Tried) -> Candidate:
+        # the outer loop is drawn on its circle anyway, but small errors move those of holes a lot
+        enough = {"circle": max(tol, ON_CIRCLE), "circles": tol / 10}.get(problem.shape.name, tol)
+        state = prescribed_steps(problem.start, rtol, enough, MAX_PRESCRIBED)
+        reached = state.at.residual.largest <= enough
+        note = "" if reached else f"the iterations did not converge within {MAX_PRESCRIBED} steps"
+        return drawn(problem, "active set", state, converged=reached, note=note)
 
     return stage
 
@@ -290,31 +333,12 @@ def _abf_drawn(problem: Problem, stage: RungName, result: AbfResult, residual_to
     )
 
 
-def injective_map(problem: Problem, tried: Tried) -> Candidate:
-    """A map without flipped triangles from the best one so far, by SLIM."""
-    mesh, last = problem.mesh, tried[-1]
-    _, layout = best_of(tried)
-
-    def place(z: ComplexArray) -> ComplexArray:
-        return placed(mesh.topology, z, mesh.area, problem.pinned)
-
-    with timed("injective"):
-        made = injective(mesh, layout.z, place, problem.angles.solvers)
-    if made is None:
-        detail = "no embedding without flipped triangles was found in double precision"
-        return Candidate("injective", Status.NO_VALID_START, detail, last.state)
-    alpha = flat_angles(made.z, mesh.topology.corner)
-    how = f"igl's SLIM, {made.iterations} iterations from {made.start}"
-    state = replace(last.state, at=problem.angles.at(alpha))
-    slim = replace(layout, z=made.z, method="SLIM", solver=how)
-    return Candidate("injective", Status.GOOD, "", state, layout=slim)
-
-
 def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float]) -> Flattening:
     """The result: the best map with its residuals, steps and outcome."""
     best, layout = best_of(tried)
     at, angles = best.state.at, problem.angles
-    note = next((made.note for made in (best, *tried) if made.note), "")
+    earlier = () if best.stage in ("injective", "isometric") else tried  # where these start is no matter
+    note = next((made.note for made in (best, *earlier) if made.note), "")
     outcome, message = judge(
         span(problem.mesh, layout.z),
         layout.method,
@@ -324,6 +348,7 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
         np.flatnonzero(angles.invalid(at)),
         converged=best.converged,
         note=note,
+        pins=0 if problem.pinned is None else len(problem.pinned[0]),
     )
     return Flattening(
         uv=coordinates(layout.z),
@@ -338,10 +363,12 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
         steps=tried[-1].state.steps,
         before=Residuals.of(angles.start.residual),
         after=Residuals.of(at.residual),
-        holes=Hole.all_of(problem.mesh, angles.constraints, at.residual),
+        holes=Hole.all_of(problem.mesh, at.residual),
         gap=layout.gap,
         layout=layout.method,
         solver=tried[-1].state.how,
         layout_solver=layout.solver,
         seconds=seconds,
+        boundary=problem.shape.name,
+        corners=problem.mesh.vertices[problem.shape.corners],
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Literal
 
@@ -10,12 +10,12 @@ import numpy as np
 
 from .._notebook import html_table, map_svg, side_by_side
 from .._types import FloatArray, IntArray
-from ..angles import Constraints, Residual, Step
+from ..angles import Residual, Step
 from ..errors import some
 from ..surface import Mesh
 
 Guarantee = Literal["injective"]
-RungName = Literal["linear step", "active set", "converged ABF", "feasible ABF", "injective"]
+RungName = Literal["linear step", "active set", "converged ABF", "feasible ABF", "injective", "isometric"]
 
 
 class Outcome(str, Enum):
@@ -78,6 +78,7 @@ class Status(Enum):
     OPEN_LOOP = "the target angles draw a boundary loop that does not close"
     CUT_SHORT = "a full step would make some angles zero or negative"
     DIVERGED = "the angles do not converge"
+    PINS_MISSED = "no map without flipped triangles meets the pins"
     NO_VALID_START = "no map without flipped triangles was found to start from"
 
 
@@ -87,7 +88,7 @@ class Rung:
 
     Attributes
     ----------
-    name : {"linear step", "active set", "converged ABF", "feasible ABF", "injective"}
+    name : {"linear step", "active set", "converged ABF", "feasible ABF", "injective", "isometric"}
     status : Status
     flips : int or None
         Flipped triangles of its map; None if it stopped before the layout.
@@ -137,11 +138,12 @@ class Hole:
         return max(self.rotation, self.scale, self.translation)
 
     @classmethod
-    def all_of(cls, mesh: Mesh, constraints: Constraints, b: Residual) -> tuple[Hole, ...]:
+    def all_of(cls, mesh: Mesh, b: Residual) -> tuple[Hole, ...]:
         """Every hole of the mesh, the residual of the angles being `b`."""
         loops = mesh.topology.holes
-        row = [constraints.row[loop[0]] for loop in loops]
-        parts = (b.vertex[row], b.wheel[row], b.closure.gap)
+        rotation = [b.turning[loop].sum() + 2 * np.pi for loop in loops]
+        scale = [b.log_ratio[loop].sum() for loop in loops]
+        parts = (rotation, scale, b.closure.gap)
         return tuple(
             cls(int(mesh.vertices[loop[0]]), len(loop), *(float(abs(part[i])) for part in parts))
             for i, loop in enumerate(loops)
@@ -179,12 +181,16 @@ class Flattening:
         Residuals of `angles` at each hole; not for the outer loop.
     gap : float
         By how much the boundary loop drawn from `angles` fails to close, relative to its length.
-    layout : {"boundary", "least-squares", "greedy", "SLIM"}
-        The layout that ran. With "SLIM", `angles` are the angles of the map.
+    layout : {"boundary", "least-squares", "greedy", "SLIM", "isometric", "embedding"}
+        The layout that ran. With the last two, `angles` are the angles of the map.
     solver, layout_solver : str
         Names of the solvers of the angle systems and of the layout.
     seconds : dict of str to float
         Time by stage, and "total".
+    boundary : {"free", "circle", "circles", "rectangle", "angles"}
+        What was asked of the boundary.
+    corners : (4,) or (0,) int64
+        The vertices at the corners of the rectangle, counterclockwise from the lower left one.
     """
 
     uv: FloatArray
@@ -205,6 +211,8 @@ class Flattening:
     solver: str
     layout_solver: str
     seconds: dict[str, float]
+    boundary: str = "free"
+    corners: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     @property
     def iterations(self) -> int:

@@ -1,11 +1,25 @@
-"""Mesh files: read OBJ, OFF, PLY and STL; write OBJ, PLY and GLB with texture coordinates.
+"""Mesh files: what they hold comes in, and goes out again with texture coordinates.
 
 A damaged file is an error that names the line. An output file is written completely or not at all. One module
 a format; `files` has the public functions, `parsing` is shared by the readers.
 """
 
 from .._runtime import replacing
-from .files import READERS, WRITERS, read_mesh, read_texture, unit_square, write_grid, write_mesh, write_obj
+from .corners import textured
+from .files import (
+    read_file,
+    read_mesh,
+    read_texture,
+    unit_square,
+    write_file,
+    write_grid,
+    write_mesh,
+    write_obj,
+)
+from .formats import READERS, WRITERS
+from .mesh_file import MeshFile
+from .one_index import split_at_seams
+from .parsing import Extras
 
 SUFFIXES = tuple(WRITERS)
 READABLE = tuple(READERS)
@@ -13,10 +27,16 @@ READABLE = tuple(READERS)
 __all__ = [
     "READABLE",
     "SUFFIXES",
+    "Extras",
+    "MeshFile",
+    "read_file",
     "read_mesh",
     "read_texture",
     "replacing",
+    "split_at_seams",
+    "textured",
     "unit_square",
+    "write_file",
     "write_grid",
     "write_mesh",
     "write_obj",

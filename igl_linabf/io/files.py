@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 import igl
@@ -14,21 +13,11 @@ from .._runtime import replacing
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
-from ..surface import face_array, vertex_array
-from .gltf import save_glb
-from .obj import parse_obj, save_obj, save_polygons
-from .off import parse_off
-from .parsing import Damaged, Parsed
-from .ply import parse_ply, save_ply
-from .stl import parse_stl
-
-READERS: dict[str, Callable[[bytes, str], Parsed]] = {
-    ".obj": parse_obj,
-    ".off": lambda data, _: parse_off(data),
-    ".ply": lambda data, _: parse_ply(data),
-    ".stl": lambda data, _: parse_stl(data),
-}
-WRITERS = {".obj": save_obj, ".ply": save_ply, ".glb": save_glb}
+from ..surface import Polygons, face_array, vertex_array
+from .corners import check_corners
+from .formats import parsed, warn_of_loss, writer
+from .mesh_file import MeshFile
+from .obj_writing import save_obj, save_polygons
 
 
 def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
@@ -36,9 +25,9 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
 
     Parameters
     ----------
-    path : path of an OBJ, OFF, PLY or STL file
-        Text or binary. Polygons are split into fans of triangles. In STL, corners at equal
-        positions become one vertex.
+    path : path of a file that `read_file` reads
+        Text or binary. Polygons are split into triangles; `read_file` keeps them. In STL, corners at
+        equal positions become one vertex.
 
     Returns
     -------
@@ -66,12 +55,105 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     >>> V.shape, F.shape
     ((12, 3), (20, 3))
     """
-    V, F, _, _ = _parsed(path)
-    if not len(V) or not len(F):
-        raise MeshError(f"{path} holds {len(V)} vertices and no triangles: is it a mesh?")
-    if Path(path).suffix.lower() == ".stl":
-        V, _, _, F = igl.remove_duplicate_vertices(V, F, 0.0)
-    return vertex_array(V), face_array(F)
+    path = Path(path)
+    found = parsed(path)
+    F, _ = found.triangles()
+    if not len(found.V) or not len(F):
+        raise MeshError(f"{path} holds {len(found.V)} vertices and no triangles: is it a mesh?")
+    if path.suffix.lower() == ".stl":
+        V, _, _, F = igl.remove_duplicate_vertices(found.V, F, 0.0)
+        return vertex_array(V), face_array(F)
+    return vertex_array(found.V), face_array(F)
+
+
+def read_file(path: str | os.PathLike[str]) -> MeshFile:
+    """Read a mesh with all that its file has: polygons, normals, colours, materials, parts.
+
+    Parameters
+    ----------
+    path : path of an OBJ, OFF, PLY, STL, glTF, GLB, 3MF, GIFTI, FreeSurfer or VTP file
+
+    Returns
+    -------
+    MeshFile
+        `mesh.V` and `mesh.F` are what `unwrap` takes; `write_file` writes the rest again.
+
+    Raises
+    ------
+    MeshError
+        The file is damaged or has no faces.
+    ImportError
+        The package that reads this format is missing; the text names the pip command.
+    OSError
+        The file does not exist or cannot be read.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "quad.obj")
+    >>> with open(path, "w") as file:
+    ...     _ = file.write("o page\\nv 0 0 0\\nv 1 0 0\\nv 1 1 0\\nv 0 1 0\\nf 1 2 3 4\\n")
+    >>> mesh = read_file(path)
+    >>> mesh.F.tolist(), mesh.parts
+    ([[0, 1, 2, 3]], ('page',))
+    """
+    path = Path(path)
+    found = parsed(path)
+    if not len(found.V) or not len(found.polygons):
+        raise MeshError(f"{path} holds {len(found.V)} vertices and no faces: is it a mesh?")
+    V, polygons, TC, texture, extras = found
+    if path.suffix.lower() == ".stl":
+        V, _, same, _ = igl.remove_duplicate_vertices(V, polygons.corners.reshape(-1, 3), 0.0)
+        polygons = Polygons(np.asarray(same, dtype=np.int64)[polygons.corners], polygons.sizes)
+    if not len(TC) or (texture < 0).any():
+        return MeshFile(vertex_array(V), polygons, None, None, extras, path)
+    return MeshFile(vertex_array(V), polygons, TC, texture, extras, path)
+
+
+def write_file(
+    path: str | os.PathLike[str], mesh: MeshFile, TC: ArrayLike, FTC: ArrayLike | None = None
+) -> None:
+    """Write what was read, with texture coordinates; the suffix chooses the format.
+
+    Parameters
+    ----------
+    path : path of an OBJ, PLY, GLB, VTP or GIFTI file
+    mesh : MeshFile
+    TC : (#TC, 2) float
+        Texture coordinates, v upwards.
+    FTC : in the shape of `mesh.F`, optional
+        Their rows at the corners; by default `mesh.F`.
+
+    Raises
+    ------
+    MeshError
+        The suffix is unknown, or the arrays do not fit to the faces.
+    ImportError
+        The package that writes this format is missing.
+    OSError
+        The file cannot be written. In that case nothing is left behind.
+
+    Warns
+    -----
+    MeshWarning
+        The format does not keep all that the mesh has; the text lists what is lost.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> folder = tempfile.mkdtemp()
+    >>> with open(os.path.join(folder, "quad.obj"), "w") as file:
+    ...     _ = file.write("o page\\nv 0 0 0\\nv 1 0 0\\nv 1 1 0\\nv 0 1 0\\nf 1 2 3 4\\n")
+    >>> mesh = read_file(os.path.join(folder, "quad.obj"))
+    >>> write_file(os.path.join(folder, "page.obj"), mesh, mesh.V[:, :2])
+    >>> read_file(os.path.join(folder, "page.obj")).FTC.tolist()
+    [[0, 1, 2, 3]]
+    """
+    path = Path(path)
+    save, made = writer(path), mesh.textured(TC, FTC)
+    warn_of_loss(mesh, path.suffix.lower())
+    with replacing(path) as temporary:
+        save(temporary, made, path)
 
 
 def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
@@ -106,7 +188,8 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     path = Path(path)
     if path.suffix.lower() != ".obj":
         raise MeshError(f"{path} is not an OBJ file: only OBJ files are read for texture coordinates")
-    _, F, TC, FTC = _parsed(path)
+    found = parsed(path)
+    (F, FTC), TC = found.triangles(), found.TC
     if not len(F):
         raise MeshError(f"{path} has no faces: is it a mesh?")
     if not len(TC) or (FTC == -1).all():
@@ -116,41 +199,8 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
         raise MeshError(
             f"{path} has no texture coordinates at corners of the faces {some(bare)}: add vt indices there"
         )
-    _check_corners(TC, FTC, f"the f lines of {path}", "vt")
+    check_corners(TC, Polygons.of_triangles(FTC), f"the f lines of {path}", "vt")
     return TC, FTC
-
-
-def _parsed(path: str | os.PathLike[str]) -> Parsed:
-    path = Path(path)
-    if path.suffix.lower() not in READERS:
-        raise MeshError(f"{path} is not a mesh file: use one that ends in {', '.join(READERS)}")
-    return parse(path.read_bytes(), path.suffix.lower(), str(path))
-
-
-def parse(data: bytes, suffix: str, name: str) -> Parsed:
-    """The mesh in the bytes of a file.
-
-    Parameters
-    ----------
-    data : bytes
-    suffix : {".obj", ".off", ".ply", ".stl"}
-    name : str
-        Name of the file in messages.
-
-    Raises
-    ------
-    MeshError
-        The file is damaged; the text says where.
-
-    Warns
-    -----
-    MeshWarning
-        An OBJ file has lines that are not OBJ statements; they are skipped.
-    """
-    try:
-        return READERS[suffix](data, name)
-    except Damaged as damage:
-        raise MeshError(f"{name} cannot be read as {suffix[1:].upper()}: {damage}") from None
 
 
 def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> None:
@@ -186,8 +236,9 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
     missing = np.flatnonzero(~mapped[faces].all(axis=1))
     if len(missing):
         raise MeshError(f"face {missing[0]} has a vertex without coordinates in uv: pass a map of all faces")
+    made = MeshFile(positions, Polygons.of_triangles(faces)).textured(map_)
     with replacing(path) as temporary:
-        save_obj(temporary, positions, faces, map_, faces)
+        save_obj(temporary, made, Path(path))
 
 
 def write_mesh(
@@ -205,10 +256,11 @@ def write_mesh(
     ----------
     path : path of an OBJ, PLY or GLB file
     V : (#V, 3) float
-    F : (#F, 3) int
+    F : (#F, 3) or (#F, k) int, or list of lists of int
+        Triangles or polygons; all three formats keep polygons.
     TC : (#TC, 2) float
         Texture coordinates, v upwards. Rows that are not finite are left out; no corner may use one.
-    FTC : (#F, 3) int, optional
+    FTC : (#F, 3) int, or in the shape of `F`, optional
         Indices of the texture coordinates at the corners; by default `F`, for coordinates at
         vertices.
 
@@ -230,17 +282,13 @@ def write_mesh(
     >>> read_texture(path)[1].tolist()
     [[0, 1, 2], [3, 4, 5]]
     """
-    suffix = Path(path).suffix.lower()
-    if suffix not in WRITERS:
-        raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
-    positions, faces, map_ = vertex_array(V), face_array(F), vertex_array(TC, 2, "TC")
-    corners = faces if FTC is None else face_array(FTC)
-    if corners.shape != faces.shape:
-        raise MeshError(f"FTC has {len(corners)} rows for {len(faces)} faces: pass one row a face")
-    _check_corners(positions, faces, "F", "V")
-    _check_corners(map_, corners, "F, taken for FTC," if FTC is None else "FTC", "TC")
+    path = Path(path)
+    save = writer(path)
+    positions, faces = vertex_array(V), Polygons.of(F)
+    check_corners(positions, faces, "F", "V")
+    made = MeshFile(positions, faces).textured(TC, FTC)
     with replacing(path) as temporary:
-        WRITERS[suffix](temporary, positions, faces, map_, corners)
+        save(temporary, made, path)
 
 
 def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
@@ -292,19 +340,3 @@ def unit_square(uv: ArrayLike) -> FloatArray:
     map_ = vertex_array(uv, 2, "uv")
     low, high = np.nanmin(map_, axis=0), np.nanmax(map_, axis=0)
     return np.asarray((map_ - low) / (high - low).max())
-
-
-def _check_corners(rows: FloatArray, index: IntArray, index_name: str, name: str) -> None:
-    outside = np.flatnonzero(((index < 0) | (index >= len(rows))).any(axis=1))
-    if len(outside):
-        raise MeshError(
-            f"faces {some(outside)} refer in {index_name} to rows outside 0..{len(rows) - 1} of {name} "
-            f"(face {outside[0]} is {index[outside[0]].tolist()}): correct the indices or complete {name}"
-        )
-    finite = np.asarray(np.isfinite(rows).all(axis=1))
-    missing = np.flatnonzero(~finite[index].all(axis=1))
-    if len(missing):
-        raise MeshError(
-            f"faces {some(missing)} have corners whose coordinates in {name} are NaN or infinite: "
-            "give them coordinates, or leave the faces out"
-        )

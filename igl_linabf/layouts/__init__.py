@@ -1,13 +1,15 @@
 """From target angles to a flat map.
 
 In: a disk's topology and target angles. Out: complex positions of its vertices.
-Zayer, Levy, Seidel 2007, section 5; Tutte 1963 and Floater 2003 (embeddings); Rabinovich et al. 2017 (SLIM).
+Zayer, Levy, Seidel 2007, section 5; Tutte 1963 and Floater 2003 (embeddings); Rabinovich et al. 2017 (SLIM);
+Degener, Meseth, Klein 2003 and Smith, De Goes, Kim 2019 (the isometric energy and its convex part).
 """
 
 from .boundary import develop_boundaries, develop_boundary
-from .choice import GAP, Layout, LayoutName, check_method, lay_out, layout, placed
+from .choice import GAP, Layout, LayoutName, check_method, check_pins, lay_out, layout, placed
 from .conformal_energy import far_apart, least_squares
 from .convex import on_circle
 from .greedily import greedy
+from .isometrically import IsometricMap, at_pins, isometric
 from .separately import flat_disks
-from .slim import Injective, injective
+from .slim import Injective, embedded_inside, injective

@@ -1,8 +1,8 @@
-"""A map without flipped triangles, made from one that has some (guarantee="injective")."""
+"""igl's SLIM (Rabinovich et al. 2017); by it, a map without flips from one that has some (the guarantee)."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 import igl
@@ -13,6 +13,7 @@ from .._types import ComplexArray, IntArray
 from ..angles import corner_angles
 from ..linalg import Solvers
 from ..surface import (
+    ALL_DIGITS,
     NEXT,
     PREV,
     SPAN,
@@ -72,7 +73,7 @@ def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> In
     ):
         for start in starts:
             at = place(start)
-            if _valid(at, corner):
+            if upright(at, corner):
                 made = _descend(mesh, start, Injective(at, name, 0, _distortion(mesh, at)), place)
                 best = made if best is None or made.distortion < best.distortion else best
                 break
@@ -81,22 +82,29 @@ def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> In
     return best
 
 
+def embedded_inside(
+    mesh: Mesh, z: ComplexArray, circle: bool, place: Place, solvers: Solvers
+) -> tuple[ComplexArray, str] | None:
+    """A map without flipped triangles that has the boundary of one with some, and how it was made.
+
+    As the first part of `injective`. If the boundary is convex, and no chord joins two of its vertices on
+    one straight side, the widest patch is valid in exact arithmetic (Tutte 1963). On a circle the
+    vertices may be too close for double precision; they are then spaced evenly.
+    """
+    for made in patched(mesh.topology, z, solvers) if span(mesh, z) <= ALL_DIGITS else ():
+        if upright(made, mesh.topology.corner):
+            return made, "convex combinations around the flipped triangles"
+    for made in on_circle(mesh.topology, solvers) if circle else ():
+        if upright(at := place(made), mesh.topology.corner):
+            return at, "an embedding in a circle, its vertices spaced evenly"
+    return None
+
+
 def _descend(mesh: Mesh, start: ComplexArray, best: Injective, place: Place) -> Injective:
     """SLIM from a valid map, until F/3nt no longer falls or rounding flips a triangle."""
-    size = float(np.sqrt(signed_double_areas(start, mesh.topology.corner).sum() / 2))
-    data = igl.slim_precompute(
-        np.asfortranarray(mesh.V / np.sqrt(mesh.area)),
-        np.asfortranarray(mesh.faces, dtype=np.int32),
-        np.asfortranarray(coordinates((start - start.mean()) / size)),
-        igl.MappingEnergyType.CONFORMAL,
-        np.zeros(0, dtype=np.int32),
-        np.zeros((0, 2), order="F"),
-        0.0,
-    )
-    for chunk in range(1, CHUNKS + 1):
-        at = place(complex_positions(igl.slim_solve(data, CHUNK)))
-        advance("SLIM", 0.1)
-        if not _valid(at, mesh.topology.corner):
+    for chunk, made in enumerate(slim(mesh, start, igl.MappingEnergyType.CONFORMAL, CHUNK), start=1):
+        at = place(made)
+        if not upright(at, mesh.topology.corner):
             break
         reached, least = _distortion(mesh, at), best.distortion
         if reached < least:
@@ -106,12 +114,32 @@ def _descend(mesh: Mesh, start: ComplexArray, best: Injective, place: Place) -> 
     return best
 
 
+def slim(
+    mesh: Mesh, start: ComplexArray, energy: igl.MappingEnergyType, chunk: int
+) -> Iterator[ComplexArray]:
+    """The maps after every `chunk` iterations of igl's SLIM from a valid map; surface and start of area 1."""
+    size = float(np.sqrt(signed_double_areas(start, mesh.topology.corner).sum() / 2))
+    data = igl.slim_precompute(
+        np.asfortranarray(mesh.V / np.sqrt(mesh.area)),
+        np.asfortranarray(mesh.faces, dtype=np.int32),
+        np.asfortranarray(coordinates((start - start.mean()) / size)),
+        energy,
+        np.zeros(0, dtype=np.int32),
+        np.zeros((0, 2), order="F"),
+        0.0,
+    )
+    for _ in range(CHUNKS):
+        made = complex_positions(igl.slim_solve(data, chunk))
+        advance("SLIM", 0.1)
+        yield made
+
+
 def _distortion(mesh: Mesh, z: ComplexArray) -> float:
     """F/3nt."""
     alpha = corner_angles(mesh)
     return float((((flat_angles(z, mesh.topology.corner) - alpha) / alpha) ** 2).mean())
 
 
-def _valid(z: ComplexArray, corner: IntArray) -> bool:
+def upright(z: ComplexArray, corner: IntArray) -> bool:
     """Whether every triangle is positively oriented, seen from each of its corners."""
     return all(bool((signed_double_areas(z, corner[turn]) > 0).all()) for turn in ([0, 1, 2], NEXT, PREV))

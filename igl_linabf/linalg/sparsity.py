@@ -8,18 +8,30 @@ import numpy as np
 from scipy import sparse
 
 from .._types import Array, FloatArray, IntArray
+from ..kernels import block_product, degrees, is_fast
 from ..surface import Topology, sum_by
+from .choice import Solvers
+from .factors import Analysis, Multigrid
 
 
 class Symmetric:
     """The matrix U + U^T, of which only the upper triangle U, with half the diagonal, is kept."""
 
     def __init__(self, upper: sparse.csr_array) -> None:
-        self.shape, self.dtype = upper.shape, upper.dtype
         self.upper, self._lower = upper, upper.T
+
+    @property
+    def values(self) -> FloatArray:
+        """The entries of U, (nnz,)."""
+        return np.asarray(self.upper.data)
 
     def matvec(self, x: FloatArray) -> FloatArray:
         return np.asarray(self.upper @ x + self._lower @ x)
+
+    def numbered(self, index: IntArray) -> sparse.csr_array:
+        """U with the place in `values` of each entry, at least of those in the rows and columns `index`."""
+        number = np.arange(self.upper.nnz)
+        return sparse.csr_array((number, self.upper.indices, self.upper.indptr), shape=self.upper.shape)
 
     def lower(self) -> sparse.csc_array:
         """Its lower triangle."""
@@ -30,12 +42,53 @@ class Symmetric:
         return (self.upper + self._lower).tocsr()
 
 
+class Blocked(Symmetric):
+    """The same, kept as 2 by 2 blocks for the compiled product.
+
+    Parameters
+    ----------
+    indptr, indices : int arrays
+        Of the blocks of U, as in CSR.
+    block : (#blocks, 4) float64
+    """
+
+    def __init__(self, indptr: IntArray, indices: IntArray, block: FloatArray) -> None:
+        self._indptr, self._indices, self._block, self._n = indptr, indices, block, len(indptr) - 1
+
+    @property
+    def values(self) -> FloatArray:
+        return self._block.ravel()
+
+    def matvec(self, x: FloatArray) -> FloatArray:
+        return block_product(self._indptr, self._indices, self._block, x)
+
+    def numbered(self, index: IntArray) -> sparse.csr_array:
+        chosen = np.zeros(self._n, dtype=bool)
+        chosen[index // 2] = True
+        row = np.repeat(np.arange(self._n, dtype=self._indices.dtype), np.diff(self._indptr))
+        found = np.flatnonzero(chosen[row] | chosen[self._indices])
+        indptr = np.searchsorted(row[found], np.arange(self._n + 1))
+        number = (4 * found[:, None] + np.arange(4)).reshape(-1, 2, 2)
+        shape = (2 * self._n, 2 * self._n)
+        return sparse.bsr_array((number, self._indices[found], indptr), shape=shape).tocsr()
+
+    def lower(self) -> sparse.csc_array:
+        return self._by_entries.lower()
+
+    def whole(self) -> sparse.csr_array:
+        return self._by_entries.whole()
+
+    @cached_property
+    def _by_entries(self) -> Symmetric:
+        blocks = (self._block.reshape(-1, 2, 2), self._indices, self._indptr)
+        return Symmetric(sparse.bsr_array(blocks, shape=(2 * self._n, 2 * self._n)).tocsr())
+
+
 class Rows:
     """Some rows of symmetric matrices of one pattern: found once, filled many times."""
 
     def __init__(self, matrix: Symmetric, index: IntArray) -> None:
-        upper, n = matrix.upper, len(index)
-        number = sparse.csr_array((np.arange(upper.nnz), upper.indices, upper.indptr), shape=upper.shape)
+        number, n = matrix.numbered(index), len(index)
         across, down = number[index].tocoo(), number[:, index].tocoo()
         row = np.concatenate((across.row, down.col))
         order = np.argsort(row, kind="stable")
@@ -43,8 +96,8 @@ class Rows:
         self._source = np.concatenate((across.data, down.data))[order]
         self._indices = np.concatenate((across.col, down.row))[order]
         self._indptr = np.searchsorted(row, np.arange(n + 1))
-        self._shape = (n, upper.shape[1])
-        place = np.full(upper.shape[1], n)
+        self._shape = (n, number.shape[1])
+        place = np.full(number.shape[1], n)
         place[index] = np.arange(n)
         column = place[self._indices]
         among = np.flatnonzero(column <= row)
@@ -54,13 +107,22 @@ class Rows:
 
     def of(self, matrix: Symmetric) -> sparse.csr_array:
         """These rows of `matrix`; entries of its diagonal blocks come in two parts."""
-        data = matrix.upper.data[self._source]
+        data = matrix.values[self._source]
         return sparse.csr_array((data, self._indices, self._indptr), shape=self._shape)
 
     def lower(self, matrix: Symmetric) -> sparse.csc_array:
         """Lower triangle of what these rows and columns of `matrix` have in common."""
-        data = np.bincount(self._sum, matrix.upper.data[self._among], len(self._lower[0]))
+        data = np.bincount(self._sum, matrix.values[self._among], len(self._lower[0]))
         return sparse.csc_array((data, *self._lower), shape=self._shape[:1] * 2)
+
+
+def held(lower: sparse.csc_array, first: int) -> sparse.csc_array:
+    """The lower triangle with the identity in the rows and columns from `first` on, in the same pattern."""
+    if first == lower.shape[0]:
+        return lower
+    data = np.where(lower.indices >= first, 0.0, lower.data)
+    data[lower.indptr[first:-1]] = 1.0  # the diagonal comes first in its column
+    return sparse.csc_array((data, lower.indices, lower.indptr), shape=lower.shape)
 
 
 class Pattern:
@@ -86,14 +148,25 @@ class Pattern:
     """
 
     def __init__(self, topology: Topology, row: IntArray, n: int) -> None:
+        self._analyses: dict[Solvers, Analysis] = {}
         self.n, self.ends, self._sides = n, row[topology.edges.T], topology.sides
         i, j = self.ends
         self.pairs = np.flatnonzero((i >= 0) & (j >= 0) & (i != j))
         i, j = i[self.pairs], j[self.pairs]
         self.downward = i > j
         # entries of the lower triangle in CSC order, which is the upper one's in CSR order
-        rows = np.arange(n)
-        key = np.concatenate((rows, np.minimum(i, j))) * n + np.concatenate((rows, np.maximum(i, j)))
+        index = np.int32 if 8 * (n + len(i)) < np.iinfo(np.int32).max else np.int64
+        rows, low, high = np.arange(n), np.minimum(i, j), np.maximum(i, j)
+        off = low * n + high
+        if (off[1:] > off[:-1]).all():  # the edges come in this order
+            count = np.bincount(low, minlength=n)
+            self._indptr = np.zeros(n + 1, dtype=index)
+            np.cumsum(count + 1, out=self._indptr[1:])
+            self._diagonal, self._slot = self._indptr[:-1].astype(np.int64), np.arange(len(low)) + low + 1
+            self._high = np.empty(n + len(low), dtype=index)
+            self._high[self._diagonal], self._high[self._slot] = rows, high
+            return
+        key = np.concatenate((rows * n + rows, off))
         order = np.argsort(key, kind="stable")
         key = key[order]
         new = np.ones(len(key), dtype=bool)
@@ -103,10 +176,18 @@ class Pattern:
         self._diagonal, self._slot = slot[:n], slot[n:]
         key = key[new]
         low = key // max(n, 1)
-        index = np.int32 if 8 * len(key) < np.iinfo(np.int32).max else np.int64
         self._high = (key - low * n).astype(index)
         self._indptr = np.zeros(n + 1, dtype=index)
         np.cumsum(np.bincount(low, minlength=n), out=self._indptr[1:])
+
+    def analysis(self, solvers: Solvers, laplacian: sparse.csc_array) -> Analysis:
+        """Of the Laplacians of this pattern, given one of them; made once for each choice of solvers."""
+        if solvers not in self._analyses:
+            made = solvers.laplacian(laplacian)
+            if isinstance(made, Multigrid):  # no analysis; another time there may be memory for one
+                return made
+            self._analyses[solvers] = made
+        return self._analyses[solvers]
 
     def lower(self, entry: Array, diagonal: Array) -> sparse.csc_array:
         """Lower triangle of the Hermitian matrix with `entry` from first to second end of `pairs`."""
@@ -123,6 +204,11 @@ class Pattern:
         sides = self._sides[:, self.pairs]
         return np.where(self.downward, sides[::-1], sides)
 
+    @property
+    def lows_and_highs(self) -> IntArray:
+        """The lower and the higher row of `pairs`, (2, #P)."""
+        return np.sort(self.ends[:, self.pairs], axis=0)
+
     @cached_property
     def loops(self) -> list[tuple[IntArray, IntArray]]:
         """Half-edges, and their rows, that join vertices of one row."""
@@ -137,6 +223,11 @@ class Pattern:
         Entries (0, 0), (0, 1), (1, 0), (1, 1) of the blocks are the rows of `block`, (4, #P), from
         lower to higher row of `pairs`, and of `diagonal`, (4, n).
         """
+        if is_fast():
+            blocks = np.zeros((len(self._high), 4))
+            self._fill(blocks, self._slot, block.T)
+            blocks[self._diagonal] += diagonal.T / 2
+            return Blocked(np.asarray(self._indptr), np.asarray(self._high), blocks)
         indices, indptr, slot, own = self._blocks
         data = np.zeros(len(indices))
         self._fill(data, slot, block)
@@ -155,9 +246,7 @@ class Pattern:
 
     def laplacian(self, weight: FloatArray) -> sparse.csc_array:
         """Lower triangle of L in x^T L x = sum over edges of weight (x_i - x_j)^2, x = 0 at missing ends."""
-        i, j = self.ends
-        across = np.where(i == j, 0.0, weight)
-        return self.lower(-weight[self.pairs], self.row_sums(i, across) + self.row_sums(j, across))
+        return self.lower(-weight[self.pairs], degrees(self.ends, weight, self.n))
 
     def pull(self, weight: FloatArray, ends: Array) -> FloatArray:
         """What fixed vertices add to L x: sum of weight z over the edges to them, (n, 2).

@@ -13,7 +13,7 @@ from .._runtime import aligned
 from .._types import FloatArray
 from ..surface import Parts, Submesh, of_size_one
 from .overlapping import overlapping_pairs
-from .per_triangle import change_of
+from .per_triangle import Change, change_of
 
 
 @dataclass(frozen=True, repr=False)
@@ -37,6 +37,15 @@ class Quality:
     stretch_l2, stretch_linf : float
         Root mean square and largest stretch of Sander et al. 2001, normalised by area; 1 is best.
         Infinite if a triangle has collapsed.
+    symmetric_dirichlet : float
+        Area-weighted mean of (s1^2 + s2^2 + s1^-2 + s2^-2) / 4, s1 and s2 the singular values, with both
+        total areas scaled to 1; 1 is best. Infinite if a triangle has collapsed.
+    edge_change, edge_change_99 : float
+        Mean and 99th percentile, over the triangles' sides, of `|length in uv / length in 3-D - 1|`, with
+        both total areas scaled to 1; 0 is best.
+    texel_spread : float
+        The area in uv over the area in 3-D at the 99th percentile of the surface, over that at the 1st: how
+        many times more texels one part gets than another; 1 is best. Infinite if that much has collapsed.
     flips : int
         Triangles whose area in uv is not positive: flipped (`igl.flipped_triangles`) or collapsed.
     overlaps : int
@@ -52,6 +61,10 @@ class Quality:
     area_distortion: float
     stretch_l2: float
     stretch_linf: float
+    symmetric_dirichlet: float
+    edge_change: float
+    edge_change_99: float
+    texel_spread: float
     flips: int
     overlaps: int
     faces: int
@@ -78,6 +91,10 @@ ROWS = {
     "area_distortion": "area distortion",
     "stretch_l2": "stretch, L2",
     "stretch_linf": "stretch, largest",
+    "symmetric_dirichlet": "symmetric Dirichlet energy",
+    "edge_change": "change of edge lengths, mean",
+    "edge_change_99": "change of edge lengths, 99 %",
+    "texel_spread": "texel areas, 99 % : 1 %",
 }
 
 
@@ -150,6 +167,10 @@ def quality_of(surface: Submesh, map_: FloatArray) -> Quality:
         area_distortion=float(weight @ np.abs(changed.log_area_ratio)),
         stretch_l2=float(np.sqrt(weight @ changed.squared_stretch)),
         stretch_linf=float(changed.largest_stretch.max()),
+        symmetric_dirichlet=float(weight @ changed.symmetric_dirichlet),
+        edge_change=float(changed.edge_change.mean()),
+        edge_change_99=float(np.percentile(changed.edge_change, 99)),
+        texel_spread=float(_spread(changed, Parts.of_sizes([len(surface.F)]))[0]),
         flips=int(np.count_nonzero(changed.flipped)),
         overlaps=len(overlapping_pairs(map_, surface.F)),
         faces=len(surface.F),
@@ -180,6 +201,10 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
                 mean(np.abs(changed.log_area_ratio)),
                 np.sqrt(mean(changed.squared_stretch)),
                 faces.max(changed.largest_stretch),
+                mean(changed.symmetric_dirichlet),
+                faces.sum(changed.edge_change.mean(axis=0)) / faces.sizes,
+                _percentile_99(changed.edge_change, faces),
+                _spread(changed, faces),
             )
         ).tolist()
     flips = faces.sum(changed.flipped.astype(np.int64)).tolist()
@@ -187,6 +212,30 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
     names = [field.name for field in fields(Quality)]
     rows = ((*row, *count) for row, count in zip(figures, counts, strict=True))
     return [Quality(**dict(zip(names, row, strict=True))) for row in rows]
+
+
+def _spread(changed: Change, faces: Parts) -> FloatArray:
+    """Of each part, the area ratio below which 99 % of its surface is, over that of 1 %."""
+    area, log_ratio = changed.double_area, changed.log_area_ratio
+    order = np.lexsort((log_ratio, faces.spread(np.arange(len(faces)))))
+    below = faces.cumsum(area[order]) / faces.spread(faces.sum(area))
+    at = [
+        np.minimum(faces.start[:-1] + faces.sum((below < share).astype(np.int64)), faces.start[1:] - 1)
+        for share in (0.99, 0.01)
+    ]
+    most, least = (log_ratio[order][index] for index in at)
+    with np.errstate(invalid="ignore"):
+        return np.exp(most - least)
+
+
+def _percentile_99(sides: FloatArray, faces: Parts) -> FloatArray:
+    """Of each part, the 99th percentile of the values at the sides of its faces, (3, #F)."""
+    values, of = sides.T.ravel(), np.repeat(faces.spread(np.arange(len(faces))), 3)
+    ordered = values[np.lexsort((values, of))]
+    place = 3 * faces.start[:-1] + 0.99 * (3 * faces.sizes - 1)
+    low = np.floor(place).astype(np.int64)
+    high = np.minimum(low + 1, 3 * faces.start[1:] - 1)
+    return np.asarray(ordered[low] + (place - low) * (ordered[high] - ordered[low]))
 
 
 def _joined(surfaces: Sequence[Submesh], vertices: Parts, faces: Parts) -> Submesh:

@@ -74,6 +74,8 @@ class Change:
         Twice the area in 3-D, and twice the signed area in uv, scaled by `of_size_one`.
     major, minor : (#F,) float64
         The singular values sigma1 >= sigma2 of the map.
+    sides : (3, #F) float64
+        Length in uv over length in 3-D of the side opposite to each corner.
     scale : float, or (#F,) float64
         Area in uv over area in 3-D, of the whole, or of the map that each triangle belongs to.
     """
@@ -84,6 +86,7 @@ class Change:
     signed: FloatArray
     major: FloatArray
     minor: FloatArray
+    sides: FloatArray
     scale: float | FloatArray
 
     @property
@@ -116,6 +119,16 @@ class Change:
             return np.where(self.minor > 0, np.sqrt(self.scale) / self.minor, np.inf)
 
     @property
+    def symmetric_dirichlet(self) -> FloatArray:
+        """A quarter of s1^2 + s2^2 + s1^-2 + s2^-2, with the map scaled to the area of the surface."""
+        return np.asarray(((self.major**2 + self.minor**2) / self.scale / 2 + self.squared_stretch) / 2)
+
+    @property
+    def edge_change(self) -> FloatArray:
+        """(3, #F) float64: relative change of the sides' lengths, with the map scaled likewise."""
+        return np.asarray(np.abs(self.sides / np.sqrt(self.scale) - 1))
+
+    @property
     def log_area_ratio(self) -> FloatArray:
         """log(area in uv / area in 3-D), with the map scaled to the area of the surface."""
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -144,7 +157,9 @@ def change_of(surface: Submesh, map_: FloatArray, parts: Parts | None = None) ->
         scale = float(np.abs(signed).sum() / double_area.sum())
     else:
         scale = parts.spread(parts.sum(np.abs(signed)) / parts.sum(double_area))
-    return Change(angle, error, double_area, signed, major, minor, scale)
+    at = surface.V[corner]
+    sides = np.abs(z[PREV] - z[NEXT]) / np.linalg.norm(at[PREV] - at[NEXT], axis=2)
+    return Change(angle, error, double_area, signed, major, minor, sides, scale)
 
 
 def _singular_values(

@@ -6,11 +6,23 @@ triangles such a surface.
 Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
+from ..kernels import NEXT, PREV, sum_by
 from .areas import measure
-from .arrays import Pins, check_finite, compact, face_array, pins, scatter, seam_mask, vertex_array
+from .arrays import (
+    Pins,
+    check_finite,
+    compact,
+    face_array,
+    pins,
+    scatter,
+    seam_mask,
+    vertex_array,
+    vertex_indices,
+)
+from .chords import chords_of, split_chords
 from .components import connected_labels, face_components
 from .disks import Disks, side_by_side
-from .mesh import Mesh, loop_through, planar, planar_mesh
+from .mesh import Mesh, PlanarFaces, loop_through, planar, planar_mesh
 from .parts import Parts
 from .plane import (
     ALL_DIGITS,
@@ -27,17 +39,15 @@ from .plane import (
     signed_double_areas,
     span,
 )
+from .polygons import Faces, Polygons, Triangles
 from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface
 from .submesh import Submesh, cut_faces
 from .topology import (
-    NEXT,
-    PREV,
     Topology,
     check_planar,
     cycles,
     manifold_topology,
     planar_topology,
-    sum_by,
     topology_of,
     with_outer,
 )

@@ -6,7 +6,7 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from .topology import NEXT, PREV
+from ..kernels import products
 
 SMALLEST_COORDINATE, LARGEST_COORDINATE = 1e-60, 1e60  # what the largest of a mesh may be
 
@@ -44,20 +44,3 @@ def without_area(V: FloatArray, F: IntArray) -> IntArray:
         return np.zeros(0, dtype=np.int64)
     double_area, _, least = products(V, np.ascontiguousarray(F.T))
     return np.flatnonzero(~(double_area > least))
-
-
-def products(V: FloatArray, corner: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Twice the areas, the scalar products, and the least double area that rounding does not make."""
-    x, y, z = (axis[corner] for axis in np.ascontiguousarray(V.T))
-    # side k is opposite to corner k
-    ux, uy, uz = (c[PREV] - c[NEXT] for c in (x, y, z))
-    dot = -(ux[NEXT] * ux[PREV] + uy[NEXT] * uy[PREV] + uz[NEXT] * uz[PREV])
-    double_area = np.sqrt(
-        (uy[0] * uz[1] - uz[0] * uy[1]) ** 2
-        + (uz[0] * ux[1] - ux[0] * uz[1]) ** 2
-        + (ux[0] * uy[1] - uy[0] * ux[1]) ** 2
-    )
-    longest = np.sqrt((ux**2 + uy**2 + uz**2).max(axis=0))
-    extent = np.maximum(longest, np.maximum(np.abs(x), np.maximum(np.abs(y), np.abs(z))).max(axis=0))
-    # a coordinate x is known to eps |x|; that times the longest side is an area out of nothing
-    return double_area, dot, 4 * np.finfo(float).eps * extent * longest

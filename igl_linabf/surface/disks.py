@@ -9,10 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE, products
+from ..kernels import NEXT, PREV, products, undirected
+from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE
 from .components import connected_labels
 from .parts import Parts
-from .topology import NEXT, PREV, Topology, cycles, undirected
+from .topology import Topology, cycles
 
 Arrays = tuple[FloatArray, IntArray]  # V (#V, 3) float64 and F (#F, 3) int64
 

@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
+from ..kernels import NEXT, PREV, at_edges, sum_by, undirected
 from .components import connected_labels, in_one_piece, vertex_components
 
-NEXT = [1, 2, 0]  # corner k + 1: where the left angle beta of corner k's fan is
-PREV = [2, 0, 1]  # corner k + 2: where the right angle gamma is
-
-
-def sum_by(index: IntArray, values: FloatArray, n: int) -> FloatArray:
-    """Sum `values` over equal `index`, 0 .. n - 1."""
-    return np.asarray(np.bincount(index.ravel(), weights=values.ravel(), minlength=n), dtype=np.float64)
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,14 +73,17 @@ class Topology:
         loops, n_faces = len(self.loops), len(self.corner[0])
         return loops > 0 and self.characteristic == 2 - loops and in_one_piece(self.sides, n_faces)
 
+    def once(self, name: str, make: Callable[[], T]) -> T:
+        """What follows from the connectivity alone; a `KeptTopology` keeps it under its name."""
+        return make()
+
     def sum_at_vertices(self, values: FloatArray) -> FloatArray:
         """Sum (3, #F) corner values over the corners of each vertex."""
         return sum_by(self.corner, values, self.n)
 
     def sum_at_edges(self, values: FloatArray) -> FloatArray:
         """Sum values of half-edges, (3, #F), over the two sides of each edge."""
-        first, second = np.append(values, 0.0)[self.sides]  # a missing side reads the zero at the end
-        return np.asarray(first + second)
+        return at_edges(values, self.sides)
 
     @cached_property
     def interior(self) -> BoolArray:
@@ -92,6 +92,23 @@ class Topology:
         if self.loops:
             inside[np.concatenate(self.loops)] = False
         return inside
+
+
+@dataclass(frozen=True, eq=False)
+class KeptTopology(Topology):
+    """A topology that is used again and again: what follows from it is made once."""
+
+    _kept: dict[str, Any] = field(init=False, default_factory=dict, repr=False)
+
+    @classmethod
+    def of(cls, topology: Topology) -> KeptTopology:
+        return cls(**{part.name: getattr(topology, part.name) for part in fields(Topology)})
+
+    def once(self, name: str, make: Callable[[], T]) -> T:
+        if name not in self._kept:
+            self._kept[name] = make()
+        made: T = self._kept[name]
+        return made
 
 
 def topology_of(F: IntArray, vertices: IntArray) -> Topology:
@@ -148,21 +165,6 @@ def with_outer(topology: Topology, outer: int) -> Topology:
     """The topology with another outer loop, `topology.loops[outer]`."""
     loops = (topology.loops[outer], *topology.loops[:outer], *topology.loops[outer + 1 :])
     return replace(topology, loops=loops)
-
-
-def undirected(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-    """The edge of each half-edge; the first two half-edges of each edge (or -1), and how many it has."""
-    key = (np.minimum(tail, head) * n + np.maximum(tail, head)).ravel()
-    order = np.argsort(key, kind="stable")
-    key = key[order]
-    starts = np.ones(len(key), dtype=bool)
-    np.not_equal(key[1:], key[:-1], out=starts[1:])
-    begin = np.flatnonzero(starts)
-    count = np.diff(begin, append=len(key))
-    second = np.where(count > 1, order[np.minimum(begin + 1, len(key) - 1)], -1)
-    edge = np.empty_like(order)
-    edge[order] = np.cumsum(starts) - 1
-    return edge, order[begin], second, count
 
 
 def _trace_loops(tail: IntArray, head: IntArray) -> tuple[IntArray, ...] | None:

@@ -1,0 +1,302 @@
+"""Meshes of trimesh, pyvista, meshio and Open3D."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._types import FloatArray, IntArray
+from ..errors import MeshError
+from ..io import split_at_seams, textured
+
+if TYPE_CHECKING:
+    import meshio
+    import open3d
+    import pyvista
+    import trimesh
+
+
+def from_trimesh(mesh: trimesh.Trimesh) -> tuple[FloatArray, IntArray]:
+    """The vertices and triangles of a `trimesh.Trimesh`.
+
+    Parameters
+    ----------
+    mesh : trimesh.Trimesh
+
+    Returns
+    -------
+    V : (#V, 3) float64
+    F : (#F, 3) int64
+
+    Raises
+    ------
+    MeshError
+        It is no `Trimesh`: a scene or a point cloud, for example.
+
+    Examples
+    --------
+    >>> import trimesh, igl_linabf
+    >>> V, F = from_trimesh(trimesh.creation.box())
+    >>> atlas = igl_linabf.unwrap(V, F)
+    >>> textured = to_trimesh(V, F, atlas.TC, atlas.FTC)
+    >>> len(textured.visual.uv) == len(textured.vertices)
+    True
+    """
+    import trimesh
+
+    if not isinstance(mesh, trimesh.Trimesh):
+        raise MeshError(
+            f"this is a {type(mesh).__name__}, no trimesh.Trimesh: take one of scene.geometry.values(), or "
+            "scene.to_mesh() for all in one"
+        )
+    return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.faces, dtype=np.int64)
+
+
+def to_trimesh(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None = None) -> trimesh.Trimesh:
+    """A `trimesh.Trimesh` with the texture coordinates in `mesh.visual.uv`.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+    F : (#F, 3) int
+    TC : (#TC, 2) float
+        Texture coordinates, or a map of `flatten`.
+    FTC : (#F, 3) int, optional
+        Their rows at the corners of the faces, as an atlas has them; `F` by default.
+
+    Returns
+    -------
+    trimesh.Trimesh
+        trimesh has one texture coordinate a vertex, so vertices are doubled along the seams. The faces
+        stay in order.
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, or are not finite.
+
+    Examples
+    --------
+    See `from_trimesh`.
+    """
+    import trimesh
+
+    V, TC, F = split_at_seams(*textured(V, F, TC, FTC))
+    return trimesh.Trimesh(V, F, visual=trimesh.visual.TextureVisuals(uv=TC), process=False)
+
+
+def from_pyvista(mesh: pyvista.PolyData) -> tuple[FloatArray, IntArray]:
+    """The vertices and triangles of a `pyvista.PolyData`; its polygons are triangulated.
+
+    Parameters
+    ----------
+    mesh : pyvista.PolyData
+        Its lines and single points are left out.
+
+    Returns
+    -------
+    V : (#V, 3) float64
+    F : (#F, 3) int64
+
+    Raises
+    ------
+    MeshError
+        It is no `PolyData`: a volume grid, for example.
+
+    Examples
+    --------
+    >>> import pyvista, igl_linabf
+    >>> mesh = pyvista.Cylinder(resolution=20)
+    >>> V, F = from_pyvista(mesh)
+    >>> atlas = igl_linabf.unwrap(V, F)
+    >>> textured = to_pyvista(V, F, atlas.TC, atlas.FTC)
+    >>> len(textured.active_texture_coordinates) == textured.n_points
+    True
+    """
+    import pyvista
+
+    if not isinstance(mesh, pyvista.PolyData):
+        raise MeshError(f"this is a {type(mesh).__name__}, no pyvista.PolyData: take mesh.extract_surface()")
+    faces = mesh if mesh.is_all_triangles else mesh.triangulate()
+    F = np.asarray(faces.faces, dtype=np.int64).reshape(-1, 4)[:, 1:]
+    return np.array(faces.points, dtype=np.float64), np.ascontiguousarray(F)
+
+
+def to_pyvista(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None = None) -> pyvista.PolyData:
+    """A `pyvista.PolyData` with the texture coordinates in `mesh.active_texture_coordinates`.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+    F : (#F, 3) int
+    TC : (#TC, 2) float
+        Texture coordinates, or a map of `flatten`.
+    FTC : (#F, 3) int, optional
+        Their rows at the corners of the faces, as an atlas has them; `F` by default.
+
+    Returns
+    -------
+    pyvista.PolyData
+        VTK has one texture coordinate a point, so points are doubled along the seams. The faces stay in
+        order. `plotter.add_mesh(mesh, texture=...)` shows it.
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, or are not finite.
+
+    Examples
+    --------
+    See `from_pyvista`.
+    """
+    import pyvista
+
+    V, TC, F = split_at_seams(*textured(V, F, TC, FTC))
+    mesh = pyvista.PolyData.from_regular_faces(V, F)
+    mesh.active_texture_coordinates = TC
+    return mesh
+
+
+def from_meshio(mesh: meshio.Mesh) -> tuple[FloatArray, IntArray]:
+    """The vertices and triangles of a `meshio.Mesh`.
+
+    Parameters
+    ----------
+    mesh : meshio.Mesh
+        Its lines and vertex cells are left out. Points of the plane get the height 0.
+
+    Returns
+    -------
+    V : (#V, 3) float64
+    F : (#F, 3) int64
+        The triangles of all its blocks, in order.
+
+    Raises
+    ------
+    MeshError
+        It has other cells than triangles.
+
+    Examples
+    --------
+    >>> import meshio, igl, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> V, F = from_meshio(meshio.Mesh(V, [("triangle", F)]))
+    >>> atlas = igl_linabf.unwrap(V, F)
+    >>> textured = to_meshio(V, F, atlas.TC, atlas.FTC)
+    >>> textured.point_data["obj:vt"].shape == (len(textured.points), 2)
+    True
+    """
+    surface = [block for block in mesh.cells if block.type not in ("vertex", "line", "line3")]
+    others = {block.type: len(block.data) for block in surface if block.type != "triangle"}
+    if others:
+        listed = ", ".join(f"{count} cells {kind!r}" for kind, count in others.items())
+        raise MeshError(f"the mesh has {listed}: keep or make triangles of the surface's cells")
+    blocks = [np.asarray(block.data, dtype=np.int64) for block in surface]
+    V = np.zeros((len(mesh.points), 3))
+    V[:, : np.shape(mesh.points)[1]] = mesh.points
+    return V, np.concatenate([np.zeros((0, 3), np.int64), *blocks])
+
+
+def to_meshio(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None = None) -> meshio.Mesh:
+    """A `meshio.Mesh` with the texture coordinates in `mesh.point_data["obj:vt"]`.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+    F : (#F, 3) int
+    TC : (#TC, 2) float
+        Texture coordinates, or a map of `flatten`.
+    FTC : (#F, 3) int, optional
+        Their rows at the corners of the faces, as an atlas has them; `F` by default.
+
+    Returns
+    -------
+    meshio.Mesh
+        Points are doubled along the seams. meshio's OBJ writer writes `"obj:vt"` as `vt` lines, and its
+        reader reads them there. The faces stay in order.
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, or are not finite.
+
+    Examples
+    --------
+    See `from_meshio`.
+    """
+    import meshio
+
+    V, TC, F = split_at_seams(*textured(V, F, TC, FTC))
+    return meshio.Mesh(V, [("triangle", F)], point_data={"obj:vt": TC})
+
+
+def from_open3d(mesh: open3d.geometry.TriangleMesh) -> tuple[FloatArray, IntArray]:
+    """The vertices and triangles of an Open3D mesh, `open3d.geometry.TriangleMesh`.
+
+    Parameters
+    ----------
+    mesh : open3d.geometry.TriangleMesh
+        A mesh of the tensor API is one after `mesh.to_legacy()`.
+
+    Returns
+    -------
+    V : (#V, 3) float64
+    F : (#F, 3) int64
+
+    Raises
+    ------
+    MeshError
+        It has no `triangles`, or is a mesh of the tensor API.
+
+    Examples
+    --------
+    The page on other libraries has one.
+    """
+    if not hasattr(mesh, "triangles") or not hasattr(mesh, "triangle_uvs"):
+        raise MeshError(
+            f"this is a {type(mesh).__name__}, no open3d.geometry.TriangleMesh: of a tensor mesh, take "
+            "mesh.to_legacy()"
+        )
+    return np.array(mesh.vertices, dtype=np.float64), np.array(mesh.triangles, dtype=np.int64).reshape(-1, 3)
+
+
+def to_open3d(
+    V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None = None
+) -> open3d.geometry.TriangleMesh:
+    """An Open3D mesh with the texture coordinates in `mesh.triangle_uvs`.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+    F : (#F, 3) int
+    TC : (#TC, 2) float
+        Texture coordinates, or a map of `flatten`.
+    FTC : (#F, 3) int, optional
+        Their rows at the corners of the faces, as an atlas has them; `F` by default.
+
+    Returns
+    -------
+    open3d.geometry.TriangleMesh
+        With three texture coordinates a triangle and the material 0, as Open3D draws textures. No vertex
+        is doubled.
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, or are not finite.
+
+    Examples
+    --------
+    The page on other libraries has one.
+    """
+    import open3d
+
+    V, F, TC, FTC = textured(V, F, TC, FTC)
+    mesh = open3d.geometry.TriangleMesh(
+        open3d.utility.Vector3dVector(V), open3d.utility.Vector3iVector(F.astype(np.int32))
+    )
+    mesh.triangle_uvs = open3d.utility.Vector2dVector(TC[FTC].reshape(-1, 2))
+    mesh.triangle_material_ids = open3d.utility.IntVector(np.zeros(len(F), dtype=np.int32))
+    return mesh

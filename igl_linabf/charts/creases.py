@@ -1,0 +1,88 @@
+"""Creases: the edges along which faces meet at an angle, and which of them are sharp."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._types import FloatArray, IntArray
+from ..surface import Submesh
+
+NOISE = 2.0**-23  # of the extent: what coordinates in single precision are off by
+UNSURE = 100.0  # times the noise: faces of less height have a normal that means nothing
+NEIGHBOURS = 8  # slivers in a row that take over the normal of the next face
+STRAIGHT, ROUNDING = 0.1, 1e-5  # radians
+SOFT, SHARP = np.deg2rad([15.0, 40.0])  # bends from which an edge begins to be a crease, and is one
+
+
+def extent(V: FloatArray) -> float:
+    """The longest side of the bounding box."""
+    return float(np.ptp(V, axis=0).max())
+
+
+def face_normals(component: Submesh) -> FloatArray:
+    """Unit normals, (#F, 3); those of slivers are their neighbours', so that rounding bends no plane."""
+    V, F, topology = component.V, component.F, component.topology
+    a, b, c = V[F.T]
+    normal = np.cross(b - a, c - a)
+    double_area = np.linalg.norm(normal, axis=1)
+    side = np.stack([np.linalg.norm(p - q, axis=1) for p, q in ((c, b), (a, c), (b, a))])
+    longest = side.argmax(axis=0)
+    normal /= np.maximum(double_area, np.finfo(float).tiny)[:, None]
+    unsure = double_area < UNSURE * NOISE * extent(V) * side.max(axis=0)
+    if unsure.any():
+        m = len(F)
+        twin = np.full(3 * m, -1)
+        first, second = topology.sides[:, topology.sides[1] >= 0]
+        twin[first], twin[second] = second, first
+        other = twin[longest * m + np.arange(m)]
+        other = np.where(other < 0, np.arange(m), other % m)
+        for _ in range(NEIGHBOURS):
+            rows = np.flatnonzero(unsure & ~unsure[other])
+            if not len(rows):
+                break
+            normal[rows], unsure[rows] = normal[other[rows]], False
+    return np.asarray(normal)
+
+
+def bends(component: Submesh, normal: FloatArray) -> FloatArray:
+    """Angle between the normals at each edge of two faces; negative where the surface is concave."""
+    topology, m = component.topology, len(component.F)
+    sides = topology.sides[:, topology.sides[1] >= 0]
+    first, second = normal[sides % m]
+    cross = np.linalg.norm(np.cross(first, second), axis=1)
+    bend = np.arctan2(cross, (first * second).sum(axis=1))
+    apex = component.V[topology.corner.ravel()[sides]]  # opposite to the edge, on its two sides
+    rise = ((apex[1] - apex[0]) * (first - second)).sum(axis=1)
+    return np.asarray(np.where(rise > 0, -bend, bend))
+
+
+def flat_share(component: Submesh) -> float:
+    """The share of the area in faces with a neighbour nearly in their plane.
+
+    A normal may turn by `STRAIGHT` along a way as long as the surface is large. On smooth surfaces, fine or
+    coarse, that is about a tenth of the area.
+    """
+    topology, m = component.topology, len(component.F)
+    inside = topology.sides[1] >= 0
+    sides, (a, b) = topology.sides[:, inside] % m, topology.edges[inside].T
+    double_area = component.measured[0]
+    length = np.linalg.norm(component.V[a] - component.V[b], axis=1)
+    way = double_area[sides].sum(axis=0) / np.maximum(length, np.finfo(float).tiny)
+    bend = np.abs(bends(component, face_normals(component)))
+    straight = bend < STRAIGHT * way / np.sqrt(double_area.sum() / 2) + ROUNDING
+    flat = np.zeros(m, dtype=bool)
+    flat[sides[:, straight]] = True
+    return float(double_area[flat].sum() / double_area.sum())
+
+
+def sharpness(bend: FloatArray) -> FloatArray:
+    """From 0 for an edge that is no crease to 1 for one that shading shows anyway."""
+    return np.asarray(np.clip((np.abs(bend) - SOFT) / (SHARP - SOFT), 0.0, 1.0))
+
+
+def angle_noise(component: Submesh, node: IntArray, n: int) -> FloatArray:
+    """The curvature that rounding of coordinates makes at each node: long edges turn less than short ones."""
+    V, edges = component.V, component.topology.edges
+    length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
+    turned = NOISE * extent(V) / np.maximum(length, np.finfo(float).tiny)
+    return np.asarray(np.bincount(node[edges].ravel(), np.repeat(turned, 2), minlength=n))

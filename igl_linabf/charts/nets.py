@@ -1,0 +1,145 @@
+"""Nets: seams through all that is curved at creases. Planes, cylinders and cones are then laid flat exactly.
+
+Cut along a tree through all of its curved vertices, a surface is developable: a box falls into its net, a
+cylinder into a rectangle and two disks.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .._types import FloatArray, IntArray
+from ..surface import Submesh
+from .cut_graph import ClosedSurface, join, open_handles
+from .pieces import distortion
+
+Seam = IntArray
+LogScale = Callable[[Seam], FloatArray]
+Grow = Callable[[Seam], Seam]
+Parts = Callable[[Seam], list[Submesh]]
+
+HARD = 0.5  # share of the area that lies flat, from which a surface has planes, and nets are compared
+LEVELS = (0.0, 0.02, 0.2)  # radians of curvature at a crease, from which on a net goes through it
+TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
+SHARP_SHARE = 0.15  # of its length: what a sharp crease counts, beyond what is free
+EXACT = 1e-3  # of stretch and bend that a net may leave
+
+
+@dataclass(frozen=True, eq=False)
+class Nets:
+    """Seams of a surface with creases, and what they cost.
+
+    Creases show anyway. So a seam on a sharp one is cheap, and a length of `trade` times the square root of
+    the area is free: a net is worth more than the few percent of stretch that it saves.
+
+    Attributes
+    ----------
+    piece : ClosedSurface
+    trade : float
+    log_scale : callable
+        The logarithm of the conformal scale of the surface cut along a seam.
+    """
+
+    piece: ClosedSurface
+    trade: float
+    log_scale: LogScale
+
+    @cached_property
+    def _priced(self) -> ClosedSurface:
+        """The surface with lengths as a net is charged for them."""
+        piece = self.piece
+        return piece.with_lengths(piece.true_length * piece.shown * (1 - (1 - SHARP_SHARE) * piece.sharp))
+
+    @cached_property
+    def _loops(self) -> Seam:
+        """The edges that open the handles."""
+        return open_handles(self._priced) if self.piece.genus else np.zeros(0, dtype=np.int64)
+
+    @cached_property
+    def _nodes(self) -> list[IntArray]:
+        """What a net has to go through, for each level; levels that add nothing are left out."""
+        piece = self.piece
+        on_crease = np.zeros(piece.n, dtype=bool)
+        on_crease[piece.ends[piece.sharp > 0]] = True
+        bent = np.abs(piece.curvature)
+        bent[: piece.holes] = 0
+        found = [
+            np.flatnonzero((bent > piece.noise) & (bent > np.where(on_crease, level, TIP)))
+            for level in LEVELS
+        ]
+        return [
+            nodes for i, nodes in enumerate(found) if len(nodes) and len(nodes) not in map(len, found[:i])
+        ]
+
+    @property
+    def creased(self) -> bool:
+        """Whether all that is curved is on sharp creases, or a tip."""
+        piece = self.piece
+        sharp, soft = np.zeros((2, piece.n), dtype=bool)
+        sharp[piece.ends[piece.sharp == 1]] = True
+        soft[piece.ends[piece.sharp > 0]] = True
+        bent = np.abs(piece.curvature)
+        bent[: piece.holes] = 0
+        return not ((bent > piece.noise) & ~sharp & (soft | (bent <= TIP))).any()
+
+    def expected(self, seam: Seam) -> float:
+        """L2 stretch to expect, and the shear of coarse faces at vertices that are pressed flat."""
+        piece = self.piece
+        weight, u = piece.area / piece.area.sum(), self.log_scale(seam)
+        stretch = float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u))))
+        flat = np.abs(piece.curvature) / (2 * np.pi)
+        flat[: piece.holes] = 0
+        flat[piece.ends[seam]] = 0
+        return stretch + 3 * float(weight @ flat)
+
+    def _price(self, seam: Seam) -> float:
+        """Of a seam, in units of stretch."""
+        piece = self.piece
+        length, sharp = (piece.true_length * piece.shown)[seam] / piece.size, piece.sharp[seam]
+        hard = SHARP_SHARE * max(0.0, float(length @ sharp) - self.trade)
+        return (float(length @ (1 - sharp)) + hard) / self.trade
+
+    def _least_price(self, nodes: IntArray) -> float:
+        """Less than which no tree through these nodes costs: each has an edge, and an edge has two nodes."""
+        piece = self.piece
+        least = np.full(piece.n, np.inf)
+        np.minimum.at(least, piece.ends.ravel(), np.repeat(self._priced.length, 2))
+        length = float(least[nodes].sum()) / 2 / piece.size
+        return max(0.0, length - SHARP_SHARE * self.trade) / self.trade
+
+    def free(self) -> Seam | None:
+        """A net that leaves nothing to be stretched and is no longer than is free; None if there is none."""
+        net = self._through(self._nodes[0]) if self._nodes else None
+        if net is None or self._price(net) > EXACT or self.expected(net) > 1 + EXACT:
+            return None
+        return net
+
+    def cheaper(self, seam: Seam, gain: float | None, parts: Parts, grow: Grow) -> Seam | None:
+        """The net, with branches of `grow`, that costs least when it is flattened; None if `seam` costs less.
+
+        With a `gain`, no seam is needed, and one has to save this.
+        """
+        least, best = distortion(parts(seam)) + self._price(seam), None
+        if gain is not None:
+            least = min(least, distortion(parts(seam[:0])) - gain)
+        for nodes in self._nodes:
+            net = self._through(nodes, least - 1)
+            if net is None or 1 + self._price(net) >= least:
+                continue
+            if self.expected(net) > 1 + EXACT:
+                net = grow(net)
+            cost = distortion(parts(net)) + self._price(net)
+            if cost < least:
+                best, least = net, cost
+        return best
+
+    def _through(self, nodes: IntArray, most: float = EXACT) -> Seam | None:
+        """The net through these nodes, unless no net can be had at the price `most`."""
+        if self._least_price(nodes) >= most:
+            return None
+        net = join(self._priced, self._loops, nodes)
+        return net if len(net) > 1 or self.piece.holes else None

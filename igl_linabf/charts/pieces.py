@@ -1,0 +1,40 @@
+"""A piece of a surface, flattened alone."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+
+from .._runtime import advance
+from ..errors import MeshError, some
+from ..flattening import Flattening, LinABF, Method
+from ..measures import change_of
+from ..surface import Submesh, planar_mesh
+
+
+def flattened(piece: Submesh, method: Method) -> Flattening:
+    """Flatten a piece; faces and vertices of the result are numbered within the piece."""
+    start, topology = perf_counter(), piece.topology
+    if topology.genus or not topology.loops:
+        what = f"has {topology.genus} handle{'s' * (topology.genus > 1)}" if topology.loops else "is closed"
+        which = f"the chart of faces {some(piece.faces)} {what}"
+        raise MeshError(f"{which}: give more seams, or complete=True, and unwrap finds the others")
+    n = len(piece.V)
+    mesh = replace(planar_mesh(piece), vertices=np.arange(n), n_given=n)
+    checked = perf_counter() - start
+    advance("check", 0.05)
+    made = method.run(mesh, None)
+    return replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})
+
+
+def distortion(pieces: list[Submesh]) -> float:
+    """L2 stretch and mean conformal distortion of pieces that are flattened: 1 if they come out isometric."""
+    total, stretch, shear = 0.0, 0.0, 0.0
+    for piece in pieces:
+        changed = change_of(piece, flattened(piece, LinABF()).uv)
+        total += float(changed.double_area.sum())
+        stretch += float(changed.double_area @ changed.squared_stretch)
+        shear += float(changed.double_area @ changed.conformal)
+    return float(np.sqrt(stretch / total)) + shear / total - 1

@@ -1,0 +1,126 @@
+"""One job a mesh: patterns of names, standard input, folders for the output."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import glob
+import os
+import sys
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from .._runtime import undone_at_once
+from ..errors import MeshError
+from .commands import ERROR
+
+STANDARD = "-"  # input or output
+
+Run = Callable[[argparse.Namespace], int]
+
+
+def run_each(options: argparse.Namespace, run: Run) -> int:
+    """Run a command on each mesh of `options.mesh`. Each has its errors; the worst exit code is the end's.
+
+    The command finds one mesh in `options.mesh` and its files in `options.output` and `options.picture`.
+    `options.title` is its name for the user, and `options.of` begins what is said of one among several.
+    """
+    names = _expanded(options.mesh)
+    if getattr(options, "output", None) == Path(STANDARD) and options.json:
+        raise ValueError("--json and -o - both write to standard output: leave one out")
+    into = {
+        kind: _places(getattr(options, kind), names, suffix)
+        for kind, suffix in (("output", f".{getattr(options, 'format', None) or 'obj'}"), ("picture", ".png"))
+        if getattr(options, kind, None) is not None
+    }
+    code = 0
+    with contextlib.ExitStack() as stack:
+        for i, name in enumerate(names):
+            last = i == len(names) - 1
+            own = {kind: places[i] for kind, places in into.items()}
+            settled = options.settled if last else _not_settled
+            mesh = stack.enter_context(_standard_input()) if name == STANDARD else Path(name)
+            title = "standard input" if name == STANDARD else name
+            called = {"title": title, "of": "" if len(names) == 1 else f"{title}: "}
+            one = argparse.Namespace(**{**vars(options), **own, **called, "mesh": mesh, "settled": settled})
+            code = max(code, run(one) if len(names) == 1 else _told(one, run))
+    return code
+
+
+def _not_settled() -> None:
+    """More is to come: Ctrl-C still ends it."""
+
+
+def _told(options: argparse.Namespace, run: Run) -> int:
+    """Run; an error of this mesh is a line that names it, and not the end."""
+    try:
+        return run(options)
+    except OSError as error:
+        place = "" if error.filename in (None, str(options.mesh)) else f"{error.filename}: "
+        said = f"{place}{error.strerror or error}"
+    except MemoryError:
+        said = "not enough memory: decimate the mesh"
+    except (MeshError, ValueError) as error:
+        said = str(error)
+    begin = "" if said.startswith(options.title) else options.of
+    print(f"igl-linabf: {begin}{said}", file=sys.stderr)
+    return ERROR
+
+
+def _expanded(given: Sequence[str]) -> list[str]:
+    """The files of patterns, in order; a name that is a file stays as it is."""
+    names: list[str] = []
+    for name in given:
+        found = [name]
+        if glob.has_magic(name) and not os.path.exists(name):
+            found = sorted(glob.glob(name, recursive=True))
+            if not found:
+                raise ValueError(f"{name}: no file has such a name")
+        names += found
+    if names.count(STANDARD) > 1:
+        raise ValueError("- is given twice: standard input holds one mesh")
+    return names
+
+
+def _places(given: Path, names: Sequence[str], suffix: str) -> list[Path]:
+    """The file for each mesh: the given one, or one of the mesh's name in the given folder."""
+    if not given.is_dir():
+        if len(names) == 1:
+            return [given]
+        raise ValueError(
+            f"{given} is no folder, and there are {len(names)} meshes: give a folder that exists, or use "
+            "igl-linabf batch"
+        )
+    places = [given / f"{'stdin' if name == STANDARD else Path(name).stem}{suffix}" for name in names]
+    for i, place in enumerate(places):
+        if place in places[:i]:
+            first = names[places.index(place)]
+            raise ValueError(f"{first} and {names[i]} would both be written to {place}: use igl-linabf batch")
+    return places
+
+
+@contextlib.contextmanager
+def _standard_input() -> Iterator[Path]:
+    """A file with the mesh on standard input; what is in it tells its format."""
+    data = sys.stdin.buffer.read()
+    with TemporaryDirectory(prefix="igl_linabf-") as folder:
+        path = Path(folder) / f"standard_input{_suffix(data)}"
+        with undone_at_once(lambda: path.unlink(missing_ok=True)):
+            path.write_bytes(data)
+            yield path
+
+
+def _suffix(data: bytes) -> str:
+    """By the first bytes; OBJ has none of its own."""
+    if data.startswith(b"glTF"):
+        return ".glb"
+    if data.startswith((b"ply\n", b"ply\r")):
+        return ".ply"
+    first = data[:100].split(maxsplit=1)[:1]
+    if first and first[0].endswith(b"OFF"):
+        return ".off"
+    triangles = int.from_bytes(data[80:84], "little")
+    if data.startswith(b"solid") or (len(data) >= 84 and len(data) == 84 + 50 * triangles):
+        return ".stl"
+    return ".obj"

@@ -1,0 +1,34 @@
+"""The loops over triangles and edges that take most of the time, each in two forms.
+
+In: plain arrays. Out: plain arrays. A kernel is defined by its form in NumPy. Beside it stands the same as
+loops, which numba compiles where it is installed (the extra `fast`).
+"""
+
+from .choice import fast_by, is_fast, numpy_only
+from .connectivity import connected_labels, undirected
+from .maps import first_moments, second_moments, signed_double_areas, third_moments
+from .systems import (
+    at_edges,
+    block_product,
+    conformal_weights,
+    degrees,
+    disparity,
+    edge_blocks,
+    half_edge_blocks,
+    own_blocks,
+    pair_weights,
+)
+from .triangles import (
+    NEXT,
+    PREV,
+    angle_sums,
+    cut_short,
+    errors,
+    fan_product,
+    log_sines,
+    products,
+    projected,
+    row_sums,
+    sum_by,
+)
+from .vectors import block_axpy, block_dots

@@ -1,0 +1,76 @@
+"""Which form of a kernel runs: NumPy's, or the same as loops that numba compiles."""
+
+from __future__ import annotations
+
+import importlib
+import os
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from contextvars import ContextVar
+from functools import cache, wraps
+from typing import Any, ParamSpec, TypeVar
+
+P = ParamSpec("P")
+T = TypeVar("T")
+
+_numpy_only: ContextVar[bool] = ContextVar("numpy_only", default=False)
+
+
+@cache
+def _numba() -> Any:
+    """The module numba; None where it is switched off, not installed, or does not fit NumPy."""
+    if os.environ.get("IGL_LINABF_FAST", "1") == "0":
+        return None
+    try:
+        return importlib.import_module("numba")
+    except ImportError:
+        return None
+
+
+def is_fast() -> bool:
+    """Whether the compiled loops run."""
+    return not _numpy_only.get() and _numba() is not None
+
+
+def fast_by() -> str:
+    """What runs the kernels, in words."""
+    if os.environ.get("IGL_LINABF_FAST", "1") == "0":
+        return "NumPy; IGL_LINABF_FAST=0 switches the compiled loops off"
+    if (numba := _numba()) is None:
+        return "NumPy; pip install 'igl-linabf[fast]' makes them faster"
+    return f"compiled by numba {numba.__version__}"
+
+
+@contextmanager
+def numpy_only() -> Iterator[None]:
+    """Run NumPy's forms in the block, in this thread."""
+    token = _numpy_only.set(True)
+    try:
+        yield
+    finally:
+        _numpy_only.reset(token)
+
+
+def with_loops(loops: Callable[..., T]) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """Decorate a kernel in NumPy, which defines it; the same as `loops` runs where numba is there."""
+
+    def decorate(in_numpy: Callable[P, T]) -> Callable[P, T]:
+        @wraps(in_numpy)
+        def either(*args: P.args, **kwargs: P.kwargs) -> T:
+            chosen: Callable[..., T] = compiled(loops) if is_fast() else in_numpy
+            return chosen(*args, **kwargs)
+
+        return either
+
+    return decorate
+
+
+@cache
+def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
+    """The loops compiled: once for a machine, as the code is kept on disk; other threads run meanwhile."""
+    options = {"nogil": True, "error_model": "numpy"}
+    try:
+        made: Callable[..., Any] = _numba().njit(cache=True, **options)(loops)
+    except RuntimeError:  # there is no folder where the code could be kept
+        made = _numba().njit(**options)(loops)
+    return made

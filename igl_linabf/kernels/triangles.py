@@ -1,0 +1,213 @@
+"""What is computed in each triangle, and summed at the vertices; arrays over corners are (3, #F)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._types import BoolArray, FloatArray, IntArray
+from .choice import is_fast, with_loops
+
+NEXT = [1, 2, 0]  # corner k + 1: where the left angle beta of corner k's fan is
+PREV = [2, 0, 1]  # corner k + 2: where the right angle gamma is
+HUGE = float(np.finfo(np.float64).max)
+EPS = float(np.finfo(np.float64).eps)
+
+
+def sum_by(index: IntArray, values: FloatArray, n: int) -> FloatArray:
+    """Sum `values` over equal `index`, 0 .. n - 1."""
+    return np.asarray(np.bincount(index.ravel(), weights=values.ravel(), minlength=n), dtype=np.float64)
+
+
+def _products(V: FloatArray, corner: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    m = corner.shape[1]
+    double_area, dot, least = np.empty(m), np.empty((3, m)), np.empty(m)
+    u = np.empty((3, 3))
+    for t in range(m):
+        extent = 0.0
+        for k in range(3):
+            a, b = corner[(k + 2) % 3, t], corner[(k + 1) % 3, t]
+            for j in range(3):
+                u[k, j] = V[a, j] - V[b, j]
+                extent = max(extent, abs(V[a, j]))
+        longest = 0.0
+        for k in range(3):
+            n, p = (k + 1) % 3, (k + 2) % 3
+            dot[k, t] = -(u[n, 0] * u[p, 0] + u[n, 1] * u[p, 1] + u[n, 2] * u[p, 2])
+            longest = max(longest, u[k, 0] * u[k, 0] + u[k, 1] * u[k, 1] + u[k, 2] * u[k, 2])
+        x = u[0, 1] * u[1, 2] - u[1, 1] * u[0, 2]
+        y = u[0, 2] * u[1, 0] - u[1, 2] * u[0, 0]
+        z = u[0, 0] * u[1, 1] - u[1, 0] * u[0, 1]
+        double_area[t] = np.sqrt(x * x + y * y + z * z)
+        longest = np.sqrt(longest)
+        least[t] = 4 * EPS * max(longest, extent) * longest
+    return double_area, dot, least
+
+
+@with_loops(_products)
+def products(V: FloatArray, corner: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Twice the areas, the scalar products, and the least double area that rounding does not make."""
+    x, y, z = (axis[corner] for axis in np.ascontiguousarray(V.T))
+    # side k is opposite to corner k
+    ux, uy, uz = (c[PREV] - c[NEXT] for c in (x, y, z))
+    dot = -(ux[NEXT] * ux[PREV] + uy[NEXT] * uy[PREV] + uz[NEXT] * uz[PREV])
+    double_area = np.sqrt(
+        (uy[0] * uz[1] - uz[0] * uy[1]) ** 2
+        + (uz[0] * ux[1] - ux[0] * uz[1]) ** 2
+        + (ux[0] * uy[1] - uy[0] * ux[1]) ** 2
+    )
+    longest = np.sqrt((ux**2 + uy**2 + uz**2).max(axis=0))
+    extent = np.maximum(longest, np.maximum(np.abs(x), np.maximum(np.abs(y), np.abs(z))).max(axis=0))
+    # a coordinate x is known to eps |x|; that times the longest side is an area out of nothing
+    return double_area, dot, 4 * EPS * extent * longest
+
+
+def log_sines(alpha: FloatArray) -> FloatArray:
+    """log |sin alpha|; an angle of 0 or pi, as in a collapsed triangle, counts as the smallest there is."""
+    if is_fast():  # NumPy's tangent takes a fifth of the time of its sine
+        square = np.tan(alpha)
+        np.square(square, out=square)
+        with np.errstate(divide="ignore"):
+            np.divide(1, square, out=square)
+        np.minimum(square, HUGE, out=square)
+        square += 1
+        np.log(square, out=square)
+        square *= -0.5
+        return square
+    log_sin = np.sin(alpha)
+    np.abs(log_sin, out=log_sin)
+    np.maximum(log_sin, np.finfo(np.float64).tiny, out=log_sin)
+    np.log(log_sin, out=log_sin)
+    return log_sin
+
+
+def _angle_sums(
+    corner: IntArray, alpha: FloatArray, log_sin: FloatArray, n: int
+) -> tuple[FloatArray, FloatArray]:
+    total, log_ratio = np.zeros(n), np.zeros(n)
+    for t in range(corner.shape[1]):
+        a, b, c = corner[0, t], corner[1, t], corner[2, t]
+        p, q, r = log_sin[0, t], log_sin[1, t], log_sin[2, t]
+        total[a] += alpha[0, t]
+        total[b] += alpha[1, t]
+        total[c] += alpha[2, t]
+        log_ratio[a] += r - q
+        log_ratio[b] += p - r
+        log_ratio[c] += q - p
+    return total, log_ratio
+
+
+@with_loops(_angle_sums)
+def angle_sums(
+    corner: IntArray, alpha: FloatArray, log_sin: FloatArray, n: int
+) -> tuple[FloatArray, FloatArray]:
+    """At each vertex the sum of its angles, and of log sin(gamma) - log sin(beta) (eq. 5 and 10)."""
+    return sum_by(corner, alpha, n), sum_by(corner, log_sin[PREV] - log_sin[NEXT], n)
+
+
+def _row_sums(corner: IntArray, cot: FloatArray, e: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
+    vertex, wheel = np.zeros(n), np.zeros(n)
+    for t in range(corner.shape[1]):
+        a, b, c = corner[0, t], corner[1, t], corner[2, t]
+        p, q, r = cot[0, t] * e[0, t], cot[1, t] * e[1, t], cot[2, t] * e[2, t]
+        vertex[a] += e[0, t]
+        vertex[b] += e[1, t]
+        vertex[c] += e[2, t]
+        wheel[a] += q - r
+        wheel[b] += r - p
+        wheel[c] += p - q
+    return vertex, wheel
+
+
+@with_loops(_row_sums)
+def row_sums(corner: IntArray, cot: FloatArray, e: FloatArray, n: int) -> tuple[FloatArray, FloatArray]:
+    """M e: what errors (3, #F) change the vertex and the wheel constraint of each vertex by, (n,) each."""
+    q = cot * e
+    return sum_by(corner, e, n), sum_by(corner, q[NEXT] - q[PREV], n)
+
+
+def _errors(
+    corner: IntArray, w: FloatArray, d: FloatArray, cot: FloatArray, vertex: FloatArray, wheel: FloatArray
+) -> FloatArray:
+    m = corner.shape[1]
+    e = np.empty((3, m))
+    for t in range(m):
+        a, b, c = corner[0, t], corner[1, t], corner[2, t]
+        x, y, z = wheel[a], wheel[b], wheel[c]
+        y0 = vertex[a] + cot[0, t] * (z - y)
+        y1 = vertex[b] + cot[1, t] * (x - z)
+        y2 = vertex[c] + cot[2, t] * (y - x)
+        w0, w1, w2 = w[0, t], w[1, t], w[2, t]
+        e[0, t] = w0 * ((w1 * (y0 - y1) + w2 * (y0 - y2)) / d[t])
+        e[1, t] = w1 * ((w2 * (y1 - y2) + w0 * (y1 - y0)) / d[t])
+        e[2, t] = w2 * ((w0 * (y2 - y0) + w1 * (y2 - y1)) / d[t])
+    return e
+
+
+@with_loops(_errors)
+def errors(
+    corner: IntArray, w: FloatArray, d: FloatArray, cot: FloatArray, vertex: FloatArray, wheel: FloatArray
+) -> FloatArray:
+    """P M^T x of multipliers (n,) of single vertices: angles (3, #F) that sum to zero in each triangle."""
+    x, y = vertex.take(corner), wheel.take(corner)  # far faster than by an index
+    return projected(w, d, x + cot * (y[PREV] - y[NEXT]))
+
+
+def _fan_product(row: IntArray, w: FloatArray, d: FloatArray, cot: FloatArray, x: FloatArray) -> FloatArray:
+    y = np.zeros(len(x) + 2)
+    u, e, q = np.empty((3, 2)), np.empty(3), np.empty(3)
+    for t in range(row.shape[1]):
+        for k in range(3):
+            i = 2 * row[k, t]
+            if i < len(x):
+                u[k, 0], u[k, 1] = x[i], x[i + 1]
+            else:
+                u[k, 0] = u[k, 1] = 0.0
+        for k in range(3):
+            q[k] = u[k, 0] + cot[k, t] * (u[(k + 2) % 3, 1] - u[(k + 1) % 3, 1])
+        for k in range(3):
+            n, p = (k + 1) % 3, (k + 2) % 3
+            e[k] = w[k, t] * ((w[n, t] * (q[k] - q[n]) + w[p, t] * (q[k] - q[p])) / d[t])
+        for k in range(3):
+            q[k] = cot[k, t] * e[k]
+        for k in range(3):
+            i = 2 * row[k, t]
+            y[i] += e[k]
+            y[i + 1] += q[(k + 1) % 3] - q[(k + 2) % 3]
+    return y[:-2].copy()
+
+
+@with_loops(_fan_product)
+def fan_product(row: IntArray, w: FloatArray, d: FloatArray, cot: FloatArray, x: FloatArray) -> FloatArray:
+    """S x = M P M^T x without S; `row` is that of each corner, (3, #F), #rows for none; x is (2 #rows,)."""
+    vertex, wheel = (np.append(x[k::2], 0.0) for k in (0, 1))
+    sums = row_sums(row, cot, errors(row, w, d, cot, vertex, wheel), len(x) // 2 + 1)
+    return np.column_stack([values[:-1] for values in sums]).ravel()
+
+
+def projected(w: FloatArray, d: FloatArray, y: FloatArray) -> FloatArray:
+    """P y: (3, #F) angles that sum to zero in each triangle."""
+    after, before = y[NEXT], y[PREV]
+    return np.asarray(w * ((w[NEXT] * (y - after) + w[PREV] * (y - before)) / d))
+
+
+def _cut_short(alpha: FloatArray, e: FloatArray, reach: float) -> tuple[FloatArray, BoolArray]:
+    m = alpha.shape[1]
+    made, cut = np.empty((3, m)), np.zeros(m, dtype=np.bool_)
+    for t in range(m):
+        times = np.inf
+        for k in range(3):
+            if e[k, t] < 0:
+                times = min(times, alpha[k, t] / -e[k, t])
+        cut[t] = times <= 1
+        share = min(reach * times, 1.0)
+        for k in range(3):
+            made[k, t] = e[k, t] * share
+    return made, cut
+
+
+@with_loops(_cut_short)
+def cut_short(alpha: FloatArray, e: FloatArray, reach: float) -> tuple[FloatArray, BoolArray]:
+    """The errors, up to a share `reach` of the way to a vanishing angle; where they are not shorter."""
+    with np.errstate(divide="ignore"):  # how many times each triangle could take its errors
+        times = np.where(e < 0, alpha / -e, np.inf).min(axis=0)
+    return e * np.minimum(reach * times, 1.0), times <= 1

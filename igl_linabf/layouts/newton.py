@@ -1,0 +1,170 @@
+"""Newton's method from a map without flipped triangles to the isometric map nearest to it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from .._runtime import advance
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..linalg import Analysis, Factored, NotPositiveDefiniteError, Solvers
+from ..surface import Parts
+from .isometric_energy import Rest
+
+MAX_STEPS = 200
+STALL = 1e-6  # fall of the energy, as a share of it, that a step has to bring
+PROMISE = 1e-9  # and that it has to promise
+SHORT_OF_FLIP = 0.9  # of the way to the first collapsed triangle
+SUFFICIENT = 1e-4  # share of the promised fall that a step has to bring (Armijo)
+HALVINGS = 40
+DAMPING = 1e-9  # of the diagonal: the energy does not change when a map is moved or turned
+
+
+@dataclass(frozen=True, eq=False)
+class Charts:
+    """Charts side by side, whose energies do not depend on each other.
+
+    Attributes
+    ----------
+    rest : Rest
+    vertices, faces : Parts
+        Those of each chart.
+    """
+
+    rest: Rest
+    vertices: Parts
+    faces: Parts
+
+    def energy(self, z: ComplexArray, weight: float, springs: Springs | None = None) -> FloatArray:
+        """Of each chart; 1 for an isometry, infinite where a triangle is not upright."""
+        energy = np.asarray(self.faces.sum(self.rest.energy(z, weight)))
+        return energy if springs is None else energy + self.vertices.sum(springs.energy(z))
+
+
+@dataclass(frozen=True, eq=False)
+class Springs:
+    """What draws vertices to positions: the energy is the sum of `stiffness` |z - to|^2, (#V,) each."""
+
+    stiffness: FloatArray
+    to: ComplexArray
+
+    def energy(self, z: ComplexArray) -> FloatArray:
+        d = z - self.to
+        return np.asarray(self.stiffness * (d.real**2 + d.imag**2))
+
+
+class Hessians:
+    """The pattern of the energy's Hessian, x and y of each vertex side by side; analysed once."""
+
+    def __init__(self, corner: IntArray, n: int, solvers: Solvers) -> None:
+        index = np.concatenate((2 * corner, 2 * corner + 1))
+        self._pairs = np.tril_indices(6)
+        i, j = index[self._pairs[0]], index[self._pairs[1]]
+        key = (np.minimum(i, j) * (2 * n) + np.maximum(i, j)).ravel()
+        own = np.arange(2 * n) * (2 * n + 1)
+        keys, slot = np.unique(np.append(key, own), return_inverse=True)
+        self._slot, self._own, self._index, self._n = slot[: len(key)], slot[len(key) :], index.ravel(), n
+        self._row, self._start = keys % (2 * n), np.searchsorted(keys // (2 * n), np.arange(2 * n + 1))
+        self._analysis: Analysis = solvers.whole(self._lower(np.ones(len(keys))))
+
+    def _lower(self, data: FloatArray) -> sparse.csc_array:
+        return sparse.csc_array((data, self._row, self._start), shape=(2 * self._n, 2 * self._n))
+
+    def slope(self, by_corner: FloatArray, springs: Springs | None, z: ComplexArray) -> FloatArray:
+        """The gradient, (2 #V,), from that of the triangles, (6, #F)."""
+        slope = np.asarray(np.bincount(self._index, by_corner.ravel(), 2 * self._n), dtype=np.float64)
+        if springs is not None:
+            slope += _interleaved(2 * springs.stiffness * (z - springs.to))
+        return slope
+
+    def factored(self, rows: FloatArray, springs: Springs | None) -> Factored:
+        """The factor of the sum of rows rows^T over the triangles, (4, 6, #F), and the springs."""
+        i, j = self._pairs
+        values = np.zeros((len(i), rows.shape[2]))
+        for row in rows:
+            values += row[i] * row[j]
+        data = np.asarray(np.bincount(self._slot, values.ravel(), len(self._row)), dtype=np.float64)
+        if springs is not None:
+            data[self._own] += np.repeat(2 * springs.stiffness, 2)
+        damping = DAMPING
+        while True:
+            data[self._own] *= 1 + damping
+            try:
+                return self._analysis.factor(self._lower(data))
+            except NotPositiveDefiniteError:
+                if damping > 1:
+                    raise
+                damping *= 100
+
+
+def descend(
+    charts: Charts,
+    z: ComplexArray,
+    weight: float,
+    hessians: Hessians,
+    springs: Springs | None = None,
+    most: int = MAX_STEPS,
+) -> tuple[ComplexArray, int]:
+    """The map at which the energy stalls, of every chart, and the number of steps, `most` if it does not.
+
+    Each chart has a step length of its own. No triangle can flip: it would collapse first, and a step is
+    shorter than to the first collapse.
+    """
+    energy = charts.energy(z, weight, springs)
+    for step in range(most):
+        by_corner, rows = charts.rest.expanded(z, weight)
+        slope = hessians.slope(by_corner, springs, z)
+        x = -hessians.factored(rows, springs).solve(slope)
+        promised = -charts.vertices.sum((slope * x).reshape(-1, 2).sum(axis=1))
+        moving = promised > PROMISE * energy
+        if not moving.any():
+            return z, step
+        z, reached = _searched(charts, z, x[0::2] + 1j * x[1::2], weight, springs, energy, promised, moving)
+        advance("isometric", 0.1)
+        if not (energy - reached > STALL * energy).any():
+            return z, step + 1
+        energy = reached
+    return z, most
+
+
+def _searched(
+    charts: Charts,
+    z: ComplexArray,
+    direction: ComplexArray,
+    weight: float,
+    springs: Springs | None,
+    energy: FloatArray,
+    promised: FloatArray,
+    moving: BoolArray,
+) -> tuple[ComplexArray, FloatArray]:
+    """The map and its energies after a step along `direction`, of each chart for itself."""
+    first = charts.faces.min(_collapse(charts.rest, z, direction))
+    length = np.where(moving, np.minimum(1.0, SHORT_OF_FLIP * first), 0.0)
+    for _ in range(HALVINGS):
+        tried = z + charts.vertices.spread(length) * direction
+        reached = charts.energy(tried, weight, springs)
+        short = ~(reached <= energy - SUFFICIENT * length * promised)
+        if not short.any():
+            return tried, reached
+        length[short] /= 2
+    length[short] = 0.0
+    tried = z + charts.vertices.spread(length) * direction
+    return tried, np.where(short, energy, reached)
+
+
+def _collapse(rest: Rest, z: ComplexArray, direction: ComplexArray) -> FloatArray:
+    """The step length at which each triangle collapses, |p|^2 = |q|^2; infinite where none does."""
+    (p, q), (dp, dq) = rest.derivatives(z), rest.derivatives(direction)
+    a = np.abs(dp) ** 2 - np.abs(dq) ** 2
+    b = (p.conj() * dp).real - (q.conj() * dq).real
+    c = np.abs(p) ** 2 - np.abs(q) ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        sum_ = -(b + np.copysign(np.sqrt(b * b - a * c), b))  # no cancellation
+        roots = np.stack((sum_ / a, c / sum_))
+    return np.asarray(np.where(roots > 0, roots, np.inf).min(axis=0))
+
+
+def _interleaved(z: ComplexArray) -> FloatArray:
+    return np.column_stack((z.real, z.imag)).ravel()

@@ -1,0 +1,83 @@
+"""Bodies with creases, made by code: what a net lays flat exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import igl
+import numpy as np
+from nasty_meshes import CUBE, QUADS, Surface, triangles
+
+UP = np.array([0.0, 0.0, 1.0])
+
+
+def box(x: float, y: float, z: float, times: int = 0) -> Surface:
+    V, F = CUBE * [x, y, z], triangles(QUADS)
+    return igl.upsample(V, F, times) if times else (V, F)
+
+
+def extruded(outline: np.ndarray, caps: np.ndarray, height: float, times: int = 0) -> Surface:
+    """A flat outline, anticlockwise, with the triangles of its inside, as a solid."""
+    n = len(outline)
+    low = np.column_stack((outline, np.zeros(n)))
+    i = np.arange(n)
+    j = (i + 1) % n
+    sides = triangles(np.column_stack((i, j, j + n, i + n)))
+    V, F = np.vstack((low, low + UP * height)), np.vstack((caps[:, ::-1], caps + n, sides))
+    return igl.upsample(V, F, times) if times else (V, F)
+
+
+def prism(n: int, height: float, times: int = 0) -> Surface:
+    """Of n sides; its caps are fans of slivers from one corner."""
+    angle = 2 * np.pi * np.arange(n) / n
+    caps = np.column_stack((np.zeros(n - 2), np.arange(1, n - 1), np.arange(2, n))).astype(np.int64)
+    return extruded(np.column_stack((np.cos(angle), np.sin(angle))), caps, height, times)
+
+
+def angle_solid(height: float, times: int = 0) -> Surface:
+    """A solid like the letter L."""
+    outline = np.array([[0, 0], [3, 0], [3, 1], [1, 1], [1, 3], [0, 3]], dtype=float)
+    return extruded(outline, np.array([[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]), height, times)
+
+
+def cone(n: int, height: float) -> Surface:
+    angle = 2 * np.pi * np.arange(n) / n
+    V = np.vstack((np.column_stack((np.cos(angle), np.sin(angle), 0 * angle)), [[0, 0, height], [0, 0, 0]]))
+    i = np.arange(n)
+    j = (i + 1) % n
+    full = np.full(n, n)
+    return V, np.vstack((np.column_stack((i, j, full)), np.column_stack((j, i, full + 1))))
+
+
+def plate_with_holes(n: int = 6) -> Surface:
+    """A plate with n bores side by side, closed: genus n; its planes are all slivers between the rims."""
+    import shapely
+
+    around = 2 * np.pi * np.arange(24) / 24
+    rings = [0.4 * np.column_stack((np.cos(around), np.sin(around))) + [k, 0] for k in range(n)]
+    frame = np.array([[-1, -1], [n, -1], [n, 1], [-1, 1]], dtype=float)
+    outline = np.vstack((frame, *rings))
+    cap = shapely.constrained_delaunay_triangles(shapely.Polygon(frame, rings)).geoms
+    corners = np.array([shapely.get_coordinates(shapely.orient_polygons(t))[:3] for t in cap])
+    F = np.linalg.norm(corners[:, :, None] - outline, axis=-1).argmin(axis=-1)
+    m = len(outline)
+    loops = [np.arange(4), *(4 + 24 * k + np.arange(24)[::-1] for k in range(n))]  # the solid on the left
+    sides = [triangles(np.column_stack((a, np.roll(a, -1), np.roll(a, -1) + m, a + m))) for a in loops]
+    low = np.column_stack((outline, np.zeros(m)))
+    return np.vstack((low, low + UP / 2)), np.vstack((F[:, ::-1], F + m, *sides))
+
+
+DEVELOPABLE: dict[str, Callable[[], Surface]] = {
+    "cuboid": lambda: box(1, 1, 2),
+    "cuboid, fine": lambda: box(1, 1, 2, 3),
+    "cube": lambda: box(1, 1, 1, 4),
+    "plank": lambda: box(1, 1, 40),
+    "plate": lambda: box(10, 10, 0.1, 3),
+    "prism": lambda: prism(3, 3, 2),
+    "L": lambda: angle_solid(1, 2),
+    "tall L": lambda: angle_solid(5),
+    "cylinder": lambda: prism(32, 3),
+    "disk with a rim": lambda: prism(48, 0.3),
+    "cone": lambda: cone(32, 2),
+    "plate with holes": plate_with_holes,
+}

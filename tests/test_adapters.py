@@ -1,0 +1,141 @@
+"""Meshes of other libraries keep their triangles, and their corners get the atlas's texture coordinates."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+from conftest import load, pixels
+
+from igl_linabf import MeshError, adapters, flatten, unwrap
+from igl_linabf.plot import checker_texture
+
+PAGE = Path(__file__).parents[1] / "docs" / "libraries.md"
+
+
+@pytest.fixture(scope="module")
+def unwrapped():
+    V, F = load("ant")
+    return V, F, unwrap(V, F)
+
+
+def coordinates_at_corners(library: str, mesh: object) -> np.ndarray:
+    """The (#F, 3, 2) texture coordinates where the library has them."""
+    _, F = getattr(adapters, f"from_{library}")(mesh)
+    if library == "open3d":
+        return np.asarray(mesh.triangle_uvs).reshape(-1, 3, 2)
+    rows = {
+        "trimesh": lambda: mesh.visual.uv,
+        "pyvista": lambda: mesh.active_texture_coordinates,
+        "meshio": lambda: mesh.point_data["obj:vt"],
+    }
+    return np.asarray(rows[library]())[F]
+
+
+@pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d"])
+def test_there_and_back_each_corner_has_its_place_and_its_texture(library: str, unwrapped) -> None:
+    pytest.importorskip(library)
+    V, F, atlas = unwrapped
+    to, back = getattr(adapters, f"to_{library}"), getattr(adapters, f"from_{library}")
+    mesh = to(V, F, atlas.TC, atlas.FTC)
+    W, G = back(mesh)
+    assert W.dtype == np.float64
+    assert G.dtype == np.int64
+    assert np.array_equal(W[G], V[F])
+    assert np.allclose(coordinates_at_corners(library, mesh), atlas.TC[atlas.FTC], rtol=0, atol=1e-7)
+
+
+@pytest.mark.parametrize("library", ["trimesh", "pyvista", "meshio", "open3d"])
+def test_a_map_of_a_disk_doubles_no_vertex(library: str) -> None:
+    pytest.importorskip(library)
+    V, F = load("bumps")
+    result = flatten(V, F)
+    W, G = getattr(adapters, f"from_{library}")(getattr(adapters, f"to_{library}")(V, F, result.uv))
+    assert np.array_equal(W, V)
+    assert np.array_equal(G, F)
+
+
+def test_files_of_trimesh_and_meshio_carry_the_texture(tmp_path, unwrapped) -> None:
+    trimesh, meshio = pytest.importorskip("trimesh"), pytest.importorskip("meshio")
+    V, F, atlas = unwrapped
+    adapters.to_trimesh(V, F, atlas.TC, atlas.FTC).export(tmp_path / "ant.glb")
+    (read,) = trimesh.load(tmp_path / "ant.glb", process=False).geometry.values()
+    assert np.allclose(read.visual.uv[read.faces], atlas.TC[atlas.FTC], atol=1e-6)
+    meshio.write(tmp_path / "ant.obj", adapters.to_meshio(V, F, atlas.TC, atlas.FTC))
+    read = meshio.read(tmp_path / "ant.obj")
+    assert np.allclose(coordinates_at_corners("meshio", read), atlas.TC[atlas.FTC], atol=1e-6)
+
+
+def test_pyvista_draws_the_texture(tmp_path) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    V, F = load("bumps")
+    mesh = adapters.to_pyvista(V, F, flatten(V, F).uv * 3)
+    plotter = pyvista.Plotter(off_screen=True, lighting="none")
+    plotter.add_mesh(mesh, texture=checker_texture())
+    plotter.view_xy()
+    plotter.screenshot(tmp_path / "checks.png")
+    plotter.close()
+    picture = pixels(tmp_path / "checks.png")
+    inside = picture[250:500, 350:650, :3].astype(int).sum(axis=2)
+    assert len(np.unique(inside // 100)) > 1  # the texture has two colours
+    assert 0.2 < np.mean(inside > np.median(np.unique(inside))) < 0.8
+
+
+def test_polygons_and_planar_points_come_in() -> None:
+    pyvista, meshio = pytest.importorskip("pyvista"), pytest.importorskip("meshio")
+    V, F = adapters.from_pyvista(pyvista.Cylinder(resolution=12))
+    assert np.isclose(igl.doublearea(V, F).sum() / 2, pyvista.Cylinder(resolution=12).area)
+    V, F = adapters.from_meshio(
+        meshio.Mesh([[0, 0], [1, 0], [0, 1]], [("line", [[0, 1]]), ("triangle", [[0, 1, 2]])])
+    )
+    assert V.tolist() == [[0, 0, 0], [1, 0, 0], [0, 1, 0]]
+    assert F.tolist() == [[0, 1, 2]]
+
+
+def test_what_is_no_surface_of_triangles_is_refused_by_name() -> None:
+    trimesh, pyvista = pytest.importorskip("trimesh"), pytest.importorskip("pyvista")
+    meshio = pytest.importorskip("meshio")
+    with pytest.raises(MeshError, match=r"scene\.to_mesh"):
+        adapters.from_trimesh(trimesh.Scene())
+    with pytest.raises(MeshError, match="extract_surface"):
+        adapters.from_pyvista(pyvista.ImageData(dimensions=(2, 2, 2)))
+    with pytest.raises(MeshError, match="1 cells 'tetra'"):
+        adapters.from_meshio(meshio.Mesh(np.eye(4, 3), [("tetra", [[0, 1, 2, 3]])]))
+    with pytest.raises(MeshError, match=r"to_legacy"):
+        adapters.from_open3d(object())
+    V, F = load("bumps")
+    for library in ("trimesh", "pyvista", "meshio"):
+        with pytest.raises(MeshError, match="NaN or infinite"):
+            getattr(adapters, f"to_{library}")(V, F, np.full((len(V), 2), np.nan))
+
+
+def test_tensors_keep_device_and_dtype_and_lose_the_gradient() -> None:
+    torch = pytest.importorskip("torch")
+    V, F = load("bumps")
+    vertices = torch.tensor(V, dtype=torch.float32, requires_grad=True)
+    faces = torch.tensor(F, dtype=torch.int32)
+    W, G = adapters.from_torch(vertices, faces)
+    assert np.array_equal(W, V.astype(np.float32))
+    assert np.array_equal(G, F)
+    result = flatten(W, G)
+    uv, uv_idx = adapters.to_torch(vertices, faces, result.uv)
+    assert (uv.dtype, uv.device, uv.requires_grad) == (torch.float32, vertices.device, False)
+    assert uv_idx.dtype == torch.int32
+    assert np.allclose(uv.numpy(), result.uv, atol=1e-6)
+
+
+@pytest.mark.parametrize("library", ["open3d", "torch"])
+def test_the_page_s_examples_run(library: str) -> None:
+    pytest.importorskip(library)  # the other libraries' examples are doctests
+    (code,) = (
+        block
+        for block in re.findall(r"```python\n(.*?)```", PAGE.read_text(encoding="utf-8"), re.DOTALL)
+        if block.startswith(f"import {library}")
+    )
+    V, F = igl.icosahedron()
+    names = {"V": V, "F": F, "adapters": adapters, "checks": np.zeros((8, 8, 3), dtype=np.uint8)}
+    exec("import igl_linabf\n" + code, names)
+    assert len(names["atlas"].TC)

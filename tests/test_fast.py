@@ -1,0 +1,141 @@
+"""The kernels as compiled loops and in NumPy."""
+
+import os
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from carried import MESHES
+from conftest import DISKS, HOLES, STRESS, best_fit_distance, load
+
+import igl_linabf as il
+from igl_linabf import kernels
+from igl_linabf.angles import constraints_of
+from igl_linabf.kernels.choice import compiled
+from igl_linabf.surface import planar
+
+pytest.importorskip("numba")
+
+
+def topology_and_angles():
+    mesh = planar(*MESHES["crown"]())
+    alpha = np.arctan2(mesh.double_area, mesh.dot)
+    alpha[:, ::7] *= np.random.default_rng(0).uniform(0.1, 1, (3, 1))
+    return mesh, mesh.topology, alpha
+
+
+def cases():
+    """Each kernel with what it may get: sharp angles, holes, vertices without a row."""
+    mesh, t, alpha = topology_and_angles()
+    rng = np.random.default_rng(1)
+    w, cot = alpha**2, 1 / np.tan(alpha)
+    d, e = w.sum(axis=0), rng.normal(size=alpha.shape)
+    pair = kernels.pair_weights(w, d)
+    pattern = constraints_of(t).pattern
+    z, start = mesh.V[:, :2] @ [1, 1j], np.array([0, 7, len(mesh.double_area)])
+    block = rng.normal(size=(len(pattern._high), 4))
+    return {
+        "undirected": (t.tail, t.head, t.n),
+        "products": (mesh.V, t.corner),
+        "angle_sums": (t.corner, alpha, np.log(np.sin(alpha)), t.n),
+        "row_sums": (t.corner, cot, e, t.n),
+        "errors": (t.corner, w, d, cot, *rng.normal(size=(2, t.n))),
+        "cut_short": (alpha, e, 0.7),
+        "pair_weights": (w, d),
+        "own_blocks": (t.corner, cot, pair, t.n),
+        "edge_blocks": (cot, pair, pattern.upward),
+        "at_edges": (cot, t.sides),
+        "degrees": (pattern.ends, rng.normal(size=len(t.edges)), pattern.n),
+        "disparity": (w, d, cot),
+        "conformal_weights": (w, d, cot),
+        "signed_double_areas": (z, t.corner),
+        "first_moments": (z, t.corner, mesh.double_area, start),
+        "second_moments": (z, t.corner, mesh.double_area, start, z[:2]),
+        "third_moments": (z, t.corner, mesh.double_area, start, z[:2], z[2:4]),
+        "fan_product": (
+            np.where(t.interior, np.cumsum(t.interior) - 1, t.interior.sum())[t.corner],
+            *(w, d, cot, rng.normal(size=2 * t.interior.sum())),
+        ),
+        "connected_labels": (t.edges[::3], t.n),
+        "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
+        "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
+        "block_product": (pattern._indptr, pattern._high, block, rng.normal(size=2 * pattern.n)),
+    }
+
+
+@pytest.mark.parametrize("name", cases())
+def test_the_loops_are_the_same_as_numpy(name):
+    kernel, args = getattr(kernels, name), cases()[name]
+    assert kernels.is_fast()
+    fast = kernel(*args)
+    with kernels.numpy_only():
+        assert not kernels.is_fast()
+        plain = kernel(*args)
+    for a, b in zip(*((x if isinstance(x, tuple) else (x,)) for x in (fast, plain)), strict=True):
+        assert a.dtype == b.dtype and a.shape == b.shape
+        np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11 * np.abs(b).max())
+
+
+def test_every_kernel_with_loops_is_compared():
+    with_loops = {name for name, kernel in vars(kernels).items() if hasattr(kernel, "__wrapped__")}
+    assert with_loops - {"numpy_only"} == set(cases())
+
+
+LONG = ("stress__flipfree_deer.obj", "stress__optcuts_golf.obj", "ball")
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", "ball", "pial_with_holes", *HOLES, *DISKS, *STRESS])
+@pytest.mark.parametrize("method", ["linabf", "abf"])
+def test_maps_are_the_same_to_nine_digits(name, method):
+    V, F = load(name)
+    fast = il.flatten(V, F, method)
+    with kernels.numpy_only():
+        plain = il.flatten(V, F, method)
+    if method == "abf" and name in LONG:
+        return  # hundreds of steps carry rounding along
+    assert np.abs(fast.angles - plain.angles).max() < 1e-9
+    # the axes of a symmetric map are known to fewer digits
+    assert best_fit_distance(fast.uv, plain.uv) < 1e-9
+    assert fast.outcome == plain.outcome
+    assert [step.inner_steps for step in fast.steps] == [step.inner_steps for step in plain.steps]
+
+
+def run(code, **environment):
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, env={**os.environ, **environment}
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout.split()
+
+
+FLATTEN = """
+import sys, igl, igl_linabf as il
+from igl_linabf import kernels
+V, F = igl.icosahedron()
+print(kernels.is_fast(), len(il.linabf(V, F[1:])), bool(sys.modules.get('numba')))
+"""
+
+
+def test_it_can_be_switched_off_and_numba_is_then_not_imported():
+    assert run(FLATTEN, IGL_LINABF_FAST="0") == ["False", "12", "False"]
+
+
+def test_all_works_where_numba_is_missing():
+    assert run("import sys; sys.modules['numba'] = None\n" + FLATTEN) == ["False", "12", "False"]
+
+
+def test_where_no_folder_can_hold_the_code_it_is_compiled_all_the_same(monkeypatch):
+    import numba
+
+    given = numba.njit
+
+    def njit(**options):
+        if options.pop("cache", False):
+            raise RuntimeError("cannot cache function: no locator available")
+        return given(**options)
+
+    monkeypatch.setattr(numba, "njit", njit)
+    made = compiled.__wrapped__(kernels.pair_weights.__closure__[1].cell_contents)
+    w = np.random.default_rng(0).random((3, 5))
+    np.testing.assert_allclose(made(w, w.sum(axis=0)), kernels.pair_weights(w, w.sum(axis=0)))
