@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from . import adapters, io
     from .batch_runs import batch
-    from .charts import Atlas, Chart, cut, find_seams, texture_seams, unwrap
+    from .charts import Atlas, Chart, cut, find_cones, find_seams, texture_seams, unwrap
     from .errors import (
         FallbackWarning,
         MemoryLimitError,
@@ -79,6 +79,7 @@ __all__ = [
     "compare",
     "cut",
     "distortion",
+    "find_cones",
     "find_seams",
     "flatten",
     "flatten_many",
@@ -99,7 +100,7 @@ __all__ = [
 # and libigl are there, and importing the package costs nothing.
 _NAMES = {
     "batch_runs": "batch",
-    "charts": "Atlas Chart cut find_seams texture_seams unwrap",
+    "charts": "Atlas Chart cut find_cones find_seams texture_seams unwrap",
     "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
     "flattening": "ABF DNCP LSCM SCP Comparison Flattening Hole Isometric LinABF OneStepABFpp Outcome "
     "Residuals abf compare flatten flatten_many linabf linabf_angles lscm",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import cache
+from itertools import product
 from pathlib import Path
 
 import igl
@@ -105,6 +106,49 @@ def cortex() -> Surface:
     from cortex import cortex
 
     return cortex()[:2]
+
+
+def quads(n: int = 4) -> Surface:
+    """A rough cube of n x n quadrangles a side."""
+    corners: dict[tuple[int, ...], int] = {}
+    F = []
+    for axis, end, i, j in product(range(3), (0, n), range(n), range(n)):
+        face = []
+        for a, b in ((0, 0), (1, 0), (1, 1), (0, 1)):
+            place = [0, 0, 0]
+            place[axis], place[(axis + 1) % 3], place[(axis + 2) % 3] = end, i + a, j + b
+            face.append(corners.setdefault(tuple(place), len(corners)))
+        F.append(face if end else face[::-1])
+    V = np.array(list(corners), dtype=float)
+    return V + np.random.default_rng(0).normal(scale=0.1, size=V.shape), np.array(F)
+
+
+def torus_of_quads(n: int = 30, m: int = 16) -> Surface:
+    u, v = np.meshgrid(np.arange(n) * 2 * np.pi / n, np.arange(m) * 2 * np.pi / m, indexing="ij")
+    r = 2 + np.cos(v)
+    V = np.stack((r * np.cos(u), r * np.sin(u), np.sin(v)), axis=-1).reshape(-1, 3)
+    i, j = np.meshgrid(np.arange(n), np.arange(m), indexing="ij")
+    right, up = (i + 1) % n, (j + 1) % m
+    return V, np.stack((i * m + j, right * m + j, right * m + up, i * m + up), axis=-1).reshape(-1, 4)
+
+
+def dual() -> tuple[np.ndarray, list[list[int]]]:
+    """Twelve pentagons and many hexagons, some concave: the faces around each vertex of a rough ball."""
+    W, T = igl.upsample(*igl.icosahedron(), 3)
+    W /= np.linalg.norm(W, axis=1)[:, None]
+    following: list[dict[int, tuple[int, int]]] = [{} for _ in W]
+    for t, (x, y, z) in enumerate(T.tolist()):
+        for p, q, r in ((x, y, z), (y, z, x), (z, x, y)):
+            following[p][q] = r, t
+    F = []
+    for around in following:
+        q, face = next(iter(around)), []
+        for _ in around:
+            q, t = around[q]
+            face.append(t)
+        F.append(face)
+    V = W[T].mean(axis=1)
+    return V * (1 + 0.3 * np.sin(5 * V)), F
 
 
 MESHES: dict[str, Callable[[], Surface]] = {

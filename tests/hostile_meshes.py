@@ -340,7 +340,7 @@ def check_corrupted(seed: int) -> str:
     return "refused"
 
 
-FOR_UNWRAP = {"two components", "closed", "handle"}
+FOR_UNWRAP = {"two components", "closed", "handle", "quads"}
 TAKEN = {
     "too large for squares",
     "vertex twice",

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import struct
+from itertools import product
 from pathlib import Path
 
 import igl
@@ -32,11 +33,13 @@ def test_every_form_of_the_formats_holds_the_same_surface() -> None:
     for suffix, forms in files.items():
         for data in forms:
             mesh = parse(data, f".{suffix}", "mesh")
-            assert np.allclose(mesh.V[mesh.F], first.V[first.F], rtol=1e-6, atol=1e-7)
+            assert np.allclose(
+                mesh.V[mesh.triangles()[0]], first.V[first.triangles()[0]], rtol=1e-6, atol=1e-7
+            )
     with_texture = parse(files["obj"][1], ".obj", "mesh")
     assert (first.V[:, :2] == with_texture.TC).all()
-    assert (with_texture.FTC == first.F).all()
-    assert (first.FTC == -1).all()
+    assert (with_texture.texture == first.polygons.corners).all()
+    assert (first.texture == -1).all()
 
 
 V = "0 0 0\n1 0 0\n1 1 0\n0 1 0\n-1 0.5 1e-3\n"
@@ -50,23 +53,28 @@ POLYGONS = {
 
 
 def test_polygons_are_split_as_igl_splits_them(tmp_path: Path) -> None:
+    # another triangle, beside the pentagon: a diagonal is not split where it is an edge already
+    swaps = ("3 0 1 2", "3 4 3 2"), ("-5 -4// -3", "-1 -2// -3")
+    other = dict(POLYGONS)
+    for suffix, (old, new) in product(POLYGONS, swaps):
+        other[suffix] = other[suffix].replace(old, new)
     path = tmp_path / "polygons.off"
-    path.write_text(POLYGONS["off"])
+    path.write_text(other["off"])
     positions, faces = igl.read_triangle_mesh(str(path))
     assert len(faces) == 4
-    lists = struct.pack("<B5iB3i", 5, 0, 1, 2, 3, 4, 3, 0, 1, 2)  # of two sizes
-    head = POLYGONS["ply"].replace("ascii", "binary_little_endian").replace("property uchar red\r\n", "")
+    lists = struct.pack("<B5iB3i", 5, 0, 1, 2, 3, 4, 3, 4, 3, 2)  # of two sizes
+    head = other["ply"].replace("ascii", "binary_little_endian").replace("property uchar red\r\n", "")
     binary = (
         head[: head.index("end_header")].encode()
         + b"end_header\n"
         + positions.astype("<f4").tobytes()
         + lists
     )
-    texts = [(f".{suffix}", text.encode()) for suffix, text in POLYGONS.items()]
+    texts = [(f".{suffix}", text.encode()) for suffix, text in other.items()]
     for suffix, data in (*texts, (".ply", binary)):
         mesh = parse(data, suffix, "mesh")
         assert np.allclose(mesh.V, positions, rtol=1e-7)
-        assert (faces == mesh.F).all()
+        assert (faces == mesh.triangles()[0]).all()
 
 
 OFF, PLY, OBJ = POLYGONS["off"], POLYGONS["ply"], POLYGONS["obj"]
@@ -126,4 +134,4 @@ def test_lines_that_obj_does_not_know_are_passed_over_with_a_warning() -> None:
         MeshWarning, match=r"lines 1, 9 of mesh are no statements of OBJ \(the first: 'nanf 1 2'\)"
     ):
         mesh = parse(f"nanf 1 2\n{OBJ}?\n".encode(), ".obj", "mesh")
-    assert len(mesh.F) == 4
+    assert len(mesh.triangles()[0]) == 4

@@ -68,11 +68,12 @@ def refused_or_read(data: bytes, suffix: str) -> None:
             assert has_place(str(error)), error
             assert "a/file" in str(error)
             return
-    assert mesh.V.shape[1:] == mesh.F.shape[1:] == (3,)
-    assert mesh.FTC.shape == mesh.F.shape
-    if len(mesh.F):
-        assert mesh.F.min() >= 0
-        assert mesh.F.max() < len(mesh.V)
+    F, FTC = mesh.triangles()
+    assert mesh.V.shape[1:] == F.shape[1:] == (3,)
+    assert FTC.shape == F.shape
+    if len(F):
+        assert F.min() >= 0
+        assert F.max() < len(mesh.V)
 
 
 @settings(steady, max_examples=150)

@@ -13,6 +13,8 @@ from ..surface import NEXT, PREV, Topology, sum_by
 from .loops import Closure
 from .reduced import System
 
+LEAST_EIGENVALUE = 1e-2  # of a preconditioner's Schur complement, of its largest one
+
 Solve = Callable[[FloatArray], FloatArray]
 
 
@@ -93,16 +95,37 @@ class ClosingRows:
         fans = [values.ravel()[path.corner].sum() for path in self._paths]
         return np.concatenate((self._topology.sum_at_vertices(values), fans))
 
-    def solver(self, inner: Solve, B: sparse.csr_array | None = None, D: FloatArray | None = None) -> Solve:
-        """Solve the bordered system, given the `inner` solve of its first block, (2 #rows, k)."""
-        B = self.B if B is None else B
-        D = self.D if D is None else D
+    def solver(self, inner: Solve) -> Solve:
+        """Solve the bordered system, given the `inner` solve of its first block, (2 #rows, k).
+
+        Raises
+        ------
+        NotPositiveDefiniteError
+            The rows depend on each other.
+        """
+        return self._bordered(inner, self.B, self.D, exact=True)
+
+    def preconditioner(self, system: System, inner: Solve) -> Solve:
+        """Solve the bordered system of the conformal metric, by the Laplacian's `inner` solve.
+
+        Its Schur complement may lose its sign, since S is only close to diag(L_s, L_s): long paths have
+        a large D, and little is left of it. Any definite one preconditions, so the absolute values
+        of its eigenvalues stand for them.
+        """
+        return self._bordered(inner, *self._take(system.conformal), exact=False)
+
+    def _bordered(self, inner: Solve, B: sparse.csr_array, D: FloatArray, *, exact: bool) -> Solve:
         across = inner(B.toarray())
         schur = D - B.T @ across
+        schur = (schur + schur.T) / 2
         try:
-            factor = linalg.cho_factor((schur + schur.T) / 2)
+            factor = linalg.cho_factor(schur)
         except linalg.LinAlgError:
-            raise NotPositiveDefiniteError(self._n - 1) from None
+            if exact:
+                raise NotPositiveDefiniteError(self._n - 1) from None
+            value, vector = np.linalg.eigh(schur)
+            value = np.maximum(np.abs(value), LEAST_EIGENVALUE * np.abs(value).max())
+            factor = linalg.cho_factor((vector * value) @ vector.T)
 
         def solve(r: FloatArray) -> FloatArray:
             x = inner(r[: self._n, None])[:, 0]
@@ -110,10 +133,6 @@ class ClosingRows:
             return np.concatenate((x - across @ y, y))
 
         return solve
-
-    def preconditioner(self, system: System, inner: Solve) -> Solve:
-        """Solve the bordered system of the conformal metric, by the Laplacian's `inner` solve."""
-        return self.solver(inner, *self._take(system.conformal))
 
 
 def _products(

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import angle_sums
+from ..kernels import angle_sums, log_sines
 from ..linalg import Pattern
 from ..surface import NEXT, PREV, Topology
 from .loops import ClosedPath, Closure, closure_of
@@ -154,11 +154,7 @@ class Residual:
 def residual(constraints: Constraints, alpha: FloatArray) -> Residual:
     """Residuals of the angle constraints at `alpha`, (3, #F) radians."""
     topology, paths = constraints.topology, constraints.paths
-    # an angle of 0 or pi, as in a collapsed triangle, counts as the smallest there is
-    log_sin = np.sin(alpha)
-    np.abs(log_sin, out=log_sin)
-    np.maximum(log_sin, np.finfo(np.float64).tiny, out=log_sin)
-    np.log(log_sin, out=log_sin)  # eq. 7: the wheel constraint in logarithms
+    log_sin = log_sines(alpha)  # eq. 7: the wheel constraint in logarithms
     total, log_ratio = angle_sums(topology.corner, alpha, log_sin, topology.n)
     turning = np.pi - total
     drawn = None

@@ -14,6 +14,8 @@ from ..surface import NEXT, PREV
 from .constraints import Constraints
 
 SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is corrected for
+SMALL = 5_000  # rows below which the steps that this saves take less time than it
+SLIVER_OF_SMALL = 100.0  # and so the ratio there
 
 
 class System:
@@ -62,7 +64,9 @@ class System:
 
     def conformal(self, faces: IntArray) -> FloatArray:
         """s_t K_t of some faces, (#faces, 3, 3)."""
-        return self._from_pairs(self.cot[:, faces] * self._conformal_scale[faces] / 2)
+        return self._from_pairs(
+            kernels.conformal_weights(self.w[:, faces], self.d[faces], self.cot[:, faces]) / 2
+        )
 
     @staticmethod
     def _from_pairs(weight: FloatArray) -> FloatArray:
@@ -81,10 +85,6 @@ class System:
         Near an angle of pi, w - w^2 / d would be rounding error only.
         """
         return kernels.pair_weights(self.w, self.d)
-
-    @cached_property
-    def _conformal_scale(self) -> FloatArray:
-        return np.asarray(2 * np.sqrt(self.w.prod(axis=0) / self.d))
 
     def rows(self, e: FloatArray) -> FloatArray:
         """M e: (#rows, 2) sums of (3, #F) angles."""
@@ -120,15 +120,19 @@ class System:
         triangle's shape. s_t = 2 sqrt(w0 w1 w2 / d) is the geometric mean of the two
         eigenvalue ratios of P_t and K_t.
         """
-        return self.pattern.laplacian(self.topology.sum_at_edges(self.cot * self._conformal_scale) / 2)
+        return self.pattern.laplacian(
+            self.topology.sum_at_edges(kernels.conformal_weights(self.w, self.d, self.cot)) / 2
+        )
 
     def wheel_laplacian(self, lower: sparse.csc_array) -> sparse.csc_array:
         """Lower triangle of L_s over the rows with a wheel constraint, the identity on the others."""
         return held(lower, self.constraints.wheels)
 
     def sliver_rows(self) -> IntArray:
-        """Rows of the triangles in which P_t and s_t K_t differ by more than `SLIVER`."""
+        """Rows of the triangles in which P_t and s_t K_t differ so much that a correction saves time."""
+        side_by_side = self.topology.n_outer > 1  # small disks
+        largest = SLIVER_OF_SMALL if side_by_side or self.constraints.n < SMALL else SLIVER
         disparity = kernels.disparity(self.w, self.d, self.cot)
-        faces = np.flatnonzero(disparity > SLIVER + 1 / SLIVER)
+        faces = np.flatnonzero(disparity > largest + 1 / largest)
         rows = self.constraints.row[self.topology.corner[:, faces]]
         return np.unique(rows[rows >= 0])

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import kernels
 from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray
 from ..linalg import Analysis, Factored, Multigrid, block_conjugate_gradients
-from ..surface import NEXT, PREV, Disks, Parts, sum_by
+from ..surface import Disks, Parts
 from .linearised import AngleProblem, Iterate, cut_short, linearise
 from .preconditioner import Solve, conformal_inverse
 from .reduced import System
@@ -131,33 +132,22 @@ class _Fans:
         self.system, self._n = system, system.constraints.n
         row = system.constraints.row[system.topology.corner]
         self._row = np.where(row < 0, self._n, row)  # one more row for those on the boundary
-        self._pairs = system.w[NEXT] * system.w[PREV] / system.d
 
     def errors(self, x: FloatArray) -> FloatArray:
         """P M^T x, (3, #F)."""
-        vertex, wheel = (np.append(x[k::2], 0.0).take(self._row) for k in (0, 1))
-        y = wheel[PREV]
-        y -= wheel[NEXT]
-        y *= self.system.cot
-        y += vertex
-        flow = y[NEXT]
-        flow -= y[PREV]
-        flow *= self._pairs  # of the pair opposite to each corner
-        e = flow[PREV]
-        e -= flow[NEXT]
-        return np.asarray(e)
+        vertex, wheel = (np.append(x[k::2], 0.0) for k in (0, 1))
+        s = self.system
+        return kernels.errors(self._row, s.w, s.d, s.cot, vertex, wheel)
 
     def rows(self, e: FloatArray) -> FloatArray:
         """M e, (2 #rows,)."""
-        q = self.system.cot * e
-        made = np.empty((self._n, 2))
-        for k, values in enumerate((e, q[NEXT] - q[PREV])):
-            made[:, k] = sum_by(self._row, values, self._n + 1)[:-1]
-        return made.ravel()
+        vertex, wheel = kernels.row_sums(self._row, self.system.cot, e, self._n + 1)
+        return np.column_stack((vertex[:-1], wheel[:-1])).ravel()
 
     def product(self, x: FloatArray) -> FloatArray:
         """S x = M P M^T x."""
-        return self.rows(self.errors(x))
+        s = self.system
+        return kernels.fan_product(self._row, s.w, s.d, s.cot, x)
 
 
 def rows_of(problem: AngleProblem, disks: Disks) -> Parts:

@@ -6,6 +6,7 @@ Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the confor
 """
 
 from .atlas import Atlas, Chart
+from .cones import find_cones
 from .overlap_seams import separating_seams
 from .packing import pack
 from .scaf import make_bijective
@@ -17,6 +18,7 @@ __all__ = [
     "Atlas",
     "Chart",
     "cut",
+    "find_cones",
     "find_seams",
     "make_bijective",
     "pack",

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
 
 from .._notebook import html_table, map_svg, side_by_side
 from .._runtime import aligned
@@ -10,7 +13,7 @@ from .._types import FloatArray, IntArray
 from ..errors import some
 from ..flattening import Flattening
 from ..measures import Quality
-from ..surface import Repair
+from ..surface import Repair, Triangles
 
 SHOWN = 20  # charts in a notebook
 BEYOND_USE = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
@@ -24,7 +27,7 @@ class Chart:
     Attributes
     ----------
     faces : (#f,) int64
-        Its faces, as rows of the surface's F.
+        Its faces, as rows of the surface's F; of polygons, one row for each of their triangles.
     result : Flattening
         Its flattening before packing; vertices and faces are numbered within the chart.
     quality : Quality
@@ -56,7 +59,8 @@ class Atlas:
     TC : (#TC, 2) float64
         Texture coordinates in the unit square.
     FTC : (#F, 3) int64
-        Their rows at the corners of the faces.
+        Their rows at the corners of the faces, in the shape of `F`: (#F, k) for faces of k corners, a tuple
+        of arrays for faces of different sizes.
     origin : (#TC,) int64
         The vertex of each texture coordinate.
     chart : (#F,) int64
@@ -66,6 +70,9 @@ class Atlas:
         The edges that were cut.
     seam_length : float
         Their length.
+    seam_mismatch : float
+        The largest |log(a / b)| of the lengths a and b of the two sides of a seam edge in the map. With
+        cones it is that of rounding.
     splits : int
         How many charts were split because they overlapped themselves.
     fill : float
@@ -77,20 +84,37 @@ class Atlas:
         What `unwrap` did to the mesh before; empty if it was clean.
     max_stretch : float or None
         What was asked for.
+    cones : (#C,) int64
+        The vertices that are cones; empty without.
+    cone_angles : (#C,) float64
+        The angles of the map's triangles at each sum to this, radians.
+    split : Triangles or None
+        How polygons were split; None if the faces are triangles.
     """
 
     TC: FloatArray
-    FTC: IntArray
+    FTC: Any  # IntArray, or a tuple of them
     origin: IntArray
     chart: IntArray
     charts: tuple[Chart, ...]
     seams: IntArray
     seam_length: float
+    seam_mismatch: float
     splits: int
     fill: float
     quality: Quality
     repairs: tuple[Repair, ...] = ()
     max_stretch: float | None = None
+    cones: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    cone_angles: FloatArray = field(default_factory=lambda: np.zeros(0))
+    split: Triangles | None = None
+
+    @property
+    def triangles(self) -> IntArray:
+        """Rows of `TC` at the corners of triangles, (#T, 3): `FTC`, or what its polygons are split into."""
+        if self.split is None:
+            return np.asarray(self.FTC)
+        return np.concatenate([np.ravel(row) for row in self.FTC])[self.split.place]
 
     @property
     def good(self) -> bool:
@@ -103,7 +127,7 @@ class Atlas:
 
         Beyond use is an L2 stretch of more than `max_stretch`, or than 10 where none was asked for.
         """
-        said = []
+        said, more = [], "give more cones there" if len(self.cones) else ""
         most = BEYOND_USE if self.max_stretch is None else self.max_stretch * (1 + ROUNDING)
         for i, chart in enumerate(self.charts):
             stretched = not chart.quality.stretch_l2 <= most
@@ -112,14 +136,15 @@ class Atlas:
             where = f"chart {i} (faces {some(chart.faces)})"
             if not chart.result.outcome.good:
                 flipped = some(chart.faces[chart.result.flipped])
-                said.append(f"{where} has flipped faces, {flipped}: give more seams there, or a larger trade")
+                help_ = more or "give more seams there, or a larger trade"
+                said.append(f"{where} has flipped faces, {flipped}: {help_}")
             elif chart.overlapping:
                 pairs = f"{chart.overlapping} pair{'s' * (chart.overlapping > 1)} of faces"
-                said.append(f"{where} lies over itself in {pairs}: give more seams there")
+                said.append(f"{where} lies over itself in {pairs}: {more or 'give more seams there'}")
             else:
                 said.append(
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
-                    "give more seams there, complete=True, max_stretch or a larger trade"
+                    + (more or "give more seams there, complete=True, max_stretch or a larger trade")
                 )
         return said
 
@@ -144,7 +169,11 @@ class Atlas:
         splits = f"{self.splits} split{'s' * (self.splits != 1)} for overlaps"
         seams = f"{len(self.seams):,} seam edges, {self.seam_length:.4g} long"
         filled = f"{seams}; {splits}; {self.fill:.0%} of the square filled"
-        return [filled, *map(str, self.repairs)]
+        matching = []
+        if len(self.cones):
+            number = f"{len(self.cones)} cone{'s' * (len(self.cones) != 1)}"
+            matching = [f"{number}; the sides of seams are equally long to {self.seam_mismatch:.0e}"]
+        return [filled, *matching, *map(str, self.repairs)]
 
     def _rows(self) -> list[tuple[str, ...]]:
         def row(name: str, faces: int, of: Quality, overlapping: int, *rest: str) -> tuple[str, ...]:
@@ -156,7 +185,7 @@ class Atlas:
         ]
         for i, chart in enumerate(self.charts):
             ended = (str(len(chart.result.holes)), chart.result.outcome.value)
-            rows.append(row(str(i), len(chart.faces), chart.quality, chart.overlapping, *ended))
+            rows.append(row(str(i), len(np.unique(chart.faces)), chart.quality, chart.overlapping, *ended))
         overlapping = sum(chart.overlapping for chart in self.charts)
         rows.append(row("all", len(self.FTC), self.quality, overlapping, "", ""))
         return rows

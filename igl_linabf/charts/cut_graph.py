@@ -37,8 +37,11 @@ class ClosedSurface:
     ----------
     n, holes, genus, n_faces : int
         Numbers of nodes, of those (the first ones) that are loops, of handles and faces.
+    node : (#V,) int64
+        The node of each vertex. Interior vertices keep their order.
     edges, ends, faces : (#E, 2) int64
-        Vertices, nodes and faces at each edge that has two faces.
+        Vertices, nodes and faces at each edge that has two faces. Diagonals of polygons are no edges, and
+        the triangles of a polygon are one face.
     true_length, length : (#E,) float64
         Of the edges; and shorter at creases, where a seam is least visible.
     sharp : (#E,) float64
@@ -56,6 +59,7 @@ class ClosedSurface:
     holes: int
     genus: int
     n_faces: int
+    node: IntArray
     edges: IntArray
     ends: IntArray
     faces: IntArray
@@ -124,25 +128,27 @@ def closed_surface(component: Submesh) -> ClosedSurface:
         node[loop] = i
     n = holes + int(np.count_nonzero(node < 0))
     node[node < 0] = np.arange(holes, n)
-    inside = topology.sides[1] >= 0
+    cell, inside = component.cells
     edges = topology.edges[inside]
     ends = node[edges]
+    every = np.flatnonzero(topology.sides[1] >= 0)
     true_length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
-    bend = bends(component, face_normals(component))
+    bend = bends(component, face_normals(component))[np.searchsorted(every, inside)]
     length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
     graph, key, shortest = _graph(ends, length, n)
     double_area, dot = component.measured
     corner = node[topology.corner]
-    cotangent = topology.sum_at_edges(dot / double_area)[inside] / 2
-    off = _symmetric(-np.maximum(cotangent, SMALLEST_WEIGHT), ends, n)
+    cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
+    off = _symmetric(-np.maximum(cotangent, SMALLEST_WEIGHT), node[topology.edges[every]], n)
     return ClosedSurface(
         n=n,
         holes=holes,
         genus=topology.genus,
-        n_faces=len(F),
+        n_faces=int(cell.max()) + 1,
+        node=node,
         edges=edges,
         ends=ends,
-        faces=topology.sides[:, inside].T % len(F),
+        faces=cell[topology.sides[:, inside].T % len(F)],
         true_length=true_length,
         length=length,
         sharp=sharpness(bend),

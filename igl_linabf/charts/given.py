@@ -34,6 +34,7 @@ def given_back(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
         origin=cleaned.origin[atlas.origin],
         seams=cleaned.origin[atlas.seams],
         seam_length=atlas.seam_length * 2.0**-cleaned.power,
+        cones=cleaned.origin[atlas.cones],
         repairs=cleaned.repairs,
     )
 
@@ -48,6 +49,7 @@ def without_charts(cleaned: Cleaned, F: IntArray) -> Atlas:
         charts=(),
         seams=np.zeros((0, 2), dtype=np.int64),
         seam_length=0.0,
+        seam_mismatch=0.0,
         splits=0,
         fill=0.0,
         quality=NO_QUALITY,

@@ -7,15 +7,16 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .._types import IntArray
-from ..surface import Submesh
+from ..surface import Submesh, sum_by
 
 
 def halves(piece: Submesh) -> list[Submesh]:
     """The faces of a piece nearer to one or to the other of two that are far from each other."""
-    m = len(piece.F)
-    inside = piece.topology.sides[:, piece.topology.sides[1] >= 0]
-    a, b = inside % m
-    centre = piece.V[piece.F].mean(axis=1)
+    cell, inside = piece.cells
+    m, sides = int(cell.max()) + 1, piece.topology.sides[:, inside]
+    a, b = cell[sides % len(piece.F)]
+    centre = np.stack([sum_by(cell, x, m) for x in piece.V[piece.F].mean(axis=1).T], axis=1)
+    centre /= np.bincount(cell)[:, None]
     step = np.linalg.norm(centre[a] - centre[b], axis=1)
     # two faces may share two edges: the graph then has the sum of equal steps, which does not matter
     graph = sparse.csr_array((np.maximum(step, np.finfo(float).tiny), (a, b)), shape=(m, m))
@@ -29,7 +30,7 @@ def halves(piece: Submesh) -> list[Submesh]:
     label = from_first <= distance(second)
     label[second] = False
     between = np.flatnonzero(label[a] != label[b])
-    mask = np.zeros((m, 3), dtype=bool)
-    half_edge: IntArray = inside[:, between].ravel()  # opposite to corner k: from corner k + 1 on
-    mask[half_edge % m, (half_edge // m + 1) % 3] = True
+    mask = np.zeros((len(piece.F), 3), dtype=bool)
+    half_edge: IntArray = sides[:, between].ravel()  # opposite to corner k: from corner k + 1 on
+    mask[half_edge % len(piece.F), (half_edge // len(piece.F) + 1) % 3] = True
     return piece.cut(mask)

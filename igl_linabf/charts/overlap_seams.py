@@ -14,6 +14,7 @@ from ..surface import Submesh, Topology, check_planar, connected_labels, face_co
 BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
 PART_COST = 0.1  # of the bounding box's diagonal: the length of seam that one part less is worth
 MAX_OVERLAPS = 6  # that one search for seams separates
+MAX_SPLITS = 20  # of a chart that flips or overlaps, and of its parts
 MAX_NODES = 1 << 20  # of the graph that it searches; each overlap doubles it
 
 
@@ -82,9 +83,10 @@ def seams_between(charts: list[Submesh], pairs: IntArray) -> IntArray:
         part = waiting.pop()
         check_planar(part.topology, part.vertices)
         inside = pairs[np.isin(pairs, part.faces).all(axis=1)]
-        if len(inside):
-            local = np.searchsorted(part.faces, inside)
-            seams.append(np.sort(part.vertices[_shortest_seam(part.V, part.topology, local)], axis=1))
+        local = part.cells[0][np.searchsorted(part.faces, inside)]
+        local = local[local[:, 0] != local[:, 1]]  # no seam takes a polygon apart
+        if len(local):
+            seams.append(np.sort(part.vertices[_shortest_seam(part, local)], axis=1))
             waiting += part.cut_along(seams[-1])
     return np.unique(np.concatenate(seams), axis=0)
 
@@ -107,12 +109,12 @@ def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
     return array
 
 
-def _shortest_seam(V: FloatArray, topology: Topology, pairs: IntArray) -> IntArray:
-    """The edges (#E, 2) of the seams that separate the sheets of the largest overlaps."""
-    m = topology.corner.shape[1]
-    first, second = topology.sides
-    inner = np.flatnonzero(second >= 0)
-    right, left = first[inner] % m, second[inner] % m  # the faces that such an edge separates
+def _shortest_seam(part: Submesh, pairs: IntArray) -> IntArray:
+    """The edges (#E, 2) of the seams that separate the sheets of the largest overlaps; pairs of polygons."""
+    V, topology = part.V, part.topology
+    cell, inner = part.cells
+    m = int(cell.max()) + 1
+    right, left = cell[topology.sides[:, inner] % len(part.F)]  # the faces that such an edge separates
     most = min(MAX_OVERLAPS, max(1, int(np.log2(MAX_NODES / topology.n))))
     sheets = _sheets(pairs, right, left, m, most)
     while not len(seam := _seam_between(V, topology, inner, right, left, sheets)):
@@ -201,7 +203,7 @@ def _sheets(pairs: IntArray, right: IntArray, left: IntArray, m: int, most: int)
     order = np.argsort(np.concatenate((right, left)), kind="stable")
     face, neighbour = np.concatenate((right, left))[order], np.concatenate((left, right))[order]
     begin = np.searchsorted(face, np.arange(m + 1))
-    for k in range(3):
+    for k in range(int(np.diff(begin).max(initial=0))):
         here = np.flatnonzero(begin[upper] + k < begin[upper + 1])
         key = neighbour[begin[upper[here]] + k] * m + lower[here]
         place = np.minimum(np.searchsorted(code, key), len(code) - 1)

@@ -105,12 +105,22 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005
     return [replace(p, uv=chart.scatter(p.uv)) for chart, p in zip(given, placed, strict=True)]
 
 
-def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], margin: float) -> list[Placed]:
-    """`pack` of charts that are checked; every vertex has a face."""
+def pack_maps(
+    maps: Sequence[tuple[FloatArray, IntArray]], margin: float, upright: bool = False
+) -> list[Placed]:
+    """`pack` of charts that are checked; every vertex has a face.
+
+    With `upright`, several charts are only turned by quarter turns.
+    """
     if not 0 <= margin <= 0.1:
         raise ValueError(f"margin is {margin!r}: give a share of the square's side, from 0 to 0.1")
     many = len(maps) > FEW_CHARTS
-    given = _turned_many(maps) if many else [_turned(*pair, i, len(maps) == 1) for i, pair in enumerate(maps)]
+    if upright and len(maps) > 1:
+        given = _turned_many(maps, upright)
+    elif many:
+        given = _turned_many(maps)
+    else:
+        given = [_turned(*pair, i, len(maps) == 1) for i, pair in enumerate(maps)]
     if not given:
         return []
     sizes = np.array([chart.extent for chart in given])
@@ -185,8 +195,8 @@ def _placed(chart: _TurnedChart, scale: float, place: Place, margin: float, grow
     return Placed(ratio, shift, coordinates(new), float(chart.area * scale**2))
 
 
-def _turned_many(maps: Sequence[tuple[FloatArray, IntArray]]) -> list[_TurnedChart]:
-    """`_turned` of many charts."""
+def _turned_many(maps: Sequence[tuple[FloatArray, IntArray]], upright: bool = False) -> list[_TurnedChart]:
+    """`_turned` of many charts; with `upright`, they stay as they are turned."""
     vertices, faces = (Parts.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
     z = complex_positions(np.concatenate([uv for uv, _ in maps]))
     F = np.concatenate([F for _, F in maps]) + faces.spread(vertices.start[:-1])[:, None]
@@ -197,7 +207,7 @@ def _turned_many(maps: Sequence[tuple[FloatArray, IntArray]]) -> list[_TurnedCha
     if flat.any():
         i = int(np.argmax(flat))
         raise _without_area(i, len(maps[i][1]))
-    turn = narrowest_turns(z, vertices)
+    turn = np.ones(len(maps), dtype=np.complex128) if upright else narrowest_turns(z, vertices)
     z = z * vertices.spread(turn)
     origin, extent = extents(z, vertices)
     z -= vertices.spread(origin)

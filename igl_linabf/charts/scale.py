@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
@@ -39,10 +40,15 @@ class ZeroAtNodes:
 
     def solve(self, fixed: IntArray, r: FloatArray) -> FloatArray:
         """u for a right side (n,), of which the rows of the fixed nodes do not count."""
-        free = np.ones(len(r), dtype=bool)
+        return self.solver(fixed)(r)
+
+    def solver(self, fixed: IntArray) -> Callable[[FloatArray], FloatArray]:
+        """`solve` for several right sides: the system is factored once."""
+        free = np.ones(self._lower.shape[0], dtype=bool)
         free[fixed] = False
         row, column = self._row, self._column
         data = np.where(free[row] & free[column], self._lower.data, 0.0)
         data[(row == column) & ~free[row]] = 1.0
         lower = sparse.csc_array((data, row, self._lower.indptr), shape=self._lower.shape)
-        return self._analysis.factor(lower).solve(np.where(free, r, 0.0))
+        factored = self._analysis.factor(lower)
+        return lambda r: factored.solve(np.where(free, r, 0.0))

@@ -11,6 +11,7 @@ from ..errors import MeshError, some
 from ..surface import (
     NEXT,
     PREV,
+    Polygons,
     Submesh,
     Topology,
     compact,
@@ -83,9 +84,9 @@ def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
 
     Parameters
     ----------
-    F : (#F, 3) int
-        Oriented triangles.
-    FTC : (#F, 3) int
+    F : (#F, 3) or (#F, k) int, or list of lists of int
+        Oriented triangles or polygons.
+    FTC : in the shape of `F`
         Indices of the texture coordinates at the corners, as `igl.readOBJ` returns them.
 
     Returns
@@ -104,9 +105,7 @@ def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
     >>> texture_seams([[0, 1, 2], [2, 1, 3]], [[0, 1, 2], [4, 1, 3]])
     array([[1, 2]])
     """
-    faces, texture = face_array(F), face_array(FTC)
-    if texture.shape != faces.shape:
-        raise MeshError(f"FTC has {len(texture)} rows for {len(faces)} faces: pass one row a face")
+    faces, texture = _triangles(F, FTC)
     bad = np.flatnonzero((texture < 0).any(axis=1))
     if len(bad):
         raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")
@@ -115,12 +114,40 @@ def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
     return vertices[edges_between_textures(topology, texture)]
 
 
+def _triangles(F: ArrayLike, FTC: ArrayLike) -> tuple[IntArray, IntArray]:
+    """Faces and their texture as triangles; as fans, whose diagonals are no seams, whatever their shape."""
+    polygons, texture = Polygons.of(F), Polygons.of(FTC)
+    if len(texture) != len(polygons) or (texture.sizes != polygons.sizes).any():
+        raise MeshError(f"FTC has {len(texture)} rows for {len(polygons)} faces, or others: pass F's shape")
+    if (polygons.sizes == 3).all():
+        return face_array(F), face_array(FTC)
+    split = polygons.split(np.zeros((int(polygons.corners.max()) + 1, 3)))
+    whole = (split.F[:, [1, 2, 0]] != split.F).all(axis=1)
+    return split.F[whole], texture.corners[split.place[whole]]
+
+
 def edges_between_textures(topology: Topology, texture: IntArray) -> IntArray:
     """`texture_seams` of a surface that is checked, by its own vertices."""
-    first, second = topology.sides[:, topology.sides[1] >= 0]
+    return np.asarray(topology.edges[_between_textures(topology, texture)])
+
+
+def textured_seams(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
+    """`edges_between_textures`, and the largest |log ratio| of the lengths of their two sides."""
+    between = _between_textures(topology, FTC)
+    start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
+    halves = topology.sides[:, between]
+    length = np.linalg.norm(TC[end[halves]] - TC[start[halves]], axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):  # where a side is a point in the map
+        ratio = np.abs(np.log(length[0] / length[1]))
+    return topology.edges[between], float(np.nan_to_num(ratio, nan=0.0).max(initial=0.0))
+
+
+def _between_textures(topology: Topology, texture: IntArray) -> IntArray:
+    """Rows of `topology.edges`."""
+    inside = np.flatnonzero(topology.sides[1] >= 0)
+    first, second = topology.sides[:, inside]
     start, end = texture.T[NEXT].ravel(), texture.T[PREV].ravel()  # of each half-edge
-    differ = (start[first] != end[second]) | (end[first] != start[second])
-    return np.asarray(topology.edges[topology.sides[1] >= 0][differ])
+    return np.asarray(inside[(start[first] != end[second]) | (end[first] != start[second])])
 
 
 def find_seams(

@@ -32,17 +32,18 @@ from ..surface import (
     signed_double_areas,
 )
 from .atlas import BEYOND_USE, ROUNDING, Atlas, Chart
+from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, sides_of_cleaned, without_charts
 from .halving import halves
-from .overlap_seams import seams_between
+from .overlap_seams import MAX_SPLITS, seams_between
 from .packing import pack_maps
 from .pieces import flattened
+from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .scaf import moved_apart
-from .seams import TRADE, edges_between_textures, seams_of
+from .seams import TRADE, seams_of, textured_seams
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
-MAX_SPLITS = 20  # of a chart that flips or overlaps, and of its parts
 MANY = 8  # charts from which they are flattened and measured together
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 MAX_LEAF_ROUNDS = 8  # of more seams for that, before it is halved
@@ -56,6 +57,8 @@ def unwrap(
     seams: ArrayLike | None = None,
     method: str | Method = "linabf",
     *,
+    cones: GivenCones | None = None,
+    cone_angles: ConeAngles = None,
     trade: float = TRADE,
     holes: bool = False,
     bijective: bool = False,
@@ -72,13 +75,25 @@ def unwrap(
     ----------
     V : (#V, 3) float
         Vertex positions, finite where a face is.
-    F : (#F, 3) int
-        Any triangles. Those that are no clean oriented manifold are made one, as `clean` does.
+    F : (#F, 3) or (#F, k) int, or list of lists of int
+        Any triangles, quadrangles or polygons. Those that are no clean oriented manifold are made one, as
+        `clean` does. Seams run along the edges of polygons, never along the diagonals that split them.
     seams : (#E, 2) int or (#F, 3) bool, optional
-        Where to cut, as `cut` takes them. By default `find_seams` finds them. If a chart has flipped
-        faces, its seams are extended; if that does not help, `guarantee="injective"` is used.
+        Where to cut, as `cut` takes them; a mask has the shape of `F`. By default `find_seams`
+        finds them. If a chart has flipped faces, its seams are extended; if that does not help,
+        `guarantee="injective"` is used.
     method : str or method object
         As in `flatten`.
+    cones : (#C,) int, int or "auto", optional
+        Interior vertices that keep all curvature, or how many `find_cones` is to find on each
+        component; "auto" is as many as pay. The seam is then a tree through them and the holes,
+        with loops that open the handles, and in the map both sides of each seam edge are equally
+        long (docs/cones.md). Needs "linabf" or "abf". Not with `seams`, `holes`,
+        `bijective`, `max_stretch`, `complete`.
+    cone_angles : (#C,) float or "quarter", optional
+        Angle sums at the cones, radians. By default those of the conformal map that has one scale
+        at all cones and the boundary. "quarter": multiples of 90 degrees that need little stretch.
+        Then both sides of a seam also differ by turns of multiples of 90 degrees.
     trade : float
         As in `find_seams`: larger allows longer seams for less stretch.
     holes : bool
@@ -110,9 +125,11 @@ def unwrap(
     MeshError
         The arrays are malformed, a coordinate at a face is NaN or infinite, a seam is no edge, or
         given seams leave a chart with handles or without a boundary and are not to be completed.
-        With `strict`, also: the surface is no oriented manifold, or a face has no area.
+        A cone is no interior vertex, or the cones are too few, or their angles do not obey
+        Gauss-Bonnet; the message has the numbers that do. With `strict`, also: the surface is no
+        oriented manifold, or a face has no area.
     ValueError
-        `trade`, `margin`, `max_stretch` or `weld` is out of its range.
+        `trade`, `margin`, `max_stretch` or `weld` is out of its range, or options do not go together.
 
     Warns
     -----
@@ -128,31 +145,58 @@ def unwrap(
     >>> atlas = unwrap(V, F)
     >>> len(atlas.charts), atlas.good, atlas.FTC.shape
     (1, True, (20, 3))
+    >>> atlas = unwrap(V, F, cones=4, cone_angles="quarter")
+    >>> bool(atlas.seam_mismatch < 1e-6), atlas.cone_angles.sum() / np.pi  # 4 cones, 2 pi each, less 4 pi
+    (True, 4.0)
+
+    A cube of quadrangles comes back as quadrangles:
+
+    >>> V = [[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    >>> F = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    >>> unwrap(V, F).FTC.shape
+    (6, 4)
     """
+    if cones is None and cone_angles is not None:
+        raise ValueError("cone_angles are those of cones: give cones=, their vertices or a number of them")
+    if cones is not None:
+        asked = {"seams": seams is not None, "holes": holes, "bijective": bijective, "complete": complete}
+        asked["max_stretch"] = max_stretch is not None
+        if any(asked.values()):
+            listed = ", ".join(name for name, given in asked.items() if given)
+            raise ValueError(f"cones= does not go together with {listed}: its seams run through the cones")
     if max_stretch is not None and not max_stretch >= 1:
         raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
+    split = split_polygons(V, F)
+    if split is not None:
+        F, seams = split.F, None if seams is None else mask_of_triangles(seams, split, len(np.asarray(V)))
     if strict:
         surface = Submesh.checked_manifold(V, F)
         cleaned = as_it_is(surface)
     else:
         cleaned, surface = cleaned_surface(V, F, weld)
-    as_given = surface.vertices is cleaned.origin
-    given = np.asarray(F).astype(np.int64)
+        cleaned = replace(cleaned, repairs=of_polygons(cleaned.repairs, split))
+    as_given, given = surface.vertices is cleaned.origin, np.asarray(F).astype(np.int64)
+    surface = with_diagonals(surface, cleaned, split)
     if cleaned.repairs:
         listed = "; ".join(map(str, cleaned.repairs))
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
     if not len(surface.F):
-        return without_charts(cleaned, given)
+        return in_polygons(without_charts(cleaned, given), split)
     task = _Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch)
     with reporting(progress):
-        with part("seams", SEAMS_END):
-            pieces = _pieces(surface, cleaned, seams, given, task)
-        done = _charts(pieces, task)
+        if cones is None:
+            with part("seams", SEAMS_END):
+                pieces = _pieces(surface, cleaned, seams, given, task)
+            made = Coned(_charts(pieces, task), *NO_CONES)
+        else:
+            wanted = Cones.checked(cones, cone_angles, surface, cleaned)
+            made = coned(surface, wanted, task.method, (SEAMS_END, CHARTS_END))
         with part("packing", 1.0):
-            atlas = _packed(surface, done, margin)
-    atlas = replace(atlas, max_stretch=max_stretch)
+            atlas = _packed(surface, made.charts, margin, cone_angles is not None)
+    atlas = replace(atlas, max_stretch=max_stretch, cones=made.cones, cone_angles=made.angles)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)
+    atlas = in_polygons(atlas, split)
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
@@ -278,7 +322,7 @@ def _less_stretched(piece: Submesh, splits: int, task: _Task) -> list[Submesh]:
     """The piece cut further, and from some number of cuts on halved; nothing where that cannot be."""
     if splits < MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, task)):
         return piece.cut_along(leaves)
-    return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH and len(piece.F) > 1 else []
+    return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH and piece.cells[0].any() else []
 
 
 def _more_leaves(piece: Submesh, task: _Task) -> IntArray:
@@ -315,13 +359,13 @@ def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, flo
     return replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message), after - before
 
 
-def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float) -> Atlas:
+def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float, upright: bool) -> Atlas:
     most = np.sqrt(MARGINS / len(done))
     if most < margin <= 0.1:
         what = f"a margin of {margin:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
         warnings.warn(what, FallbackWarning, stacklevel=stack_level())
         margin = float(most)
-    placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], margin)
+    placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], margin, upright)
     FTC, label, base = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64), 0
     for i, (_, piece) in enumerate(done):
         rows = np.searchsorted(surface.faces, piece.faces)
@@ -329,7 +373,7 @@ def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float) 
         base += len(piece.V)
     TC, origin = np.concatenate([p.uv for p in placed]), np.concatenate([piece.vertices for _, piece in done])
     V = np.concatenate([piece.V for _, piece in done])
-    seams = edges_between_textures(surface.topology, FTC)
+    seams, mismatch = textured_seams(surface.topology, TC, FTC)
     return Atlas(
         TC=TC,
         FTC=FTC,
@@ -338,6 +382,7 @@ def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float) 
         charts=tuple(chart for chart, _ in done),
         seams=surface.vertices[seams],
         seam_length=float(np.linalg.norm(surface.V[seams[:, 0]] - surface.V[seams[:, 1]], axis=1).sum()),
+        seam_mismatch=mismatch,
         splits=len(done) - len(surface.components()),
         fill=sum(p.area for p in placed),
         quality=quality_of(Submesh(V, FTC, surface.faces, origin, surface.n_given), TC),

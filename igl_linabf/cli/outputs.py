@@ -11,6 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Literal
 
+from .._runtime import part, reporting
 from .._types import FloatArray, IntArray
 from ..io import replacing
 from .jobs import STANDARD
@@ -48,7 +49,8 @@ def hand_out(
         if write is not None:
             place = _spooled(options) if to_stdout else replacing(options.output)
             written = stack.enter_context(place)
-            write(written)
+            with reporting(progress_of(options)), part("writing", 1.0):
+                write(written)
         if options.picture is not None:
             from ..plot import plot_compare
 

@@ -10,6 +10,7 @@ from enum import Enum
 
 import numpy as np
 
+MAPS = {"FTC", "split"}  # of an atlas of polygons
 LISTED = {"flipped", "repaired", "first"}  # the arrays of indices that say where something is wrong
 
 
@@ -21,7 +22,9 @@ def as_json(figures: Mapping[str, object]) -> str:
 def plain(value: object) -> object:
     """A result as dictionaries, lists, texts and numbers, without the arrays of the map."""
     if is_dataclass(value) and not isinstance(value, type):
-        pairs = ((field.name, getattr(value, field.name)) for field in fields(value))
+        pairs = (
+            (field.name, getattr(value, field.name)) for field in fields(value) if field.name not in MAPS
+        )
         return {k: plain(v) for k, v in pairs if not isinstance(v, np.ndarray) or k in LISTED}
     if isinstance(value, Mapping):
         return {str(k): plain(v) for k, v in value.items()}

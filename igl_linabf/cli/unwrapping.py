@@ -7,13 +7,15 @@ import sys
 import warnings
 from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from .._runtime import part, reporting
 from .._types import IntArray
 from ..charts import TRADE, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, read_mesh, read_texture, write_mesh
+from ..io import SUFFIXES, read_file, write_file
 from .commands import (
     GOOD,
     JSON,
@@ -44,20 +46,35 @@ BIJECTIVE: Argument = {
 def _unwrap(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, SUFFIXES)
     method = method_with(options.method, {"weight": options.weight})
-    V, F = read_mesh(options.mesh)
-    seams = None
+    with reporting(progress_of(options)), part("reading", 1.0):
+        mesh = read_file(options.mesh)
+    V, F = mesh.V, mesh.F
+    seams: Any = None
     if options.seams == "uv":
-        seams = texture_seams(F, read_texture(options.mesh)[1])
+        if mesh.FTC is None:
+            raise MeshError(
+                f"{options.mesh} has no texture coordinates at all corners: it has no seams of them"
+            )
+        seams = texture_seams(F, mesh.FTC)
     elif options.seams != "auto":
         seams = _pairs(options.seams)
+    cones = options.cones
+    if cones is not None and cones != "auto":
+        cones = int(cones) if cones.isdecimal() else _vertices(cones)
+    angles = options.cone_angles
+    if angles is not None and angles != "quarter":
+        angles = np.deg2rad(
+            _table(angles, np.float64, "numbers: write one angle in degrees on each line").ravel()
+        )
     names = ("trade", "holes", "bijective", "max_stretch", "complete", "weld", "strict")
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
-        atlas = unwrap(V, F, seams, method, progress=progress_of(options), **settings)
-    pictured = V[atlas.origin], atlas.FTC, {options.method: atlas.TC}
+        settings |= {"cones": cones, "cone_angles": angles, "progress": progress_of(options)}
+        atlas = unwrap(V, F, seams, method, **settings)
+    pictured = V[atlas.origin], atlas.triangles, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
-    write = partial(write_mesh, V=V, F=F, TC=atlas.TC, FTC=atlas.FTC)
+    write = partial(write_file, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC)
     hand_out(options, str(atlas), figures, pictured, write)
     for message in atlas.troubles:
         print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
@@ -66,13 +83,22 @@ def _unwrap(options: argparse.Namespace) -> int:
 
 def _pairs(path: str) -> IntArray:
     """The vertex pairs in a text file."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # numpy's, of an empty file: no seams
-        try:
-            pairs = np.loadtxt(path, dtype=np.int64, ndmin=2)
-        except ValueError:
-            raise MeshError(f"{path} is no table of integers: write two vertices on each line") from None
+    pairs: IntArray = _table(path, np.int64, "integers: write two vertices on each line")
     return pairs.reshape(-1, 2) if pairs.size == 0 else pairs
+
+
+def _vertices(path: str) -> IntArray:
+    """The vertices in a text file."""
+    return np.asarray(_table(path, np.int64, "integers: write one vertex on each line").ravel())
+
+
+def _table(path: str, kind: type, what: str) -> Any:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # numpy's, of an empty file
+        try:
+            return np.loadtxt(path, dtype=kind, ndmin=2)
+        except ValueError:
+            raise MeshError(f"{path} is no table of {what}") from None
 
 
 UNWRAP = Command(
@@ -96,6 +122,15 @@ UNWRAP = Command(
         "seams": {
             "default": "auto",
             "help": "auto, uv (seams of the OBJ's texture coordinates), or a file of vertex pairs from 0",
+        },
+        "cones": {
+            "metavar": "N",
+            "help": "leave the curvature at so many vertices, at auto (as many as pay), or at those in a "
+            "file, from 0: both sides of the seams through them match",
+        },
+        "cone-angles": {
+            "metavar": "ANGLES",
+            "help": "quarter (turns), or a file of their angle sums in degrees (default: of one scale)",
         },
         "complete": {"action": "store_true", "help": "find the seams that the given ones leave missing"},
         "trade": TRADED,

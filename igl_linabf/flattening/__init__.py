@@ -22,6 +22,7 @@ from .methods import (
 )
 from .result import Flattening, Hole, Outcome, Residuals, Rung, Status
 from .verbs import abf, flatten, linabf, linabf_angles, lscm
+from .with_cones import flatten_with_cones
 
 __all__ = [
     "ABF",
@@ -48,6 +49,7 @@ __all__ = [
     "flatten",
     "flatten_many",
     "flatten_together",
+    "flatten_with_cones",
     "guaranteed",
     "linabf",
     "linabf_angles",

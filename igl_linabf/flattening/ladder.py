@@ -18,6 +18,7 @@ from ..angles import (
     CAP_ANGLE,
     AbfResult,
     AngleProblem,
+    Constraints,
     State,
     active_set,
     chord_step,
@@ -57,6 +58,8 @@ class Problem:
         With the initial estimate.
     repaired : (#caps,) int64
         Faces with an angle so close to pi that it was changed before flattening.
+    cut : Constraints or None
+        Of `mesh`, where the angles are those of the surface that `mesh` was cut from.
     """
 
     mesh: Mesh
@@ -64,6 +67,7 @@ class Problem:
     layout: LayoutName
     angles: AngleProblem
     repaired: IntArray
+    cut: Constraints | None = None
 
     @property
     def start(self) -> State:
@@ -122,8 +126,11 @@ def posed(
     threshold: float,
     solver: SolverName,
     safeguard: bool = True,
+    uncut: Constraints | None = None,
 ) -> Problem:
     """The problem at its initial estimate (section 4.2).
+
+    `uncut` are the constraints of the surface that the mesh was cut from, if its angles are to be found.
 
     Raises
     ------
@@ -147,10 +154,12 @@ def posed(
                 MeshWarning,
                 stacklevel=stack_level(),
             )
-        estimate = initial_estimate(mesh.topology, alpha, threshold, to_triangles=safeguard)
     with timed("assembly"):
-        angles = AngleProblem(constraints_of(mesh.topology), estimate, solvers, safeguard)
-        return Problem(mesh, pinned, layout, angles, caps)
+        own = constraints_of(mesh.topology)
+        asked = own if uncut is None else uncut
+        estimate = initial_estimate(asked.topology, alpha, threshold, safeguard, asked.sums)
+        angles = AngleProblem(asked, estimate, solvers, safeguard)
+        return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own)
 
 
 def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
@@ -177,7 +186,8 @@ def drawn(
     """Lay out the angles of a state."""
     mesh, angles, at = problem.mesh, problem.angles, state.at
     with timed("layout"):
-        alpha, b, invalid = at.alpha, at.residual, angles.invalid(at)
+        constraints = angles.constraints if problem.cut is None else problem.cut
+        alpha, invalid = at.alpha, angles.invalid(at)
         if invalid.any():
             warnings.warn(
                 f"the target angles of faces {some(np.flatnonzero(invalid))} are not within (0, pi): "
@@ -186,16 +196,17 @@ def drawn(
                 stacklevel=stack_level(),
             )
             alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
-            b = residual(angles.constraints, alpha)
+        same = problem.cut is None and not invalid.any()
+        b = at.residual if same else residual(constraints, alpha)
         layout = lay_out(
-            angles.constraints,
+            constraints,
             alpha,
             b,
             problem.layout,
             problem.pinned,
             mesh.area,
             angles.solvers,
-            None if state.lin is None else state.lin.laplacian,
+            None if state.lin is None or problem.cut is not None else state.lin.laplacian,
         )
     advance("layout", 0.5)
     flipped = flipped_faces(layout.z, mesh.topology.corner)

@@ -6,8 +6,21 @@ a format; `files` has the public functions, `parsing` is shared by the readers.
 
 from .._runtime import replacing
 from .corners import textured
-from .files import READERS, WRITERS, read_mesh, read_texture, unit_square, write_grid, write_mesh, write_obj
+from .files import (
+    READERS,
+    WRITERS,
+    read_file,
+    read_mesh,
+    read_texture,
+    unit_square,
+    write_file,
+    write_grid,
+    write_mesh,
+    write_obj,
+)
+from .mesh_file import MeshFile
 from .one_index import split_at_seams
+from .parsing import Extras
 
 SUFFIXES = tuple(WRITERS)
 READABLE = tuple(READERS)
@@ -15,12 +28,16 @@ READABLE = tuple(READERS)
 __all__ = [
     "READABLE",
     "SUFFIXES",
+    "Extras",
+    "MeshFile",
+    "read_file",
     "read_mesh",
     "read_texture",
     "replacing",
     "split_at_seams",
     "textured",
     "unit_square",
+    "write_file",
     "write_grid",
     "write_mesh",
     "write_obj",

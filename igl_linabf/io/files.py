@@ -14,13 +14,16 @@ from .._runtime import replacing
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
-from ..surface import face_array, vertex_array
-from .corners import check_corners, textured
+from ..surface import Polygons, face_array, vertex_array
+from .corners import check_corners
 from .gltf import save_glb
-from .obj import parse_obj, save_obj, save_polygons
+from .mesh_file import MeshFile
+from .obj import parse_obj
+from .obj_writing import save_obj, save_polygons
 from .off import parse_off
 from .parsing import Damaged, Parsed
-from .ply import parse_ply, save_ply
+from .ply import parse_ply
+from .ply_writing import save_ply
 from .stl import parse_stl
 
 READERS: dict[str, Callable[[bytes, str], Parsed]] = {
@@ -29,7 +32,11 @@ READERS: dict[str, Callable[[bytes, str], Parsed]] = {
     ".ply": lambda data, _: parse_ply(data),
     ".stl": lambda data, _: parse_stl(data),
 }
-WRITERS = {".obj": save_obj, ".ply": save_ply, ".glb": save_glb}
+WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
+    ".obj": save_obj,
+    ".ply": save_ply,
+    ".glb": save_glb,
+}
 
 
 def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
@@ -38,8 +45,8 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     Parameters
     ----------
     path : path of an OBJ, OFF, PLY or STL file
-        Text or binary. Polygons are split into fans of triangles. In STL, corners at equal
-        positions become one vertex.
+        Text or binary. Polygons are split into triangles; `read_file` keeps them. In STL, corners at
+        equal positions become one vertex.
 
     Returns
     -------
@@ -67,12 +74,95 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     >>> V.shape, F.shape
     ((12, 3), (20, 3))
     """
-    V, F, _, _ = _parsed(path)
-    if not len(V) or not len(F):
-        raise MeshError(f"{path} holds {len(V)} vertices and no triangles: is it a mesh?")
-    if Path(path).suffix.lower() == ".stl":
-        V, _, _, F = igl.remove_duplicate_vertices(V, F, 0.0)
-    return vertex_array(V), face_array(F)
+    path = Path(path)
+    parsed = _parsed(path)
+    F, _ = parsed.triangles()
+    if not len(parsed.V) or not len(F):
+        raise MeshError(f"{path} holds {len(parsed.V)} vertices and no triangles: is it a mesh?")
+    if path.suffix.lower() == ".stl":
+        V, _, _, F = igl.remove_duplicate_vertices(parsed.V, F, 0.0)
+        return vertex_array(V), face_array(F)
+    return vertex_array(parsed.V), face_array(F)
+
+
+def read_file(path: str | os.PathLike[str]) -> MeshFile:
+    """Read a mesh with all that its file has: polygons, normals, colours, materials, parts.
+
+    Parameters
+    ----------
+    path : path of an OBJ, OFF, PLY or STL file
+
+    Returns
+    -------
+    MeshFile
+        `mesh.V` and `mesh.F` are what `unwrap` takes; `write_file` writes the rest again.
+
+    Raises
+    ------
+    MeshError
+        The file is damaged or has no faces.
+    OSError
+        The file does not exist or cannot be read.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "quad.obj")
+    >>> with open(path, "w") as file:
+    ...     _ = file.write("o page\\nv 0 0 0\\nv 1 0 0\\nv 1 1 0\\nv 0 1 0\\nf 1 2 3 4\\n")
+    >>> mesh = read_file(path)
+    >>> mesh.F.tolist(), mesh.parts
+    ([[0, 1, 2, 3]], ('page',))
+    """
+    path = Path(path)
+    parsed = _parsed(path)
+    if not len(parsed.V) or not len(parsed.polygons):
+        raise MeshError(f"{path} holds {len(parsed.V)} vertices and no faces: is it a mesh?")
+    V, polygons, TC, texture, extras = parsed
+    if path.suffix.lower() == ".stl":
+        V, _, same, _ = igl.remove_duplicate_vertices(V, polygons.corners.reshape(-1, 3), 0.0)
+        polygons = Polygons(np.asarray(same, dtype=np.int64)[polygons.corners], polygons.sizes)
+    if not len(TC) or (texture < 0).any():
+        return MeshFile(vertex_array(V), polygons, None, None, extras, path)
+    return MeshFile(vertex_array(V), polygons, TC, texture, extras, path)
+
+
+def write_file(
+    path: str | os.PathLike[str], mesh: MeshFile, TC: ArrayLike, FTC: ArrayLike | None = None
+) -> None:
+    """Write what was read, with texture coordinates; the suffix chooses the format.
+
+    Parameters
+    ----------
+    path : path of an OBJ, PLY or GLB file
+    mesh : MeshFile
+    TC : (#TC, 2) float
+        Texture coordinates, v upwards.
+    FTC : in the shape of `mesh.F`, optional
+        Their rows at the corners; by default `mesh.F`.
+
+    Raises
+    ------
+    MeshError
+        The suffix is unknown, or the arrays do not fit to the faces.
+    OSError
+        The file cannot be written. In that case nothing is left behind.
+
+    Examples
+    --------
+    >>> import os, tempfile
+    >>> folder = tempfile.mkdtemp()
+    >>> with open(os.path.join(folder, "quad.obj"), "w") as file:
+    ...     _ = file.write("o page\\nv 0 0 0\\nv 1 0 0\\nv 1 1 0\\nv 0 1 0\\nf 1 2 3 4\\n")
+    >>> mesh = read_file(os.path.join(folder, "quad.obj"))
+    >>> write_file(os.path.join(folder, "page.obj"), mesh, mesh.V[:, :2])
+    >>> read_file(os.path.join(folder, "page.obj")).FTC.tolist()
+    [[0, 1, 2, 3]]
+    """
+    path = Path(path)
+    save, made = _writer(path), mesh.textured(TC, FTC)
+    with replacing(path) as temporary:
+        save(temporary, made, path)
 
 
 def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
@@ -107,7 +197,8 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     path = Path(path)
     if path.suffix.lower() != ".obj":
         raise MeshError(f"{path} is not an OBJ file: only OBJ files are read for texture coordinates")
-    _, F, TC, FTC = _parsed(path)
+    parsed = _parsed(path)
+    (F, FTC), TC = parsed.triangles(), parsed.TC
     if not len(F):
         raise MeshError(f"{path} has no faces: is it a mesh?")
     if not len(TC) or (FTC == -1).all():
@@ -117,7 +208,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
         raise MeshError(
             f"{path} has no texture coordinates at corners of the faces {some(bare)}: add vt indices there"
         )
-    check_corners(TC, FTC, f"the f lines of {path}", "vt")
+    check_corners(TC, Polygons.of_triangles(FTC), f"the f lines of {path}", "vt")
     return TC, FTC
 
 
@@ -187,8 +278,9 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
     missing = np.flatnonzero(~mapped[faces].all(axis=1))
     if len(missing):
         raise MeshError(f"face {missing[0]} has a vertex without coordinates in uv: pass a map of all faces")
+    made = MeshFile(positions, Polygons.of_triangles(faces)).textured(map_)
     with replacing(path) as temporary:
-        save_obj(temporary, positions, faces, map_, faces)
+        save_obj(temporary, made, Path(path))
 
 
 def write_mesh(
@@ -206,10 +298,11 @@ def write_mesh(
     ----------
     path : path of an OBJ, PLY or GLB file
     V : (#V, 3) float
-    F : (#F, 3) int
+    F : (#F, 3) or (#F, k) int, or list of lists of int
+        Triangles or polygons; all three formats keep polygons.
     TC : (#TC, 2) float
         Texture coordinates, v upwards. Rows that are not finite are left out; no corner may use one.
-    FTC : (#F, 3) int, optional
+    FTC : (#F, 3) int, or in the shape of `F`, optional
         Indices of the texture coordinates at the corners; by default `F`, for coordinates at
         vertices.
 
@@ -231,12 +324,20 @@ def write_mesh(
     >>> read_texture(path)[1].tolist()
     [[0, 1, 2], [3, 4, 5]]
     """
-    suffix = Path(path).suffix.lower()
+    path = Path(path)
+    save = _writer(path)
+    positions, faces = vertex_array(V), Polygons.of(F)
+    check_corners(positions, faces, "F", "V")
+    made = MeshFile(positions, faces).textured(TC, FTC)
+    with replacing(path) as temporary:
+        save(temporary, made, path)
+
+
+def _writer(path: Path) -> Callable[[str, MeshFile, Path], None]:
+    suffix = path.suffix.lower()
     if suffix not in WRITERS:
         raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
-    positions, faces, map_, corners = textured(V, F, TC, FTC)
-    with replacing(path) as temporary:
-        WRITERS[suffix](temporary, positions, faces, map_, corners)
+    return WRITERS[suffix]
 
 
 def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:

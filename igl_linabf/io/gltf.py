@@ -4,56 +4,148 @@ from __future__ import annotations
 
 import json
 import struct
+from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from .._types import FloatArray, IntArray
+from .._types import IntArray
 from ..errors import MeshError
-from .one_index import single, split_at_seams
+from ..surface import Triangles
+from .mesh_file import MeshFile
+from .ngons import EXTENSION, fans
+from .one_index import one_index, single
 
 FLOAT, UNSIGNED = 5126, 5125  # glTF's numbers for types of 32 bits
 VERTEX_ATTRIBUTES, INDICES = 34962, 34963  # and for what a part is used as
+KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+PLAIN = {"pbrMetallicRoughness": {"metallicFactor": 0}, "doubleSided": True}
 
 
-def save_glb(path: str, V: FloatArray, F: IntArray, TC: FloatArray, FTC: IntArray) -> None:
-    """Write triangles with texture coordinates at the vertices, v downwards."""
-    points, map_, faces = split_at_seams(V, F, TC, FTC)
-    positions = single(points, "V")
-    downwards = single(map_ * [1, -1] + [0, 1], "TC")
-    parts = (positions.tobytes(), downwards.tobytes(), faces.astype("<u4").tobytes())
-    starts = np.cumsum([0, *map(len, parts)]).tolist()
-    uses = (VERTEX_ATTRIBUTES, VERTEX_ATTRIBUTES, INDICES)
-    attribute = {"componentType": FLOAT, "count": len(positions)}
-    # glTF asks for the bounds, of positions as they are stored
-    bounds = {"min": positions.min(axis=0).tolist(), "max": positions.max(axis=0).tolist()}
+class Buffer:
+    """The binary part of a GLB file while it grows, and the description of what is in it."""
+
+    def __init__(self) -> None:
+        self.parts: list[bytes] = []
+        self.size = 0
+        self.views: list[dict[str, Any]] = []
+        self.accessors: list[dict[str, Any]] = []
+
+    def add(self, rows: NDArray[Any], use: int, bounds: bool = False) -> int:
+        """An array of 32-bit numbers; returns the number of its accessor."""
+        data = rows.tobytes()
+        self.views.append({"buffer": 0, "byteOffset": self.size, "byteLength": len(data), "target": use})
+        accessor = {
+            "bufferView": len(self.views) - 1,
+            "type": KINDS[1 if rows.ndim == 1 else rows.shape[1]],
+            "componentType": FLOAT if rows.dtype.kind == "f" else UNSIGNED,
+            "count": len(rows),
+        }
+        if bounds:  # glTF asks for them, of positions as they are stored
+            accessor |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
+        self.accessors.append(accessor)
+        self.parts.append(data)
+        self.size += len(data)
+        return len(self.accessors) - 1
+
+
+def save_glb(temporary: str, mesh: MeshFile, path: Path) -> None:
+    """Write polygons with texture coordinates at the vertices, v downwards: a node for each part."""
+    extras, buffer = mesh.extras, Buffer()
+    names, part = extras.parts or ((), np.full(len(mesh.polygons), -1))
+    words, material = extras.materials or ((), np.full(len(mesh.polygons), -1))
+    meshes: list[dict[str, Any]] = []
+    nodes: list[dict[str, Any]] = []
+    for i in np.unique(part).tolist():
+        primitives = [
+            _primitive(
+                mesh, np.flatnonzero((part == i) & (material == k)), k if k >= 0 else len(words), buffer
+            )
+            for k in np.unique(material[part == i]).tolist()
+        ]
+        named = {"name": names[i]} if i >= 0 else {}
+        nodes.append({"mesh": len(meshes), **named})
+        meshes.append({"primitives": primitives, **named})
+    # readers (trimesh) drop texture coordinates that no material goes with
+    materials = [{"name": name, **PLAIN} for name in words] + [PLAIN] * bool((material < 0).any())
+    polygons = any("extensions" in primitive for of in meshes for primitive in of["primitives"])
     description = {
         "asset": {"version": "2.0", "generator": "igl_linabf"},
+        **({"extensionsUsed": [EXTENSION]} if polygons else {}),
         "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [
-            {"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 1}, "indices": 2, "material": 0}]}
-        ],
-        # readers (trimesh) drop texture coordinates that no material goes with
-        "materials": [{"pbrMetallicRoughness": {"metallicFactor": 0}, "doubleSided": True}],
-        "accessors": [
-            {"bufferView": 0, "type": "VEC3", **attribute, **bounds},
-            {"bufferView": 1, "type": "VEC2", **attribute},
-            {"bufferView": 2, "type": "SCALAR", "componentType": UNSIGNED, "count": faces.size},
-        ],
-        "bufferViews": [
-            {"buffer": 0, "byteOffset": start, "byteLength": len(part), "target": use}
-            for start, part, use in zip(starts, parts, uses, strict=False)
-        ],
-        "buffers": [{"byteLength": starts[-1]}],
+        "scenes": [{"nodes": list(range(len(nodes)))}],
+        "nodes": nodes,
+        "meshes": meshes,
+        "materials": materials,
+        "accessors": buffer.accessors,
+        "bufferViews": buffer.views,
+        "buffers": [{"byteLength": buffer.size}],
     }
+    write_glb(temporary, description, buffer.parts)
+
+
+def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -> dict[str, Any]:
+    """The faces of one part and one material, with vertices of their own."""
+    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    extras, split = mesh.extras, mesh.split
+    mine = np.zeros(len(mesh.polygons), dtype=bool)
+    mine[faces] = True
+    corner = np.flatnonzero(mine[mesh.polygons.owner])
+    with_normals = extras.normals is not None and extras.normal is not None
+    indices = [mesh.polygons.corners[corner], mesh.texture[corner]]
+    if with_normals and extras.normal is not None:
+        indices.append(extras.normal[corner])
+    made = one_index(*indices)
+    attributes = {
+        "POSITION": buffer.add(single(mesh.V[made.rows[0]], "V"), VERTEX_ATTRIBUTES, bounds=True),
+        "TEXCOORD_0": buffer.add(single(mesh.TC[made.rows[1]] * [1, -1] + [0, 1], "TC"), VERTEX_ATTRIBUTES),
+    }
+    if with_normals and extras.normals is not None:
+        normals = single(_unit(extras.normals[made.rows[2]]), "normals")
+        attributes["NORMAL"] = buffer.add(normals, VERTEX_ATTRIBUTES)
+    if extras.colours is not None:
+        colours = single(linear(extras.colours[made.rows[0]]), "colours")
+        attributes["COLOR_0"] = buffer.add(colours, VERTEX_ATTRIBUTES)
+    vertex = np.full(len(mesh.polygons.corners), -1)
+    vertex[corner] = made.corners
+    whole = bool(mine.all())
+    own = split if whole else split.rows(np.flatnonzero(mine[split.face]))
+    triangles, extension = triangles_of(own, vertex)
+    made_of = buffer.add(triangles.astype("<u4").ravel(), INDICES)
+    return {"attributes": attributes, "indices": made_of, "material": material, **extension}
+
+
+def triangles_of(split: Triangles, vertex: IntArray) -> tuple[IntArray, dict[str, Any]]:
+    """Triangles in an order that keeps polygons, and the mark that it does, if there are any."""
+    if (split.polygons.sizes[split.face] == 3).all():
+        return vertex[split.place], {}
+    return fans(split, vertex), {"extensions": {EXTENSION: {}}}
+
+
+def linear(colours: np.ndarray) -> np.ndarray:
+    """Colours as glTF stores them, proportional to light; files of other formats have sRGB."""
+    rgb = np.clip(colours[:, :3], 0, 1)
+    light = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
+    return np.column_stack((light, colours[:, 3:]))
+
+
+def _unit(normals: np.ndarray) -> np.ndarray:
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(np.where(length > 0, normals / np.where(length > 0, length, 1), [0, 0, 1]))
+
+
+def write_glb(path: str, description: dict[str, Any], parts: list[bytes]) -> None:
+    """The container: a text that describes, and the bytes that it describes."""
     text = json.dumps(description, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
-    size = 12 + 8 + len(text) + 8 + starts[-1]
+    length = sum(map(len, parts))
+    padding = b"\0" * (-length % 4)
+    size = 12 + 8 + len(text) + 8 + length + len(padding)
     if size >= 2**32:
         raise MeshError(f"a GLB file has at most 4 GB, and this mesh needs {size} bytes: write OBJ or PLY")
     with open(path, "wb") as file:
         file.write(struct.pack("<4sII", b"glTF", 2, size))
         file.write(struct.pack("<I4s", len(text), b"JSON") + text)
-        file.write(struct.pack("<I4s", starts[-1], b"BIN\0"))
-        file.writelines(parts)
+        file.write(struct.pack("<I4s", length + len(padding), b"BIN\0"))
+        file.writelines([*parts, padding])

@@ -1,111 +1,224 @@
-"""Read and write OBJ with texture coordinates."""
+"""Read OBJ: positions with colours, texture coordinates, normals, polygons, groups and materials.
+
+Lines of one form are read at once by numpy; only if that fails they are read one by one, so that the damaged
+line can be named.
+"""
 
 from __future__ import annotations
 
 import re
 import warnings
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
+from .._runtime import advance
 from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, some, stack_level
-from .parsing import Column, Parsed, fan, indices, numbers, refuse, shown
+from ..surface import Polygons
+from .parsing import Extras, Parsed, numbers, refuse, shown
 
 STATEMENTS = frozenset(
-    b"vn vp l p o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp "
+    b"v vt vn f vp l p o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp "
     b"cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con ctech stech call csh".split()
 )
 # 0 is no index; textures and normals may be left out
-CORNER = re.compile(rb"(-?0*[1-9]\d{0,17})(?:/(-?0*[1-9]\d{0,17})?(?:/(?:-?\d{1,18})?)?)?")
+CORNER = re.compile(rb"(-?0*[1-9]\d{0,17})(?:/(-?0*[1-9]\d{0,17})?(?:/(-?\d{1,18})?)?)?")
+FORMS = {b"": (0,), b"/": (0, 1), b"//": (0, 1, 2), b"!": (0, 2)}  # v, v/vt, v/vt/vn, v//vn without digits
+MANY_FORMS = 50  # of face lines, beyond which they are read one by one
+APART = bytes.maketrans(b"/!", b"  ")
+NO_VERTEX, NO_TEXTURE = (
+    "is no vertex: it takes three numbers",
+    "is no texture coordinate: it takes two numbers",
+)
+NO_NORMAL = "is no normal: it takes three numbers"
+NO_FACE = "is no face: it takes three vertex indices or more, from 1 on"
+
+
+@dataclass(frozen=True, eq=False)
+class ObjText:
+    """The file itself.
+
+    Attributes
+    ----------
+    lines : list of bytes
+    faces : (#F,) int64
+        The line of each face, from 0.
+    """
+
+    lines: list[bytes]
+    faces: IntArray
 
 
 def parse_obj(data: bytes, name: str) -> Parsed:
     """The mesh in the bytes of an OBJ file; warns of lines that are not OBJ statements."""
-    V: list[float] = []
-    TC: list[float] = []
-    vertices: list[int] = []
-    textures: list[int] = []
-    sizes: list[int] = []
-    at: list[int] = []  # the line of each polygon
-    unknown: list[int] = []
-    lines = data.splitlines()
-    for line, text in enumerate(lines, 1):
-        if b"#" in text:
-            text = text.partition(b"#")[0]
-        words = text.split()
-        if not words:
-            continue
-        key = words[0]
-        if key == b"v":
-            values = numbers(words[1:4], 3)
-            if not values:
-                refuse(line, text, "is no vertex: it takes three numbers")
-            V.extend(values)
-        elif key == b"f":
-            corners, texture = _corners(words[1:], len(V) // 3, len(TC) // 2)
-            if len(corners) < 3:
-                refuse(line, text, "is no face: it takes three vertex indices or more, from 1 on")
-            vertices.extend(corners)
-            textures.extend(texture)
-            sizes.append(len(corners))
-            at.append(line)
-        elif key == b"vt":
-            values = numbers(words[1:3], 2) or [*numbers(words[1:], 1), 0.0]
-            if len(values) < 2:
-                refuse(line, text, "is no texture coordinate: it takes two numbers")
-            TC.extend(values)
-        elif key not in STATEMENTS:
-            unknown.append(line)
-    n = len(V) // 3
-    number = np.array(sizes, dtype=np.int64)
-    F, outside = fan(Column(np.array(vertices), number), n)
-    if len(outside):
-        line = at[outside[0]]
-        refuse(line, lines[line - 1], f"names a vertex outside the {n} of the file")
-    if unknown and len(F):
-        text = lines[unknown[0] - 1].strip()
+    raw = data.splitlines()
+    lines = _plain(data, raw)
+    where = _by_statement(lines)
+    advance("reading", 0.2)
+    at = {key: np.array(where.get(key, ()), dtype=np.int64) for key in (b"v", b"vt", b"vn", b"f")}
+    V, colours = _vertices(lines, at[b"v"])
+    advance("reading", 0.4)
+    TC = _table(lines, at[b"vt"], _two, NO_TEXTURE)[:, :2]
+    if TC.shape[1] == 1:
+        TC = np.column_stack((TC, np.zeros(len(TC))))
+    normals = _table(lines, at[b"vn"], _three, NO_NORMAL)[:, :3]
+    index, sizes = _faces(lines, at)
+    advance("reading", 0.8)
+    n = len(V)
+    polygons = Polygons(index[:, 0], sizes)
+    bad = polygons.outside(n)
+    if len(bad):
+        line = at[b"f"][bad[0]]
+        refuse(int(line) + 1, raw[line], f"names a vertex outside the {n} of the file")
+    unknown = sorted(line for key in where.keys() - STATEMENTS for line in where[key])
+    if unknown and len(sizes):
         warnings.warn(
-            f"lines {some(unknown)} of {name} are no statements of OBJ (the first: {shown(text)}): "
-            "they are skipped",
+            f"lines {some(np.array(unknown) + 1)} of {name} are no statements of OBJ (the first: "
+            f"{shown(raw[unknown[0]])}): they are skipped",
             MeshWarning,
             stacklevel=stack_level(),
         )
-    FTC, _ = fan(Column(np.array(textures), number), len(TC))
-    return Parsed(np.array(V).reshape(-1, 3), F, np.array(TC).reshape(-1, 2), FTC)
+    own_normals = len(normals) and ((index[:, 2] >= 0) & (index[:, 2] < len(normals))).all()
+    extras = Extras(
+        colours=colours,
+        normals=normals if own_normals else None,
+        normal=index[:, 2] if own_normals else None,
+        parts=_named(lines, where, b"o" if b"o" in where else b"g", at[b"f"]),
+        materials=_named(lines, where, b"usemtl", at[b"f"]),
+        source=ObjText(raw, at[b"f"]),
+    )
+    return Parsed(V, polygons, TC, index[:, 1], extras)
 
 
-def _corners(words: list[bytes], n: int, m: int) -> tuple[list[int], list[int]]:
-    """Vertex and texture indices, from 0, of corners `v`, `v/vt`, `v//vn`, `v/vt/vn`; empty if one is wrong.
+def _plain(data: bytes, lines: list[bytes]) -> list[bytes]:
+    """The lines without comments, their words one space apart."""
+    if b"#" in data:
+        lines = [text.partition(b"#")[0] if b"#" in text else text for text in lines]
+    if b"\t" in data or b"  " in data or b" \n" in data or b" \r" in data or b"\n " in data:
+        return [b" ".join(text.split()) for text in lines]
+    return [*map(bytes.strip, lines)] if b"#" in data or data[:1] == b" " else lines
 
-    A texture index that is not given is -1, one before the first is -2.
+
+def _by_statement(lines: list[bytes]) -> dict[bytes, list[int]]:
+    """The lines of each keyword, from 0."""
+    where: dict[bytes, list[int]] = {}
+    for i, text in enumerate(lines):
+        key = text[:2]
+        key = key[:1] if key in (b"v ", b"f ") else text.partition(b" ")[0]
+        if key in where:
+            where[key].append(i)
+        else:
+            where[key] = [i]
+    where.pop(b"", None)
+    return where
+
+
+def _two(words: list[bytes]) -> list[float]:
+    return numbers(words[:2], 2) or [*numbers(words, 1), 0.0]
+
+
+def _three(words: list[bytes]) -> list[float]:
+    return numbers(words[:3], 3)
+
+
+def _vertices(lines: list[bytes], at: IntArray) -> tuple[FloatArray, FloatArray | None]:
+    """Positions, and the colours that follow them in some files."""
+    table = _table(lines, at, _three, NO_VERTEX)
+    return np.ascontiguousarray(table[:, :3]), table[:, 3:6] if table.shape[1] >= 6 else None
+
+
+def _table(
+    lines: list[bytes], at: IntArray, read: Callable[[list[bytes]], list[float]], what: str
+) -> FloatArray:
+    """All numbers of the lines, if they are equally many; else what `read` makes of their words."""
+    least = 1 if read is _two else 3
+    if not len(at):
+        return np.empty((0, 3))
+    try:
+        table = np.loadtxt([lines[i].partition(b" ")[2] for i in at.tolist()], ndmin=2, comments=None)
+    except ValueError:
+        table = np.empty((0, 0))
+    if len(table) == len(at) and table.shape[1] >= least:
+        return table
+    rows = []
+    for i in at.tolist():
+        values = read(lines[i].split()[1:])
+        if len(values) < (2 if read is _two else 3):
+            refuse(i + 1, lines[i], what)
+        rows.append(values)
+    return np.array(rows)
+
+
+def _faces(lines: list[bytes], at: dict[bytes, IntArray]) -> tuple[IntArray, IntArray]:
+    """Vertex, texture and normal indices from 0 at the corners, (#C, 3), and the sizes of the faces.
+
+    An index that is not given is -1; a texture or normal before the first is -2.
     """
-    plain = indices(words, len(words))
-    if plain and min(plain) > 0:
-        return [i - 1 for i in plain], [-1] * len(plain)
-    vertices, textures = [], []
-    for word in words:
-        match = CORNER.fullmatch(word)
-        if match is None:
-            return [], []
-        i, t = int(match[1]), int(match[2] or 0)
-        # negative ones count back from the last one so far
-        vertices.append(i - 1 if i > 0 else n + i)
-        textures.append(t - 1 if t >= 0 else m + t if m + t >= 0 else -2)
-    return vertices, textures
+    texts = [lines[i][2:] for i in at[b"f"].tolist()]
+    index, sizes = _at_once(texts) or _one_by_one(texts, lines, at[b"f"])
+    line = np.repeat(at[b"f"], sizes)
+    for column, key in enumerate((b"v", b"vt", b"vn")):
+        values = index[:, column]
+        back = np.flatnonzero(values < 0)
+        values -= values >= 0
+        if len(back):  # counted back from the last one so far; -1 is what is not given
+            so_far = np.searchsorted(at[key], line[back])
+            values[back] = np.where(so_far + values[back] < 0, -2, so_far + values[back])
+    return index, sizes
 
 
-def save_obj(path: str, V: FloatArray, F: IntArray, TC: FloatArray, FTC: IntArray) -> None:
-    """Write triangles; rows of `TC` that are not finite are left out."""
-    mapped = np.asarray(np.isfinite(TC).all(axis=1))
-    corners = np.stack((F + 1, np.cumsum(mapped)[FTC]), axis=-1).reshape(-1, 6)
-    save_polygons(path, V, TC[mapped], corners.tolist())
+def _at_once(texts: list[bytes]) -> tuple[IntArray, IntArray] | None:
+    """The faces, if there are only a few forms of lines; None if one of them is damaged."""
+    if any(b"//" in text for text in texts):
+        texts = [text.replace(b"//", b"!") for text in texts]
+    forms = [text.translate(None, b"0123456789-") for text in texts]
+    different = {form: i for i, form in enumerate(dict.fromkeys(forms))}
+    if len(different) > MANY_FORMS:
+        return None
+    of = np.array([different[form] for form in forms], dtype=np.int64)
+    words = [form.split(b" ") for form in different]
+    if any(len(set(row)) > 1 or row[0] not in FORMS or len(row) < 3 for row in words):
+        return None
+    sizes = np.array([len(row) for row in words], dtype=np.int64)[of] if words else of
+    index, starts = np.zeros((int(sizes.sum()), 3), dtype=np.int64), np.cumsum(sizes) - sizes
+    for i, row in enumerate(words):
+        rows, columns = np.flatnonzero(of == i), FORMS[row[0]]
+        own = texts if len(words) == 1 else [texts[k] for k in rows.tolist()]
+        if len(columns) > 1:
+            own = [text.translate(APART) for text in own]
+        try:
+            table = np.loadtxt(own, dtype=np.int64, ndmin=2, comments=None)
+        except (ValueError, OverflowError):
+            return None
+        if table.shape != (len(rows), len(row) * len(columns)) or (table == 0).any():
+            return None
+        corners = (starts[rows, None] + np.arange(len(row))).ravel()
+        index[corners[:, None], columns] = table.reshape(-1, len(columns))
+    return index, sizes
 
 
-def save_polygons(path: str, V: FloatArray, TC: FloatArray, corners: Iterable[Sequence[int]]) -> None:
-    """Write polygons: of each v, vt, v, vt, ... from 1 on."""
-    with open(path, "w", encoding="ascii") as file:  # igl.writeOBJ says nothing of a full disk
-        file.write("# igl_linabf\n")
-        for keyword, rows in (("v", V), ("vt", TC)):
-            file.writelines(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())
-        file.writelines(f"f{' {}/{}' * (len(row) // 2)}\n".format(*row) for row in corners)
+def _one_by_one(texts: list[bytes], lines: list[bytes], at: IntArray) -> tuple[IntArray, IntArray]:
+    index: list[tuple[int, int, int]] = []
+    sizes = []
+    for text, line in zip(texts, at.tolist(), strict=True):
+        matches = [CORNER.fullmatch(word) for word in text.split()]
+        if len(matches) < 3 or None in matches:
+            refuse(line + 1, lines[line], NO_FACE)
+        index += [(int(m[1]), int(m[2] or 0), int(m[3] or 0)) for m in matches if m is not None]
+        sizes.append(len(matches))
+    return np.array(index, dtype=np.int64).reshape(-1, 3), np.array(sizes, dtype=np.int64)
+
+
+def _named(
+    lines: list[bytes], where: dict[bytes, list[int]], key: bytes, faces: IntArray
+) -> tuple[tuple[str, ...], IntArray] | None:
+    """Names that statements before the faces give them, and the name's number of each face; -1: none."""
+    at = where.get(key)
+    if at is None:
+        return None
+    given = [lines[i].partition(b" ")[2].decode("utf-8", "replace") for i in at]
+    names = {name: i for i, name in enumerate(dict.fromkeys(given))}
+    number = np.array([-1, *(names[name] for name in given)], dtype=np.int64)
+    return tuple(names), number[np.searchsorted(at, faces)]

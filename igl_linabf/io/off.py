@@ -6,7 +6,7 @@ import re
 
 import numpy as np
 
-from .parsing import Damaged, Parsed, Property, columns_of, fan, indices, refuse, rows_of, untextured
+from .parsing import Damaged, Parsed, Property, columns_of, indices, polygons_of, refuse, rows_of, untextured
 
 VERTEX = tuple(Property(axis, "f8") for axis in "xyz")
 FACE = (Property("corners", "i4", "i4"),)
@@ -33,7 +33,7 @@ def parse_off(data: bytes) -> Parsed:
     polygons = columns_of(rows, at, FACE, NO_FACE)["corners"]
     for i in np.flatnonzero(np.asarray(polygons.sizes) < 3)[:1]:
         refuse(at[i], rows[i], NO_FACE)
-    F, outside = fan(polygons, n)
-    for i in outside[:1]:
+    faces = polygons_of(polygons)
+    for i in faces.outside(n)[:1]:
         refuse(at[i], rows[i], f"names a vertex outside 0..{n - 1}")
-    return untextured(np.column_stack([points[axis].values for axis in "xyz"]), F)
+    return untextured(np.column_stack([points[axis].values for axis in "xyz"]), faces)

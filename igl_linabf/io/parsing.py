@@ -1,4 +1,4 @@
-"""Shared by the readers: parse numbers and tables, split polygons, report damage with its line."""
+"""Shared by the readers: parse numbers and tables, report damage with its line."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
+from ..surface import Polygons
 
 INDEX_DIGITS = 18  # at most, which 64 bits hold
 
@@ -18,24 +19,63 @@ class Damaged(Exception):  # noqa: N818  # it is caught where the file's name is
     """The file does not follow its format; the text says where."""
 
 
+Named = tuple[tuple[str, ...], IntArray]  # names, and for each face the number of its name, or -1
+
+
+@dataclass(frozen=True, eq=False)
+class Extras:
+    """What a file has beside the mesh and its texture coordinates; None for what it has not.
+
+    Attributes
+    ----------
+    colours : (#V, 3 or 4) float64
+        From 0 to 1.
+    normals, normal : (#N, 3) float64, (#C,) int64
+        Normals, and their rows at the corners.
+    parts, materials : names and (#F,) int64
+        Objects or groups; materials.
+    source : object
+        What only the format's own writer understands.
+    """
+
+    colours: FloatArray | None = None
+    normals: FloatArray | None = None
+    normal: IntArray | None = None
+    parts: Named | None = None
+    materials: Named | None = None
+    source: Any = None
+
+
+NOTHING = Extras()
+
+
 class Parsed(NamedTuple):
-    """The mesh of a file, polygons split into fans of triangles.
+    """The mesh of a file.
 
     Attributes
     ----------
     V : (#V, 3) float64
-    F : (#F, 3) int64
+    polygons : Polygons
         Indices within the range of `V`.
     TC : (#TC, 2) float64
-        Texture coordinates of an OBJ file; no rows for the other formats.
-    FTC : (#F, 3) int64
+        Texture coordinates; no rows if the file has none, or the format is not read for them.
+    texture : (#C,) int64
         Indices of the texture coordinates at the corners, unchecked; -1 if the file has none there.
+    extras : Extras
     """
 
     V: FloatArray
-    F: IntArray
+    polygons: Polygons
     TC: FloatArray
-    FTC: IntArray
+    texture: IntArray
+    extras: Extras = NOTHING
+
+    def triangles(self) -> tuple[IntArray, IntArray]:
+        """`F` and `FTC` of the triangles, (#T, 3)."""
+        if (self.polygons.sizes == 3).all():
+            return self.polygons.corners.reshape(-1, 3), self.texture.reshape(-1, 3)
+        split = self.polygons.split(self.V)
+        return split.F, self.texture[split.place]
 
 
 class Property(NamedTuple):
@@ -69,9 +109,9 @@ class Column:
 Columns = dict[str, Column]
 
 
-def untextured(V: FloatArray, F: IntArray) -> Parsed:
+def untextured(V: FloatArray, polygons: Polygons, extras: Extras = NOTHING) -> Parsed:
     """A mesh without texture coordinates."""
-    return Parsed(V, F, np.empty((0, 2)), np.full(F.shape, -1))
+    return Parsed(V, polygons, np.empty((0, 2)), np.full(len(polygons.corners), -1), extras)
 
 
 def refuse(line: int, text: bytes, what: str) -> NoReturn:
@@ -173,11 +213,6 @@ def _row_by_row(rows: list[bytes], at: list[int], properties: Sequence[Property]
     }
 
 
-def fan(polygons: Column, n: int) -> tuple[IntArray, IntArray]:
-    """Triangles (#F, 3) as igl splits polygons, and the polygons with vertex indices outside 0 .. n - 1."""
-    corners, sizes = polygons.values.astype(np.int64), np.asarray(polygons.sizes, dtype=np.int64)
-    of = np.repeat(np.arange(len(sizes)), sizes - 2)
-    start = (np.cumsum(sizes) - sizes)[of]
-    step = np.arange(len(of)) - (np.cumsum(sizes - 2) - (sizes - 2))[of]
-    F = corners[np.column_stack((start, start + step + 1, start + step + 2))]
-    return F, np.unique(of[((F < 0) | (n <= F)).any(axis=1)])
+def polygons_of(column: Column) -> Polygons:
+    """Faces, which have at least three corners."""
+    return Polygons(column.values.astype(np.int64), np.asarray(column.sizes, dtype=np.int64))

@@ -1,4 +1,4 @@
-"""Read PLY in text and binary, with any elements and properties; write it in binary."""
+"""Read PLY in text and binary, with any elements and properties."""
 
 from __future__ import annotations
 
@@ -9,10 +9,21 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .._types import FloatArray, IntArray
 from ..errors import some
-from .one_index import single, split_at_seams
-from .parsing import Column, Columns, Damaged, Parsed, Property, columns_of, fan, refuse, rows_of, untextured
+from ..surface import Polygons
+from .parsing import (
+    Column,
+    Columns,
+    Damaged,
+    Extras,
+    Parsed,
+    Property,
+    columns_of,
+    polygons_of,
+    refuse,
+    rows_of,
+    untextured,
+)
 
 TYPES = {
     **dict.fromkeys(("char", "int8"), "i1"),
@@ -37,6 +48,14 @@ class Element(NamedTuple):
     properties: list[Property]
 
 
+class PlyTables(NamedTuple):
+    """The file itself."""
+
+    elements: list[Element]
+    tables: dict[str, Columns]
+    comments: list[str]
+
+
 def parse_ply(data: bytes) -> Parsed:
     """The mesh in the bytes of a PLY file.
 
@@ -45,7 +64,7 @@ def parse_ply(data: bytes) -> Parsed:
     Damaged
         The text names the line of a text file, or the element of a binary one.
     """
-    order, elements, start, line = _header(data)
+    order, elements, comments, start, line = _header(data)
     tables = _binary(data, start, elements, order) if order else _text(data[start:], elements, line)
     if "vertex" not in tables or "face" not in tables:
         raise Damaged("its head has no element vertex, or no element face")
@@ -59,15 +78,36 @@ def parse_ply(data: bytes) -> Parsed:
     small = np.flatnonzero(polygons.sizes < 3)
     if len(small):
         raise Damaged(f"faces {some(small)} have less than three vertices")
-    F, outside = fan(polygons, len(V))
+    faces = polygons_of(polygons)
+    outside = faces.outside(len(V))
     if len(outside):
         raise Damaged(f"faces {some(outside)} name vertices outside 0..{len(V) - 1}")
-    return untextured(V, F)
+    return untextured(V, faces, _extras(vertex, faces, PlyTables(elements, tables, comments)))
 
 
-def _header(data: bytes) -> tuple[str, list[Element], int, int]:
+def _extras(vertex: Columns, faces: Polygons, source: PlyTables) -> Extras:
+    """Colours and normals at vertices, in the names that most programs give them."""
+
+    def known(*names: str) -> list[NDArray[Any]]:
+        columns = [vertex[name] for name in names if name in vertex and vertex[name].sizes is None]
+        return [of.values for of in columns] if len(columns) == len(names) else []
+
+    colour = known("red", "green", "blue", "alpha") or known("red", "green", "blue")
+    normal = known("nx", "ny", "nz")
+    types = {of.name: of.type for element in source.elements[:1] for of in element.properties}
+    whole = types.get("red", "f")[0] != "f"
+    largest = np.iinfo(types["red"]).max if colour and whole else 1
+    return Extras(
+        colours=np.column_stack(colour) / largest if colour else None,
+        normals=np.column_stack(normal).astype(np.float64) if normal else None,
+        normal=faces.corners if normal else None,
+        source=source,
+    )
+
+
+def _header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
     """Byte order ("" for text), the elements, and the byte and line where the header ends."""
-    order, elements, start = None, list[Element](), 0
+    order, elements, comments, start = None, list[Element](), list[str](), 0
     for line in itertools.count(1):
         end = data.find(b"\n", start)
         text = data[start : end if end >= 0 else start + 200]
@@ -88,7 +128,9 @@ def _header(data: bytes) -> tuple[str, list[Element], int, int]:
                 elements[-1].properties.append(Property(name, TYPES[kind], TYPES[length]))
             case ["end_header"]:
                 break
-            case [] | ["comment" | "obj_info", *_]:
+            case ["comment" | "obj_info", *_]:
+                comments.append(" ".join(words))
+            case []:
                 pass
             case _ if line > 1:
                 refuse(line, text, "is not understood")
@@ -100,7 +142,7 @@ def _header(data: bytes) -> tuple[str, list[Element], int, int]:
             raise Damaged(f"its element {element.name} has no properties, or two of one name")
     if len({element.name for element in elements}) < len(elements):
         raise Damaged("it has two elements of one name")
-    return order, elements, start, line
+    return order, elements, comments, start, line
 
 
 def _text(data: bytes, elements: list[Element], before: int) -> dict[str, Columns]:
@@ -181,28 +223,3 @@ def _sizes(data: bytes, start: int, element: Element, order: str, i: int) -> tup
     if start > len(data):
         raise Damaged(f"it ends in row {i} of the {element.rows} of the element {element.name}")
     return tuple(sizes)
-
-
-def save_ply(path: str, V: FloatArray, F: IntArray, TC: FloatArray, FTC: IntArray) -> None:
-    """Write triangles with texture coordinates s and t at the vertices."""
-    positions, map_, faces = split_at_seams(V, F, TC, FTC)
-    # MeshLab passes over s and t that are doubles
-    points = np.empty(len(positions), dtype=[("xyz", "<f8", 3), ("st", "<f4", 2)])
-    points["xyz"], points["st"] = positions, single(map_, "TC")
-    rows = np.empty(len(faces), dtype=[("count", "u1"), ("corner", "<i4", 3)])
-    rows["count"], rows["corner"] = 3, faces
-    header = [
-        "ply",
-        "format binary_little_endian 1.0",
-        "comment igl_linabf",
-        f"element vertex {len(points)}",
-        *(f"property double {name}" for name in "xyz"),
-        *(f"property float {name}" for name in "st"),
-        f"element face {len(rows)}",
-        "property list uchar int vertex_indices",
-        "end_header\n",
-    ]
-    with open(path, "wb") as file:
-        file.write("\n".join(header).encode())
-        file.write(points.tobytes())
-        file.write(rows.tobytes())

@@ -6,6 +6,7 @@ import numpy as np
 
 from .._types import FloatArray
 from ..errors import some
+from ..surface import Polygons
 from .parsing import Damaged, Parsed, numbers, refuse, untextured
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])
@@ -28,7 +29,7 @@ def parse_stl(data: bytes) -> Parsed:
     bad = np.flatnonzero(~np.isfinite(V).all(axis=1))
     if len(bad):
         raise Damaged(f"triangles {some(np.unique(bad // 3))} have coordinates that are NaN or infinite")
-    return untextured(V, np.arange(len(V)).reshape(-1, 3))
+    return untextured(V, Polygons.of_triangles(np.arange(len(V)).reshape(-1, 3)))
 
 
 def _text(data: bytes) -> FloatArray:

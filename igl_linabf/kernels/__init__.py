@@ -5,10 +5,12 @@ loops, which numba compiles where it is installed (the extra `fast`).
 """
 
 from .choice import fast_by, is_fast, numpy_only
-from .connectivity import undirected
+from .connectivity import connected_labels, undirected
+from .maps import first_moments, second_moments, signed_double_areas, third_moments
 from .systems import (
     at_edges,
     block_product,
+    conformal_weights,
     degrees,
     disparity,
     edge_blocks,
@@ -22,8 +24,11 @@ from .triangles import (
     angle_sums,
     cut_short,
     errors,
+    fan_product,
+    log_sines,
     products,
     projected,
     row_sums,
     sum_by,
 )
+from .vectors import block_axpy, block_dots

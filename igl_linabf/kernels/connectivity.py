@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from .._types import IntArray
 from .choice import with_loops
@@ -69,3 +71,37 @@ def undirected(tail: IntArray, head: IntArray, n: int) -> Joined:
     edge = np.empty_like(order)
     edge[order] = np.cumsum(starts) - 1
     return edge, order[begin], second, count
+
+
+def _connected_labels(edges: IntArray, n: int) -> IntArray:
+    parent = np.arange(n)
+    for e in range(len(edges)):
+        i, j = edges[e, 0], edges[e, 1]
+        while parent[i] != i:
+            parent[i] = parent[parent[i]]
+            i = parent[i]
+        while parent[j] != j:
+            parent[j] = parent[parent[j]]
+            j = parent[j]
+        if i < j:  # the first node of a component is its root
+            parent[j] = i
+        else:
+            parent[i] = j
+    label, count = np.empty(n, dtype=np.int64), 0
+    for i in range(n):
+        if parent[i] == i:
+            label[i] = count
+            count += 1
+        else:
+            label[i] = label[parent[i]]
+    return label
+
+
+@with_loops(_connected_labels)
+def connected_labels(edges: IntArray, n: int) -> IntArray:
+    """The component of each of the nodes 0 .. n - 1 of a graph with these edges, (#E, 2).
+
+    Components are numbered from 0, in the order of their first nodes.
+    """
+    graph = sparse.csr_array((np.ones(len(edges), dtype=np.int8), edges.T), shape=(n, n))
+    return np.asarray(csgraph.connected_components(graph, directed=False)[1], dtype=np.int64)

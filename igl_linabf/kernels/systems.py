@@ -24,6 +24,21 @@ def pair_weights(w: FloatArray, d: FloatArray) -> FloatArray:
     return np.asarray(w[NEXT] * w[PREV] / d)
 
 
+def _conformal_weights(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
+    made = np.empty_like(w)
+    for t in range(w.shape[1]):
+        scale = 2 * np.sqrt(w[0, t] * w[1, t] * w[2, t] / d[t])
+        for k in range(3):
+            made[k, t] = cot[k, t] * scale
+    return made
+
+
+@with_loops(_conformal_weights)
+def conformal_weights(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
+    """Twice what each half-edge gives to the Laplacian sum of s K, (3, #F); s = 2 sqrt(w0 w1 w2 / d)."""
+    return np.asarray(cot * np.asarray(2 * np.sqrt(w.prod(axis=0) / d)))
+
+
 def _own_blocks(corner: IntArray, cot: FloatArray, pair: FloatArray, n: int) -> FloatArray:
     made = np.zeros((3, n))
     for t in range(corner.shape[1]):

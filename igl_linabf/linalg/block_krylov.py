@@ -7,6 +7,7 @@ from collections.abc import Callable
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
+from ..kernels import block_axpy, block_dots
 from ..surface import Parts
 
 Product = Callable[[FloatArray], FloatArray]
@@ -37,26 +38,26 @@ def block_conjugate_gradients(
         Those that each block took.
     converged : (#blocks,) bool
     """
-    x, r, p = np.zeros_like(b), b.copy(), np.zeros_like(b)
+    x, r, p, start = np.zeros_like(b), b.copy(), np.zeros_like(b), blocks.start
     steps = np.zeros(len(blocks), dtype=np.int64)
-    goal = rtol * np.sqrt(blocks.sum(b * b))
+    goal = rtol * np.sqrt(block_dots(start, b, b))
     rho_before = np.ones(len(blocks))
     converged = goal == 0
     for _ in range(most):
-        size = np.sqrt(blocks.sum(r * r))
+        size = np.sqrt(block_dots(start, r, r))
         converged |= size < goal
         going = ~converged & np.isfinite(size)
         if not going.any():
             break
         z = precondition(r)
-        rho = blocks.sum(r * z)
+        rho = block_dots(start, r, z)
         with np.errstate(divide="ignore", invalid="ignore"):
             # a block that is there does not move any more
-            p = z + blocks.spread(np.where(going, rho / rho_before, 0.0)) * p
+            p = block_axpy(start, np.where(going, rho / rho_before, 0.0), p, z)
             q = product(p)
-            length = blocks.spread(np.where(going, rho / blocks.sum(p * q), 0.0))
-        x += length * p
-        r -= length * q
+            length = np.where(going, rho / block_dots(start, p, q), 0.0)
+        x = block_axpy(start, length, p, x)
+        r = block_axpy(start, -length, q, r)
         rho_before = rho
         steps += going
     return x, steps, converged & blocks.min(np.isfinite(x)).astype(bool)

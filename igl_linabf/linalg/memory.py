@@ -12,6 +12,7 @@ from ..errors import MemoryLimitError
 
 PER_FACE = 1000  # bytes at the peak, all arrays and the multigrid hierarchy (benchmarks/memory.py)
 FILL = 3.0  # entries of a planar Laplacian's factor over n log2 n at most; 1.8 to 2.2 were measured
+UNASKED = 2**20  # bytes up to which it is not asked whether they are free
 OVERHEAD = 1.5  # of CHOLMOD's factor: supernodes' zeros, indices, work space
 
 
@@ -38,7 +39,7 @@ def factor_bytes(n: int, itemsize: int) -> int:
 
 def fits(wanted: int) -> bool:
     """Whether so many bytes are free."""
-    free = available()
+    free = None if wanted <= UNASKED else available()
     return free is None or wanted <= free
 
 

@@ -56,14 +56,15 @@ class Scene:
 
 def scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | None = None) -> Scene:
     """The scene of a surface and its map or atlas; by default with the seams of the atlas."""
-    points, faces = vertex_array(V), face_array(F)
+    split = uv.split if isinstance(uv, Atlas) else None
+    points, faces = vertex_array(V), face_array(F) if split is None else split.F
     if isinstance(uv, Atlas):
-        if len(uv.FTC) != len(faces) or uv.origin.max() >= len(points):
+        if len(uv.triangles) != len(faces) or uv.origin.max() >= len(points):
             raise MeshError(
                 f"the atlas is of {len(uv.FTC)} faces, F has {len(faces)}: pass the unwrapped V and F"
             )
         edges = uv.seams if seams is None else _ends(seams, faces, len(points))
-        lines, points, faces, map_ = points[edges], points[uv.origin], uv.FTC, uv.TC
+        lines, points, faces, map_ = points[edges], points[uv.origin], uv.triangles, uv.TC
     else:
         map_ = vertex_array(uv, 2, "uv")
         lines = points[_ends(() if seams is None else seams, faces, len(points))]

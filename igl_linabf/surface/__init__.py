@@ -28,6 +28,7 @@ from .plane import (
     signed_double_areas,
     span,
 )
+from .polygons import Faces, Polygons, Triangles
 from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface
 from .submesh import Submesh, cut_faces
 from .topology import (

@@ -7,15 +7,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .._types import IntArray
-
-
-def connected_labels(edges: IntArray, n: int) -> IntArray:
-    """The component of each of the nodes 0 .. n - 1 of a graph with these edges, (#E, 2).
-
-    Components are numbered from 0, in the order of their first nodes.
-    """
-    graph = sparse.csr_array((np.ones(len(edges), dtype=np.int8), edges.T), shape=(n, n))
-    return np.asarray(csgraph.connected_components(graph, directed=False)[1], dtype=np.int64)
+from ..kernels import connected_labels, is_fast
 
 
 def vertex_components(F: IntArray, n: int) -> IntArray:
@@ -34,6 +26,9 @@ def in_one_piece(sides: IntArray, n_faces: int) -> bool:
 
     Checked for every disk before it is flattened.
     """
+    if is_fast():
+        inside = sides[:, sides[1] >= 0] % n_faces
+        return not connected_labels(inside.T, n_faces).any()
     neighbour = np.arange(3 * n_faces) % n_faces  # a half-edge on the boundary leads back to its own face
     first, second = sides
     inside = second >= 0

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from .._types import Array, ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
+from ..kernels import first_moments, second_moments, signed_double_areas, third_moments
 from .arrays import Pins
 from .mesh import Mesh
 from .parts import Parts
@@ -39,12 +38,6 @@ def of_size_one(uv: FloatArray) -> FloatArray:
     """
     largest = float(np.abs(uv).max())
     return np.ldexp(uv, -int(np.frexp(largest)[1]))
-
-
-def signed_double_areas(z: ComplexArray, corner: IntArray) -> FloatArray:
-    """Twice the signed area of each face of a flat map (#V,); positive where it is not flipped."""
-    a, b, c = z[corner]
-    return np.asarray(((b - a).conj() * (c - a)).imag)
 
 
 def flat_angles(z: ComplexArray, corner: IntArray) -> FloatArray:
@@ -84,45 +77,24 @@ def centred(topology: Topology, z: ComplexArray, area: float) -> ComplexArray:
     map, of which rounding would choose the axes or a direction, is turned by a rule that does not
     depend on rounding.
     """
-    double = np.abs(signed_double_areas(z, topology.corner))
-    return _centred(topology.corner, z, double, np.asarray(area), np.sum, _itself, _itself)
+    corner = topology.corner
+    double = np.abs(signed_double_areas(z, corner))
+    return centred_each(
+        corner, z, double, np.array([area]), Parts.of_sizes([len(z)]), Parts.of_sizes([len(double)])
+    )
 
 
 def centred_each(
     corner: IntArray, z: ComplexArray, double: FloatArray, area: FloatArray, vertices: Parts, faces: Parts
 ) -> ComplexArray:
     """`centred` of maps side by side, each scaled to its own area; `double` is twice their faces' areas."""
-    return _centred(corner, z, double, area, faces.sum, faces.spread, vertices.spread)
-
-
-def _itself(values: Array) -> Array:
-    return values
-
-
-def _centred(
-    corner: IntArray,
-    z: ComplexArray,
-    double: FloatArray,
-    area: Array,
-    add: Callable[[Array], Array],
-    at_faces: Callable[[Array], Array],
-    at_vertices: Callable[[Array], Array],
-) -> ComplexArray:
-    total = add(double)
-    corners = z[corner]
-    centroid = add(double * corners.mean(axis=0)) / total
-    a, b, c = corners - at_faces(centroid)
-    centre = (a + b + c) / 3
-    second = add(double * (a**2 + b**2 + c**2 + (a + b + c) ** 2))
-    size = add(double * (_squared(a) + _squared(b) + _squared(c)))
+    start = faces.start
+    total = faces.sum(double) if len(faces) > 1 else double.sum(keepdims=True)
+    centroid = first_moments(z, corner, double, start) / total
+    second, size = second_moments(z, corner, double, start, centroid)
     turn = np.exp(-0.5j * np.angle(np.where(np.abs(second) > SYMMETRIC * size, second, 1)))
-    third = add(double * (centre * at_faces(turn)).real ** 3)
+    third = third_moments(z, corner, double, start, centroid, turn)
     odd = np.abs(third) > SYMMETRIC * total * (size / total) ** 1.5
     turn = np.where(np.where(odd, third, (turn * BESIDE_AXES).real) < 0, -turn, turn)
-    return np.asarray(
-        (z - at_vertices(centroid)) * at_vertices(turn) * at_vertices(np.sqrt(2 * area / total))
-    )
-
-
-def _squared(z: ComplexArray) -> FloatArray:
-    return np.asarray(z.real**2 + z.imag**2)
+    at = vertices.spread
+    return np.asarray((z - at(centroid)) * at(turn) * at(np.sqrt(2 * area / total)))

@@ -14,8 +14,8 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError
 from .areas import measure
 from .arrays import check_finite, compact, face_array, scatter, sides_along, vertex_array
-from .components import face_components
-from .topology import Topology, check_fans, topology_of
+from .components import connected_labels, face_components
+from .topology import NEXT, Topology, check_fans, topology_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,6 +33,8 @@ class Submesh:
         The caller's index of each vertex; the two copies of a vertex on a cut have the same.
     n_given : int
         Number of the caller's vertices.
+    inner : (#F, 3) bool, optional
+        Sides, from corner k to k + 1, that are diagonals of polygons: no seam runs along them.
     """
 
     V: FloatArray
@@ -40,6 +42,7 @@ class Submesh:
     faces: IntArray
     vertices: IntArray
     n_given: int
+    inner: BoolArray | None = None
 
     @classmethod
     def checked(cls, V: ArrayLike, F: ArrayLike, columns: int = 3, name: str = "V") -> Submesh:
@@ -93,6 +96,18 @@ class Submesh:
         """Areas and scalar products, on first use; raises as `measure`."""
         return measure(self.V, np.ascontiguousarray(self.F.T), self.vertices)
 
+    @cached_property
+    def cells(self) -> tuple[IntArray, IntArray]:
+        """The polygon of each triangle, from 0 on, and the edges with two faces that seams may take."""
+        first, second = self.topology.sides
+        inside = np.flatnonzero(second >= 0)
+        if self.inner is None:
+            return np.arange(len(self.F)), inside
+        inner = self.inner[:, NEXT].T.ravel()  # half-edge (k, t) is the side k + 1 of t
+        joined = inner[first[inside]] & inner[second[inside]]
+        pairs = self.topology.sides[:, inside[joined]].T % len(self.F)
+        return connected_labels(pairs, len(self.F)), inside[~joined]
+
     @property
     def named_faces(self) -> IntArray:
         """`F` with the caller's vertex indices."""
@@ -101,7 +116,9 @@ class Submesh:
     def of_faces(self, rows: IntArray) -> Submesh:
         """The part made of these rows of `F`, which are ascending."""
         used, F = compact(self.F[rows], len(self.V))
-        return Submesh(self.V[used], F, self.faces[rows], self.vertices[used], self.n_given)
+        return Submesh(
+            self.V[used], F, self.faces[rows], self.vertices[used], self.n_given, self._inner(rows)
+        )
 
     def components(self) -> list[Submesh]:
         """The components, in the order of their first vertices."""
@@ -118,18 +135,26 @@ class Submesh:
         own = np.empty(len(self.V), dtype=np.int64)
         own[used] = np.arange(len(used)) - start[of_vertex[used]]
         V, F, faces, vertices = self.V[used], own[self.F[rows]], self.faces[rows], self.vertices[used]
+        inner = self._inner(rows)
         at = [
             (slice(*f), slice(*v))
             for f, v in zip(pairwise(first.tolist()), pairwise(start.tolist()), strict=True)
         ]
-        return [Submesh(V[v], F[f], faces[f], vertices[v], self.n_given) for f, v in at]
+        return [
+            Submesh(V[v], F[f], faces[f], vertices[v], self.n_given, None if inner is None else inner[f])
+            for f, v in at
+        ]
 
     def cut(self, seams: BoolArray) -> list[Submesh]:
         """The components after a cut along the marked sides k to k + 1 of the faces, (#F, 3)."""
         if not seams.any():
             return self.components()
         F, origin = cut_faces(self.F, len(self.V), seams)
-        return Submesh(self.V[origin], F, self.faces, self.vertices[origin], self.n_given).components()
+        made = Submesh(self.V[origin], F, self.faces, self.vertices[origin], self.n_given, self.inner)
+        return made.components()
+
+    def _inner(self, rows: IntArray) -> BoolArray | None:
+        return None if self.inner is None else self.inner[rows]
 
     def cut_along(self, edges: IntArray) -> list[Submesh]:
         """The components after a cut along edges, (#E, 2) of the caller's vertices."""

@@ -1,0 +1,141 @@
+"""The conformal scale of a surface with cones: where the next cone helps most, and which angles they have."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from .._types import FloatArray, IntArray
+from .cut_graph import ClosedSurface
+
+MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
+QUARTER = np.pi / 2
+SAMPLES = 4000  # nodes from which the stretch of rounded curvatures is told
+MAX_EXCHANGES = 500  # of quarter turns between cones
+WORTH = 0.999  # share of the squared stretch down to which an exchange has to bring it
+UNBOUND = 1 << 40
+
+
+@dataclass(frozen=True, eq=False)
+class ConeScale:
+    """The logarithm u of the conformal scale that flattens a surface everywhere but at its cones.
+
+    u is zero at the cones and at the boundary. With the curvature K, the cotangent Laplacian L, the
+    cones' curvatures k and Green's functions g_i, which are zero at the ground,
+
+        L u = -K + sum_i k_i e_i,    u = u_0 + sum_i k_i g_i,    u = 0 at the cones.
+
+    So one factor serves for any number of cones. The ground is the boundary; on a closed surface it is
+    the first cone, whose curvature is what Gauss-Bonnet leaves for it.
+
+    Attributes
+    ----------
+    piece : ClosedSurface
+    solve : callable
+        L^-1 with zero at the ground.
+    first : int
+        The node that is the ground; -1 where the boundary is.
+    bare : (n,) float64
+        u_0, with no cone but the ground.
+    others : (#C,) int64
+        The cones, without the ground.
+    green : (#C, n) float64
+        Their Green's functions.
+    """
+
+    piece: ClosedSurface
+    solve: Callable[[FloatArray], FloatArray]
+    first: int
+    bare: FloatArray
+    others: IntArray
+    green: FloatArray
+
+    @classmethod
+    def of(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
+        """Without cones; on a closed surface with one, where the scale is farthest from its mean."""
+        if piece.holes:
+            first, ground = -1, np.arange(piece.holes)
+        else:
+            first = _farthest(piece) if first is None else first
+            ground = np.array([first])
+        solve = piece.zero_at_nodes.solver(ground)
+        none = np.zeros(0, dtype=np.int64)
+        return cls(piece, solve, first, solve(-piece.curvature), none, np.zeros((0, piece.n)))
+
+    def with_cone(self, node: int) -> ConeScale:
+        """With one more cone."""
+        unit = np.zeros(self.piece.n)
+        unit[node] = 1.0
+        green = np.concatenate((self.green, self.solve(unit)[None]))
+        return replace(self, others=np.append(self.others, node), green=green)
+
+    @property
+    def nodes(self) -> IntArray:
+        """All cones."""
+        return self.others if self.first < 0 else np.append(self.first, self.others)
+
+    @cached_property
+    def curvature(self) -> FloatArray:
+        """The curvature of each of `nodes` with which the scale is one at all of them, radians."""
+        k = np.linalg.solve(self.green[:, self.others], -self.bare[self.others])
+        return np.asarray(k if self.first < 0 else np.append(self.piece.curvature.sum() - k.sum(), k))
+
+    @cached_property
+    def log_scale(self) -> FloatArray:
+        """u, (n,)."""
+        k = self.curvature if self.first < 0 else self.curvature[1:]
+        return np.clip(self.bare + k @ self.green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
+
+    @property
+    def stretch(self) -> float:
+        """The L2 stretch that is expected of the map."""
+        return expected_stretch(self.piece, self.log_scale)
+
+    def quarters(self, least: IntArray, most: int) -> IntArray:
+        """Curvatures of `nodes` in quarter turns, between `least` and `most`, for little stretch.
+
+        First the nearest multiples. Then quarter turns go from cone to cone as long as the expected stretch
+        falls. What one cone gets the other one gives, so the sum stays what Gauss-Bonnet asks. On a
+        surface with a boundary, which gets and gives freely, the ground stands for it.
+        """
+        exact = self.curvature / QUARTER
+        k = np.clip(np.round(exact).astype(np.int64), least, most)
+        if self.first >= 0:
+            while beyond := int(k.sum()) - round(float(exact.sum())):  # change those that round worst
+                sign = -1 if beyond > 0 else 1
+                able = (k > least) if beyond > 0 else (k < most)
+                k[np.argmax(np.where(able, sign * (exact - k), -np.inf))] += sign
+        upper = np.full(len(least), most)
+        if self.first < 0:  # the ground comes first, and is not bound
+            k, least, upper = np.append(0, k), np.append(-UNBOUND, least), np.append(UNBOUND, upper)
+        sample = np.arange(0, self.piece.n, -(-self.piece.n // SAMPLES))
+        weight = self.piece.area[sample] / self.piece.area[sample].sum()
+        green = np.concatenate((np.zeros((1, len(sample))), self.green[:, sample])) * QUARTER
+        grown, shrunk = np.exp(2 * green), np.exp(-2 * green)
+        for _ in range(MAX_EXCHANGES):
+            u = np.clip(self.bare[sample] + k @ green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
+            # with one quarter more at i and one less at j, u grows by green_i - green_j
+            squared = (grown * (weight * np.exp(2 * u))) @ shrunk.T
+            squared *= (shrunk * (weight * np.exp(-2 * u))) @ grown.T
+            allowed = (k < upper)[:, None] & (k > least)
+            i, j = np.unravel_index(np.argmin(np.where(allowed, squared, np.inf)), squared.shape)
+            if i == j or not squared[i, j] < WORTH * squared[i, i]:
+                break
+            k[i], k[j] = k[i] + 1, k[j] - 1
+        return k if self.first >= 0 else k[1:]
+
+
+def expected_stretch(piece: ClosedSurface, u: FloatArray) -> float:
+    """The L2 stretch of a conformal map with the log scale u."""
+    weight = piece.area / piece.area.sum()
+    return float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u))))
+
+
+def _farthest(piece: ClosedSurface) -> int:
+    """The node where the scale that spreads all curvature evenly is farthest from its mean."""
+    weight = piece.area / piece.area.sum()
+    u = piece.zero_at_nodes.solve(np.array([0]), weight * piece.curvature.sum() - piece.curvature)
+    return int(np.argmax(np.abs(u - weight @ u)))

@@ -1,0 +1,229 @@
+"""Components with cones, as charts: one seam through the cones, and both sides of it equally long."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._runtime import advance, part
+from .._types import FloatArray, IntArray
+from ..errors import MeshError, some
+from ..flattening import Flattening, Method, flatten_with_cones
+from ..measures import overlapping_pairs, quality_of
+from ..surface import Cleaned, Submesh, check_finite, planar_mesh
+from .atlas import Chart
+from .cone_seams import paths_across, seam_through
+from .cones import CONE_TRADE, ConePiece, angles_of, found_on
+from .overlap_seams import MAX_SPLITS, seams_between
+
+GivenCones = Literal["auto"] | ArrayLike
+ConeAngles = Literal["quarter"] | ArrayLike | None
+
+
+NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angles
+
+
+@dataclass(frozen=True, eq=False)
+class Cones:
+    """The cones that are asked for.
+
+    Attributes
+    ----------
+    vertices : (#C,) int64, int or None
+        The surface's vertices; or how many are to be found on each component: None is as many as pay.
+    angles : (#C,) float64, "quarter" or None
+        Their angle sums, radians; in quarter turns; or those of one scale at all cones.
+    """
+
+    vertices: IntArray | int | None
+    angles: FloatArray | Literal["quarter"] | None
+
+    @classmethod
+    def checked(cls, cones: GivenCones, angles: ConeAngles, surface: Submesh, cleaned: Cleaned) -> Cones:
+        """Check what the caller gives; its vertices become those of the repaired surface.
+
+        Raises
+        ------
+        MeshError
+            A cone is no vertex of the surface, or on its boundary, or twice there; or the angles do not fit.
+        """
+        given = np.asarray(cones)
+        quarter = isinstance(angles, str)
+        if quarter and angles != "quarter":
+            raise ValueError(f"cone_angles is {angles!r}: use 'quarter', an angle sum for each cone, or None")
+        if given.ndim == 0:
+            found = isinstance(cones, str) and cones == "auto"
+            if not found and (given.dtype.kind not in "iu" or given < 0):
+                raise MeshError(f"cones is {cones!r}: give 'auto', a number of cones, or their vertices")
+            if angles is not None and not quarter:
+                raise MeshError(
+                    "cone_angles has angles for cones that are yet to be found: give their vertices"
+                )
+            return cls(None if found else int(given), "quarter" if quarter else None)
+        if given.ndim != 1 or (given.dtype.kind not in "iu" and given.size):
+            raise MeshError(
+                f"cones has the shape {given.shape} and the dtype {given.dtype}: give a number of cones, or "
+                "the indices of their vertices"
+            )
+        given = given.astype(np.int64)
+        outside = (given < 0) | (given >= len(cleaned.merged))
+        if outside.any():
+            raise MeshError(f"cones {some(given[outside])} are not within 0..{len(cleaned.merged) - 1}")
+        wanted = None if angles is None or quarter else _sums(angles, len(given))
+        cone, vertex = _where(given, surface, cleaned)
+        if wanted is not None:
+            return cls(vertex, wanted[cone])
+        return cls(vertex, "quarter" if quarter else None)
+
+    def on(self, component: Submesh) -> tuple[ConePiece, IntArray, FloatArray]:
+        """The cones on a component, its own vertices, and their angle sums."""
+        place = ConePiece(component)
+        if self.vertices is None or isinstance(self.vertices, int):
+            own = found_on(place, self.vertices, CONE_TRADE)
+            assert not isinstance(self.angles, np.ndarray)
+            return place, own, angles_of(place, own, self.angles)
+        here = np.flatnonzero(np.isin(self.vertices, component.vertices))
+        own = np.searchsorted(component.vertices, self.vertices[here])
+        wanted = self.angles[here] if isinstance(self.angles, np.ndarray) else self.angles
+        return place, own, angles_of(place, own, wanted)
+
+
+def _sums(angles: ArrayLike, n: int) -> FloatArray:
+    """Angle sums of `n` cones, checked."""
+    array = np.asarray(angles)
+    if array.shape != (n,) or array.dtype.kind not in "iuf":
+        raise MeshError(
+            f"cone_angles has the shape {array.shape} for {n} cones: give a number of radians for each"
+        )
+    sums = array.astype(np.float64)
+    bad = np.flatnonzero(~(np.isfinite(sums) & (sums > 0)))
+    if len(bad):
+        raise MeshError(
+            f"cone_angles {some(bad)} are not positive (the first: {sums[bad[0]]:g}): an angle sum is "
+            "above zero; a cone of curvature k has 2 pi - k"
+        )
+    return sums
+
+
+def _where(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple[IntArray, IntArray]:
+    """For each vertex of the repaired surface that a cone became, which cone it was, and the vertex."""
+    own = cleaned.merged[
+        cleaned.origin
+    ]  # of each of the surface's vertices: the one that the caller may mean
+    order = np.argsort(own, kind="stable")
+    wanted = cleaned.merged[given]
+    first, end = (np.searchsorted(own[order], wanted, side) for side in ("left", "right"))
+    if (first == end).any():
+        raise MeshError(f"cones {some(given[first == end])} belong to no face: give vertices of the surface")
+    cone = np.repeat(np.arange(len(given)), end - first)
+    at = np.concatenate(
+        [order[a:b] for a, b in zip(first.tolist(), end.tolist(), strict=True)] or [order[:0]]
+    )
+    if len(np.unique(at)) < len(at):
+        number = np.bincount(at)
+        raise MeshError(f"cones {some(given[cone[number[at] > 1]])} are the same vertices: give each once")
+    rim = ~surface.topology.interior[at]
+    if rim.any():
+        raise MeshError(
+            f"cones {some(given[cone[rim]])} are on the boundary, whose angles are free: "
+            "give interior vertices"
+        )
+    return cone, surface.vertices[at]
+
+
+@dataclass(frozen=True, eq=False)
+class Coned:
+    """What became of the components of a surface with cones.
+
+    Attributes
+    ----------
+    charts : list of (Chart, Submesh)
+    cones : (#C,) int64
+        The cones, by the surface's names of its vertices.
+    angles : (#C,) float64
+        Their angle sums.
+    """
+
+    charts: list[tuple[Chart, Submesh]]
+    cones: IntArray
+    angles: FloatArray
+
+
+def coned(surface: Submesh, cones: Cones, method: Method, ends: tuple[float, float]) -> Coned:
+    """Cut each component along a seam through its cones, and flatten it.
+
+    `ends` are the fractions of the progress at which cones are placed, and all is flat.
+    """
+    components = surface.components()
+    with part("cones", ends[0]):
+        placed = [cones.on(component) for component in components]
+    charts: list[tuple[Chart, Submesh]] = []
+    reached = 0
+    for component, (place, own, sums) in zip(components, placed, strict=True):
+        reached += len(component.F)
+        with part("charts", ends[0] + (ends[1] - ends[0]) * reached / len(surface.F)):
+            cut, result = _flattened(
+                place, own, sums, cones.angles is not None and isinstance(cones.angles, str), method
+            )
+            charts += _split(cut, result)
+    names = [component.vertices[own] for component, (_, own, _) in zip(components, placed, strict=True)]
+    return Coned(charts, np.concatenate(names), np.concatenate([sums for _, _, sums in placed]))
+
+
+def _flattened(
+    place: ConePiece, own: IntArray, angles: FloatArray, quarter: bool, method: Method
+) -> tuple[Submesh, Flattening]:
+    """The component cut along its seam, and its map."""
+    start, component, piece = perf_counter(), place.component, place.piece
+    seam = seam_through(piece, piece.node[own])
+    (cut,) = component.cut_along(component.vertices[piece.edges[seam]])
+    advance("seams", 0.2)
+    sums = np.where(component.topology.interior, 2 * np.pi, np.nan)
+    sums[own] = angles
+    mesh = replace(planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
+    paths = paths_across(component, piece, seam)
+    checked = perf_counter() - start
+    made = flatten_with_cones(mesh, component.topology, sums, paths, quarter, method)
+    return cut, replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})
+
+
+def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
+    """The map's parts that do not overlap themselves: the map stays as it is, so that seams still match."""
+    check_finite(result.uv, cut.vertices, "uv")
+    done: list[tuple[Chart, Submesh]] = []
+    waiting = [(cut, result, 0)]
+    while waiting:
+        piece, made, splits = waiting.pop()
+        pairs = overlapping_pairs(made.uv, piece.F)
+        if len(pairs) and splits < MAX_SPLITS:
+            parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
+            if len(parts) > 1:
+                waiting += [
+                    (smaller, _of_part(made, piece, smaller), splits + 1) for smaller in reversed(parts)
+                ]
+                continue
+        chart = Chart(piece.faces, made, quality_of(piece, made.uv), splits, len(pairs), 0.0)
+        done.append((chart, piece))
+    return done
+
+
+def _of_part(whole: Flattening, piece: Submesh, smaller: Submesh) -> Flattening:
+    """The map of a piece on a part of it."""
+    rows = np.searchsorted(piece.faces, smaller.faces)
+    vertex = np.empty(len(smaller.V), dtype=np.int64)
+    vertex[smaller.F] = piece.F[rows]
+
+    def local(faces: IntArray) -> IntArray:
+        return np.flatnonzero(np.isin(rows, faces))
+
+    return replace(
+        whole,
+        uv=whole.uv[vertex],
+        angles=whole.angles[rows],
+        flipped=local(whole.flipped),
+        repaired=local(whole.repaired),
+    )

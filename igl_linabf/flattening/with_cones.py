@@ -1,0 +1,135 @@
+"""A surface with cones: its angles are found before it is cut, and laid out on the cut surface."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from .._runtime import stopwatch
+from .._types import FloatArray
+from ..angles import ClosedPath, active_set, constraints_of
+from ..surface import Mesh, Topology
+from .ladder import (
+    ACTIVE_SET_RTOL,
+    MAX_ACTIVE_SET,
+    Candidate,
+    Problem,
+    Stage,
+    Tried,
+    anchored,
+    climb,
+    drawn,
+    feasible,
+    injective_map,
+    iterated,
+    posed,
+    report,
+)
+from .methods import ABF, ABF_TOL, STAGES, LinABF, Method
+from .result import Flattening
+
+SEAM_TOL = (
+    1e-10  # residual at which the two sides of a seam are equally long to far more digits than are seen
+)
+MORE_STEPS = 2  # towards that, where rounding may keep away from it
+TURNING_STEPS = 3  # after which the turning along a path is known to much less than a quarter turn
+
+
+def flatten_with_cones(
+    cut: Mesh,
+    topology: Topology,
+    sums: FloatArray,
+    paths: Sequence[ClosedPath],
+    quarter: bool,
+    method: Method,
+) -> Flattening:
+    """Flatten a surface with prescribed angle sums.
+
+    Parameters
+    ----------
+    cut : Mesh
+        The surface cut to a disk, along a seam through all vertices whose sum is not 2 pi.
+    topology : Topology
+        Of the surface before that; its faces are those of `cut`, in the same order.
+    sums : (#V,) float64
+        Angle sums of its vertices, radians; NaN at the boundary, which is free.
+    paths : sequence of ClosedPath
+        Along which the scale comes back.
+    quarter : bool
+        They also turn by multiples of 90 degrees: the nearest ones to what they turn by otherwise.
+    method : Method
+        Linear ABF or converged ABF.
+
+    Raises
+    ------
+    ValueError
+        Another method.
+    """
+    if not isinstance(method, LinABF | ABF):
+        raise ValueError(f"method is {method.name!r}: cones need one that finds angles, 'linabf' or 'abf'")
+    uncut = replace(topology, n_outer=len(topology.loops))  # no loop is a hole that keeps its turning
+
+    def problem_of(paths: Sequence[ClosedPath]) -> Problem:
+        safeguard = method.safeguard if isinstance(method, LinABF) else True
+        asked = constraints_of(uncut, sums, paths)
+        return posed(cut, None, method.layout, method.threshold, method.solver, safeguard, asked)
+
+    with stopwatch(*STAGES) as seconds:
+        problem = problem_of(paths)
+        if quarter and paths:
+            alpha = active_set(problem.start, ACTIVE_SET_RTOL, SEAM_TOL, TURNING_STEPS).at.alpha
+            problem = problem_of([_in_quarters(path, alpha) for path in paths])
+        return report(problem, method.name, climb(problem, _stages(method)), seconds)
+
+
+def _in_quarters(path: ClosedPath, alpha: FloatArray) -> ClosedPath:
+    """The path with the nearest multiple of 90 degrees to what it turns by at some angles."""
+    turning = path.size * np.pi - alpha.ravel()[path.corner].sum()
+    return replace(path, turning=float(np.round(turning / (np.pi / 2)) * (np.pi / 2)))
+
+
+def _stages(method: LinABF | ABF) -> list[Stage]:
+    if isinstance(method, ABF):
+        stages = [_settled(anchored(method.tol), method.tol), _settled(feasible(method.tol), method.tol)]
+    else:
+        rtol = method.rtol or ACTIVE_SET_RTOL
+        if method.iterations == "auto":
+            stages = [
+                _exact(rtol, method.tol),
+                _settled(anchored(ABF_TOL, method.tol), method.tol),
+                _settled(feasible(ABF_TOL, method.tol), method.tol),
+            ]
+        else:
+            stages = [iterated(rtol, method.tol, method.iterations, note=False)]
+    return [*stages, injective_map] if method.guarantee else stages
+
+
+def _exact(rtol: float, tol: float) -> Stage:
+    """Active-set iterations until both sides of the seam agree."""
+
+    def stage(problem: Problem, tried: Tried) -> Candidate:
+        state = active_set(problem.start, rtol, tol, MAX_ACTIVE_SET)
+        reached = state.at.residual.largest <= tol
+        if reached:
+            state = active_set(state, rtol, SEAM_TOL, MORE_STEPS)
+        note = "" if reached else f"the iterations did not converge within {MAX_ACTIVE_SET} steps"
+        return drawn(problem, "active set", state, converged=reached, note=note)
+
+    return stage
+
+
+def _settled(stage: Stage, tol: float) -> Stage:
+    """A stage, and then active-set steps from where it ends until both sides of the seam agree."""
+
+    def settled(problem: Problem, tried: Tried) -> Candidate | None:
+        made = stage(problem, tried)
+        if made is None or made.layout is None or made.state.at.residual.largest <= SEAM_TOL:
+            return made
+        state = active_set(made.state, ACTIVE_SET_RTOL, SEAM_TOL, MORE_STEPS + 1)
+        converged = made.converged and state.at.residual.largest <= tol
+        exact = drawn(problem, made.stage, state, converged=converged, note=made.note, remark=made.remark)
+        return made if len(exact.flipped) > len(made.flipped) else exact
+
+    return settled

@@ -1,0 +1,112 @@
+"""What a mesh file holds, as a value."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._types import FloatArray, IntArray
+from ..errors import MeshError
+from ..surface import Faces, Polygons, Triangles, vertex_array
+from .corners import check_corners
+from .parsing import NOTHING, Extras
+
+NO_NAMES: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class MeshFile:
+    """A mesh, and what else its file has.
+
+    `unwrap(mesh.V, mesh.F)` makes texture coordinates for it, `write_file` writes all of it again with them.
+
+    Attributes
+    ----------
+    V : (#V, 3) float64
+    polygons : Polygons
+        The faces, corner after corner.
+    TC : (#TC, 2) float64 or None
+        Texture coordinates, v upwards.
+    texture : (#C,) int64 or None
+        Their rows at the corners; -1 where there is none.
+    extras : Extras
+        Normals, colours, names, and what only the format itself can keep.
+    path : Path or None
+        Where it was read from.
+    """
+
+    V: FloatArray
+    polygons: Polygons
+    TC: FloatArray | None = None
+    texture: IntArray | None = None
+    extras: Extras = NOTHING
+    path: Path | None = None
+
+    @property
+    def F(self) -> Faces:  # noqa: N802  # as everywhere
+        """The faces: (#F, k) if all have k corners, else a tuple of arrays, one a face."""
+        return self.polygons.shaped
+
+    @property
+    def FTC(self) -> Faces | None:  # noqa: N802
+        """Rows of `TC` at the corners, in the shape of `F`; None without texture coordinates."""
+        return None if self.texture is None else self.polygons.shape(self.texture)
+
+    @cached_property
+    def split(self) -> Triangles:
+        """The triangles of the faces."""
+        return self.polygons.split(self.V)
+
+    @property
+    def triangles(self) -> IntArray:
+        """The vertices of the triangles that the faces are split into, (#T, 3)."""
+        return self.split.F
+
+    @property
+    def colours(self) -> FloatArray | None:
+        """Colours of the vertices, (#V, 3 or 4), from 0 to 1; None if the file has none."""
+        return self.extras.colours
+
+    @property
+    def parts(self) -> tuple[str, ...]:
+        """The names of the objects, or groups."""
+        return NO_NAMES if self.extras.parts is None else self.extras.parts[0]
+
+    @property
+    def materials(self) -> tuple[str, ...]:
+        """The names of the materials."""
+        return NO_NAMES if self.extras.materials is None else self.extras.materials[0]
+
+    def textured(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
+        """The same with other texture coordinates.
+
+        Parameters
+        ----------
+        TC : (#TC, 2) float
+            Rows that are not finite are left out; no corner may use one.
+        FTC : in the shape of `F`, optional
+            Their rows at the corners; by default `F`.
+
+        Returns
+        -------
+        MeshFile
+
+        Raises
+        ------
+        MeshError
+            The arrays do not fit to the faces.
+        """
+        map_ = vertex_array(TC, 2, "TC")
+        texture = self.polygons if FTC is None else Polygons.of(FTC)
+        if len(texture) != len(self.polygons) or (texture.sizes != self.polygons.sizes).any():
+            raise MeshError(
+                f"FTC has {len(texture)} rows for {len(self.polygons)} faces, or others: pass F's shape"
+            )
+        check_corners(map_, texture, "F, taken for FTC," if FTC is None else "FTC", "TC")
+        used = np.isfinite(map_).all(axis=1)
+        number = np.cumsum(used) - 1
+        return replace(self, TC=map_[used], texture=number[texture.corners])

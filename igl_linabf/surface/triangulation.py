@@ -1,0 +1,170 @@
+"""Polygons in space as triangles over their own corners.
+
+Ear clippers of other packages drop corners that lie on a straight line; here each corner keeps a triangle,
+so that neighbours stay joined there. If all triangles turn the same way as their simple polygon, they cover
+it exactly once: their signed areas sum to its area, and each point is covered as often as the boundary winds
+around it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._types import BoolArray, FloatArray, IntArray
+
+SEARCHED = 200  # corners up to which the best of all triangulations is searched, in k^3 steps
+CHUNK = 4_000_000  # numbers in an array of that search
+FLAT = 1e-12  # of the largest squared distance: an area that is none
+TAKEN, THIN, TURNED = 1e8, 1e6, 1e11  # costs: a diagonal that is an edge already, no area, turned over
+
+
+def triangulated(points: FloatArray, taken: BoolArray | None = None) -> IntArray:
+    """Triangles of polygons with equally many corners.
+
+    Parameters
+    ----------
+    points : (P, k, 3) float64
+    taken : (P, k, k) bool, optional
+        Pairs of corners that had better not be joined.
+
+    Returns
+    -------
+    triangles : (P, k - 2, 3) int64
+        Corners 0 .. k - 1, in the polygon's orientation.
+    """
+    n, k, _ = points.shape
+    if k == 3:
+        return np.tile(np.arange(3), (n, 1, 1))
+    if taken is None:
+        made, bad = _fans(points)
+        if len(bad):
+            made[bad] = _found(points[bad], None)
+        return made
+    return _found(points, taken)
+
+
+def _found(points: FloatArray, taken: BoolArray | None) -> IntArray:
+    n, k, _ = points.shape
+    if k > SEARCHED:
+        return np.stack([_clipped(polygon) for polygon in points])
+    step = max(1, CHUNK // k**2)
+    parts = [
+        _searched(points[i : i + step], None if taken is None else taken[i : i + step])
+        for i in range(0, n, step)
+    ]
+    return np.concatenate(parts)
+
+
+def _fans(points: FloatArray) -> tuple[IntArray, IntArray]:
+    """Fans around the first corners, as igl splits polygons, and the polygons that they turn or squash."""
+    k = points.shape[1]
+    step = np.arange(1, k - 1)
+    fan = np.column_stack((np.zeros(k - 2, dtype=np.int64), step, step + 1))
+    with np.errstate(all="ignore"):  # of coordinates that are not finite
+        arm = points[:, 1:] - points[:, :1]
+        cross = np.cross(arm[:, :-1], arm[:, 1:])
+        normal = cross.sum(axis=1)  # Newell's
+        area = np.einsum("ptx,px->pt", cross, normal)
+        flat = FLAT * (arm**2).sum(axis=2).max(axis=1) * np.linalg.norm(normal, axis=1)
+        bad = ~(area > flat[:, None]).all(axis=1)
+    return np.tile(fan, (len(points), 1, 1)), np.flatnonzero(bad)
+
+
+def _searched(points: FloatArray, taken: BoolArray | None) -> IntArray:
+    """The triangulation of least cost, by the least cost of each run of corners i .. j."""
+    n, k, _ = points.shape
+    points, normal = _sized(points)
+    length = ((points[:, :, None] - points[:, None]) ** 2).sum(axis=-1)
+    turn = np.cross(points[:, :, None], points[:, None])
+    area = np.einsum("pijx,px->pij", turn, normal)  # that of 0, i, j; it is antisymmetric
+    flat = FLAT * length.max(axis=(1, 2))[:, None, None]
+    best, middle = np.zeros((n, k, k)), np.zeros((n, k, k), dtype=np.int64)
+    if taken is not None:
+        best += TAKEN * taken
+        step = np.arange(k)
+        best[:, step[:-1], step[1:]] = best[:, 0, -1] = 0.0  # the sides
+    for gap in range(2, k):
+        i = np.arange(k - gap)[:, None]
+        j, m = i + gap, i + np.arange(1, gap)
+        double = area[:, i, m] + area[:, m, j] + area[:, j, i]
+        sides = length[:, i, m] + length[:, m, j] + length[:, i, j]
+        # sides / area is the sum of cotangents: least for a Delaunay triangulation
+        cost = np.minimum(sides / np.maximum(double, np.maximum(flat, 1e-300)), THIN)
+        cost[double < -flat] = TURNED
+        cost += best[:, i, m] + best[:, m, j]
+        at = cost.argmin(axis=2)
+        middle[:, i[:, 0], j[:, 0]] = i[:, 0] + 1 + at
+        best[:, i[:, 0], j[:, 0]] += np.take_along_axis(cost, at[..., None], axis=2)[..., 0]
+    made, every = np.empty((n, k - 2, 3), dtype=np.int64), np.arange(n)
+    low, high = (np.zeros((n, k), dtype=np.int64) for _ in range(2))
+    high[:, 0], count = k - 1, np.ones(n, dtype=np.int64)
+    for t in range(k - 2):
+        i, j = low[:, t], high[:, t]
+        m = middle[every, i, j]
+        made[:, t] = np.column_stack((i, m, j))
+        for start, end in ((i, m), (m, j)):
+            low[every, count], high[every, count] = start, end
+            count += end - start >= 2  # else the next one takes its place
+    return made
+
+
+def _sized(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The polygons around the origin, of size one, and their unit normals (Newell)."""
+    points = np.nan_to_num(points - points.mean(axis=1, keepdims=True), posinf=0.0, neginf=0.0)
+    size = np.abs(points).max(axis=(1, 2), keepdims=True)
+    points = points / np.where(size > 0, size, 1.0)
+    normal = np.cross(points, np.roll(points, -1, axis=1)).sum(axis=1)
+    length = np.linalg.norm(normal, axis=1, keepdims=True)
+    return points, np.asarray(normal / np.where(length > 0, length, 1.0))
+
+
+def _clipped(polygon: FloatArray) -> IntArray:
+    """Ears of one polygon, the best shaped first."""
+    (points,), (normal,) = _sized(polygon[None])
+    across = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
+    flat = np.column_stack((points @ across, points @ np.cross(normal, across)))
+    k = len(flat)
+    before, after = np.roll(np.arange(k), 1), np.roll(np.arange(k), -1)
+    left, cost, blocked = np.ones(k, dtype=bool), np.empty(k), np.zeros(k, dtype=bool)
+
+    def rate(i: int | IntArray) -> None:
+        a, b, c = flat[before[i]], flat[i], flat[after[i]]
+        double = _double_area(a, b, c)
+        sides = ((b - a) ** 2).sum(-1) + ((c - b) ** 2).sum(-1) + ((a - c) ** 2).sum(-1)
+        shape = np.minimum(sides / np.maximum(double, 1e-300), THIN)
+        cost[i] = np.where(double < -FLAT, TURNED * (1 - double), shape)
+
+    rate(np.arange(k))
+    made = np.empty((k - 2, 3), dtype=np.int64)
+    for t in range(k - 2):
+        while True:
+            ear = int(np.argmin(np.where(blocked | ~left, np.inf, cost)))
+            stuck = blocked[ear] or not left[ear] or cost[ear] >= TURNED
+            if stuck or not _holds_another(flat, before[ear], ear, after[ear], left):
+                break
+            blocked[ear] = True
+        if stuck:  # it crosses itself: the ear that turns over least
+            ear = int(np.argmin(np.where(left, cost, np.inf)))
+        i, j = before[ear], after[ear]
+        made[t] = i, ear, j
+        left[ear], after[i], before[j] = False, j, i
+        rate(i)
+        rate(j)
+        blocked[:] = False
+    return made
+
+
+def _holds_another(flat: FloatArray, i: int, ear: int, j: int, left: BoolArray) -> bool:
+    """Whether a corner that is left lies in the ear, or on its new side."""
+    a, b, c = flat[i], flat[ear], flat[j]
+    inside = left & (_double_area(a, b, flat) > 0) & (_double_area(b, c, flat) > 0)
+    inside &= _double_area(c, a, flat) >= 0
+    inside[[i, ear, j]] = False
+    places = np.flatnonzero(inside)
+    return bool(((flat[places] != a).any(axis=1) & (flat[places] != c).any(axis=1)).any())
+
+
+def _double_area(a: FloatArray, b: FloatArray, c: FloatArray) -> FloatArray:
+    return np.asarray(
+        (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+    )

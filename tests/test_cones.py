@@ -1,0 +1,276 @@
+"""Cones: angle sums that are reached, seams whose sides match, and what the maps must not depend on."""
+
+from __future__ import annotations
+
+from itertools import permutations, product
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+from conftest import load
+from scipy.spatial import cKDTree
+
+from igl_linabf import ABF, Atlas, LinABF, MeshError, find_cones, find_seams, quality, texture_seams, unwrap
+from igl_linabf.cli import main
+from igl_linabf.io import read_texture
+
+CLOSED = ("pial", "closed__igl_cow.off", "closed__optcuts_horse_f10000.obj", "closed__igl_fandisk.off")
+HANDLES = ("nut", "double_torus", "closed__igl_3holes.off", "handles__bff_punctured-torus.obj")
+BOUNDED = ("ball", "crown", "punctured_nut", "stress__optcuts_duck1.obj", "holes__igl_halftunnel.off")
+ALL = CLOSED + HANDLES + BOUNDED
+SEVERAL = ("ant", "multi__bff_teapot.obj")  # pieces
+
+Surface = tuple[np.ndarray, np.ndarray]
+
+
+def cube(n: int, size: tuple[float, float, float] = (1, 1, 1)) -> Surface:
+    """A box of n by n squares a side, in four triangles each."""
+    t = np.linspace(-1, 1, 2 * n + 1)
+    even = np.arange(0, 2 * n, 2)
+    x, y = (i.ravel() for i in np.meshgrid(even, even, indexing="ij"))
+    square = np.array([[0, 0], [2, 0], [2, 2], [0, 2]])
+    flat = [[(x + dx, y + dy) for dx, dy in (square[k], square[k - 3], (1, 1))] for k in range(4)]
+    uv = t[np.array(flat)].transpose(0, 3, 1, 2).reshape(-1, 2)  # three corners of each triangle
+    sides = []
+    for axis in range(3):
+        for sign in (-1, 1):
+            side = np.full((len(uv), 3), float(sign))
+            side[:, axis - 2], side[:, axis - 1] = uv[:, 0] * sign, uv[:, 1]
+            sides.append(side)
+    V, F = np.unique(np.concatenate(sides).round(12), axis=0, return_inverse=True)
+    return V * size, F.reshape(-1, 3)
+
+
+def corners_of(V: np.ndarray) -> np.ndarray:
+    return np.flatnonzero((np.abs(V) == np.abs(V).max(axis=0)).all(axis=1))
+
+
+def angles_of(atlas: Atlas) -> np.ndarray:
+    """Target angles of all faces."""
+    angles = np.empty(atlas.FTC.shape)
+    for chart in atlas.charts:
+        angles[chart.faces] = chart.result.angles
+    return angles
+
+
+def sides_of(atlas: Atlas, F: np.ndarray) -> np.ndarray:
+    """Both sides of each seam edge as complex vectors in the map, (2, #E)."""
+    side = {}
+    for t in range(len(F)):
+        for k in range(3):
+            a, b = atlas.TC[atlas.FTC[t, [k, (k + 1) % 3]]] @ [1, 1j]
+            side[F[t, k], F[t, (k + 1) % 3]] = b - a
+    return np.array([(side[i, j], -side[j, i]) for i, j in atlas.seams.tolist()]).reshape(-1, 2).T
+
+
+def free(V: np.ndarray, F: np.ndarray, atlas: Atlas) -> Atlas:
+    """The same seam with a free boundary."""
+    return unwrap(V, F, atlas.seams)
+
+
+@pytest.mark.parametrize("how", [None, "quarter"])
+@pytest.mark.parametrize("name", ALL + SEVERAL)
+def test_sums_are_reached_and_seams_match(name: str, how: str | None) -> None:
+    V, F = load(name)
+    atlas = unwrap(V, F, cones=find_cones(V, F), cone_angles=how)
+    assert not atlas.quality.flips
+    total = np.bincount(F.ravel(), weights=angles_of(atlas).ravel(), minlength=len(V))
+    asked = np.full(len(V), 2 * np.pi)
+    asked[atlas.cones] = atlas.cone_angles
+    inside = np.setdiff1d(F, igl.boundary_facets(F)[0])
+    assert np.abs(total - asked)[inside].max() <= 1e-8
+    a, b = sides_of(atlas, F)
+    assert np.abs(np.log(np.abs(a) / np.abs(b))).max(initial=0) <= 1e-6
+    assert atlas.seam_mismatch == pytest.approx(
+        np.abs(np.log(np.abs(a) / np.abs(b))).max(initial=0), abs=1e-9
+    )
+    if how == "quarter":
+        turns = np.angle(b / a) / (np.pi / 2)
+        assert np.abs(turns - np.round(turns)).max(initial=0) <= 1e-6
+        quarters = atlas.cone_angles / (np.pi / 2)
+        assert np.abs(quarters - np.round(quarters)).max(initial=0) <= 1e-12
+        assert (atlas.cone_angles > 1.5).all()
+
+
+@pytest.mark.parametrize("how", [None, "quarter"])
+@pytest.mark.parametrize("name", ("pial", "nut", *CLOSED[2:], "closed__igl_3holes.off"))
+def test_curvatures_obey_gauss_bonnet(name: str, how: str | None) -> None:
+    V, F = load(name)
+    atlas = unwrap(V, F, cones=10, cone_angles=how)
+    chi = len(V) - 3 * len(F) // 2 + len(F)
+    assert (2 * np.pi - atlas.cone_angles).sum() == pytest.approx(2 * np.pi * chi, abs=1e-9)
+    assert len(atlas.cones) == 10
+
+
+@pytest.mark.parametrize("name", ("pial", "closed__optcuts_horse_f10000.obj", "stress__optcuts_duck1.obj"))
+def test_a_free_boundary_on_the_same_seam_does_not_match(name: str) -> None:
+    V, F = load(name)
+    atlas = unwrap(V, F, cones=12)
+    assert free(V, F, atlas).seam_mismatch > 0.01
+
+
+@pytest.mark.parametrize("name", ("pial", "closed__igl_cow.off", "closed__optcuts_horse_f10000.obj"))
+def test_more_cones_save_stretch(name: str) -> None:
+    V, F = load(name)
+    dear, cheap = (find_cones(V, F, trade=trade) for trade in (5, 50))
+    assert 3 <= len(dear) < len(cheap)
+    assert cheap[: len(dear)].tolist() == dear.tolist()
+    few, many = (unwrap(V, F, cones=cones).quality.stretch_l2 for cones in (dear, cheap))
+    assert 1 < many < few
+    assert many < 1.6
+
+
+def test_a_box_comes_out_as_its_net() -> None:
+    V, F = cube(6, (1, 2, 3))
+    atlas = unwrap(V, F, cones=corners_of(V), cone_angles="quarter")
+    assert np.allclose(atlas.cone_angles, 3 * np.pi / 2)
+    assert atlas.quality.angle_distortion <= 1e-16
+    assert atlas.quality.stretch_l2 == pytest.approx(1, abs=1e-9)
+
+
+def test_a_sphere_with_the_cones_of_a_cube_keeps_its_symmetry() -> None:
+    V, F = cube(8)
+    corners = corners_of(V)
+    V /= np.linalg.norm(V, axis=1)[:, None]
+    assert np.allclose(unwrap(V, F, cones=corners).cone_angles, 3 * np.pi / 2)
+    exact = unwrap(V, F, method=LinABF(rtol=1e-12), cones=corners, cone_angles=np.full(8, 1.5 * np.pi))
+    angles, middle, corner = angles_of(exact), V[F].mean(axis=1), V[F]
+    turns = [
+        np.eye(3)[list(order)] * signs
+        for order in permutations(range(3))
+        for signs in product((-1, 1), repeat=3)
+    ]
+    turns = [turn for turn in turns if np.linalg.det(turn) > 0]
+    assert len(turns) == 24
+    for turn in turns:
+        image = cKDTree(middle).query(middle @ turn.T)[1]
+        gap = np.linalg.norm((corner @ turn.T)[:, :, None] - corner[image][:, None], axis=3)
+        assert gap.min(axis=2).max() <= 1e-9
+        turned = np.take_along_axis(angles[image], gap.argmin(axis=2), axis=1)
+        assert np.abs(turned - angles).max() <= 1e-8
+
+
+def test_a_tube_that_is_closed_by_cones_keeps_its_length() -> None:
+    """A cylinder pressed flat and sewn up at both ends: two cones of 180 degrees at each end."""
+    around, rows = 32, 50
+    side = 2 * np.pi / around
+    i, k = np.arange(rows + 1)[:, None], np.arange(around)
+    V = np.stack(np.broadcast_arrays(np.cos(side * k), np.sin(side * k), side * i), axis=2).reshape(-1, 3)
+    a, b = (around * i[:-1] + k).ravel(), (around * i[:-1] + (k + 1) % around).ravel()
+    F = np.concatenate((np.column_stack((a, b, b + around)), np.column_stack((a, b + around, a + around))))
+    same = np.arange(len(V))
+    for first in (0, around * rows):
+        same[first + k] = first + np.minimum(k, -k % around)
+        V[first + k, 1] = 0
+    cones = [first + half for first in (0, around * rows) for half in (0, around // 2)]
+    atlas = unwrap(V, same[F], cones=cones, cone_angles=np.full(4, np.pi))
+    assert atlas.seam_mismatch <= 1e-6
+    row, z = F // around, atlas.TC[atlas.FTC] @ [1, 1j]
+    length = np.abs(np.roll(z, -1, axis=1) - z)
+    along = (row != np.roll(row, -1, axis=1)) & (F % around == np.roll(F, -1, axis=1) % around)
+    far = ((row > 12) & (row < rows - 12)).all(axis=1)[:, None]  # two radii away from the ends
+    assert length[far & along].mean() * around == pytest.approx(
+        length[far & (row == np.roll(row, -1, axis=1))].mean() * around, rel=5e-3
+    )
+
+
+@pytest.mark.parametrize("name", ("pial", "nut", "stress__optcuts_duck1.obj"))
+def test_position_scale_and_numbering(name: str) -> None:
+    V, F = load(name)
+    rng = np.random.default_rng(0)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    new, order = rng.permutation(len(V)), rng.permutation(len(F))
+    moved = np.empty_like(V)
+    moved[new] = 1e3 * V @ (turn * np.linalg.det(turn)).T + 7
+    cones = find_cones(V, F)
+    assert np.sort(find_cones(moved, new[F][order])).tolist() == np.sort(new[cones]).tolist()
+    exact = LinABF(rtol=1e-11)
+    a = unwrap(V, F, method=exact, cones=cones)
+    b = unwrap(moved, new[F][order], method=exact, cones=new[cones])
+    assert np.abs(a.cone_angles - b.cone_angles).max(initial=0) <= 1e-8
+    assert np.abs(angles_of(b) - angles_of(a)[order]).max() <= 1e-7
+
+
+def test_converged_abf_with_cones() -> None:
+    V, F = load("pial")
+    cones = find_cones(V, F, 12)
+    linear, converged = (unwrap(V, F, method=method, cones=cones) for method in ("linabf", ABF()))
+    assert converged.seam_mismatch <= 1e-6
+    assert converged.quality.angle_distortion < linear.quality.angle_distortion
+
+
+def test_overlapping_charts_are_split_and_still_match() -> None:
+    V, F = load("closed__igl_3holes.off")
+    atlas = unwrap(V, F, cones=6)
+    assert len(atlas.charts) > 1
+    assert not any(chart.overlapping for chart in atlas.charts)
+    assert atlas.seam_mismatch <= 1e-6
+
+
+def test_a_torus_needs_no_cone() -> None:
+    V, F = load("nut")
+    atlas = unwrap(V, F, cones=0)
+    assert len(atlas.cones) == 0 and atlas.seam_mismatch <= 1e-6
+    assert "converged" in str(atlas.charts[0].result)
+
+
+def test_cones_of_a_repaired_mesh_are_those_of_the_given_vertices() -> None:
+    V, F = cube(3)
+    soup = V[F].reshape(-1, 3)
+    corners = corners_of(V)
+    given = np.array([np.flatnonzero((soup == V[i]).all(axis=1))[-1] for i in corners])
+    with pytest.warns(UserWarning, match="welded"):
+        atlas = unwrap(soup, np.arange(len(soup)).reshape(-1, 3), cones=given, cone_angles="quarter")
+    assert (np.sort(soup[atlas.cones], axis=0) == np.sort(V[corners], axis=0)).all()
+    assert atlas.quality.stretch_l2 == pytest.approx(1, abs=1e-9)
+
+
+def test_what_does_not_fit_is_refused_with_what_would() -> None:
+    V, F = cube(3)
+    corners = corners_of(V)
+    with pytest.raises(MeshError, match=r"have to sum to 37\.69.*change them by \+12\.56"):
+        unwrap(V, F, cones=corners, cone_angles=np.full(8, np.pi))
+    with pytest.raises(MeshError, match="not positive"):
+        unwrap(V, F, cones=corners[:3], cone_angles=[0.0, np.pi, np.pi])
+    with pytest.raises(MeshError, match=r"too few.*give at least 3"):
+        unwrap(V, F, cones=corners[:2])
+    with pytest.raises(MeshError, match="give at least 3"):
+        find_cones(V, F, 2)
+    with pytest.raises(MeshError, match="on the boundary"):
+        unwrap(V, F[1:], cones=F[0, :1])
+    with pytest.raises(MeshError, match="not within"):
+        unwrap(V, F, cones=[len(V)])
+    with pytest.raises(MeshError, match="each once"):
+        unwrap(V, F, cones=[0, 0, 1, 2])
+    with pytest.raises(MeshError, match="within 0 and 6 pi"):
+        middle = next(i for i in range(len(V)) if np.count_nonzero(i == F) == 6)
+        unwrap(V, F, cones=[middle, *corners[1:6]], cone_angles=[7 * np.pi, *np.full(5, np.pi / 5)])
+    with pytest.raises(ValueError, match="does not go together with seams"):
+        unwrap(V, F, find_seams(V, F), cones=corners)
+    with pytest.raises(ValueError, match="cones="):
+        unwrap(V, F, cone_angles="quarter")
+    with pytest.raises(ValueError, match="'linabf' or 'abf'"):
+        unwrap(V, F, method="lscm", cones=corners)
+
+
+def test_the_command_takes_cones(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    V, F = cube(3)
+    mesh, out, cones, angles = (
+        tmp_path / name for name in ("cube.obj", "out.obj", "cones.txt", "angles.txt")
+    )
+    igl.writeOBJ(str(mesh), V, F)
+    np.savetxt(cones, corners_of(V), fmt="%d")
+    np.savetxt(angles, np.full(8, 270.0))
+    for given in (
+        ["8"],
+        ["auto"],
+        [str(cones), "--cone-angles", "quarter"],
+        [str(cones), "--cone-angles", str(angles)],
+    ):
+        assert main(["unwrap", str(mesh), "-o", str(out), "--cones", *given]) == 0
+        assert "the sides of seams are equally long to" in capsys.readouterr().out
+    TC, FTC = read_texture(out)
+    cut = unwrap(V, F, texture_seams(F, FTC))
+    assert quality(V[cut.origin], cut.FTC, cut.TC).stretch_l2 == pytest.approx(1, abs=1e-6)
+    assert np.isfinite(TC).all()

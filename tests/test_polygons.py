@@ -1,0 +1,174 @@
+"""Faces of more than three corners: split without flips, cut along their own edges, given back."""
+
+from __future__ import annotations
+
+import itertools
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+from carried import dual, quads, torus_of_quads
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from igl_linabf import MeshError, MeshWarning, texture_seams, unwrap
+from igl_linabf.io import read_file, write_file, write_mesh
+from igl_linabf.surface import Polygons
+
+
+def edges_of(F: object) -> set[tuple[int, int]]:
+    polygons = Polygons.of(F)
+    pairs = np.column_stack((polygons.corners, polygons.corners[polygons.following]))
+    return set(map(tuple, np.sort(pairs, axis=1).tolist()))
+
+
+def flat(rows: object) -> np.ndarray:
+    return np.concatenate([np.ravel(row) for row in rows])
+
+
+def star(k: int, seed: int) -> np.ndarray:
+    """A simple polygon around the origin, mostly concave, in a plane of its own."""
+    rng = np.random.default_rng(seed)
+    angle = (np.arange(k) + 0.8 * rng.random(k)) * 2 * np.pi / k
+    arm = 0.1 + rng.random(k)
+    basis = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    return np.column_stack((arm * np.cos(angle), arm * np.sin(angle))) @ basis[:2] + rng.normal(size=3)
+
+
+def signed_areas(points: np.ndarray, F: np.ndarray) -> tuple[np.ndarray, float]:
+    """Of the triangles towards the polygon's normal, and of the polygon."""
+    centred = points - points.mean(axis=0)
+    normal = np.cross(centred, np.roll(centred, -1, axis=0)).sum(axis=0) / 2
+    area = np.linalg.norm(normal)
+    a, b, c = points[F.T]
+    return np.cross(b - a, c - a) @ normal / area / 2, area
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(4, 12) | st.sampled_from([40, 230]), st.integers(0, 2**32 - 1))
+def test_no_triangle_of_a_simple_polygon_is_turned_over(k: int, seed: int) -> None:
+    points = star(k, seed)
+    triangles = Polygons.of([list(range(k))]).split(points)
+    areas, whole = signed_areas(points, triangles.F)
+    assert len(areas) == k - 2
+    assert areas.min() > -1e-12
+    assert np.isclose(areas.sum(), whole)
+    assert set(triangles.F.ravel().tolist()) == set(range(k))  # each corner keeps a triangle
+
+
+def test_a_corner_on_a_straight_side_keeps_its_triangle() -> None:
+    points = np.array([[0.0, 0, 0], [1, 0, 0], [2, 0, 0], [3, 0, 0], [3, 1, 0], [0, 1, 0]])
+    triangles = Polygons.of([[0, 1, 2, 3, 4, 5]]).split(points).F
+    assert signed_areas(points, triangles)[0].min() > 0.1
+    assert set(triangles.ravel().tolist()) == set(range(6))
+
+
+@pytest.mark.parametrize("name", ["rough cube", "torus", "dual"])
+def test_seams_run_along_edges_that_the_mesh_has(name: str) -> None:
+    V, F = {"rough cube": quads, "torus": torus_of_quads, "dual": dual}[name]()
+    atlas = unwrap(V, F, progress=False)
+    assert atlas.good
+    assert not atlas.repairs
+    assert len(atlas.seams)
+    assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= edges_of(F)
+    assert [len(row) for row in atlas.FTC] == [len(row) for row in F]
+    assert (atlas.origin[flat(atlas.FTC)] == flat(F)).all()
+    assert len(atlas.chart) == len(F)
+    # the coordinates at a corner are the same in all triangles of its polygon
+    assert (atlas.origin[atlas.triangles] == atlas.split.F).all()
+    textures = texture_seams(F, atlas.FTC)
+    assert set(map(tuple, np.sort(textures, axis=1).tolist())) == set(
+        map(tuple, np.sort(atlas.seams, axis=1).tolist())
+    )
+
+
+def test_overlaps_are_split_along_edges_that_the_mesh_has() -> None:
+    """A strip of quadrangles, wound up by a turn and a half in its plane: its flat map lies over itself."""
+    t = np.repeat(np.linspace(0, 9, 37), 2)
+    radius = np.tile([1.0, 0.8], 37)
+    V = np.column_stack((radius * np.cos(t), radius * np.sin(t), 0.02 * t))
+    i = 2 * np.arange(36)
+    F = np.column_stack((i, i + 1, i + 3, i + 2))
+    atlas = unwrap(V, F, progress=False)
+    assert atlas.good
+    assert atlas.splits
+    assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= edges_of(F)
+
+
+def test_stretch_is_bounded_along_edges_that_the_mesh_has() -> None:
+    V, F = torus_of_quads()
+    atlas = unwrap(V, F, max_stretch=1.005, progress=False)
+    assert atlas.good
+    assert len(atlas.charts) > 1
+    assert set(map(tuple, np.sort(atlas.seams, axis=1).tolist())) <= edges_of(F)
+
+
+def test_given_seams_are_edges_of_polygons() -> None:
+    V, F = torus_of_quads()
+    around = [(i, i + 1) for i in range(15)] + [(15, 0)]
+    along = [(16 * i, 16 * (i + 1) % (16 * 30)) for i in range(30)]
+    by_pairs = unwrap(V, F, [*around, *along], progress=False)
+    mask = np.array([[(min(e), max(e)) in {tuple(sorted(p)) for p in (*around, *along)} for e in
+                      itertools.pairwise([*row, row[0]])] for row in F.tolist()])  # fmt: skip
+    by_mask = unwrap(V, F, mask, progress=False)
+    assert (by_pairs.FTC == by_mask.FTC).all()
+    with pytest.raises(MeshError, match=r"seam edges 0 are (diagonals|no edges)"):
+        unwrap(V, F, [F[0, [0, 2]]])
+
+
+DEGENERATE = {
+    "a corner twice": [[4, 5, 7, 7, 6], [0, 1, 5, 4]],
+    "a triangle as a quadrangle": [[4, 5, 7, 7], [7, 6, 4, 4], [0, 1, 5, 4]],
+    "one point": [[4, 4, 4, 4], [4, 5, 7, 6], [0, 1, 5, 4]],
+    "an edge": [[4, 5, 5, 4], [4, 5, 7, 6], [0, 1, 5, 4]],
+    "crossing itself": [[4, 7, 5, 6], [0, 1, 5, 4]],
+    "both faces of a card": [[4, 5, 7, 6], [6, 7, 5, 4]],
+    "the same twice": [[4, 5, 7, 6], [4, 5, 7, 6]],
+    "turned": [[4, 5, 7, 6], [4, 5, 1, 0]],
+    "a vertex three times": [[4, 5, 7, 4, 6, 7, 4, 5], [0, 1, 5, 4]],
+}
+
+
+@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning", "ignore::igl_linabf.OutcomeWarning")
+@pytest.mark.parametrize("name", DEGENERATE)
+def test_degenerate_polygons_keep_their_rows(name: str) -> None:
+    V = np.array([[x, y, z] for z in (0.0, 1) for y in (0, 1) for x in (0, 1)])
+    F = [[0, 2, 3, 1], *DEGENERATE[name], [1, 3, 7, 5]]
+    atlas = unwrap(V, F, progress=False)
+    assert [len(row) for row in atlas.FTC] == [len(row) for row in F]
+    assert np.isfinite(atlas.TC[flat(atlas.FTC)]).all()
+    assert flat(atlas.FTC).min() >= 0
+
+
+def test_what_is_no_face_is_named() -> None:
+    V, F = quads()
+    for bad, said in (
+        ([*F.tolist(), [0, 1]], "faces 96 have less than three corners"),
+        ([*F.tolist(), [0, 1, 2, len(V)]], "faces 96 refer to vertices outside"),
+        ([*F.tolist(), [0, 1, 2, 0.5]], "faces 96 have entries that are no vertex indices"),
+    ):
+        with pytest.raises(MeshError, match=said):
+            unwrap(V, bad)
+
+
+@pytest.mark.parametrize("suffix", [".obj", ".ply"])
+@pytest.mark.parametrize("name", ["quads", "dual"])
+def test_polygons_come_back_from_files(tmp_path: Path, suffix: str, name: str) -> None:
+    V, F = {"quads": quads, "dual": dual}[name]()
+    atlas = unwrap(V, F, progress=False)
+    path = tmp_path / f"mesh{suffix}"
+    write_mesh(path, V, F, atlas.TC, atlas.FTC)
+    back = read_file(path)
+    wanted = [{tuple(np.round(p, 5)) for p in V[list(row)].tolist()} for row in F]
+    assert [{tuple(np.round(p, 5)) for p in back.V[list(row)].tolist()} for row in back.F] == wanted
+    write_file(tmp_path / "again.obj", back, np.zeros((1, 2)), [np.zeros(len(row), int) for row in back.F])
+    assert len(igl.read_triangle_mesh(str(tmp_path / "again.obj"))[1]) == len(atlas.split.F)
+
+
+def test_repairs_name_polygons() -> None:
+    V, F = quads()
+    turned = [*F.tolist()[:-1], F[-1, ::-1].tolist()]
+    with pytest.warns(MeshWarning, match=rf"faces {len(F) - 1}\b.* are turned"):
+        atlas = unwrap(V, turned, progress=False)
+    assert (atlas.origin[flat(atlas.FTC)] == flat(turned)).all()
