@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from . import adapters, io
     from .batch_runs import batch
-    from .charts import Atlas, Chart, cut, find_cones, find_seams, texture_seams, unwrap
+    from .charts import Atlas, Chart, cut, find_cones, find_seams, pack_together, texture_seams, unwrap
     from .errors import (
         FallbackWarning,
         MemoryLimitError,
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         LSCM,
         SCP,
         Comparison,
+        Flattener,
         Flattening,
         Hole,
         Isometric,
@@ -57,6 +58,7 @@ __all__ = [
     "Cleaned",
     "Comparison",
     "FallbackWarning",
+    "Flattener",
     "Flattening",
     "Hole",
     "Isometric",
@@ -89,6 +91,7 @@ __all__ = [
     "linabf_angles",
     "lscm",
     "overlaps",
+    "pack_together",
     "quad_grid",
     "quality",
     "texture_seams",
@@ -100,10 +103,10 @@ __all__ = [
 # and libigl are there, and importing the package costs nothing.
 _NAMES = {
     "batch_runs": "batch",
-    "charts": "Atlas Chart cut find_cones find_seams texture_seams unwrap",
+    "charts": "Atlas Chart cut find_cones find_seams pack_together texture_seams unwrap",
     "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
-    "flattening": "ABF DNCP LSCM SCP Comparison Flattening Hole Isometric LinABF OneStepABFpp Outcome "
-    "Residuals abf compare flatten flatten_many linabf linabf_angles lscm",
+    "flattening": "ABF DNCP LSCM SCP Comparison Flattener Flattening Hole Isometric LinABF OneStepABFpp "
+    "Outcome Residuals abf compare flatten flatten_many linabf linabf_angles lscm",
     "io": "write_grid",
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",
@@ -111,7 +114,7 @@ _NAMES = {
     "surface": "Cleaned Repair clean",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
-_ROOMS = {*_NAMES, "adapters", "angles", "linalg"}
+_ROOMS = {*_NAMES, "adapters", "angles", "kernels", "linalg"}
 
 if not TYPE_CHECKING:  # a type checker would take any name for one of the package
 

@@ -86,6 +86,12 @@ def constraints_of(
     paths : sequence of ClosedPath
         Further paths that are to close.
     """
+    if sums is None and not paths:
+        return topology.once("constraints", lambda: _constraints(topology, None, ()))
+    return _constraints(topology, sums, paths)
+
+
+def _constraints(topology: Topology, sums: FloatArray | None, paths: Sequence[ClosedPath]) -> Constraints:
     inside = topology.interior
     sums = np.full(topology.n, np.nan) if sums is None else sums
     sums = np.where(inside & np.isnan(sums), 2 * np.pi, sums)

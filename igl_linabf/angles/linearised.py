@@ -266,7 +266,7 @@ def _preconditioned(lin: Linearised) -> Linearised:
         with timed("assembly"):
             lower = lin.system.laplacian()
         with timed("analysis"):
-            laplacian = laplacian or solvers.laplacian(lower)
+            laplacian = laplacian or lin.system.pattern.analysis(solvers, lower)
         with timed("factor"):
             inverse = laplacian_inverse(lin.system, laplacian, lower)
     with timed("factor"):

@@ -11,6 +11,7 @@ from .overlap_seams import separating_seams
 from .packing import pack
 from .scaf import make_bijective
 from .seams import TRADE, cut, find_seams, texture_seams
+from .together import pack_together
 from .unwrapping import unwrap
 
 __all__ = [
@@ -22,6 +23,7 @@ __all__ = [
     "find_seams",
     "make_bijective",
     "pack",
+    "pack_together",
     "separating_seams",
     "texture_seams",
     "unwrap",

@@ -36,7 +36,7 @@ from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, sides_of_cleaned, without_charts
 from .halving import halves
 from .overlap_seams import MAX_SPLITS, seams_between
-from .packing import pack_maps
+from .packing import Wish, pack_maps
 from .pieces import flattened
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .scaf import moved_apart
@@ -63,6 +63,10 @@ def unwrap(
     holes: bool = False,
     bijective: bool = False,
     margin: float = 0.005,
+    resolution: int | None = None,
+    padding: float = 2,
+    texel_density: float | None = None,
+    pages: int | None = None,
     max_stretch: float | None = None,
     complete: bool = False,
     weld: float | None = None,
@@ -104,6 +108,17 @@ def unwrap(
     margin : float
         Distance between charts, and to the border, as a share of the unit square's side. If there are
         too many charts for it, a smaller one is used, with a warning.
+    resolution : int, optional
+        Texels along a page's side. Distances are then given by `padding`, not by `margin`.
+    padding : float
+        Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
+        charts share a texel of a bilinear lookup.
+    texel_density : float, optional
+        Texels per unit of length of V, on average over a chart; needs `resolution`. By default charts
+        are as large as the pages hold.
+    pages : int, optional
+        Pages to use; with `texel_density` at most, and by default as many as it takes. Page k is the
+        unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
     max_stretch : float, optional
         Cut or split charts, beyond given `seams`, too, until the L2 stretch of each is at most this.
         At least 1; by default stretch is only weighed against seam length.
@@ -127,9 +142,11 @@ def unwrap(
         given seams leave a chart with handles or without a boundary and are not to be completed.
         A cone is no interior vertex, or the cones are too few, or their angles do not obey
         Gauss-Bonnet; the message has the numbers that do. With `strict`, also: the surface is no
-        oriented manifold, or a face has no area.
+        oriented manifold, or a face has no area. With `texel_density`, also: the charts do not fit on the
+        pages.
     ValueError
-        `trade`, `margin`, `max_stretch` or `weld` is out of its range, or options do not go together.
+        `trade`, `margin`, `max_stretch`, `weld` or a number of the packing is out of its range, or options
+        do not go together.
 
     Warns
     -----
@@ -166,6 +183,7 @@ def unwrap(
             raise ValueError(f"cones= does not go together with {listed}: its seams run through the cones")
     if max_stretch is not None and not max_stretch >= 1:
         raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
+    wish = Wish.of(margin, resolution, padding, texel_density, pages)
     split = split_polygons(V, F)
     if split is not None:
         F, seams = split.F, None if seams is None else mask_of_triangles(seams, split, len(np.asarray(V)))
@@ -192,7 +210,8 @@ def unwrap(
             wanted = Cones.checked(cones, cone_angles, surface, cleaned)
             made = coned(surface, wanted, task.method, (SEAMS_END, CHARTS_END))
         with part("packing", 1.0):
-            atlas = _packed(surface, made.charts, margin, cone_angles is not None)
+            wish = replace(wish.in_units(2.0**cleaned.power), upright=cone_angles is not None)
+            atlas = _packed(surface, made.charts, wish)
     atlas = replace(atlas, max_stretch=max_stretch, cones=made.cones, cone_angles=made.angles)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)
@@ -359,13 +378,15 @@ def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, flo
     return replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message), after - before
 
 
-def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float, upright: bool) -> Atlas:
-    most = np.sqrt(MARGINS / len(done))
-    if most < margin <= 0.1:
-        what = f"a margin of {margin:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
+def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> Atlas:
+    most = float(np.sqrt(MARGINS / len(done)))
+    closer = wish.spacing.at_most(most)
+    if closer != wish.spacing:
+        what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
         warnings.warn(what, FallbackWarning, stacklevel=stack_level())
-        margin = float(most)
-    placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], margin, upright)
+        wish = replace(wish, spacing=closer)
+    placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], wish)
+    pages = np.array([p.page for p in placed])
     FTC, label, base = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64), 0
     for i, (_, piece) in enumerate(done):
         rows = np.searchsorted(surface.faces, piece.faces)
@@ -384,6 +405,8 @@ def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float, 
         seam_length=float(np.linalg.norm(surface.V[seams[:, 0]] - surface.V[seams[:, 1]], axis=1).sum()),
         seam_mismatch=mismatch,
         splits=len(done) - len(surface.components()),
-        fill=sum(p.area for p in placed),
+        fill=sum(p.area for p in placed) / (int(pages.max()) + 1),
+        page=pages,
+        scale=abs(placed[0].ratio),
         quality=quality_of(Submesh(V, FTC, surface.faces, origin, surface.n_given), TC),
     )

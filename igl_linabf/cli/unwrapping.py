@@ -30,6 +30,7 @@ from .commands import (
     method_with,
 )
 from .outputs import check_outputs, hand_out, progress_of
+from .packing import NAMES, PACKING
 
 TRADED: Argument = {
     "type": float,
@@ -66,7 +67,7 @@ def _unwrap(options: argparse.Namespace) -> int:
         angles = np.deg2rad(
             _table(angles, np.float64, "numbers: write one angle in degrees on each line").ravel()
         )
-    names = ("trade", "holes", "bijective", "max_stretch", "complete", "weld", "strict")
+    names = ("trade", "holes", "bijective", "max_stretch", "complete", "weld", "strict", *NAMES)
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
@@ -150,6 +151,7 @@ UNWRAP = Command(
             "action": "store_true",
             "help": "refuse a mesh that is no clean manifold, do not repair it",
         },
+        **PACKING,
         "method": METHOD,
         "json": JSON,
         "quiet": QUIET,

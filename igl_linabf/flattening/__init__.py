@@ -4,6 +4,7 @@ In: V, F, a method, pins. Out: uv, or a Flattening with its angles, residuals, l
 Linear ABF is Zayer, Levy, Seidel 2007; ABF, LSCM, SCP, DNCP and one step of ABF++ are there for comparison.
 """
 
+from .again import Flattener
 from .baselines import bare_lscm, far_pins
 from .comparison import Comparison, Entry, compare, medians
 from .many import flatten_many, flatten_together
@@ -32,6 +33,7 @@ __all__ = [
     "SCP",
     "Comparison",
     "Entry",
+    "Flattener",
     "Flattening",
     "Hole",
     "Isometric",

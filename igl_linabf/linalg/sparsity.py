@@ -10,6 +10,8 @@ from scipy import sparse
 from .._types import Array, FloatArray, IntArray
 from ..kernels import block_product, degrees, is_fast
 from ..surface import Topology, sum_by
+from .choice import Solvers
+from .factors import Analysis, Multigrid
 
 
 class Symmetric:
@@ -146,6 +148,7 @@ class Pattern:
     """
 
     def __init__(self, topology: Topology, row: IntArray, n: int) -> None:
+        self._analyses: dict[Solvers, Analysis] = {}
         self.n, self.ends, self._sides = n, row[topology.edges.T], topology.sides
         i, j = self.ends
         self.pairs = np.flatnonzero((i >= 0) & (j >= 0) & (i != j))
@@ -176,6 +179,15 @@ class Pattern:
         self._high = (key - low * n).astype(index)
         self._indptr = np.zeros(n + 1, dtype=index)
         np.cumsum(np.bincount(low, minlength=n), out=self._indptr[1:])
+
+    def analysis(self, solvers: Solvers, laplacian: sparse.csc_array) -> Analysis:
+        """Of the Laplacians of this pattern, given one of them; made once for each choice of solvers."""
+        if solvers not in self._analyses:
+            made = solvers.laplacian(laplacian)
+            if isinstance(made, Multigrid):  # no analysis; another time there may be memory for one
+                return made
+            self._analyses[solvers] = made
+        return self._analyses[solvers]
 
     def lower(self, entry: Array, diagonal: Array) -> sparse.csc_array:
         """Lower triangle of the Hermitian matrix with `entry` from first to second end of `pairs`."""

@@ -11,7 +11,7 @@ from .areas import measure
 from .arrays import Pins, check_finite, compact, face_array, pins, scatter, seam_mask, vertex_array
 from .components import connected_labels, face_components
 from .disks import Disks, side_by_side
-from .mesh import Mesh, loop_through, planar, planar_mesh
+from .mesh import Mesh, PlanarFaces, loop_through, planar, planar_mesh
 from .parts import Parts
 from .plane import (
     ALL_DIGITS,

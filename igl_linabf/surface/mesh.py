@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, MeshWarning, some, stack_level
 from .areas import measure
+from .arrays import check_finite, check_indices, compact, face_array, vertex_array
 from .submesh import Submesh
-from .topology import Topology, check_planar, with_outer
+from .topology import KeptTopology, Topology, check_planar, planar_topology, with_outer
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,30 +76,79 @@ def planar(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
     """
     surface = Submesh.checked(V, F)
     mesh = planar_mesh(surface, outer)
-    if len(surface.V) < surface.n_given:
-        unused = np.setdiff1d(np.arange(surface.n_given), surface.vertices)
+    _warn_of_unused(mesh)
+    return mesh
+
+
+def _warn_of_unused(mesh: Mesh) -> None:
+    if len(mesh.vertices) < mesh.n_given:
+        unused = np.setdiff1d(np.arange(mesh.n_given), mesh.vertices)
         warnings.warn(
             f"vertices {some(unused)} belong to no face: they are left out and their uv is NaN",
             MeshWarning,
             stacklevel=stack_level(),
         )
-    return mesh
 
 
 def planar_mesh(surface: Submesh, outer: int | None = None) -> Mesh:
     """`planar` of a surface whose arrays are checked."""
-    V, topology = surface.V, surface.topology
-    check_planar(topology, surface.vertices)
+    check_planar(surface.topology, surface.vertices)
+    return _measured(surface.V, surface.topology, surface.vertices, surface.n_given, outer)
+
+
+def _measured(V: FloatArray, topology: Topology, vertices: IntArray, n_given: int, outer: int | None) -> Mesh:
+    """The mesh with its outer loop first."""
+    first = 0
     if outer is not None:
-        topology = with_outer(topology, loop_through(topology, outer, surface.vertices))
+        first = loop_through(topology, outer, vertices)
     elif len(topology.loops) > 1:
         ahead = [np.roll(loop, -1) for loop in topology.loops]
         length = [
             np.linalg.norm(V[b] - V[a], axis=1).sum() for a, b in zip(topology.loops, ahead, strict=True)
         ]
-        topology = with_outer(topology, int(np.argmax(length)))
-    double_area, dot = measure(V, topology.corner, surface.vertices)
-    return Mesh(V, topology, double_area, dot, surface.vertices, surface.n_given)
+        first = int(np.argmax(length))
+    if first:
+        topology = topology.once(f"outer {first}", lambda: with_outer(topology, first))
+    double_area, dot = measure(V, topology.corner, vertices)
+    return Mesh(V, topology, double_area, dot, vertices, n_given)
+
+
+@dataclass(frozen=True, eq=False)
+class PlanarFaces:
+    """Triangles that are one disk, with or without holes, wherever their vertices are.
+
+    Attributes
+    ----------
+    F : (#F, 3) int64
+        With the caller's indices.
+    topology : KeptTopology
+    vertices : (#V,) int64
+        The caller's indices of the vertices.
+    """
+
+    F: IntArray
+    topology: KeptTopology
+    vertices: IntArray
+
+    @classmethod
+    def of(cls, F: ArrayLike) -> PlanarFaces:
+        """Check the triangles; raises as `planar` where it concerns them."""
+        faces = face_array(F)
+        vertices, numbered = compact(faces, max(int(faces.max()) + 1, 1))
+        return cls(faces, KeptTopology.of(planar_topology(numbered, vertices)), vertices)
+
+    def at(self, V: ArrayLike, outer: int | None = None) -> Mesh:
+        """The mesh with vertices at these positions; raises and warns as `planar`."""
+        positions = vertex_array(V)
+        n_given = len(positions)
+        if n_given <= self.vertices[-1]:
+            check_indices(self.F, n_given)
+        if len(self.vertices) < n_given:
+            positions = positions[self.vertices]
+        check_finite(positions, self.vertices)
+        mesh = _measured(positions, self.topology, self.vertices, n_given, outer)
+        _warn_of_unused(mesh)
+        return mesh
 
 
 def loop_through(topology: Topology, vertex: object, vertices: IntArray) -> int:

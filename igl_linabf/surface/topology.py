@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -11,6 +13,8 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from ..kernels import NEXT, PREV, at_edges, sum_by, undirected
 from .components import connected_labels, in_one_piece, vertex_components
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,6 +73,10 @@ class Topology:
         loops, n_faces = len(self.loops), len(self.corner[0])
         return loops > 0 and self.characteristic == 2 - loops and in_one_piece(self.sides, n_faces)
 
+    def once(self, name: str, make: Callable[[], T]) -> T:
+        """What follows from the connectivity alone; a `KeptTopology` keeps it under its name."""
+        return make()
+
     def sum_at_vertices(self, values: FloatArray) -> FloatArray:
         """Sum (3, #F) corner values over the corners of each vertex."""
         return sum_by(self.corner, values, self.n)
@@ -84,6 +92,23 @@ class Topology:
         if self.loops:
             inside[np.concatenate(self.loops)] = False
         return inside
+
+
+@dataclass(frozen=True, eq=False)
+class KeptTopology(Topology):
+    """A topology that is used again and again: what follows from it is made once."""
+
+    _kept: dict[str, Any] = field(init=False, default_factory=dict, repr=False)
+
+    @classmethod
+    def of(cls, topology: Topology) -> KeptTopology:
+        return cls(**{part.name: getattr(topology, part.name) for part in fields(Topology)})
+
+    def once(self, name: str, make: Callable[[], T]) -> T:
+        if name not in self._kept:
+            self._kept[name] = make()
+        made: T = self._kept[name]
+        return made
 
 
 def topology_of(F: IntArray, vertices: IntArray) -> Topology:

@@ -1,0 +1,94 @@
+"""The same triangles again: `Flattener`."""
+
+from __future__ import annotations
+
+import re
+
+import igl
+import numpy as np
+import pytest
+from conftest import load
+
+import igl_linabf as il
+
+
+def moved(V: np.ndarray, k: int) -> np.ndarray:
+    """The vertices a little elsewhere, and the whole stretched so that another loop may be the longest."""
+    return V * [1, 1 + 0.5 * k, 1] + 1e-3 * k * np.ptp(V) * np.sin(7 * V / np.ptp(V))
+
+
+def assert_same(made: il.Flattening, expected: il.Flattening) -> None:
+    for part in ("uv", "angles", "flipped"):
+        np.testing.assert_array_equal(getattr(made, part), getattr(expected, part))
+    for part in ("outcome", "message", "ladder", "steps", "solver", "layout_solver", "gap"):
+        assert getattr(made, part) == getattr(expected, part)
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", "crown", "pial_with_holes", "disk__igl_camelhead.off"])
+@pytest.mark.parametrize("method", ["linabf", "abf", il.LinABF(solver="direct"), "lscm"], ids=str)
+def test_each_call_returns_what_flatten_does_to_the_bit(name: str, method: object) -> None:
+    V, F = load(name)
+    flattener = il.Flattener(F)
+    for k in (0, 1, 2):
+        assert_same(flattener.flatten(moved(V, k), method), il.flatten(moved(V, k), F, method))
+
+
+def test_each_call_has_its_own_method_pins_and_outer_loop() -> None:
+    V, F = load("crown")
+    loop = igl.boundary_loop_all(F)[-1]
+    flattener = il.Flattener(F)
+    calls = [
+        (("linabf",), {}),
+        (("abf", [0, 9], [[0, 0], [2, 1]]), {}),
+        ((il.LinABF(layout="least-squares"),), {"outer": loop[0]}),
+        ((il.LinABF(solver="multigrid", rtol=1e-6),), {}),
+        (("linabf",), {}),
+    ]
+    for args, options in calls:
+        assert_same(flattener.flatten(V, *args, **options), il.flatten(V, F, *args, **options))
+
+
+def test_edges_and_analysis_are_made_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    V, F = load("bumps")
+    flattener = il.Flattener(F)
+    first = flattener.flatten(V)
+    for module, name in ((il.surface.mesh, "planar_topology"), (il.linalg.Solvers, "laplacian")):
+        monkeypatch.delattr(module, name)
+    assert_same(flattener.flatten(V), first)
+
+
+def test_unused_vertices_are_nan_and_named() -> None:
+    V, F = load("bumps")
+    flattener = il.Flattener(F + 1)
+    with pytest.warns(il.MeshWarning, match="vertices 0, 901, 902 belong to no face"):
+        made = flattener.flatten(np.vstack((V[:1], V, V[:2])))
+    assert np.isnan(made.uv[[0, -1, -2]]).all()
+    np.testing.assert_array_equal(made.uv[1:-2], il.flatten(V, F).uv)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda V: V[:-1], "refer to vertices outside"),
+        (lambda V: V * np.nan, "NaN or infinite"),
+        (lambda V: V * 0 + 1, "zero area"),
+        (lambda V: V[:, :2], "shape"),
+    ],
+)
+def test_bad_positions_are_refused_as_by_flatten(change: object, said: str) -> None:
+    V, F = load("bumps")
+    with pytest.raises(il.MeshError, match=said) as expected:
+        il.flatten(change(V), F)
+    with pytest.raises(il.MeshError, match=re.escape(str(expected.value))):
+        il.Flattener(F).flatten(change(V))
+
+
+def test_what_is_no_disk_is_refused_at_once() -> None:
+    V, F = igl.icosahedron()
+    for bad in (F, F[:0], F * 0, -F):
+        with pytest.raises(il.MeshError) as made:
+            il.Flattener(bad)
+        with pytest.raises(il.MeshError) as expected:
+            il.flatten(V, bad)
+        if bad.min(initial=0) >= 0:
+            assert str(made.value) == str(expected.value)
