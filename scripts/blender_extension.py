@@ -1,10 +1,10 @@
 """Build the extension for Blender: `make blender`.
 
 The archive holds the add-on, this package, and the wheels that it needs, for one platform: Blender has
-NumPy, and nothing is compiled or downloaded when it is installed. Where Blender's own tool can be had, by
-the wheel `bpy`, it checks the archive.
+NumPy, and nothing is compiled or downloaded when it is installed.
 
     python scripts/blender_extension.py [--platform linux-x64|macos-arm64|windows-x64] [--python 3.11]
+    python scripts/blender_extension.py --blender FOLDER    # a virtual environment with `bpy`, to try it in
 """
 
 from __future__ import annotations
@@ -26,6 +26,7 @@ PIP = {  # Blender's name of a platform, and pip's names of it
     "windows-x64": ("win_amd64",),
 }
 IN_BLENDER = {"numpy"}  # of its own version
+BPY = "bpy>=4.2,<6"
 SOURCE_ONLY = ("rectpack>=0.2.2",)  # pure Python, and published without a wheel
 ONLY_NUMPY = "numpy<2"  # which Blender 4.2 to 5.0 have
 
@@ -72,12 +73,26 @@ def build(target: str, python: str, into: Path) -> Path:
     return archive
 
 
+def with_blender(folder: Path) -> None:
+    """Make a virtual environment with Blender as a module; what is there already stays."""
+    python = folder / ("Scripts/python.exe" if sys.platform == "win32" else "bin/python")
+    if not python.exists():
+        subprocess.run([sys.executable, "-m", "venv", folder], check=True)
+    known = [python, "-c", "import importlib.util as u; raise SystemExit(u.find_spec('bpy') is None)"]
+    if subprocess.run(known, check=False).returncode:
+        subprocess.run([python, "-m", "pip", "install", "-q", BPY], check=True)
+
+
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--platform", choices=sorted(PIP), default=here())
     parser.add_argument("--python", default="3.11", help="Blender's (default: %(default)s)")
     parser.add_argument("--into", type=Path, default=ROOT / "dist")
+    parser.add_argument("--blender", type=Path, metavar="FOLDER", help="make an environment with bpy instead")
     options = parser.parse_args()
+    if options.blender:
+        with_blender(options.blender)
+        return 0
     archive = build(options.platform, options.python, options.into)
     print(f"wrote {archive}, {archive.stat().st_size / 1e6:.0f} MB")
     return 0

@@ -10,7 +10,7 @@ from itertools import pairwise
 import bpy
 import numpy as np
 
-from .scene import CannotUnwrap, Part, mark_seams, part_of, select_faces, write_uv
+from .scene import CannotUnwrapError, Part, mark_seams, part_of, select_faces, write_uv
 from .settings import PROPERTIES, draw
 
 
@@ -38,9 +38,9 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
                 parts = [part for part in found if part is not None]
                 if not parts:
                     what = "no faces are selected" if selected else "the objects have no faces"
-                    raise CannotUnwrap(f"{what}: select some")
+                    raise CannotUnwrapError(f"{what}: select some")
                 return self._unwrap(parts, progress)
-            except CannotUnwrap as error:
+            except CannotUnwrapError as error:
                 if error.mesh is not None and error.faces:
                     select_faces(error.mesh, error.faces)
                 self.report({"ERROR"}, str(error))
@@ -51,7 +51,11 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
 
         vertices = np.cumsum([0, *(len(part.V) for part in parts)])
         faces = np.cumsum([0, *(len(part.F) for part in parts)])
-        F = [[v + first for v in row] for part, first in zip(parts, vertices.tolist(), strict=False) for row in part.F]
+        F = [
+            [v + first for v in row]
+            for part, first in zip(parts, vertices.tolist(), strict=False)
+            for row in part.F
+        ]
         marked = self.seams == "MARKED"
         seams = np.concatenate([part.seams + first for part, first in zip(parts, vertices, strict=False)])
         with warnings.catch_warnings(record=True) as said:
@@ -70,7 +74,8 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
                     progress=progress,
                 )
             except MeshError as error:
-                raise CannotUnwrap(str(error)) from None
+                helps = "; Add Seams finds what is missing" if marked and not self.complete else ""
+                raise CannotUnwrapError(f"{error}{helps}") from None
         uv = atlas.TC[np.concatenate([np.asarray(row) for row in atlas.FTC])]
         corners = np.cumsum([0, *(len(part.loops) for part in parts)])
         for part, (a, b), first in zip(parts, pairwise(corners), vertices, strict=False):

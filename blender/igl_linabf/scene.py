@@ -9,7 +9,7 @@ import bpy
 import numpy as np
 
 
-class CannotUnwrap(Exception):
+class CannotUnwrapError(Exception):
     """What is wrong, in a sentence; `mesh` and `faces` are to be selected, if there are any."""
 
     def __init__(self, text: str, mesh: bpy.types.Mesh | None = None, faces: Sequence[int] = ()) -> None:
@@ -58,8 +58,9 @@ def part_of(thing: bpy.types.Object, selected: bool, modifiers: bpy.types.Depsgr
     bad = ~np.isfinite(V).all(axis=1)[vertices]
     if bad.any():
         faces = polygons[np.unique(np.repeat(np.arange(len(sizes)), sizes)[bad])]
-        raise CannotUnwrap(
-            f"{thing.name}: {len(faces)} faces have a vertex at no place (NaN or infinite): they are selected",
+        raise CannotUnwrapError(
+            f"{thing.name}: {len(faces)} faces have a vertex at no place (NaN or infinite); they are "
+            "selected: move or remove it",
             mesh,
             faces.tolist(),
         )
@@ -73,10 +74,12 @@ def write_uv(part: Part, uv: np.ndarray) -> None:
     mesh = part.thing.data
     layer = mesh.uv_layers.active or mesh.uv_layers.new(name="UVMap")
     if layer is None:
-        raise CannotUnwrap(f"{part.thing.name} has as many UV layers as Blender allows: remove one", mesh)
-    values = _read(layer.uv, "vector", np.float32, 2).reshape(-1, 2)
+        raise CannotUnwrapError(
+            f"{part.thing.name} has as many UV layers as Blender allows: remove one", mesh
+        )
+    values = _read(layer.data, "uv", np.float32, 2).reshape(-1, 2)
     values[part.loops] = uv
-    layer.uv.foreach_set("vector", values.ravel())
+    layer.data.foreach_set("uv", values.ravel())  # by `layer.uv` the undo's copy would change, too
     mesh.update()
 
 
@@ -99,15 +102,27 @@ def select_faces(mesh: bpy.types.Mesh, faces: Sequence[int]) -> None:
     chosen = np.zeros(len(mesh.polygons), dtype=bool)
     chosen[list(faces)] = True
     starts, sizes = (_read(mesh.polygons, name, np.int32)[chosen] for name in ("loop_start", "loop_total"))
-    loops = np.concatenate([np.arange(a, a + size) for a, size in zip(starts, sizes, strict=True)] or [np.empty(0, int)])
-    for of in (mesh.vertices, mesh.edges, mesh.polygons):
-        of.foreach_set("select", np.zeros(len(of), dtype=bool))
-    for of, name in ((mesh.vertices, "vertex_index"), (mesh.edges, "edge_index")):
+    loops = np.concatenate(
+        [np.arange(a, a + size) for a, size in zip(starts, sizes, strict=True)] or [np.empty(0, int)]
+    )
+    for domain, of, name in (("vert", mesh.vertices, "vertex_index"), ("edge", mesh.edges, "edge_index")):
         picked = np.zeros(len(of), dtype=bool)
         picked[_read(mesh.loops, name, np.int32)[loops]] = True
-        of.foreach_set("select", picked)
-    mesh.polygons.foreach_set("select", chosen)
+        _select(mesh, domain, picked)
+    _select(mesh, "poly", chosen)
     mesh.update()
+
+
+def _select(mesh: bpy.types.Mesh, domain: str, chosen: np.ndarray) -> None:
+    """By the attribute behind `select`, which Blender 5.0's `from_pydata` makes of a wrong type for edges."""
+    name = f".select_{domain}"
+    held = mesh.attributes.get(name)
+    if held is not None and held.data_type != "BOOLEAN":
+        mesh.attributes.remove(held)
+        held = None
+    kind = {"vert": "POINT", "edge": "EDGE", "poly": "FACE"}[domain]
+    held = held or mesh.attributes.new(name, "BOOLEAN", kind)
+    held.data.foreach_set("value", chosen)
 
 
 def _positions(thing: bpy.types.Object, modifiers: bpy.types.Depsgraph | None) -> np.ndarray:
@@ -123,9 +138,9 @@ def _positions(thing: bpy.types.Object, modifiers: bpy.types.Depsgraph | None) -
         made = evaluated.to_mesh()
         try:
             if len(made.vertices) != n:
-                raise CannotUnwrap(
-                    f"{thing.name}: its modifiers make {len(made.vertices)} vertices of {n}, so that their shape "
-                    "cannot be that of its faces: apply them, or switch Use Modifiers off",
+                raise CannotUnwrapError(
+                    f"{thing.name}: its modifiers make {len(made.vertices)} vertices of {n}, and not only "
+                    "another shape of its faces: apply them, or switch Use Modifiers off",
                     thing.data,
                 )
             co = _read(made.vertices, "co", np.float32, 3)

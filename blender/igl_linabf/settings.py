@@ -33,8 +33,8 @@ PROPERTIES = {
     ),
     "cones": IntProperty(
         name="Cones",
-        description="End the seams of closed surfaces at this many cones, so that both sides of each seam are "
-        "equally long; 0: no cones",
+        description="End the seams of closed surfaces at this many cones, so that both sides of each seam "
+        "are equally long; 0: no cones",
         default=0,
         min=0,
         soft_max=64,
