@@ -12,7 +12,7 @@ from .arrays import Pins, check_finite, compact, face_array, pins, scatter, seam
 from .components import connected_labels, face_components
 from .disks import Disks, side_by_side
 from .mesh import Mesh, PlanarFaces, loop_through, planar, planar_mesh
-from .parts import Parts
+from .parts import Parts, counted
 from .plane import (
     ALL_DIGITS,
     SPAN,
