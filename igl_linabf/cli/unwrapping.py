@@ -13,7 +13,7 @@ import numpy as np
 
 from .._runtime import part, reporting
 from .._types import IntArray
-from ..charts import TRADE, texture_seams, unwrap
+from ..charts import TRADE, texture_sides, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..io import SUFFIXES, read_file, write_file
 from .commands import (
@@ -52,11 +52,11 @@ def _unwrap(options: argparse.Namespace) -> int:
     V, F = mesh.V, mesh.F
     seams: Any = None
     if options.seams == "uv":
-        if mesh.FTC is None:
+        if mesh.TC is None or mesh.FTC is None:
             raise MeshError(
                 f"{options.mesh} has no texture coordinates at all corners: it has no seams of them"
             )
-        seams = texture_seams(F, mesh.FTC)
+        seams = texture_sides(V, F, mesh.TC, mesh.FTC)
     elif options.seams != "auto":
         seams = _pairs(options.seams)
     cones = options.cones
@@ -67,7 +67,7 @@ def _unwrap(options: argparse.Namespace) -> int:
         angles = np.deg2rad(
             _table(angles, np.float64, "numbers: write one angle in degrees on each line").ravel()
         )
-    names = ("trade", "holes", "bijective", "max_stretch", "complete", "weld", "strict", *NAMES)
+    names = ("trade", "holes", "bijective", "max_stretch", "complete", "hide", "weld", "strict", *NAMES)
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
@@ -86,6 +86,14 @@ def _pairs(path: str) -> IntArray:
     """The vertex pairs in a text file."""
     pairs: IntArray = _table(path, np.int64, "integers: write two vertices on each line")
     return pairs.reshape(-1, 2) if pairs.size == 0 else pairs
+
+
+def _direction(text: str) -> list[float]:
+    """Three numbers with commas between."""
+    numbers = [float(number) for number in text.split(",")]
+    if len(numbers) != 3:
+        raise argparse.ArgumentTypeError(f"{text!r} is no direction: give three numbers, as --hide=0,-1,0")
+    return numbers
 
 
 def _vertices(path: str) -> IntArray:
@@ -139,6 +147,11 @@ UNWRAP = Command(
             "type": float,
             "metavar": "L2",
             "help": "cut charts until their L2 stretch is at most this",
+        },
+        "hide": {
+            "type": _direction,
+            "metavar": "X,Y,Z",
+            "help": "where seams may lie: the direction in which the back or underside looks (--hide=0,-1,0)",
         },
         "holes": HOLES,
         "bijective": BIJECTIVE,

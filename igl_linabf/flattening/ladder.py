@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from .._runtime import advance, timed
-from .._types import ComplexArray, IntArray
+from .._types import IntArray
 from ..angles import (
     CAP_ANGLE,
     AbfResult,
@@ -32,9 +32,16 @@ from ..angles import (
     residual,
 )
 from ..errors import FallbackWarning, MeshWarning, some, stack_level
-from ..layouts import GAP, Layout, LayoutName, develop_boundary, injective, isometric, lay_out, placed
+from ..layouts import (
+    GAP,
+    Layout,
+    LayoutName,
+    check_pins,
+    develop_boundary,
+    lay_out,
+)
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
-from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flat_angles, flipped_faces, span
+from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flipped_faces, span
 from .outcome import judge
 from .result import Flattening, Hole, Residuals, Rung, RungName, Status
 
@@ -144,7 +151,9 @@ def posed(
     """
     solvers = Solvers(solver)
     with timed("estimate"):
-        least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1
+        check_pins(layout, pinned)
+        held = pinned is not None and len(pinned[0]) > 2
+        least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1 or held
         check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 16) if least_squares else 0)
         alpha, caps = opened(corner_angles(mesh))
         if len(caps):
@@ -301,55 +310,11 @@ def _abf_drawn(problem: Problem, stage: RungName, result: AbfResult, residual_to
     )
 
 
-def injective_map(problem: Problem, tried: Tried) -> Candidate:
-    """A map without flipped triangles from the best one so far, by SLIM."""
-    mesh, last = problem.mesh, tried[-1]
-    _, layout = best_of(tried)
-
-    def place(z: ComplexArray) -> ComplexArray:
-        return placed(mesh.topology, z, mesh.area, problem.pinned)
-
-    with timed("injective"):
-        made = injective(mesh, layout.z, place, problem.angles.solvers)
-    if made is None:
-        detail = "no embedding without flipped triangles was found in double precision"
-        return Candidate("injective", Status.NO_VALID_START, detail, last.state)
-    alpha = flat_angles(made.z, mesh.topology.corner)
-    how = f"igl's SLIM, {made.iterations} iterations from {made.start}"
-    state = replace(last.state, at=problem.angles.at(alpha))
-    slim = replace(layout, z=made.z, method="SLIM", solver=how)
-    return Candidate("injective", Status.GOOD, "", state, layout=slim)
-
-
-def isometric_map(problem: Problem, tried: Tried, weight: float, pinned: Pins | None) -> Candidate | None:
-    """The isometric map from the best one so far; None if that has flipped triangles."""
-    mesh, last = problem.mesh, tried[-1]
-    best, layout = best_of(tried)
-    if len(best.flipped):
-        return None
-    with timed("isometric"):
-        made = isometric(mesh, layout.z, weight, pinned, problem.angles.solvers)
-    flipped = flipped_faces(made.z, mesh.topology.corner)
-    start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"
-    by = f"igl's SLIM, {made.slim} iterations, and " if made.slim else ""
-    how = f"{by}Newton's method, {made.newton} steps, from {start}; energy {made.energy:.4g} (1: an isometry)"
-    state = replace(last.state, at=problem.angles.at(flat_angles(made.z, mesh.topology.corner)))
-    status, detail = Status.GOOD, ""
-    note = "" if made.stalled else f"the energy still falls after {made.newton} steps"
-    if made.missed:
-        status, detail = Status.PINS_MISSED, f"pins are missed by up to {made.missed:.1e} of the map's size"
-        note = f"{detail}, since triangles would flip"
-    if len(flipped):
-        status, detail = Status.FLIPPED, f"{len(flipped)} triangles are too small for double precision"
-    drawn = replace(layout, z=made.z, method="isometric", solver=how)
-    return Candidate("isometric", status, detail, state, note=note, layout=drawn, flipped=flipped)
-
-
 def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float]) -> Flattening:
     """The result: the best map with its residuals, steps and outcome."""
     best, layout = best_of(tried)
     at, angles = best.state.at, problem.angles
-    earlier = () if best.stage == "isometric" else tried  # where it starts does not matter to where it ends
+    earlier = () if best.stage in ("injective", "isometric") else tried  # where these start is no matter
     note = next((made.note for made in (best, *earlier) if made.note), "")
     outcome, message = judge(
         span(problem.mesh, layout.z),
@@ -360,6 +325,7 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
         np.flatnonzero(angles.invalid(at)),
         converged=best.converged,
         note=note,
+        pins=0 if problem.pinned is None else len(problem.pinned[0]),
     )
     return Flattening(
         uv=coordinates(layout.z),

@@ -19,14 +19,13 @@ from .ladder import (
     anchored,
     climb,
     feasible,
-    injective_map,
-    isometric_map,
     iterated,
     one_system,
     posed,
     report,
 )
 from .result import Flattening, Guarantee
+from .without_flips import injective_map, isometric_map
 
 Iterations = int | Literal["auto"]
 

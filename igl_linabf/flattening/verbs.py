@@ -43,9 +43,10 @@ def linabf(
         Vertex positions.
     F : (#F, 3) int
         Oriented triangles of one disk, with or without holes. Holes are not cut.
-    b, bc : (2,) int and (2, 2) float, optional
-        Two pinned vertices and their positions, as in `igl.lscm`. Without them the map is scaled
-        to the area of the surface, centred, and turned to its principal axes.
+    b, bc : (#b,) int and (#b, 2) float, optional
+        Two or more pinned vertices and their positions, as in `igl.lscm`. Two of them place the map; more
+        are constraints of the least-squares layout. Without pins the map is scaled to the area of
+        the surface, centred, and turned to its principal axes.
     iterations : int or "auto"
         1 is the paper's single linear step. k runs up to k steps of its active set (section 6).
         Each step linearises at the angles of the last one. They end early once the residual is at
@@ -86,7 +87,7 @@ def linabf(
     ------
     MeshError
         The surface is not one oriented manifold piece with a boundary and without handles, a face
-        is degenerate, `outer` is on no boundary loop, or the pins are not two different vertices.
+        is degenerate, `outer` is on no boundary loop, or the pins are not two or more different vertices.
 
     Warns
     -----
@@ -271,8 +272,10 @@ def flatten(
         "dncp", LSCM's energy from cotangents. A name
         stands for the method with its default options. To set options, pass an object, such as
         `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
-    b, bc : (2,) int and (2, 2) float, optional
-        Two pinned vertices and their positions, as in `igl.lscm`.
+    b, bc : (#b,) int and (#b, 2) float, optional
+        Two or more pinned vertices and their positions, as in `igl.lscm`. Two of them place the map. More
+        are constraints: of the least-squares layout, of "lscm" and "dncp", and of "isometric", which
+        meets them as far as no triangle has to flip. "scp" takes two.
     outer : int, optional
         A vertex of the outer boundary loop; all other loops are holes. By default the longest loop
         is the outer one.
@@ -291,7 +294,7 @@ def flatten(
     ------
     MeshError
         The surface is not one oriented manifold piece with a boundary and without handles, a face
-        is degenerate, `outer` is on no boundary loop, or the pins are not two different vertices.
+        is degenerate, `outer` is on no boundary loop, or the pins are not two or more different vertices.
 
     Examples
     --------

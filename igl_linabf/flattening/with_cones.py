@@ -22,13 +22,13 @@ from .ladder import (
     climb,
     drawn,
     feasible,
-    injective_map,
     iterated,
     posed,
     report,
 )
 from .methods import ABF, ABF_TOL, STAGES, LinABF, Method
 from .result import Flattening
+from .without_flips import injective_map
 
 SEAM_TOL = (
     1e-10  # residual at which the two sides of a seam are equally long to far more digits than are seen

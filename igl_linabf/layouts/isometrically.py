@@ -19,6 +19,8 @@ FAR = 2.0  # energy from which SLIM comes first: Newton's method takes many shor
 CHUNK = 2  # SLIM's iterations at a time
 NEAR = 0.02  # relative fall in a chunk below which Newton's method is faster
 STIFFNESS = 10.0 ** np.arange(0, 11, 2)  # of the springs to the pins, one after the other
+SOFT = 100.0  # stiffness up to which the energy may hold them back
+STEPS_EACH = 40
 PINS_MET = 1e-6  # distance of a vertex from its pin, relative to the map's size, from which it is put there
 
 
@@ -124,13 +126,16 @@ def _drawn_to_pins(
         scale = np.linalg.norm(wanted) / np.linalg.norm(own) + 0j
     to = z.copy()
     to[index] = wanted / scale + mean
-    steps = 0
+    steps, missed = 0, np.inf
     for stiffness in STIFFNESS:
         pull = np.zeros(len(z))
         pull[index] = stiffness
-        z, more = descend(field.charts, z, weight, field.hessians, Springs(pull, to))
-        steps += more
-    missed = float(np.abs(z - to)[index].max())
+        z, more = descend(field.charts, z, weight, field.hessians, Springs(pull, to), STEPS_EACH)
+        before, missed, steps = missed, float(np.abs(z - to)[index].max()), steps + more
+        if (
+            stiffness > SOFT and missed > before / 2
+        ):  # out of reach: a spring that rules brings ten times less
+            break
     made = (z - mean) * scale + middle
     if missed <= PINS_MET:
         exact = made.copy()

@@ -100,15 +100,20 @@ class Hessians:
 
 
 def descend(
-    charts: Charts, z: ComplexArray, weight: float, hessians: Hessians, springs: Springs | None = None
+    charts: Charts,
+    z: ComplexArray,
+    weight: float,
+    hessians: Hessians,
+    springs: Springs | None = None,
+    most: int = MAX_STEPS,
 ) -> tuple[ComplexArray, int]:
-    """The map at which the energy stalls, of every chart, and the number of steps.
+    """The map at which the energy stalls, of every chart, and the number of steps, `most` if it does not.
 
     Each chart has a step length of its own. No triangle can flip: it would collapse first, and a step is
     shorter than to the first collapse.
     """
     energy = charts.energy(z, weight, springs)
-    for step in range(MAX_STEPS):
+    for step in range(most):
         by_corner, rows = charts.rest.expanded(z, weight)
         slope = hessians.slope(by_corner, springs, z)
         x = -hessians.factored(rows, springs).solve(slope)
@@ -121,7 +126,7 @@ def descend(
         if not (energy - reached > STALL * energy).any():
             return z, step + 1
         energy = reached
-    return z, MAX_STEPS
+    return z, most
 
 
 def _searched(
