@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import igl
 import numpy as np
 import pytest
@@ -9,6 +11,8 @@ from carried import ball, pial
 from scipy.ndimage import map_coordinates
 
 from igl_linabf import Atlas, MeshError, bake, pack_together, unwrap
+from igl_linabf.cli import main
+from igl_linabf.io import read_mesh, write_image, write_mesh, write_textured
 from igl_linabf.surface import complex_positions, signed_double_areas
 
 Surface = tuple[np.ndarray, np.ndarray, Atlas]
@@ -142,3 +146,74 @@ def test_what_does_not_fit_is_refused() -> None:
         bake(V[:10], F, atlas, V, 64)
     with pytest.raises(ValueError, match="resolution"):
         bake(V, F, atlas, V, 0)
+
+
+def test_a_glb_file_shows_its_texture(tmp_path: Path) -> None:
+    trimesh = pytest.importorskip("trimesh")
+    V, F, atlas = cortex()
+    image = bake(V, F, atlas, (V - V.min(axis=0)) / np.ptp(V), RESOLUTION)
+    write_textured(tmp_path / "cortex.glb", V, F, atlas.TC, atlas.FTC, image)
+    (mesh,) = trimesh.load(tmp_path / "cortex.glb").geometry.values()
+    colours = mesh.visual.to_color().vertex_colors[:, :3] / 255
+    wanted = (mesh.vertices - V.min(axis=0)) / np.ptp(V)
+    assert np.median(np.abs(colours - wanted)) < 0.01
+    write_image(tmp_path / "cortex.png", image)
+    from PIL import Image
+
+    with Image.open(tmp_path / "cortex.png") as picture:
+        np.testing.assert_allclose(np.asarray(picture) / 255, np.clip(image, 0, 1), atol=0.002)
+    with pytest.raises(MeshError, match=r"\.glb"):
+        write_textured(tmp_path / "cortex.obj", V, F, atlas.TC, atlas.FTC, image)
+    with pytest.raises(MeshError, match="channels"):
+        write_image(tmp_path / "two.png", np.zeros((4, 4, 2)))
+
+
+@pytest.mark.parametrize("kind", ["colors", "normals", "position"])
+def test_the_command_bakes(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    pygltflib = pytest.importorskip("pygltflib")
+    V, F = pial()
+    colours = (V - V.min(axis=0)) / np.ptp(V, axis=0)
+    lines = [f"v {' '.join(map(str, (*v, *c)))}" for v, c in zip(V.tolist(), colours.tolist(), strict=True)]
+    lines += [f"f {a} {b} {c}" for a, b, c in (F + 1).tolist()]
+    source, target = tmp_path / "in.obj", tmp_path / "out.glb"
+    source.write_text("\n".join(lines))
+    assert main(["unwrap", str(source), "-o", str(target), "--bake", kind, "--resolution", "256"]) == 0
+    glb = pygltflib.GLTF2().load_binary(str(target))
+    assert glb.materials[0].pbrMetallicRoughness.baseColorTexture.index == 0
+    assert glb.meshes[0].primitives[0].attributes.COLOR_0 is None
+    from io import BytesIO
+
+    from PIL import Image
+
+    view = glb.bufferViews[glb.images[0].bufferView]
+    data = glb.binary_blob()[view.byteOffset : view.byteOffset + view.byteLength]
+    image = np.asarray(Image.open(BytesIO(data))) / 255
+
+    def rows(accessor: int) -> np.ndarray:
+        at = glb.accessors[accessor]
+        first = glb.bufferViews[at.bufferView].byteOffset
+        width = {"VEC2": 2, "VEC3": 3}[at.type]
+        return np.frombuffer(glb.binary_blob(), "<f4", at.count * width, first).reshape(-1, width)
+
+    attributes = glb.meshes[0].primitives[0].attributes
+    shown = looked_up(image, rows(attributes.TEXCOORD_0) * [1, -1] + [0, 1])
+    points = rows(attributes.POSITION).astype(float)
+    vertex = np.linalg.norm(V[:, None] - points, axis=2).argmin(axis=0)
+    normals = igl.per_vertex_normals(V, F)
+    wanted = {
+        "colors": colours,
+        "normals": normals / 2 + 0.5,
+        "position": (V - V.min(axis=0)) / np.ptp(V, axis=0).max(),
+    }[kind]
+    assert np.median(np.abs(shown - wanted[vertex])) < 0.02
+
+
+def test_the_command_refuses_what_it_cannot_bake(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    V, F, atlas = cortex()
+    source = tmp_path / "in.obj"
+    write_mesh(source, V, F, atlas.TC, atlas.FTC)
+    assert len(read_mesh(source)[0]) == len(V)
+    for target, kind, why in (("out.glb", "colors", "no colours"), ("out.obj", "normals", ".glb")):
+        assert main(["unwrap", str(source), "-o", str(tmp_path / target), "--bake", kind]) == 2
+        assert why in capsys.readouterr().err
+        assert not (tmp_path / target).exists()

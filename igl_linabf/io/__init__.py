@@ -18,6 +18,7 @@ from .files import (
     write_mesh,
     write_obj,
 )
+from .images import embed_texture, write_image, write_textured
 from .mesh_file import MeshFile
 from .one_index import split_at_seams
 from .parsing import Extras
@@ -30,6 +31,7 @@ __all__ = [
     "SUFFIXES",
     "Extras",
     "MeshFile",
+    "embed_texture",
     "read_file",
     "read_mesh",
     "read_texture",
@@ -39,6 +41,8 @@ __all__ = [
     "unit_square",
     "write_file",
     "write_grid",
+    "write_image",
     "write_mesh",
     "write_obj",
+    "write_textured",
 ]
