@@ -2,8 +2,8 @@
 
     python benchmarks/isometric.py
 
-The meshes are the bunny and those of the kinds closed, handles, holes and multi in IGL_LINABF_MESHES. Peers are
-added if they are installed. The last table has the cortex by both methods. Prints Markdown.
+The meshes are the bunny and those of the kinds closed, handles, holes and multi in IGL_LINABF_MESHES. Peers
+are added if they are installed. The last table has the cortex by both methods. Prints Markdown.
 """
 
 from __future__ import annotations
