@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     from .layouts import layout
     from .measures import Quality, distortion, overlaps, quality
     from .remesh import QuadGrid, quad_grid
-    from .surface import Cleaned, Repair, clean
+    from .surface import Cleaned, Repair, clean, split_chords
 
 __all__ = [
     "ABF",
@@ -94,6 +94,7 @@ __all__ = [
     "pack_together",
     "quad_grid",
     "quality",
+    "split_chords",
     "texture_seams",
     "unwrap",
     "write_grid",
@@ -111,7 +112,7 @@ _NAMES = {
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",
     "remesh": "QuadGrid quad_grid",
-    "surface": "Cleaned Repair clean",
+    "surface": "Cleaned Repair clean split_chords",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
 _ROOMS = {*_NAMES, "adapters", "angles", "kernels", "linalg"}

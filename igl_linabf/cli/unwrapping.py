@@ -120,7 +120,7 @@ UNWRAP = Command(
             "metavar": "OUT",
             "type": Path,
             "required": True,
-            "help": "OBJ, PLY or GLB file to write, or a folder that exists, or - for standard output",
+            "help": "OBJ, PLY, GLB, VTP or GIFTI file, or a folder that exists, or - for standard output",
         },
         "format": {
             "choices": [suffix[1:] for suffix in SUFFIXES],
@@ -130,7 +130,7 @@ UNWRAP = Command(
         "picture": PICTURE,
         "seams": {
             "default": "auto",
-            "help": "auto, uv (seams of the OBJ's texture coordinates), or a file of vertex pairs from 0",
+            "help": "auto, uv (seams of the file's texture coordinates), or a file of vertex pairs from 0",
         },
         "cones": {
             "metavar": "N",
