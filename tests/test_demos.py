@@ -38,9 +38,9 @@ def test_cortex(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "cortex.py")
     assert row(text, "triangles") == [18654] * 4
     assert row(text, "flipped")[:3] == [0, 0, 0]
-    lscm, ours, abf, shipped = row(text, "angle distortion")
-    assert abf <= ours <= 2.54e-3 * 1.02
-    assert ours < lscm < shipped
+    lscm, ours, isometric, shipped = row(text, "angle distortion")
+    assert ours <= 2.54e-3 * 1.02
+    assert ours < lscm < isometric < shipped
     V, coordinates, _, F, corners, _ = igl.readOBJ(str(tmp_path / "out" / "cortex.obj"))
     assert F.shape == corners.shape == (18654, 3)
     assert coordinates.min() == 0
@@ -118,6 +118,21 @@ def test_the_bunny_unwraps_at_three_trades(tmp_path) -> None:
     assert sorted(p.name for p in (tmp_path / "out").iterdir()) == [
         f"seams_bunny.{suffix}" for suffix in ("glb", "obj", "png")
     ]
+
+
+def test_the_isometric_map_has_even_texels_on_the_same_few_seams(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "even_texels.py")
+    found = re.findall(
+        r", (\w+): texels ([\d.]+) : 1, (\d+) charts, L2 stretch ([\d.]+), (\d+) flipped", text
+    )
+    assert {flips for *_, flips in found} == {"0"}
+    for name, spread, charts, stretch, _ in found:
+        if name != "xatlas":
+            assert int(charts) <= 4
+            assert (float(spread) < 3) == (float(stretch) < 1.06) == (name == "isometric")
+    picture = pixels(tmp_path / "out" / "even_texels.png")[..., :3].astype(int)
+    assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
+    assert picture.shape[0] == 1000
 
 
 def test_greedy_layout_breaks_far_from_its_seed_and_least_squares_does_not(tmp_path) -> None:

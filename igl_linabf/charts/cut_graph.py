@@ -15,6 +15,7 @@ from .._types import FloatArray, IntArray
 from ..surface import Submesh, connected_labels, sum_by
 from .creases import angle_noise, bends, face_normals, sharpness
 from .scale import ZeroAtNodes
+from .visibility import Smoothing, shown, valleys
 
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
@@ -43,7 +44,9 @@ class ClosedSurface:
         Vertices, nodes and faces at each edge that has two faces. Diagonals of polygons are no edges, and
         the triangles of a polygon are one face.
     true_length, length : (#E,) float64
-        Of the edges; and shorter at creases, where a seam is least visible.
+        Of the edges; and shorter where a seam shows less: at creases, and where it is hidden.
+    shown, valley : (#E,) float64
+        By what hiding multiplies the lengths; and valleys those by which arcs are rerouted in the end.
     sharp : (#E,) float64
         From 0 for no crease to 1 for a sharp one.
     graph : (n, n) sparse
@@ -65,6 +68,8 @@ class ClosedSurface:
     faces: IntArray
     true_length: FloatArray
     length: FloatArray
+    shown: FloatArray
+    valley: FloatArray
     sharp: FloatArray
     graph: sparse.csr_array
     key: IntArray
@@ -90,9 +95,9 @@ class ClosedSurface:
         return self.shortest[np.searchsorted(self.key, np.minimum(i, j) * self.n + np.maximum(i, j))]
 
     def search(
-        self, sources: IntArray, avoid: IntArray | None = None
+        self, sources: IntArray, avoid: IntArray | None = None, limit: float = np.inf
     ) -> tuple[FloatArray, IntArray, IntArray]:
-        """For each node the distance to the nearest source, the node before it on the path, that source."""
+        """The distance of each node to the nearest source, the node before it on the path, that source."""
         graph = self.graph
         if avoid is not None:
             open_ = np.ones(self.n, dtype=bool)
@@ -102,7 +107,7 @@ class ClosedSurface:
             data = np.where(open_[rows] & open_[graph.indices], graph.data, np.inf)
             graph = sparse.csr_array((data, graph.indices, graph.indptr), shape=graph.shape)
         distance, before, source = csgraph.dijkstra(
-            graph, indices=sources, min_only=True, return_predecessors=True
+            graph, indices=sources, min_only=True, return_predecessors=True, limit=limit
         )
         return distance, before.astype(np.int64), source.astype(np.int64)
 
@@ -119,8 +124,8 @@ class ClosedSurface:
         return float(self.length[seam].sum())
 
 
-def closed_surface(component: Submesh) -> ClosedSurface:
-    """Contract the boundary loops of a surface in one piece."""
+def closed_surface(component: Submesh, hidden: FloatArray | None = None) -> ClosedSurface:
+    """Contract the boundary loops of a surface in one piece; `hidden` as `hiding` returns it."""
     V, F, topology = component.V, component.F, component.topology
     holes = len(topology.loops)
     node = np.full(len(V), -1)
@@ -135,8 +140,12 @@ def closed_surface(component: Submesh) -> ClosedSurface:
     true_length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
     bend = bends(component, face_normals(component))[np.searchsorted(every, inside)]
     length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
-    graph, key, shortest = _graph(ends, length, n)
     double_area, dot = component.measured
+    size = float(np.sqrt(double_area.sum() / 2))
+    smoothing = Smoothing(component, edges, true_length, size)
+    visible = shown(component, edges, hidden, smoothing)
+    length *= visible
+    graph, key, shortest = _graph(ends, length, n)
     corner = node[topology.corner]
     cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
     off = _symmetric(-np.maximum(cotangent, SMALLEST_WEIGHT), node[topology.edges[every]], n)
@@ -151,6 +160,8 @@ def closed_surface(component: Submesh) -> ClosedSurface:
         faces=cell[topology.sides[:, inside].T % len(F)],
         true_length=true_length,
         length=length,
+        shown=visible,
+        valley=valleys(component, edges, true_length, bend, smoothing, size),
         sharp=sharpness(bend),
         graph=graph,
         key=key,
@@ -159,7 +170,7 @@ def closed_surface(component: Submesh) -> ClosedSurface:
         noise=angle_noise(component, node, n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
         laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
-        size=float(np.sqrt(double_area.sum() / 2)),
+        size=size,
     )
 
 
@@ -244,7 +255,7 @@ def _moved(piece: ClosedSurface, seam: IntArray, branch: int, cost: Cost) -> Int
 
     If more than three arcs meet, or at a hole, two of them may share a new branch.
     """
-    arcs = _arcs(piece, seam, branch)
+    arcs = arcs_at(piece, seam, branch)
     free = len(arcs) == 3 and branch >= piece.holes
     for chosen in [tuple(arcs)] if free else combinations(arcs, 2):
         rest = np.setdiff1d(seam, np.concatenate([arc for arc, _ in chosen]))
@@ -258,12 +269,12 @@ def _moved(piece: ClosedSurface, seam: IntArray, branch: int, cost: Cost) -> Int
         ways = [piece.paths(before, [centre]) for _, before, _ in searches]
         moved = np.unique(np.concatenate((rest, *ways)))
         shorter = piece.total(moved) < piece.total(seam) * SHORTER
-        if shorter and _shape(piece, moved) == _shape(piece, seam) and cost(moved) < cost(seam):
+        if shorter and shape(piece, moved) == shape(piece, seam) and cost(moved) < cost(seam):
             return moved
     return seam
 
 
-def _arcs(piece: ClosedSurface, seam: IntArray, branch: int) -> list[tuple[IntArray, int]]:
+def arcs_at(piece: ClosedSurface, seam: IntArray, branch: int) -> list[tuple[IntArray, int]]:
     """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
     around: dict[int, list[tuple[int, int]]] = {}
     for edge, (i, j) in zip(seam.tolist(), piece.ends[seam].tolist(), strict=True):
@@ -279,7 +290,7 @@ def _arcs(piece: ClosedSurface, seam: IntArray, branch: int) -> list[tuple[IntAr
     return arcs
 
 
-def _shape(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, int]:
+def shape(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, int]:
     """Numbers of components and cycles of the seam with the holes, and of the pieces it leaves."""
     number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1
     alone = piece.n - len(np.union1d(piece.ends[seam], np.arange(piece.holes)))
