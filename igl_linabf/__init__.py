@@ -47,6 +47,7 @@ if TYPE_CHECKING:
     from .measures import Quality, distortion, overlaps, quality
     from .remesh import QuadGrid, quad_grid
     from .surface import Cleaned, Repair, clean, split_chords
+    from .textures import bake
 
 __all__ = [
     "ABF",
@@ -76,6 +77,7 @@ __all__ = [
     "SingularSystemError",
     "abf",
     "adapters",
+    "bake",
     "batch",
     "clean",
     "compare",
@@ -113,6 +115,7 @@ _NAMES = {
     "measures": "Quality distortion overlaps quality",
     "remesh": "QuadGrid quad_grid",
     "surface": "Cleaned Repair clean split_chords",
+    "textures": "bake",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
 _ROOMS = {*_NAMES, "adapters", "angles", "kernels", "linalg"}
