@@ -21,6 +21,7 @@ FIRST = (
     "quads",
     "seams_bunny",
     "cones_bunny",
+    "even_texels",
 )
 
 

@@ -46,7 +46,8 @@ if TYPE_CHECKING:
     from .layouts import layout
     from .measures import Quality, distortion, overlaps, quality
     from .remesh import QuadGrid, quad_grid
-    from .surface import Cleaned, Repair, clean
+    from .surface import Cleaned, Repair, clean, split_chords
+    from .textures import bake
 
 __all__ = [
     "ABF",
@@ -76,6 +77,7 @@ __all__ = [
     "SingularSystemError",
     "abf",
     "adapters",
+    "bake",
     "batch",
     "clean",
     "compare",
@@ -94,6 +96,7 @@ __all__ = [
     "pack_together",
     "quad_grid",
     "quality",
+    "split_chords",
     "texture_seams",
     "unwrap",
     "write_grid",
@@ -111,7 +114,8 @@ _NAMES = {
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",
     "remesh": "QuadGrid quad_grid",
-    "surface": "Cleaned Repair clean",
+    "surface": "Cleaned Repair clean split_chords",
+    "textures": "bake",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
 _ROOMS = {*_NAMES, "adapters", "angles", "kernels", "linalg"}

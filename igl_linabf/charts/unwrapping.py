@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import Progress, part, reporting
-from .._types import IntArray
+from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, some, stack_level
 from ..flattening import Flattening, Method, Outcome, flatten_together, guaranteed, method_of
 from ..measures import (
@@ -34,13 +34,15 @@ from ..surface import (
 from .atlas import BEYOND_USE, ROUNDING, Atlas, Chart
 from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, sides_of_cleaned, without_charts
+from .given_seams import textured_seams
 from .halving import halves
 from .overlap_seams import MAX_SPLITS, seams_between
 from .packing import Wish, pack_maps
 from .pieces import flattened
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .scaf import moved_apart
-from .seams import TRADE, seams_of, textured_seams
+from .seams import TRADE, seams_of
+from .visibility import hiding
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
@@ -69,6 +71,7 @@ def unwrap(
     pages: int | None = None,
     max_stretch: float | None = None,
     complete: bool = False,
+    hide: ArrayLike | None = None,
     weld: float | None = None,
     strict: bool = False,
     progress: Progress = None,
@@ -124,6 +127,9 @@ def unwrap(
         At least 1; by default stretch is only weighed against seam length.
     complete : bool
         `seams` are a beginning: the others that handles, closed pieces and stretch need are found.
+    hide : (3,) or (#F,) float, optional
+        As in `find_seams`: a direction, as `[0, -1, 0]` for what looks back if the front looks to +y, or
+        a weight for each face. The seams that are found prefer the faces of that side.
     weld : float, optional
         As in `clean`.
     strict : bool
@@ -200,7 +206,8 @@ def unwrap(
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
     if not len(surface.F):
         return in_polygons(without_charts(cleaned, given), split)
-    task = _Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch)
+    hidden = hiding(surface, hide, np.arange(len(given)) if split is None else split.face)
+    task = _Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch, hidden)
     with reporting(progress):
         if cones is None:
             with part("seams", SEAMS_END):
@@ -231,6 +238,7 @@ class _Task:
     holes: bool
     bijective: bool
     max_stretch: float | None
+    hidden: FloatArray | None
 
     @property
     def most_stretch(self) -> float:
@@ -252,7 +260,7 @@ def _pieces(
     pieces = [surface]
     if seams is not None:
         if surface.vertices is not cleaned.origin:
-            mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged)), cleaned)
+            mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned)
         else:
             mask = seam_mask(seams, surface.named_faces, surface.n_given)
         pieces = surface.cut(mask)
@@ -264,11 +272,11 @@ def _pieces(
 def _seams_worth(piece: Submesh, task: _Task) -> IntArray:
     """The seams that its components need, and those that their stretch is worth; of disks, too."""
     if not task.holes:
-        return seams_of(piece, task.trade, disks=True, gain=DISK_GAIN)
+        return seams_of(piece, task.trade, disks=True, gain=DISK_GAIN, hidden=task.hidden)
     parts = piece.components()
     disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
     found = [
-        seams_of(part, task.trade, holes=True, disks=disk, gain=DISK_GAIN)
+        seams_of(part, task.trade, holes=True, disks=disk, gain=DISK_GAIN, hidden=task.hidden)
         for part, disk in zip(parts, disks, strict=True)
     ]
     return np.concatenate(found)
@@ -327,7 +335,7 @@ def _chart(piece: Submesh, splits: int, task: _Task, known: Known | None) -> Cha
         pairs, known = overlapping_pairs(result.uv, piece.F), None
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
-            return piece.cut_along(seams_of(piece, trade=0))
+            return piece.cut_along(seams_of(piece, trade=0, hidden=task.hidden))
         parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
         if len(parts) > 1:
             return parts
@@ -347,7 +355,7 @@ def _less_stretched(piece: Submesh, splits: int, task: _Task) -> list[Submesh]:
 def _more_leaves(piece: Submesh, task: _Task) -> IntArray:
     """More seams for a piece with flips: `trade` is doubled until `find_seams` finds some."""
     trades = max(task.trade, 1.0) * 2.0 ** np.arange(TRADE_DOUBLINGS)
-    found = (seams_of(piece, t, holes=task.holes, disks=True) for t in trades)
+    found = (seams_of(piece, t, holes=task.holes, disks=True, hidden=task.hidden) for t in trades)
     return next((seams for seams in found if len(seams)), np.zeros((0, 2), dtype=np.int64))
 
 
