@@ -300,17 +300,19 @@ def test_cones_are_spheres_and_both_sides_of_a_seam_have_one_colour() -> None:
     _, lines, balls = plotter.meshes
     assert lines.n_lines == len(atlas.seams)
     pieces = balls.connectivity()
-    centres = [pieces.points[pieces["RegionId"] == i].mean(axis=0) for i in range(6)]
-    assert pieces["RegionId"].max() == 5
+    region = pieces.point_data["RegionId"]
+    centres = [pieces.points[region == i].mean(axis=0) for i in range(6)]
+    assert region.max() == 5
     assert np.abs(np.sort(centres, axis=0) - np.sort(V[atlas.cones], axis=0)).max() < 1e-3
     plotter = plot_uv(atlas, atlas.FTC, plotter=off_screen())
     sides = plotter.meshes[-1]
     assert sides.n_lines == 2 * len(atlas.seams)
-    on_surface = np.unique(lines["colour"], axis=0, return_counts=True)
-    in_map = np.unique(sides["colour"], axis=0, return_counts=True)
+    on_surface = np.unique(lines.cell_data["colour"], axis=0, return_counts=True)
+    in_map = np.unique(sides.cell_data["colour"], axis=0, return_counts=True)
     assert len(on_surface[0]) > 3
     assert (in_map[0] == on_surface[0]).all() and (in_map[1] == 2 * on_surface[1]).all()
-    length = np.linalg.norm(np.diff(sides.points.reshape(-1, 2, 3), axis=1), axis=2).ravel()
+    start, end = sides.points[sides.lines.reshape(-1, 3)[:, 1:].T]
+    length = np.linalg.norm(end - start, axis=1)
     for colour in in_map[0]:  # its two sides are equally long, edge by edge
-        own = np.sort(length[(sides["colour"] == colour).all(axis=1)])
+        own = np.sort(length[(sides.cell_data["colour"] == colour).all(axis=1)])
         assert np.allclose(own[0::2], own[1::2], rtol=1e-6)
