@@ -21,6 +21,7 @@ FIRST = (
     "quads",
     "seams_bunny",
     "even_texels",
+    "baking",
 )
 
 
