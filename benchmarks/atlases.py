@@ -2,7 +2,7 @@
 
     python benchmarks/atlases.py
 
-The meshes are the bunny, the cortex and those in IGL_LINABF_MESHES that are sound. xatlas and uvunwrap are
+The meshes are a cortex and those in IGL_LINABF_MESHES that are sound. xatlas and uvunwrap are
 added if they are installed (extra `peers`), and Blender's Smart UV Project if bpy is, here or in the Python
 that BPY_PYTHON names. Prints Markdown.
 """
@@ -20,7 +20,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from meshes import shared, stanford
+from meshes import shared
 from unwrap import components
 
 from igl_linabf import OutcomeWarning, quality, texture_seams, unwrap
@@ -179,28 +179,26 @@ def row(name: str, program: str, values: list[float]) -> str:
 def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
     print(
-        f"At {RESOLUTION} x {RESOLUTION} with {PADDING} texels of padding. Seams: length over the square root\n"
-        "of the area. Spread: texel areas, 99th over 1st percentile. Fill: share of the page; those of xatlas\n"
-        "and uvunwrap need not be square. Touching: charts that share a texel of a bilinear lookup with\n"
-        "another one. s: seconds.\n"
+        f"At {RESOLUTION} x {RESOLUTION} with {PADDING} texels of padding. Seams: length over the square\n"
+        "root of the area. Spread: texel areas, 99th over 1st percentile. Fill: share of the page; those\n"
+        "of xatlas and uvunwrap need not be square. Touching: charts that share a texel of a bilinear\n"
+        "lookup with another one. s: seconds.\n"
     )
     heads = "mesh | by | charts | seams | L2 stretch | spread | fill | touching | s"
     print(f"| {heads} |\n|{'---|' * (heads.count('|') + 1)}")
     tables: dict[str, list[list[float]]] = {}
-    lines = []
-    for name, V, F in [stanford(), ("pial", *pial()), *shared(*KINDS)]:
+    for name, V, F in [("pial", *pial()), *shared(*KINDS)]:
         for program, run in programs().items():
             try:
                 values = figures(V, F, run(V, F))
-            except Exception as error:  # another program's, or our own: it is in the table
-                lines.append(f"| {name} | {program} | {type(error).__name__} | | | | | | |")
-                print(error, name, program, file=sys.stderr)
+            except Exception as error:  # another program's, or our own: the table says so
+                print(f"| {name} | {program} | {type(error).__name__} | | | | | | |", flush=True)
+                print(name, program, error, file=sys.stderr)
                 continue
             tables.setdefault(program, []).append(values)
-            lines.append(row(name, program, values))
+            print(row(name, program, values), flush=True)
     for program, values in tables.items():
         print(row(f"median of {len(values)}", program, np.median(values, axis=0).tolist()))
-    print("\n".join(lines))
 
 
 if __name__ == "__main__":
