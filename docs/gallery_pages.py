@@ -22,6 +22,7 @@ FIRST = (
     "seams_bunny",
     "cones_bunny",
     "even_texels",
+    "baking",
 )
 
 

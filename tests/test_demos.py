@@ -120,6 +120,18 @@ def test_the_bunny_unwraps_at_three_trades(tmp_path) -> None:
     ]
 
 
+def test_baked_details_are_those_of_the_fine_model(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "baking.py")
+    assert "differ by" in text
+    picture = pixels(tmp_path / "out" / "baking.png")[..., :3].astype(int)
+    assert picture.shape[:2] == (700, 2100)
+    colourful = np.ptp(picture, axis=2) > 40
+    plain, texture, dressed = (part.mean() for part in np.split(colourful, 3, axis=1))
+    assert plain < 0.01
+    assert texture > 0.2
+    assert dressed > 0.1
+
+
 def test_the_isometric_map_has_even_texels_on_the_same_few_seams(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "even_texels.py")
     found = re.findall(
