@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from .io import write_grid
     from .layouts import layout
     from .measures import Quality, distortion, overlaps, quality
+    from .patterns import Pattern, write_pattern
     from .remesh import QuadGrid, quad_grid
     from .surface import Cleaned, Repair, clean
 
@@ -69,6 +70,7 @@ __all__ = [
     "OneStepABFpp",
     "Outcome",
     "OutcomeWarning",
+    "Pattern",
     "QuadGrid",
     "Quality",
     "Repair",
@@ -97,6 +99,7 @@ __all__ = [
     "texture_seams",
     "unwrap",
     "write_grid",
+    "write_pattern",
 ]
 
 # A room is imported when one of its names is first used: so `igl-linabf` answers Ctrl-C before NumPy, SciPy
@@ -110,6 +113,7 @@ _NAMES = {
     "io": "write_grid",
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",
+    "patterns": "Pattern write_pattern",
     "remesh": "QuadGrid quad_grid",
     "surface": "Cleaned Repair clean",
 }
