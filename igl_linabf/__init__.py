@@ -47,7 +47,8 @@ if TYPE_CHECKING:
     from .measures import Quality, distortion, overlaps, quality
     from .patterns import Pattern, write_pattern
     from .remesh import QuadGrid, quad_grid
-    from .surface import Cleaned, Repair, clean
+    from .surface import Cleaned, Repair, clean, split_chords
+    from .textures import bake
 
 __all__ = [
     "ABF",
@@ -78,6 +79,7 @@ __all__ = [
     "SingularSystemError",
     "abf",
     "adapters",
+    "bake",
     "batch",
     "clean",
     "compare",
@@ -96,6 +98,7 @@ __all__ = [
     "pack_together",
     "quad_grid",
     "quality",
+    "split_chords",
     "texture_seams",
     "unwrap",
     "write_grid",
@@ -115,7 +118,8 @@ _NAMES = {
     "measures": "Quality distortion overlaps quality",
     "patterns": "Pattern write_pattern",
     "remesh": "QuadGrid quad_grid",
-    "surface": "Cleaned Repair clean",
+    "surface": "Cleaned Repair clean split_chords",
+    "textures": "bake",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
 _ROOMS = {*_NAMES, "adapters", "angles", "kernels", "linalg"}

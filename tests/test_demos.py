@@ -127,10 +127,9 @@ def test_the_isometric_map_has_even_texels_on_the_same_few_seams(tmp_path) -> No
     )
     assert {flips for *_, flips in found} == {"0"}
     for name, spread, charts, stretch, _ in found:
-        assert (float(spread) < 2.6, int(charts) < 5, float(stretch) < 1.05) == {
-            "linabf": (False, True, False),
-            "isometric": (True, True, True),
-        }.get(name, (float(spread) < 2.6, False, True))
+        if name != "xatlas":
+            assert int(charts) <= 4
+            assert (float(spread) < 3) == (float(stretch) < 1.06) == (name == "isometric")
     picture = pixels(tmp_path / "out" / "even_texels.png")[..., :3].astype(int)
     assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
     assert picture.shape[0] == 1000

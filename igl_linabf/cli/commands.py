@@ -6,9 +6,9 @@ import argparse
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from ..flattening import METHODS, Method
+from ..flattening import METHODS, BoundaryName, Method
 
 GOOD, NOT_VALID, ERROR = 0, 1, 2
 
@@ -37,6 +37,12 @@ WEIGHT: Argument = {
     "help": "of areas against angles, for the method isometric: 0 (angles) to 8 (areas); default: 1.5",
 }
 PICTURE: Argument = {"metavar": "OUT.png", "type": Path, "help": "checkerboard picture to write"}
+
+BOUNDARY: Argument = {
+    "choices": get_args(BoundaryName),
+    "default": "free",
+    "help": "shape of the map's boundary, for linabf and abf (circles: holes as well; default: free)",
+}
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,19 @@ from .._runtime import part, reporting
 from ..flattening import flatten
 from ..io import SUFFIXES, read_file, unit_square, write_file
 from ..measures import quality
-from .commands import GOOD, JSON, MESHES, METHOD, NOT_VALID, PICTURE, QUIET, WEIGHT, Command, method_with
+from .commands import (
+    BOUNDARY,
+    GOOD,
+    JSON,
+    MESHES,
+    METHOD,
+    NOT_VALID,
+    PICTURE,
+    QUIET,
+    WEIGHT,
+    Command,
+    method_with,
+)
 from .outputs import check_outputs, hand_out, progress_of
 
 
@@ -23,7 +35,8 @@ def _flatten(options: argparse.Namespace) -> int:
     with reporting(progress_of(options)), part("reading", 1.0):
         mesh = read_file(options.mesh)
     V, F = mesh.V, mesh.triangles
-    result = flatten(V, F, method, outer=options.outer, progress=progress_of(options))
+    shape = {"outer": options.outer, "boundary": options.boundary, "corners": options.corners}
+    result = flatten(V, F, method, progress=progress_of(options), **shape)
     uv = unit_square(result.uv) if options.units == "square" else result.uv
     measured = quality(V, F, uv)
     pictured = V, F, {options.method: result.uv}
@@ -66,6 +79,13 @@ FLATTEN = Command(
         "iterations": {"metavar": "N", "default": "auto", "help": "number of iterations, or auto"},
         "layout": {"choices": ("auto", "boundary", "least-squares", "greedy"), "default": "auto"},
         "outer": {"metavar": "VERTEX", "type": int, "help": "a vertex of the outer boundary loop"},
+        "boundary": BOUNDARY,
+        "corners": {
+            "metavar": "VERTEX",
+            "type": int,
+            "nargs": 4,
+            "help": "boundary vertices at the corners of the rectangle (default: where it turns most)",
+        },
         "solver": {"choices": ("auto", "cholmod", "multigrid", "direct"), "default": "auto"},
         "guarantee": {
             "choices": ("injective",),
@@ -86,6 +106,7 @@ FLATTEN = Command(
         "camelhead.off -o camelhead.obj --method abf --units mesh",
         "camelhead.off -o camelhead.obj --method isometric --weight 3    # areas, too",
         "camelhead.off -o camelhead.obj --iterations 1 --layout least-squares --solver direct",
+        "face.obj -o face.obj --boundary rectangle --corners 12 3 840 77    # found without --corners",
         "crown.obj -o flat.obj --outer 17 --guarantee injective    # vertex 17 is on the outer loop",
         "'heads/*.off' -o maps/ --json > figures.jsonl    # one line a mesh",
         "- -o - --quiet < head.obj > flat.obj",

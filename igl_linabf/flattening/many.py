@@ -28,6 +28,7 @@ from ..surface import Disks, coordinates, face_array, side_by_side, vertex_array
 from .methods import ONE_SYSTEM_RTOL, STAGES, LinABF, Method, method_of
 from .outcome import judge
 from .result import Flattening, Residuals, Rung, Status
+from .shapes import BoundaryName
 from .verbs import flatten
 
 LARGE = 10_000  # triangles from which a mesh is flattened alone: in company it would take as long
@@ -40,13 +41,14 @@ def flatten_many(
     meshes: Sequence[tuple[ArrayLike, ArrayLike]],
     method: str | Method = "linabf",
     *,
+    boundary: BoundaryName = "free",
     progress: Progress = None,
 ) -> list[Flattening | MeshError]:
     """Flatten many meshes at once: what a loop of `flatten` returns, in less time.
 
     Small disks go side by side into one linear system, as they do not touch: it is assembled, analysed and
     factored once, and each disk has its own steps, residuals and outcome. What needs more than linear ABF's
-    two solves, disks with holes, large meshes, and other methods are flattened one by one.
+    two solves, disks with holes, large meshes, shaped boundaries and other methods are flattened one by one.
 
     Parameters
     ----------
@@ -54,6 +56,8 @@ def flatten_many(
         As in `flatten`: vertex positions (#V, 3) float and triangles (#F, 3) int of each mesh.
     method : str or method object
         As in `flatten`.
+    boundary : {"free", "circle", "circles", "rectangle"}
+        As in `flatten`, for all meshes; the corners of rectangles are found.
     progress : callable or False, optional
         As in `flatten`.
 
@@ -81,14 +85,14 @@ def flatten_many(
     with reporting(progress):
         made: list[Flattening | MeshError | None] = [None] * len(given)
         arrays = [_arrays(mesh) for mesh in given]
-        sound = [i for i, array in enumerate(arrays) if array is not None]
-        together = flatten_together([array for array in arrays if array is not None], chosen)
+        sound = [i for i, array in enumerate(arrays) if array is not None and boundary == "free"]
+        together = flatten_together([array for array in arrays if array is not None][: len(sound)], chosen)
         for i, result in zip(sound, together, strict=True):
             made[i] = result
         left = [i for i, result in enumerate(made) if result is None]
         for k, i in enumerate(left):
             with part("alone", (k + 1) / len(left)):
-                made[i] = _alone(given[i], chosen)
+                made[i] = _alone(given[i], chosen, boundary)
     return [result for result in made if result is not None]
 
 
@@ -101,14 +105,14 @@ def _arrays(mesh: object) -> Arrays | None:
         return None
 
 
-def _alone(mesh: object, method: Method) -> Flattening | MeshError:
+def _alone(mesh: object, method: Method, boundary: BoundaryName) -> Flattening | MeshError:
     """What `flatten` returns or raises."""
     try:
         V, F = cast(Arrays, mesh)
     except (TypeError, ValueError):
         return MeshError(f"a mesh is given as a {type(mesh).__name__}: pass its vertices and faces, (V, F)")
     try:
-        return flatten(V, F, method)
+        return flatten(V, F, method, boundary=boundary)
     except MeshError as error:
         return error.with_traceback(None)  # which would keep the arrays of all its frames
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from .._runtime import timed
 from .._types import ComplexArray
-from ..layouts import at_pins, injective, isometric, placed
+from ..layouts import at_pins, embedded_inside, injective, isometric, placed
 from ..surface import Pins, flat_angles, flipped_faces
 from .ladder import Candidate, Problem, Tried, best_of
 from .result import Status
@@ -22,6 +22,17 @@ def injective_map(problem: Problem, tried: Tried) -> Candidate:
     def place(z: ComplexArray) -> ComplexArray:
         return placed(mesh.topology, z, mesh.area, None if held else pinned)
 
+    if problem.shape.sums is not None:
+        circle, solvers = problem.shape.name == "circle", problem.angles.solvers
+        with timed("injective"):
+            found = embedded_inside(mesh, layout.z, circle, place, solvers)
+        if found is None:
+            detail = "no embedding without flipped triangles inside this boundary was found"
+            return Candidate("injective", Status.NO_VALID_START, detail, last.state)
+        z, how = found
+        state = replace(last.state, at=problem.angles.at(flat_angles(z, mesh.topology.corner)))
+        inside = replace(layout, z=z, method="embedding", solver=how)
+        return Candidate("injective", Status.GOOD, "", state, layout=inside)
     with timed("injective"):
         made = injective(mesh, layout.z, place, problem.angles.solvers)
     if made is None:

@@ -12,4 +12,4 @@ from .convex import on_circle
 from .greedily import greedy
 from .isometrically import IsometricMap, at_pins, isometric
 from .separately import flat_disks
-from .slim import Injective, injective
+from .slim import Injective, embedded_inside, injective

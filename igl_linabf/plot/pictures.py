@@ -362,4 +362,6 @@ def _shown(plotter: pv.Plotter, show: bool, screenshot: str | bool) -> pv.Plotte
     if show:
         with pv.vtk_verbosity("error"):
             plotter.show(screenshot=screenshot)
+        # a notebook draws what a cell ends with, and would draw this a second time
+        plotter._repr_png_ = lambda: None
     return plotter
