@@ -60,7 +60,9 @@ def sheet_of(pattern: Pattern) -> Sheet:
             seam.sides, (1.0, -1.0), strict=True
         ):  # the material is on their left and right
             at, normal = _middle(side)
-            strokes.append(Stroke(SEAM, np.array([at, at + 0.8 * small * towards * normal]) + shift))  # a notch
+            strokes.append(
+                Stroke(SEAM, np.array([at, at + 0.8 * small * towards * normal]) + shift)
+            )  # a notch
             labels.append(Label(SEAM, str(seam.number), at + 1.6 * small * towards * normal + shift, small))
     for i, (tail, head) in enumerate(pattern.grain):
         strokes += [Stroke(GRAIN, line + shift) for line in _arrow(tail, head, text)]

@@ -96,10 +96,16 @@ class Pattern:
         for seam in self.seams:
             one, other = seam.lengths
             pieces = "{} {}".format(*seam.pieces)
-            lengths = (f"{one:.2f}", f"{other:.2f}", f"{seam.length:.2f}", f"{seam.change:+.2%}")
+            lengths = (
+                f"{one:.2f}",
+                f"{other:.2f}",
+                f"{seam.length:.2f}",
+                f"{round(seam.change, 4) + 0.0:+.2%}",
+            )
             rows.append((str(seam.number), pieces, *lengths))
         width, height = self.size
-        said = f"{self.pieces} pieces, {width:.1f} x {height:.1f} mm, {len(self.folds)} fold edges"
+        pieces = f"{self.pieces} piece{'s' * (self.pieces != 1)}"
+        said = f"{pieces}, {width:.1f} x {height:.1f} mm, {len(self.folds)} fold edges"
         return f"{aligned(rows)}\n{said}; edges change by {self.error:.2%} at most"
 
 
