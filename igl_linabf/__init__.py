@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from . import adapters, io
     from .batch_runs import batch
-    from .charts import Atlas, Chart, cut, find_cones, find_seams, texture_seams, unwrap
+    from .charts import Atlas, Chart, cut, find_cones, find_seams, pack_together, texture_seams, unwrap
     from .errors import (
         FallbackWarning,
         MemoryLimitError,
@@ -46,7 +46,8 @@ if TYPE_CHECKING:
     from .layouts import layout
     from .measures import Quality, distortion, overlaps, quality
     from .remesh import QuadGrid, quad_grid
-    from .surface import Cleaned, Repair, clean
+    from .surface import Cleaned, Repair, clean, split_chords
+    from .textures import bake
 
 __all__ = [
     "ABF",
@@ -76,6 +77,7 @@ __all__ = [
     "SingularSystemError",
     "abf",
     "adapters",
+    "bake",
     "batch",
     "clean",
     "compare",
@@ -91,8 +93,10 @@ __all__ = [
     "linabf_angles",
     "lscm",
     "overlaps",
+    "pack_together",
     "quad_grid",
     "quality",
+    "split_chords",
     "texture_seams",
     "unwrap",
     "write_grid",
@@ -102,7 +106,7 @@ __all__ = [
 # and libigl are there, and importing the package costs nothing.
 _NAMES = {
     "batch_runs": "batch",
-    "charts": "Atlas Chart cut find_cones find_seams texture_seams unwrap",
+    "charts": "Atlas Chart cut find_cones find_seams pack_together texture_seams unwrap",
     "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
     "flattening": "ABF DNCP LSCM SCP Comparison Flattener Flattening Hole Isometric LinABF OneStepABFpp "
     "Outcome Residuals abf compare flatten flatten_many linabf linabf_angles lscm",
@@ -110,7 +114,8 @@ _NAMES = {
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",
     "remesh": "QuadGrid quad_grid",
-    "surface": "Cleaned Repair clean",
+    "surface": "Cleaned Repair clean split_chords",
+    "textures": "bake",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
 _ROOMS = {*_NAMES, "adapters", "angles", "kernels", "linalg"}

@@ -10,6 +10,7 @@ from scipy.spatial import cKDTree
 
 from igl_linabf import MeshError
 from igl_linabf.charts import pack
+from igl_linabf.charts.packing import Placed
 from igl_linabf.surface import complex_positions, signed_double_areas
 
 Chart = tuple[np.ndarray, np.ndarray]
@@ -90,7 +91,7 @@ def test_apart_at_one_scale_and_not_mirrored(name: str, margin: float) -> None:
     for i, chart in enumerate(new_charts):
         assert not any(inside(chart, samples[j][0]) for j in range(len(samples)) if j != i)
     if margin == MARGIN:
-        least = {"one": 0.35, "six": 0.4, "lognormal": 0.5, "tiny": 0.3, "thin": 0.14, "equal": 0.37}[name]
+        least = {"one": 0.39, "six": 0.5, "lognormal": 0.64, "tiny": 0.38, "thin": 0.19, "equal": 0.44}[name]
         assert sum(new.area for new in placed) > least
 
 
@@ -116,7 +117,7 @@ def fill(charts: list[Chart]) -> float:
 
 def test_rectangles_are_turned_by_quarters_where_they_fit_so() -> None:
     pinwheel = [box(2, 1), box(2, 1), box(2, 1), box(2, 1), box(1, 1)]
-    assert fill(pinwheel) > 0.999  # 9/16 if all lie
+    assert fill(pinwheel) > 0.99  # 9/16 if all lie
 
 
 def test_charts_are_turned_to_their_narrowest_rectangle() -> None:
@@ -130,7 +131,66 @@ def test_charts_are_turned_to_their_narrowest_rectangle() -> None:
 def test_the_scale_is_searched_finely() -> None:
     # the sides of the least perfect squared square
     sides = (50, 35, 27, 8, 19, 15, 17, 11, 6, 24, 29, 25, 9, 2, 7, 18, 16, 42, 4, 37, 33)
-    assert fill([box(side, side) for side in sides]) > 0.93
+    assert fill([box(side, side) for side in sides]) > 0.85
+
+
+def footprints(placed: list[Placed], charts: list[Chart], resolution: int) -> np.ndarray:
+    """How many charts meet the bilinear kernel of each texel, by page."""
+    count = np.zeros((max(new.page for new in placed) + 1, resolution, resolution), dtype=np.int64)
+    for new, (_, F) in zip(placed, charts, strict=True):
+        texels = (new.uv - [new.page % 10, new.page // 10]) * resolution - 0.5  # of centre (i, j) at (i, j)
+        shape = shapely.union_all(shapely.polygons(texels[F]))
+        shapely.prepare(shape)
+        low = np.maximum(np.floor(texels.min(axis=0)), 0)
+        high = np.minimum(np.ceil(texels.max(axis=0)), resolution - 1)
+        columns, rows = (np.arange(a, b + 1, dtype=int) for a, b in zip(low, high, strict=True))
+        x, y = (part.ravel() for part in np.meshgrid(columns, rows))
+        reach = 1 - 1e-6  # the kernel is 0 where it ends
+        met = shapely.intersects(shape, shapely.box(x - reach, y - reach, x + reach, y + reach))
+        count[new.page, y[met], x[met]] += 1
+    return count
+
+
+@pytest.mark.parametrize("resolution", [128, 300])
+def test_no_two_charts_share_a_texel_of_a_bilinear_lookup(resolution: int) -> None:
+    charts = SETS["lognormal"]
+    once = footprints(pack(charts, resolution=resolution), charts, resolution)
+    assert once.max() == 1
+    assert once.sum() > 0.6 * once.size
+    assert footprints(pack(charts, resolution=resolution, padding=0), charts, resolution).max() > 1
+    many = [box(1 + 3 * (k % 3), 1, 0.1 * k) for k in range(120)] + stars([4, 3])  # on shelves, but two
+    assert footprints(pack(many, resolution=resolution), many, resolution).max() == 1
+
+
+def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
+    charts = SETS["six"]
+    placed = pack(charts, resolution=256, texel_density=40)
+    pages = max(new.page for new in placed) + 1
+    assert {round(abs(new.ratio) * 256, 9) for new in placed} == {40}
+    assert {new.page for new in placed} == set(range(pages))
+    assert pages > 1
+    assert footprints(placed, charts, 256).max() == 1
+    with pytest.raises(MeshError, match=r"density of 40 do not fit on a page of 256 x 256"):
+        pack(charts, resolution=256, texel_density=40, pages=1)
+    with pytest.raises(MeshError, match=r"chart 3 takes 368\d x 284\d\): use a smaller density, a larger"):
+        pack(charts, resolution=256, texel_density=600)
+    with pytest.raises(ValueError, match="needs a resolution"):
+        pack(charts, texel_density=40)
+
+
+def test_more_pages_hold_larger_charts_in_tiles() -> None:
+    charts = SETS["equal"]
+    sizes = []
+    for pages in (1, 12):
+        placed = pack(charts, resolution=256, pages=pages)
+        sizes.append(abs(placed[0].ratio))
+        tile = np.array([[new.page % 10, new.page // 10] for new in placed])
+        for new, corner in zip(placed, tile, strict=True):
+            inside = new.uv - corner
+            assert inside.min() > 1 / 256 - 1e-9
+            assert inside.max() < 1 - 1 / 256 + 1e-9
+        assert footprints(placed, charts, 256).max() == 1
+    assert sizes[1] > 2 * sizes[0]
 
 
 def test_the_same_again() -> None:
@@ -146,7 +206,7 @@ def test_hundreds_of_charts_of_all_sizes_are_apart_at_one_scale() -> None:
     ]
     margin = 0.001
     placed = pack(charts, margin=margin)
-    assert sum(new.area for new in placed) > 0.35
+    assert sum(new.area for new in placed) > 0.45
     assert np.ptp([abs(new.ratio) for new in placed]) < 1e-13 * abs(placed[0].ratio)
     everything = np.concatenate([new.uv for new in placed])
     assert everything.min() == pytest.approx(margin, abs=1e-12)

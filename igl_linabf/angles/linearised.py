@@ -234,7 +234,7 @@ def linearise(
         closure, paths = at.residual.closure, problem.constraints.paths
         if not close:
             closure = closure.of_paths(len(paths))
-        closing = ClosingRows(system, closure) if closure.asked.any() else None
+        closing = ClosingRows(system, closure, at.residual.vertex) if closure.asked.any() else None
     lin = Linearised(problem, system, S, closing)
     if not problem.constraints.n:
         return lin  # every vertex is on the boundary: the estimate is flat

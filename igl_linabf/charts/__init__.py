@@ -7,10 +7,12 @@ Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the confor
 
 from .atlas import Atlas, Chart
 from .cones import find_cones
+from .given_seams import texture_seams, texture_sides
 from .overlap_seams import separating_seams
 from .packing import pack
 from .scaf import make_bijective
-from .seams import TRADE, cut, find_seams, texture_seams
+from .seams import TRADE, cut, find_seams
+from .together import pack_together
 from .unwrapping import unwrap
 
 __all__ = [
@@ -22,7 +24,9 @@ __all__ = [
     "find_seams",
     "make_bijective",
     "pack",
+    "pack_together",
     "separating_seams",
     "texture_seams",
+    "texture_sides",
     "unwrap",
 ]

@@ -57,7 +57,8 @@ class Atlas:
     Attributes
     ----------
     TC : (#TC, 2) float64
-        Texture coordinates in the unit square.
+        Texture coordinates in the unit square; of page k in the one above and right of
+        (k % 10, k // 10), as UDIM tile 1001 + k.
     FTC : (#F, 3) int64
         Their rows at the corners of the faces, in the shape of `F`: (#F, k) for faces of k corners, a tuple
         of arrays for faces of different sizes.
@@ -76,7 +77,7 @@ class Atlas:
     splits : int
         How many charts were split because they overlapped themselves.
     fill : float
-        Share of the unit square that the charts cover.
+        Share of the pages that the charts cover.
     quality : Quality
         Of the whole: angles of all corners, stretch at the charts' common scale. Faces that were
         set aside do not count.
@@ -84,6 +85,11 @@ class Atlas:
         What `unwrap` did to the mesh before; empty if it was clean.
     max_stretch : float or None
         What was asked for.
+    page : (#charts,) int64
+        The page of each chart.
+    scale : float
+        Page sides per unit of length of V, on average over a chart. Times the resolution it is the
+        texel density.
     cones : (#C,) int64
         The vertices that are cones; empty without.
     cone_angles : (#C,) float64
@@ -105,9 +111,16 @@ class Atlas:
     quality: Quality
     repairs: tuple[Repair, ...] = ()
     max_stretch: float | None = None
+    page: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    scale: float = 0.0
     cones: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cone_angles: FloatArray = field(default_factory=lambda: np.zeros(0))
     split: Triangles | None = None
+
+    @property
+    def pages(self) -> int:
+        """Number of pages."""
+        return int(self.page.max(initial=0)) + 1
 
     @property
     def triangles(self) -> IntArray:

@@ -34,6 +34,7 @@ def given_back(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
         origin=cleaned.origin[atlas.origin],
         seams=cleaned.origin[atlas.seams],
         seam_length=atlas.seam_length * 2.0**-cleaned.power,
+        scale=atlas.scale * 2.0**cleaned.power,
         cones=cleaned.origin[atlas.cones],
         repairs=cleaned.repairs,
     )

@@ -25,7 +25,7 @@ Parts = Callable[[Seam], list[Submesh]]
 HARD = 0.5  # share of the area that lies flat, from which a surface has planes, and nets are compared
 LEVELS = (0.0, 0.02, 0.2)  # radians of curvature at a crease, from which on a net goes through it
 TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
-SHARP_SHARE = 0.25  # of its length: what a sharp crease counts, beyond what is free
+SHARP_SHARE = 0.15  # of its length: what a sharp crease counts, beyond what is free
 EXACT = 1e-3  # of stretch and bend that a net may leave
 
 
@@ -52,7 +52,12 @@ class Nets:
     def _priced(self) -> ClosedSurface:
         """The surface with lengths as a net is charged for them."""
         piece = self.piece
-        return piece.with_lengths(piece.true_length * (1 - (1 - SHARP_SHARE) * piece.sharp))
+        return piece.with_lengths(piece.true_length * piece.shown * (1 - (1 - SHARP_SHARE) * piece.sharp))
+
+    @cached_property
+    def _loops(self) -> Seam:
+        """The edges that open the handles."""
+        return open_handles(self._priced) if self.piece.genus else np.zeros(0, dtype=np.int64)
 
     @cached_property
     def _nodes(self) -> list[IntArray]:
@@ -94,7 +99,7 @@ class Nets:
     def _price(self, seam: Seam) -> float:
         """Of a seam, in units of stretch."""
         piece = self.piece
-        length, sharp = piece.true_length[seam] / piece.size, piece.sharp[seam]
+        length, sharp = (piece.true_length * piece.shown)[seam] / piece.size, piece.sharp[seam]
         hard = SHARP_SHARE * max(0.0, float(length @ sharp) - self.trade)
         return (float(length @ (1 - sharp)) + hard) / self.trade
 
@@ -113,13 +118,14 @@ class Nets:
             return None
         return net
 
-    def cheapest(self, seam: Seam, gain: float, parts: Parts, grow: Grow) -> Seam:
-        """Of a seam and the nets with branches of `grow`, the one that costs least when it is flattened.
+    def cheaper(self, seam: Seam, gain: float | None, parts: Parts, grow: Grow) -> Seam | None:
+        """The net, with branches of `grow`, that costs least when it is flattened; None if `seam` costs less.
 
-        No seam at all counts `gain` less.
+        With a `gain`, no seam is needed, and one has to save this.
         """
-        less = gain * (not len(seam))
-        least = distortion(parts(seam)) + self._price(seam) - less
+        least, best = distortion(parts(seam)) + self._price(seam), None
+        if gain is not None:
+            least = min(least, distortion(parts(seam[:0])) - gain)
         for nodes in self._nodes:
             net = self._through(nodes, least - 1)
             if net is None or 1 + self._price(net) >= least:
@@ -128,13 +134,12 @@ class Nets:
                 net = grow(net)
             cost = distortion(parts(net)) + self._price(net)
             if cost < least:
-                seam, least = net, cost
-        return seam
+                best, least = net, cost
+        return best
 
     def _through(self, nodes: IntArray, most: float = EXACT) -> Seam | None:
         """The net through these nodes, unless no net can be had at the price `most`."""
         if self._least_price(nodes) >= most:
             return None
-        loops = open_handles(self._priced) if self.piece.genus else np.zeros(0, dtype=np.int64)
-        net = join(self._priced, loops, nodes)
+        net = join(self._priced, self._loops, nodes)
         return net if len(net) > 1 or self.piece.holes else None

@@ -1,39 +1,29 @@
-"""Charts side by side in the unit square, at one common scale.
-
-Each chart is turned to the rectangle of least area around it. rectpack packs the rectangles of a few
-charts, and those of many go on shelves.
-"""
+"""Charts side by side on pages, at one common scale: what is asked for, and the charts in their places."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
-import rectpack
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from .._types import ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
 from ..surface import Parts, Submesh, complex_positions, coordinates, signed_double_areas
-from .shelves import areas, extents, narrowest_turns, on_shelves
+from .layout_search import Charts, Layout, fixed_layout, largest_layout
+from .outlines import outlines
+from .shelves import areas, extents, narrowest_turns
+from .spacing import Spacing
 
-UNITS = 1 << 20  # along the square's side: rectpack counts in integers
-SCALE_TRIALS = 16  # by each rule, halving the interval
-RULES = (rectpack.MaxRectsBssf, rectpack.MaxRectsBaf, rectpack.SkylineBl)
-FEW_CHARTS = 60  # up to which rectpack tries every rule; more charts are put on shelves, which is fast
-SOME_CHARTS = 250  # up to which rectpack's last rule is tried, too
-
-Shelves = Callable[[IntArray, int], tuple[IntArray, IntArray, BoolArray] | None]
-Rule = type | Shelves
-Place = tuple[int, int, int, int, bool]  # left, bottom, width, height in grid units; whether it is turned
+UDIM_ROW = 10  # pages side by side
 
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """A chart in the unit square: `ratio * (u + iv) + shift` of what it was.
+    """A chart on its page: `ratio * (u + iv) + shift` of what it was.
 
     Attributes
     ----------
@@ -43,27 +33,27 @@ class Placed:
     uv : (#V, 2) float64
         The chart's coordinates there; NaN at vertices that no face refers to.
     area : float
-        Its area there; the sum over the charts is the share of the square that is filled.
+        Its area there, in pages.
+    page : int
+        Page k is the square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
     """
 
     ratio: complex
     shift: complex
     uv: FloatArray
     area: float
+    page: int = 0
 
 
-@dataclass(frozen=True, eq=False)
-class _TurnedChart:
-    """A chart turned to its narrowest rectangle, its lower left corner at 0."""
-
-    z: ComplexArray
-    turn: complex
-    origin: complex
-    extent: complex
-    area: float
-
-
-def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005) -> list[Placed]:
+def pack(
+    charts: Sequence[tuple[ArrayLike, ArrayLike]],
+    *,
+    margin: float = 0.005,
+    resolution: int | None = None,
+    padding: float = 2,
+    texel_density: float | None = None,
+    pages: int | None = None,
+) -> list[Placed]:
     """Pack charts into the unit square by similarities of one common scale, without mirroring.
 
     Parameters
@@ -72,7 +62,12 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005
         Coordinates (#V, 2) float and triangles (#F, 3) int of each chart, at the relative scale
         they shall keep (that of their 3-D areas).
     margin : float
-        Smallest distance between two charts and to the border, as a share of the square's side.
+    resolution : int, optional
+    padding : float
+    texel_density : float, optional
+        Texels per unit of length of `uv`.
+    pages : int, optional
+        As in `unwrap`, like the others.
 
     Returns
     -------
@@ -82,10 +77,10 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005
     Raises
     ------
     MeshError
-        A chart has no area or coordinates that are not finite, or there are too many charts for
-        the margin.
+        A chart has no area or coordinates that are not finite, there are too many charts for the margin,
+        or they do not fit on the pages at the texel density.
     ValueError
-        The margin is not within [0, 0.1].
+        A number is out of its range.
 
     Examples
     --------
@@ -94,6 +89,8 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005
     >>> placed = pack([square] * 4)
     >>> sum(chart.area for chart in placed) > 0.95
     True
+    >>> [chart.page for chart in pack([square] * 3, resolution=64, texel_density=40)]
+    [0, 1, 2]
     """
     given = []
     for i, (uv, F) in enumerate(charts):
@@ -101,154 +98,159 @@ def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], *, margin: float = 0.005
             given.append(Submesh.checked(uv, F, 2, "uv"))
         except MeshError as error:
             raise MeshError(f"chart {i}: {error}") from None
-    placed = pack_maps([(chart.V, chart.F) for chart in given], margin)
+    wish = Wish.of(margin, resolution, padding, texel_density, pages)
+    placed = pack_maps([(chart.V, chart.F) for chart in given], wish)
     return [replace(p, uv=chart.scatter(p.uv)) for chart, p in zip(given, placed, strict=True)]
 
 
-def pack_maps(
-    maps: Sequence[tuple[FloatArray, IntArray]], margin: float, upright: bool = False
-) -> list[Placed]:
-    """`pack` of charts that are checked; every vertex has a face.
+@dataclass(frozen=True)
+class Wish:
+    """What is asked of a packing.
 
-    With `upright`, several charts are only turned by quarter turns.
+    Attributes
+    ----------
+    spacing : Spacing
+    side : float or None
+        Of a page, in units of the charts; None: as short as it can be.
+    pages : int or None
+        At most; None: as many as it takes.
+    resolution : int or None
+    upright : bool
+        Turn several charts by quarter turns only.
     """
-    if not 0 <= margin <= 0.1:
-        raise ValueError(f"margin is {margin!r}: give a share of the square's side, from 0 to 0.1")
-    many = len(maps) > FEW_CHARTS
-    if upright and len(maps) > 1:
-        given = _turned_many(maps, upright)
-    elif many:
-        given = _turned_many(maps)
-    else:
-        given = [_turned(*pair, i, len(maps) == 1) for i, pair in enumerate(maps)]
-    if not given:
+
+    spacing: Spacing
+    side: float | None
+    pages: int | None
+    resolution: int | None
+    upright: bool = False
+
+    @classmethod
+    def of(
+        cls,
+        margin: float,
+        resolution: int | None,
+        padding: float,
+        texel_density: float | None,
+        pages: int | None,
+    ) -> Wish:
+        """The arguments of `unwrap`, checked."""
+        spacing = Spacing.of(margin, resolution, padding)
+        if pages is not None and not pages >= 1:
+            raise ValueError(f"pages is {pages!r}: give a number from 1 upwards")
+        if texel_density is None:
+            return cls(spacing, None, 1 if pages is None else pages, resolution)
+        if resolution is None:
+            raise ValueError("texel_density needs a resolution: give the texels along a page's side, too")
+        if not (texel_density > 0 and np.isfinite(texel_density)):
+            raise ValueError(f"texel_density is {texel_density!r}: give texels per unit of length, above 0")
+        return cls(spacing, resolution / texel_density, pages, resolution)
+
+    def in_units(self, length: float) -> Wish:
+        """The same, for charts that have been scaled by `length`."""
+        return self if self.side is None else replace(self, side=self.side * length)
+
+
+def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[Placed]:
+    """`pack` of charts that are checked; every vertex has a face."""
+    if not maps:
         return []
-    sizes = np.array([chart.extent for chart in given])
-    inner = 1 - margin  # each rectangle brings the margin on two of its sides
-    longest = max(sizes.real.max(), sizes.imag.max())
-    high = min((1 - 2 * margin) / longest, inner / np.sqrt(sum(chart.area for chart in given)))
-    high *= 1 - 8 / UNITS  # rectangles are rounded up to the grid
-    scale, places = 0.0, None
-    for rule in _rules(len(given)):
-        top, trial = high, high
-        for _ in range(SCALE_TRIALS):
-            found = _attempt(sizes * trial, margin, rule)
-            if found is None:
-                top = trial
-            else:
-                scale, places = trial, found
-            trial = (scale + top) / 2
-            if scale == high:
-                break
-        if scale == high:
-            break
-    if places is None:
-        raise MeshError(f"{len(given)} charts do not fit with a margin of {margin}: use a smaller one")
-    # to the very border: the gaps only become wider
-    right = max(max(x + w, y + h) for x, y, w, h, _ in places) / UNITS - margin
-    grow = (1 - 2 * margin) / right
-    return [
-        _placed(chart, scale * grow, place, margin, grow) for chart, place in zip(given, places, strict=True)
-    ]
-
-
-def _rules(charts: int) -> tuple[Rule, ...]:
-    """How so many charts are packed; of several rules the one that leaves them largest counts."""
-    if charts <= FEW_CHARTS:
-        return RULES
-    return (on_shelves, RULES[-1]) if charts <= SOME_CHARTS else (on_shelves,)
-
-
-def _attempt(charts: ComplexArray, margin: float, rule: Rule) -> list[Place] | None:
-    """Places for all charts of these sizes, each with the margin above and right of it."""
-    units = np.ceil((np.column_stack((charts.real, charts.imag)) + margin) * UNITS).astype(np.int64)
-    side, sizes = int((1 - margin) * UNITS), units.tolist()
-    if not isinstance(rule, type):
-        shelved = rule(units, side)
-        if shelved is None:
-            return None
-        turned = shelved[2]
-        lying = np.where(turned[:, None], units[:, ::-1], units)
-        columns = (shelved[0], shelved[1], lying[:, 0], lying[:, 1], turned)
-        return list(zip(*(column.tolist() for column in columns), strict=True))
-    packer = rectpack.newPacker(
-        mode=rectpack.PackingMode.Offline, bin_algo=rectpack.PackingBin.BNF, pack_algo=rule, rotation=True
-    )
-    packer.add_bin(side, side)
-    for i, (width, height) in enumerate(sizes):
-        packer.add_rect(width, height, i)
-    packer.pack()
-    found = {i: (x, y, w, h) for _, x, y, w, h, i in packer.rect_list()}
-    if len(found) < len(sizes):
-        return None
-    return [(*found[i], list(found[i][2:]) != size) for i, size in enumerate(sizes)]
-
-
-def _placed(chart: _TurnedChart, scale: float, place: Place, margin: float, grow: float) -> Placed:
-    x, y, _, _, lies = place
-    corner = complex(x, y) / UNITS * grow + complex(margin, margin)
-    # a quarter turn about the lower left corner, and back into the rectangle
-    turn, back = (1j, chart.extent.imag) if lies else (1 + 0j, 0.0)
-    new = (chart.z * turn + back) * scale + corner
-    ratio = scale * turn * chart.turn
-    shift = corner + scale * (back - turn * chart.origin)
-    return Placed(ratio, shift, coordinates(new), float(chart.area * scale**2))
-
-
-def _turned_many(maps: Sequence[tuple[FloatArray, IntArray]], upright: bool = False) -> list[_TurnedChart]:
-    """`_turned` of many charts; with `upright`, they stay as they are turned."""
     vertices, faces = (Parts.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
-    z = complex_positions(np.concatenate([uv for uv, _ in maps]))
     F = np.concatenate([F for _, F in maps]) + faces.spread(vertices.start[:-1])[:, None]
-    area = areas(signed_double_areas(z, np.ascontiguousarray(F.T)), faces)
-    size = extents(z, vertices)[1]
-    size = np.maximum(size.real, size.imag)
-    flat = ~(area > 4 * np.finfo(float).eps * size * np.maximum(size, vertices.max(np.abs(z))))
-    if flat.any():
-        i = int(np.argmax(flat))
-        raise _without_area(i, len(maps[i][1]))
-    turn = np.ones(len(maps), dtype=np.complex128) if upright else narrowest_turns(z, vertices)
+    z, area = _checked(maps, F, vertices, faces)
+    if len(maps) == 1:
+        turn = np.array([_squarest_turn(z)])
+    else:
+        turn = np.ones(len(maps), np.complex128) if wish.upright else narrowest_turns(z, vertices)
     z = z * vertices.spread(turn)
     origin, extent = extents(z, vertices)
     z -= vertices.spread(origin)
-    rows = zip(turn.tolist(), origin.tolist(), extent.tolist(), area.tolist(), strict=True)
+    charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent), wish.upright)
+    layout = _layout(charts, wish)
+    # the layout's own turn, then to the page; the gaps only become wider
+    z = z * vertices.spread(layout.turn) + vertices.spread(layout.corner)
+    low, scale = _fitted(z, layout, vertices, wish)
+    page = layout.page
+    tile = page % UDIM_ROW + 1j * (page // UDIM_ROW)
+    at = tile - scale * low
+    z = scale * z + vertices.spread(at)
+    ratio = scale * layout.turn * turn
+    shift = scale * (layout.corner - layout.turn * origin) + at
+    rows = zip(ratio.tolist(), shift.tolist(), (area * scale**2).tolist(), page.tolist(), strict=True)
     bounds = pairwise(vertices.start.tolist())
-    return [_TurnedChart(z[slice(*at)], *row) for at, row in zip(bounds, rows, strict=True)]
+    uv = coordinates(z)
+    return [
+        Placed(by, to, uv[slice(*span)], size, on)
+        for span, (by, to, size, on) in zip(bounds, rows, strict=True)
+    ]
 
 
-def _without_area(i: int, n_faces: int) -> MeshError:
-    return MeshError(f"chart {i} has no area (its {n_faces} faces lie on a line): leave it out")
+def _layout(charts: Charts, wish: Wish) -> Layout:
+    n, spacing = len(charts.outlines), wish.spacing
+    if wish.side is None:
+        found = largest_layout(charts, spacing, wish.pages or 1)
+        if found is None:
+            raise MeshError(f"{n} charts do not fit with a margin of {spacing.gap:g}: use a smaller one")
+        return found
+    found = fixed_layout(charts, wish.side, spacing, wish.pages)
+    if found is not None:
+        return found
+    assert wish.resolution is not None
+    density = wish.resolution / wish.side
+    largest = int(charts.sizes.min(axis=1).argmax())
+    wide, high = charts.sizes[largest] * density
+    allowed = "a page" if wish.pages in (None, 1) else f"{wish.pages} pages"
+    remedy = "" if wish.pages is None else ", or more pages"
+    raise MeshError(
+        f"{n} chart{'s' * (n > 1)} at a texel density of {density:g} do not fit on {allowed} of "
+        f"{wish.resolution} x {wish.resolution} texels (chart {largest} takes {wide:.0f} x {high:.0f}): "
+        f"use a smaller density, a larger resolution{remedy}"
+    )
 
 
-def _turned(uv: FloatArray, F: IntArray, i: int, single: bool) -> _TurnedChart:
-    z = complex_positions(uv)
-    area = float(np.abs(signed_double_areas(z, np.ascontiguousarray(F.T))).sum()) / 2
-    size = max(float(np.ptp(z.real)), float(np.ptp(z.imag)))
-    if not area > 4 * np.finfo(float).eps * size * max(size, float(np.abs(z).max())):
-        raise _without_area(i, len(F))
-    turn = _best_turn(z, single)
-    z = z * turn
-    origin = complex(z.real.min(), z.imag.min())
-    z -= origin
-    return _TurnedChart(z, turn, origin, complex(z.real.max(), z.imag.max()), area)
+def _fitted(z: ComplexArray, layout: Layout, vertices: Parts, wish: Wish) -> tuple[ComplexArray, float]:
+    """What comes to the pages' lower left corners, for each chart; and the scale."""
+    spacing = wish.spacing
+    if wish.side is not None:
+        inset = (spacing.gap / 2 - spacing.border) * wish.side
+        return np.full(len(vertices), complex(inset, inset)), 1 / wish.side
+    n = int(layout.page.max()) + 1
+    lows, highs = extents(z, vertices)
+    highs += lows
+    low = np.full((n, 2), np.inf)
+    high = np.full((n, 2), -np.inf)
+    np.minimum.at(low, layout.page, coordinates(lows))
+    np.maximum.at(high, layout.page, coordinates(highs))
+    scale = spacing.inner / float((high - low).max())
+    return (low @ [1, 1j] - complex(spacing.border, spacing.border) / scale)[layout.page], scale
 
 
-def _best_turn(z: ComplexArray, single: bool) -> complex:
-    """The turn to the rectangle of least area around `z`; to the least square for a single chart."""
+def _checked(
+    maps: Sequence[tuple[FloatArray, IntArray]], F: IntArray, vertices: Parts, faces: Parts
+) -> tuple[ComplexArray, FloatArray]:
+    """The charts' vertices and areas."""
+    z = complex_positions(np.concatenate([uv for uv, _ in maps]))
+    area = areas(signed_double_areas(z, np.ascontiguousarray(F.T)), faces)
+    extent = extents(z, vertices)[1]
+    size = np.maximum(extent.real, extent.imag)
+    flat = ~(area > 4 * np.finfo(float).eps * size * np.maximum(size, vertices.max(np.abs(z))))
+    if flat.any():
+        i = int(np.argmax(flat))
+        raise MeshError(f"chart {i} has no area (its {len(maps[i][1])} faces lie on a line): leave it out")
+    return z, area
+
+
+def _squarest_turn(z: ComplexArray) -> complex:
+    """The turn of a single chart to the least square."""
     points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
     axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)
     # Qhull takes long thin charts as flat: whiten them, which does not change what is on the hull
     hull = z[ConvexHull(points @ (axes / sizes)).vertices]
     edges = np.roll(hull, -1) - hull
     turns = edges.conj() / np.abs(edges)
-    turns = turns[:: -(-len(turns) // 1000)]
-    if single:
-        turns = np.concatenate((turns, np.exp(0.5j * np.pi * np.linspace(0, 1, 1000, endpoint=False))))
-    best = (np.inf, 1 + 0j)
-    for part in np.array_split(turns, -(-len(turns) * len(hull) // 1_000_000)):
-        turned = part[:, None] * hull
-        width, height = np.ptp(turned.real, axis=1), np.ptp(turned.imag, axis=1)
-        cost = np.maximum(width, height) if single else width * height
-        k = int(cost.argmin())
-        best = min(best, (float(cost[k]), complex(part[k])), key=lambda pair: pair[0])
-    return best[1]
+    turns = np.concatenate(
+        (turns[:: -(-len(turns) // 1000)], np.exp(0.5j * np.pi * np.linspace(0, 1, 1000, endpoint=False)))
+    )
+    turned = turns[:, None] * hull[:: -(-len(hull) // 2000)]
+    cost = np.maximum(np.ptp(turned.real, axis=1), np.ptp(turned.imag, axis=1))
+    return complex(turns[int(cost.argmin())])

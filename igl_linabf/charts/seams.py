@@ -7,13 +7,8 @@ from numpy.typing import ArrayLike
 
 from .._runtime import advance
 from .._types import FloatArray, IntArray
-from ..errors import MeshError, some
 from ..surface import (
-    NEXT,
-    PREV,
-    Polygons,
     Submesh,
-    Topology,
     compact,
     cut_faces,
     face_array,
@@ -22,15 +17,23 @@ from ..surface import (
     seam_mask,
     vertex_array,
 )
+from .coarse import Contracted, clusters, contracted
 from .creases import flat_share
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
 from .nets import HARD, Nets
+from .routes import rerouted
 from .small_seams import SmallBodies
+from .visibility import hiding
 
 TRADE = 6.0
 MAX_LEAVES = 100  # on a component
 MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
+ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
+DIRECT = 10_000  # nodes up to which seams are found on the surface itself
+CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
+TWO_HOPS = 20_000  # nodes from which the roots of clusters are two edges apart, not one
+DRAWN_SHORTER = 1.6  # times the trade: a seam of clusters gets shorter when it is drawn tight
 MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 
 
@@ -79,79 +82,14 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     return positions[origin], F_cut, origin
 
 
-def texture_seams(F: ArrayLike, FTC: ArrayLike) -> IntArray:
-    """The seams of existing texture coordinates.
-
-    Parameters
-    ----------
-    F : (#F, 3) or (#F, k) int, or list of lists of int
-        Oriented triangles or polygons.
-    FTC : in the shape of `F`
-        Indices of the texture coordinates at the corners, as `igl.readOBJ` returns them.
-
-    Returns
-    -------
-    seams : (#E, 2) int64
-        Vertices of the interior edges whose two faces have different texture coordinates there.
-
-    Raises
-    ------
-    MeshError
-        The arrays are malformed or do not fit together, a corner has no texture coordinate, or the
-        surface is not an oriented manifold.
-
-    Examples
-    --------
-    >>> texture_seams([[0, 1, 2], [2, 1, 3]], [[0, 1, 2], [4, 1, 3]])
-    array([[1, 2]])
-    """
-    faces, texture = _triangles(F, FTC)
-    bad = np.flatnonzero((texture < 0).any(axis=1))
-    if len(bad):
-        raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")
-    vertices, packed = compact(faces, int(faces.max()) + 1)
-    topology = manifold_topology(packed, vertices)
-    return vertices[edges_between_textures(topology, texture)]
-
-
-def _triangles(F: ArrayLike, FTC: ArrayLike) -> tuple[IntArray, IntArray]:
-    """Faces and their texture as triangles; as fans, whose diagonals are no seams, whatever their shape."""
-    polygons, texture = Polygons.of(F), Polygons.of(FTC)
-    if len(texture) != len(polygons) or (texture.sizes != polygons.sizes).any():
-        raise MeshError(f"FTC has {len(texture)} rows for {len(polygons)} faces, or others: pass F's shape")
-    if (polygons.sizes == 3).all():
-        return face_array(F), face_array(FTC)
-    split = polygons.split(np.zeros((int(polygons.corners.max()) + 1, 3)))
-    whole = (split.F[:, [1, 2, 0]] != split.F).all(axis=1)
-    return split.F[whole], texture.corners[split.place[whole]]
-
-
-def edges_between_textures(topology: Topology, texture: IntArray) -> IntArray:
-    """`texture_seams` of a surface that is checked, by its own vertices."""
-    return np.asarray(topology.edges[_between_textures(topology, texture)])
-
-
-def textured_seams(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
-    """`edges_between_textures`, and the largest |log ratio| of the lengths of their two sides."""
-    between = _between_textures(topology, FTC)
-    start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
-    halves = topology.sides[:, between]
-    length = np.linalg.norm(TC[end[halves]] - TC[start[halves]], axis=-1)
-    with np.errstate(divide="ignore", invalid="ignore"):  # where a side is a point in the map
-        ratio = np.abs(np.log(length[0] / length[1]))
-    return topology.edges[between], float(np.nan_to_num(ratio, nan=0.0).max(initial=0.0))
-
-
-def _between_textures(topology: Topology, texture: IntArray) -> IntArray:
-    """Rows of `topology.edges`."""
-    inside = np.flatnonzero(topology.sides[1] >= 0)
-    first, second = topology.sides[:, inside]
-    start, end = texture.T[NEXT].ravel(), texture.T[PREV].ravel()  # of each half-edge
-    return np.asarray(inside[(start[first] != end[second]) | (end[first] != start[second])])
-
-
 def find_seams(
-    V: ArrayLike, F: ArrayLike, *, trade: float = TRADE, holes: bool = False, disks: bool = False
+    V: ArrayLike,
+    F: ArrayLike,
+    *,
+    trade: float = TRADE,
+    holes: bool = False,
+    disks: bool = False,
+    hide: ArrayLike | None = None,
 ) -> IntArray:
     """Find short seams that make every component a disk of low distortion.
 
@@ -160,7 +98,12 @@ def find_seams(
     the seam. Each is a shortest path from the point where the conformal map's scale is farthest
     from one, that is, from a tip that would shrink (one Laplace system a branch, as in boundary
     first flattening). Branches are kept as long as the lower stretch is worth their length.
-    Finally, branch points move if a shorter seam is worth the change of stretch.
+    Finally, branch points move if a shorter seam is worth the change of stretch, and the seam is
+    straightened and slides into valleys nearby.
+
+    Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
+    creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net
+    are for `unwrap` to split.
 
     Parameters
     ----------
@@ -170,13 +113,18 @@ def find_seams(
         Oriented triangles of any number of components, loops and handles.
     trade : float
         Seam length, in units of the square root of the component's area, that lowering the L2
-        stretch by 1 is worth. Edges along a crease of a right angle or more count half. 0: only
-        what is needed to make disks. Large: branches grow as long as the expected stretch falls, at
-        most 100 a component.
+        stretch by 1 is worth. Edges along a crease of a right angle or more count half, and sharp
+        creases on a net are free up to a length of `trade`. 0: only what is needed to make disks.
+        Large: branches grow as long as the expected stretch falls, at most 100 a component.
     holes : bool
         Do not cut from hole to hole: each component becomes a disk with holes.
     disks : bool
         Also grow branches on components that need no seam; by default these are not cut.
+    hide : (3,) or (#F,) float, optional
+        Where seams may lie: the direction in which faces look that are not seen, as `[0, 0, -1]` for the
+        underside if z is up; or a weight for each face, larger where a seam is hidden better. Weights
+        count by where they are between the least and the largest. An edge in full view counts three
+        times its length, a hidden one a third.
 
     Returns
     -------
@@ -199,16 +147,24 @@ def find_seams(
     >>> find_seams(V, F, trade=0).shape  # a path from one vertex to the opposite one
     (3, 2)
     """
-    return seams_of(Submesh.checked_manifold(V, F), trade, holes=holes, disks=disks)
+    surface = Submesh.checked_manifold(V, F)
+    hidden = hiding(surface, hide, np.arange(len(surface.F)))
+    return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden)
 
 
 def seams_of(
-    surface: Submesh, trade: float, *, holes: bool = False, disks: bool = False, gain: float = 0.0
+    surface: Submesh,
+    trade: float,
+    *,
+    holes: bool = False,
+    disks: bool = False,
+    gain: float = 0.0,
+    hidden: FloatArray | None = None,
 ) -> IntArray:
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
     A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
-    With a `gain`, small components among many get none if they need none.
+    With a `gain`, small components among many get none if they need none. `hidden` as of `hiding`.
     """
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
@@ -221,12 +177,12 @@ def seams_of(
             if genus == 0 and len(component.F) <= SMALL and len(shapes) >= MANY:
                 small += [component.faces] if not (open_ and gain) else []
             else:
-                piece = closed_surface(component)
+                piece = closed_surface(component, hidden)
                 seam = _best(component, piece, trade, holes, gain if open_ else None)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
-        bodies = SmallBodies(surface.of_faces(rows), _log_scale)
+        bodies = SmallBodies(surface.of_faces(rows), _log_scale, hidden)
         found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN))
     return np.concatenate(found)
 
@@ -261,21 +217,61 @@ def _best(
     nets = Nets(piece, trade, lambda seam: _log_scale(piece, _open_nodes(piece, seam), piece.curvature))
     if with_nets and (seam := nets.free()) is not None:
         return seam if gain is None or nets.expected(none) - nets.expected(seam) >= gain else none
-    seam = _seam(piece, trade, holes)
-    if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain:
-        seam = none
-    if not with_nets or (flat_share(component) < HARD and not nets.creased):
-        return seam
+    few = piece.n <= DIRECT
+    seam = _seam(piece, trade, holes)[0] if few else _carried(piece, trade, holes, gain)
+    hard = with_nets and (flat_share(component) >= HARD or nets.creased)
 
     def parts(seam: IntArray) -> list[Submesh]:
         return component.cut_along(component.vertices[piece.edges[seam]])
 
-    return nets.cheapest(seam, 0.0 if gain is None else gain, parts, lambda net: _grow(piece, net, trade))
+    if hard:
+        net = nets.cheaper(seam, gain, parts, lambda net: _grow(piece, net, trade)[0])
+        if net is not None:
+            return net
+    if not few:
+        return seam
+    seam = _shorter(piece, seam, trade)
+    return none if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain else seam
 
 
-def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
+def _carried(piece: ClosedSurface, trade: float, holes: bool, gain: float | None) -> IntArray:
+    """The seam of clusters of nodes, drawn tight; none if the cost falls by less than `gain`."""
+    levels: list[Contracted] = []
+    coarse = piece
+    while not levels or coarse.n > CLUSTERED:
+        levels.append(contracted(coarse, clusters(coarse, 1 if coarse.n < TWO_HOPS else 2)))
+        coarse = levels[-1].coarse
+    trade *= DRAWN_SHORTER
+    seam, leaves = _seam(coarse, trade, holes)
+    seam = _shorter(coarse, seam, trade)
+    if gain is not None and _cost(coarse, seam[:0], trade) - _cost(coarse, seam, trade) < gain:
+        return seam[:0]
+    leaves = np.intersect1d(leaves, coarse.ends[seam])
+    for level in reversed(levels):
+        seam, leaves = level.drawn(seam, leaves), level.roots[leaves]
+    return seam
+
+
+Grown = tuple[IntArray, IntArray]  # a seam, and its leaves
+
+
+def _seam(piece: ClosedSurface, trade: float, holes: bool) -> Grown:
     """Edges to cut `piece` along."""
+    none = np.zeros(0, dtype=np.int64)
+    seam, leaves = open_handles(piece) if piece.genus else none, none
+    seam = shortened(piece, seam, piece.total)
+    if not holes:
+        seam = join(piece, seam)
+    if not piece.holes and not len(seam):
+        seam, leaves = _slit(piece)
+    if trade > 0:
+        seam, grown = _grow(piece, seam, trade)
+        leaves = np.append(leaves, grown)
+    return seam, leaves
 
+
+def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
+    """The seam with its branch points moved."""
     known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
 
     def cost(seam: IntArray) -> float:
@@ -284,18 +280,12 @@ def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
             known[key] = _cost(piece, seam, trade)
         return known[key]
 
-    seam = open_handles(piece) if piece.genus else np.zeros(0, dtype=np.int64)
-    seam = shortened(piece, seam, piece.total)
-    if not holes:
-        seam = join(piece, seam)
-    if not piece.holes and not len(seam):
-        seam = _slit(piece)
-    if trade > 0:
-        seam = _grow(piece, seam, trade)
-    return shortened(piece, seam, lambda moved: _cost(piece, moved, trade))
+    seam = shortened(piece, seam, cost)
+    most = cost(seam) + ROUTED
+    return rerouted(piece, seam, lambda moved: cost(moved) < most)
 
 
-def _slit(piece: ClosedSurface) -> IntArray:
+def _slit(piece: ClosedSurface) -> Grown:
     """A path to open a sphere, between the two points that would shrink most."""
     extra = piece.curvature - 4 * np.pi * piece.area / piece.area.sum()
     start = int(np.argmin(_log_scale(piece, np.array([0]), extra)))
@@ -305,25 +295,27 @@ def _slit(piece: ClosedSurface) -> IntArray:
     if len(path) == 1:  # a single edge opens nothing
         distance[[start, end]] = np.inf
         path = np.append(path, piece.paths(before, [int(np.argmin(distance))]))
-    return path
+    return path, np.array([start, end])
 
 
-def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """Add branches one by one; return the seam of least cost."""
-    best, least, in_vain = seam, np.inf, 0
+def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> Grown:
+    """Add branches one by one; return the seam of least cost, and its leaves."""
+    leaves: list[int] = []
+    best, least, in_vain, in_best = seam, np.inf, 0, 0
     for _ in range(MAX_LEAVES):
         u = _log_scale(piece, _open_nodes(piece, seam), piece.curvature)
         cost = _cost(piece, seam, trade, u)
         advance("seams", 0.1)
         in_vain = 0 if cost < least else in_vain + 1
         if in_vain == 0:
-            best, least = seam, cost
+            best, least, in_best = seam, cost, len(leaves)
         leaf = int(np.argmax(np.abs(u)))
         if in_vain == MAX_LEAVES_IN_VAIN or u[leaf] == 0:
             break
         _, before, _ = piece.search(_open_nodes(piece, seam))
         seam = np.append(seam, piece.paths(before, [leaf]))
-    return best
+        leaves.append(leaf)
+    return best, np.array(leaves[:in_best], dtype=np.int64)
 
 
 def _cost(piece: ClosedSurface, seam: IntArray, trade: float, u: FloatArray | None = None) -> float:

@@ -1,7 +1,7 @@
-"""Many charts at once: turned to their narrowest rectangles, and put on shelves.
+"""The many small charts of an atlas: turned to their narrowest rectangles, and put on shelves.
 
-The rectangles lie, the highest ones first; every second shelf is filled from the right, and each rectangle
-comes down onto what is below it. So high ones stand over low ones, and hardly a gap remains between shelves.
+The rectangles lie, the highest ones first. A shelf is as high as its first rectangle. Where a large chart
+stands in its way, it goes on behind it: so the small ones fill the holes of the large ones.
 """
 
 from __future__ import annotations
@@ -17,52 +17,45 @@ from ..surface import Parts
 AT_ONCE = 1 << 20  # pairs of a turn and a point that are tried at once, which bounds the memory
 
 
-def on_shelves(sizes: IntArray, side: int) -> tuple[IntArray, IntArray, BoolArray] | None:
-    """Left, bottom, and whether it is turned, of rectangles (#R, 2) in a square; None if they do not fit."""
-    turned = sizes[:, 1] > sizes[:, 0]
-    width, height = sizes.max(axis=1), sizes.min(axis=1)
-    if width.max() > side:
-        return None
-    order = np.lexsort((-width, -height))
-    width, height = width[order], height[order]
-    end = np.cumsum(width)
-    x, y = np.empty_like(width), np.empty_like(width)
-    edge, level = np.array([0]), np.array([0])  # of what is below: where each step begins, and its height
-    first, leftward = 0, False
-    while first < len(width):
-        before = int(end[first] - width[first])
-        last = int(np.searchsorted(end, before + side, side="right"))
-        row = np.arange(first, last)
-        left = end[row] - width[row] - before
-        if leftward:
-            left = side - left - width[row]
-            row, left = row[::-1], left[::-1]
-        right = left + width[row]
-        bottom = _highest(edge, level, left, right)
-        top = bottom + height[row]
-        if top.max() > side:
-            return None
-        x[row], y[row] = left, bottom
-        # beside the shelf what was below is still seen
-        if leftward:
-            rest = edge < left[0]
-            edge, level = np.concatenate((edge[rest], left)), np.concatenate((level[rest], top))
+def on_shelves(sizes: FloatArray, taken: BoolArray) -> FloatArray:
+    """Lower left corners (#P, 2) of as many rectangles as find a place on a page.
+
+    Parameters
+    ----------
+    sizes : (#R, 2) float64
+        Widths and heights, the highest one first; in cells of the page.
+    taken : (side, side) bool
+        Cells where nothing may come.
+    """
+    side, n = len(taken), len(sizes)
+    end = np.concatenate(([0.0], np.cumsum(sizes[:, 0])))
+    blocked = np.concatenate((np.zeros((1, side), np.int64), np.cumsum(taken, axis=0)))  # below each row
+    lefts: list[FloatArray] = []
+    bottoms: list[FloatArray] = []
+    first, bottom = 0, 0.0
+    while first < n and bottom + sizes[first, 1] <= side:
+        height = sizes[first, 1]
+        top = int(np.ceil(bottom + height))
+        free = blocked[top] == blocked[int(bottom)]
+        change = np.flatnonzero(np.diff(np.concatenate(([False], free, [False]))))
+        before = first
+        for left, right in change.reshape(-1, 2).tolist():
+            last = int(np.searchsorted(end, end[first] + right - left, side="right")) - 1
+            if last > first:
+                lefts.append(left + end[first:last] - end[first])
+                bottoms.append(np.full(last - first, bottom))
+                first = last
+            if first == n:
+                break
+        if first > before:
+            bottom += height
+        elif len(change) == 2 and change[1] - change[0] == side:
+            break  # wider than the page
         else:
-            k = int(np.searchsorted(edge, right[-1], side="right"))
-            edge = np.concatenate((left, right[-1:], edge[k:]))
-            level = np.concatenate((top, level[k - 1 : k], level[k:]))
-        first, leftward = last, not leftward
-    place = np.empty_like(order)
-    place[order] = np.arange(len(order))
-    return x[place], y[place], turned
-
-
-def _highest(edge: IntArray, level: IntArray, left: IntArray, right: IntArray) -> IntArray:
-    """The highest step below each of some intervals."""
-    begin = np.searchsorted(edge, left, side="right") - 1
-    stop = np.searchsorted(edge, right, side="left")
-    bounds = np.column_stack((begin, stop)).ravel()
-    return np.asarray(np.maximum.reduceat(np.append(level, 0), bounds)[::2])
+            bottom = np.floor(bottom) + 1.0
+    if not lefts:
+        return np.zeros((0, 2))
+    return np.column_stack((np.concatenate(lefts), np.concatenate(bottoms)))
 
 
 def narrowest_turns(z: ComplexArray, charts: Parts) -> ComplexArray:

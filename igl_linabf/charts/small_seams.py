@@ -28,11 +28,13 @@ class SmallBodies:
         Of all of them.
     log_scale : callable
         The logarithm of the scale that takes away a curvature, and is zero at some nodes.
+    hidden : (#F,) float64, optional
+        As `hiding` returns it.
     """
 
-    def __init__(self, surface: Submesh, log_scale: LogScale) -> None:
+    def __init__(self, surface: Submesh, log_scale: LogScale, hidden: FloatArray | None = None) -> None:
         self.vertices = surface.vertices
-        self.piece = piece = closed_surface(surface)
+        self.piece = piece = closed_surface(surface, hidden)
         self._log_scale = log_scale
         self._of = connected_labels(piece.ends, piece.n)  # the body of each node
         self._n = int(self._of.max()) + 1

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import Progress, part, reporting
-from .._types import IntArray
+from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, some, stack_level
 from ..flattening import Flattening, Method, Outcome, flatten_together, guaranteed, method_of
 from ..measures import (
@@ -34,13 +34,15 @@ from ..surface import (
 from .atlas import BEYOND_USE, ROUNDING, Atlas, Chart
 from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, sides_of_cleaned, without_charts
+from .given_seams import textured_seams
 from .halving import halves
 from .overlap_seams import MAX_SPLITS, seams_between
-from .packing import pack_maps
+from .packing import Wish, pack_maps
 from .pieces import flattened
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .scaf import moved_apart
-from .seams import TRADE, seams_of, textured_seams
+from .seams import TRADE, seams_of
+from .visibility import hiding
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
@@ -63,8 +65,13 @@ def unwrap(
     holes: bool = False,
     bijective: bool = False,
     margin: float = 0.005,
+    resolution: int | None = None,
+    padding: float = 2,
+    texel_density: float | None = None,
+    pages: int | None = None,
     max_stretch: float | None = None,
     complete: bool = False,
+    hide: ArrayLike | None = None,
     weld: float | None = None,
     strict: bool = False,
     progress: Progress = None,
@@ -104,11 +111,25 @@ def unwrap(
     margin : float
         Distance between charts, and to the border, as a share of the unit square's side. If there are
         too many charts for it, a smaller one is used, with a warning.
+    resolution : int, optional
+        Texels along a page's side. Distances are then given by `padding`, not by `margin`.
+    padding : float
+        Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
+        charts share a texel of a bilinear lookup.
+    texel_density : float, optional
+        Texels per unit of length of V, on average over a chart; needs `resolution`. By default charts
+        are as large as the pages hold.
+    pages : int, optional
+        Pages to use; with `texel_density` at most, and by default as many as it takes. Page k is the
+        unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
     max_stretch : float, optional
         Cut or split charts, beyond given `seams`, too, until the L2 stretch of each is at most this.
         At least 1; by default stretch is only weighed against seam length.
     complete : bool
         `seams` are a beginning: the others that handles, closed pieces and stretch need are found.
+    hide : (3,) or (#F,) float, optional
+        As in `find_seams`: a direction, as `[0, -1, 0]` for what looks back if the front looks to +y, or
+        a weight for each face. The seams that are found prefer the faces of that side.
     weld : float, optional
         As in `clean`.
     strict : bool
@@ -127,9 +148,11 @@ def unwrap(
         given seams leave a chart with handles or without a boundary and are not to be completed.
         A cone is no interior vertex, or the cones are too few, or their angles do not obey
         Gauss-Bonnet; the message has the numbers that do. With `strict`, also: the surface is no
-        oriented manifold, or a face has no area.
+        oriented manifold, or a face has no area. With `texel_density`, also: the charts do not fit on the
+        pages.
     ValueError
-        `trade`, `margin`, `max_stretch` or `weld` is out of its range, or options do not go together.
+        `trade`, `margin`, `max_stretch`, `weld` or a number of the packing is out of its range, or options
+        do not go together.
 
     Warns
     -----
@@ -166,6 +189,7 @@ def unwrap(
             raise ValueError(f"cones= does not go together with {listed}: its seams run through the cones")
     if max_stretch is not None and not max_stretch >= 1:
         raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
+    wish = Wish.of(margin, resolution, padding, texel_density, pages)
     split = split_polygons(V, F)
     if split is not None:
         F, seams = split.F, None if seams is None else mask_of_triangles(seams, split, len(np.asarray(V)))
@@ -182,7 +206,8 @@ def unwrap(
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
     if not len(surface.F):
         return in_polygons(without_charts(cleaned, given), split)
-    task = _Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch)
+    hidden = hiding(surface, hide, np.arange(len(given)) if split is None else split.face)
+    task = _Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch, hidden)
     with reporting(progress):
         if cones is None:
             with part("seams", SEAMS_END):
@@ -192,7 +217,8 @@ def unwrap(
             wanted = Cones.checked(cones, cone_angles, surface, cleaned)
             made = coned(surface, wanted, task.method, (SEAMS_END, CHARTS_END))
         with part("packing", 1.0):
-            atlas = _packed(surface, made.charts, margin, cone_angles is not None)
+            wish = replace(wish.in_units(2.0**cleaned.power), upright=cone_angles is not None)
+            atlas = _packed(surface, made.charts, wish)
     atlas = replace(atlas, max_stretch=max_stretch, cones=made.cones, cone_angles=made.angles)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)
@@ -212,6 +238,7 @@ class _Task:
     holes: bool
     bijective: bool
     max_stretch: float | None
+    hidden: FloatArray | None
 
     @property
     def most_stretch(self) -> float:
@@ -233,7 +260,7 @@ def _pieces(
     pieces = [surface]
     if seams is not None:
         if surface.vertices is not cleaned.origin:
-            mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged)), cleaned)
+            mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned)
         else:
             mask = seam_mask(seams, surface.named_faces, surface.n_given)
         pieces = surface.cut(mask)
@@ -245,11 +272,11 @@ def _pieces(
 def _seams_worth(piece: Submesh, task: _Task) -> IntArray:
     """The seams that its components need, and those that their stretch is worth; of disks, too."""
     if not task.holes:
-        return seams_of(piece, task.trade, disks=True, gain=DISK_GAIN)
+        return seams_of(piece, task.trade, disks=True, gain=DISK_GAIN, hidden=task.hidden)
     parts = piece.components()
     disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
     found = [
-        seams_of(part, task.trade, holes=True, disks=disk, gain=DISK_GAIN)
+        seams_of(part, task.trade, holes=True, disks=disk, gain=DISK_GAIN, hidden=task.hidden)
         for part, disk in zip(parts, disks, strict=True)
     ]
     return np.concatenate(found)
@@ -308,7 +335,7 @@ def _chart(piece: Submesh, splits: int, task: _Task, known: Known | None) -> Cha
         pairs, known = overlapping_pairs(result.uv, piece.F), None
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
-            return piece.cut_along(seams_of(piece, trade=0))
+            return piece.cut_along(seams_of(piece, trade=0, hidden=task.hidden))
         parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
         if len(parts) > 1:
             return parts
@@ -328,7 +355,7 @@ def _less_stretched(piece: Submesh, splits: int, task: _Task) -> list[Submesh]:
 def _more_leaves(piece: Submesh, task: _Task) -> IntArray:
     """More seams for a piece with flips: `trade` is doubled until `find_seams` finds some."""
     trades = max(task.trade, 1.0) * 2.0 ** np.arange(TRADE_DOUBLINGS)
-    found = (seams_of(piece, t, holes=task.holes, disks=True) for t in trades)
+    found = (seams_of(piece, t, holes=task.holes, disks=True, hidden=task.hidden) for t in trades)
     return next((seams for seams in found if len(seams)), np.zeros((0, 2), dtype=np.int64))
 
 
@@ -359,13 +386,15 @@ def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, flo
     return replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message), after - before
 
 
-def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float, upright: bool) -> Atlas:
-    most = np.sqrt(MARGINS / len(done))
-    if most < margin <= 0.1:
-        what = f"a margin of {margin:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
+def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> Atlas:
+    most = float(np.sqrt(MARGINS / len(done)))
+    closer = wish.spacing.at_most(most)
+    if closer != wish.spacing:
+        what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
         warnings.warn(what, FallbackWarning, stacklevel=stack_level())
-        margin = float(most)
-    placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], margin, upright)
+        wish = replace(wish, spacing=closer)
+    placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], wish)
+    pages = np.array([p.page for p in placed])
     FTC, label, base = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64), 0
     for i, (_, piece) in enumerate(done):
         rows = np.searchsorted(surface.faces, piece.faces)
@@ -384,6 +413,8 @@ def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], margin: float, 
         seam_length=float(np.linalg.norm(surface.V[seams[:, 0]] - surface.V[seams[:, 1]], axis=1).sum()),
         seam_mismatch=mismatch,
         splits=len(done) - len(surface.components()),
-        fill=sum(p.area for p in placed),
+        fill=sum(p.area for p in placed) / (int(pages.max()) + 1),
+        page=pages,
+        scale=abs(placed[0].ratio),
         quality=quality_of(Submesh(V, FTC, surface.faces, origin, surface.n_given), TC),
     )

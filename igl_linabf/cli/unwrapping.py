@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import warnings
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,10 @@ import numpy as np
 
 from .._runtime import part, reporting
 from .._types import IntArray
-from ..charts import TRADE, texture_seams, unwrap
+from ..charts import TRADE, Atlas, texture_sides, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, read_file, write_file
+from ..io import SUFFIXES, MeshFile, embed_texture, read_file, write_file
+from .baking import BAKE, RESOLUTION, baked, check_bake
 from .commands import (
     GOOD,
     JSON,
@@ -30,6 +32,7 @@ from .commands import (
     method_with,
 )
 from .outputs import check_outputs, hand_out, progress_of
+from .packing import NAMES, PACKING
 
 TRADED: Argument = {
     "type": float,
@@ -48,14 +51,17 @@ def _unwrap(options: argparse.Namespace) -> int:
     method = method_with(options.method, {"weight": options.weight})
     with reporting(progress_of(options)), part("reading", 1.0):
         mesh = read_file(options.mesh)
+    check_bake(options.bake, mesh, options.output, options.pages)
+    if options.bake and options.resolution is None:
+        options.resolution = RESOLUTION
     V, F = mesh.V, mesh.F
     seams: Any = None
     if options.seams == "uv":
-        if mesh.FTC is None:
+        if mesh.TC is None or mesh.FTC is None:
             raise MeshError(
                 f"{options.mesh} has no texture coordinates at all corners: it has no seams of them"
             )
-        seams = texture_seams(F, mesh.FTC)
+        seams = texture_sides(V, F, mesh.TC, mesh.FTC)
     elif options.seams != "auto":
         seams = _pairs(options.seams)
     cones = options.cones
@@ -66,7 +72,7 @@ def _unwrap(options: argparse.Namespace) -> int:
         angles = np.deg2rad(
             _table(angles, np.float64, "numbers: write one angle in degrees on each line").ravel()
         )
-    names = ("trade", "holes", "bijective", "max_stretch", "complete", "weld", "strict")
+    names = ("trade", "holes", "bijective", "max_stretch", "complete", "hide", "weld", "strict", *NAMES)
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
@@ -74,17 +80,34 @@ def _unwrap(options: argparse.Namespace) -> int:
         atlas = unwrap(V, F, seams, method, **settings)
     pictured = V[atlas.origin], atlas.triangles, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
-    write = partial(write_file, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC)
+    write: Callable[[str], None] = partial(write_file, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC)
+    if options.bake:
+        write = partial(
+            _write_baked, mesh=mesh, atlas=atlas, kind=options.bake, resolution=options.resolution
+        )
     hand_out(options, str(atlas), figures, pictured, write)
     for message in atlas.troubles:
         print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
     return GOOD if atlas.good else NOT_VALID
 
 
+def _write_baked(path: str, mesh: MeshFile, atlas: Atlas, kind: str, resolution: int) -> None:
+    write_file(path, mesh, atlas.TC, atlas.FTC)
+    embed_texture(path, baked(kind, mesh, atlas, resolution))
+
+
 def _pairs(path: str) -> IntArray:
     """The vertex pairs in a text file."""
     pairs: IntArray = _table(path, np.int64, "integers: write two vertices on each line")
     return pairs.reshape(-1, 2) if pairs.size == 0 else pairs
+
+
+def _direction(text: str) -> list[float]:
+    """Three numbers with commas between."""
+    numbers = [float(number) for number in text.split(",")]
+    if len(numbers) != 3:
+        raise argparse.ArgumentTypeError(f"{text!r} is no direction: give three numbers, as --hide=0,-1,0")
+    return numbers
 
 
 def _vertices(path: str) -> IntArray:
@@ -111,7 +134,7 @@ UNWRAP = Command(
             "metavar": "OUT",
             "type": Path,
             "required": True,
-            "help": "OBJ, PLY or GLB file to write, or a folder that exists, or - for standard output",
+            "help": "OBJ, PLY, GLB, VTP or GIFTI file, or a folder that exists, or - for standard output",
         },
         "format": {
             "choices": [suffix[1:] for suffix in SUFFIXES],
@@ -121,7 +144,7 @@ UNWRAP = Command(
         "picture": PICTURE,
         "seams": {
             "default": "auto",
-            "help": "auto, uv (seams of the OBJ's texture coordinates), or a file of vertex pairs from 0",
+            "help": "auto, uv (seams of the file's texture coordinates), or a file of vertex pairs from 0",
         },
         "cones": {
             "metavar": "N",
@@ -139,6 +162,11 @@ UNWRAP = Command(
             "metavar": "L2",
             "help": "cut charts until their L2 stretch is at most this",
         },
+        "hide": {
+            "type": _direction,
+            "metavar": "X,Y,Z",
+            "help": "where seams may lie: the direction in which the back or underside looks (--hide=0,-1,0)",
+        },
         "holes": HOLES,
         "bijective": BIJECTIVE,
         "weld": {
@@ -150,6 +178,8 @@ UNWRAP = Command(
             "action": "store_true",
             "help": "refuse a mesh that is no clean manifold, do not repair it",
         },
+        **PACKING,
+        "bake": BAKE,
         "method": METHOD,
         "json": JSON,
         "quiet": QUIET,

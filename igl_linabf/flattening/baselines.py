@@ -52,6 +52,10 @@ def lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
 def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
     """`igl.spectra.lscm`: the spectral, pin-free conformal map of Mullen et al. 2008."""
     start = perf_counter()
+    if pinned is not None and len(pinned[0]) > 2:
+        raise MeshError(
+            f"scp is only moved to its pins, and there are {len(pinned[0])}: pin two vertices, or use lscm"
+        )
     try:
         z = complex_positions(igl.spectra.lscm(mesh.V, mesh.faces))
     except RuntimeError:

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from .._runtime import advance, timed
-from .._types import ComplexArray, IntArray
+from .._types import IntArray
 from ..angles import (
     CAP_ANGLE,
     AbfResult,
@@ -29,17 +29,28 @@ from ..angles import (
     initial_estimate,
     linear_step,
     opened,
+    prescribed_steps,
     residual,
 )
 from ..errors import FallbackWarning, MeshWarning, some, stack_level
-from ..layouts import GAP, Layout, LayoutName, develop_boundary, injective, isometric, lay_out, placed
+from ..layouts import (
+    GAP,
+    Layout,
+    LayoutName,
+    check_pins,
+    develop_boundary,
+    lay_out,
+)
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
-from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flat_angles, flipped_faces, span
+from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flipped_faces, span
 from .outcome import judge
 from .result import Flattening, Hole, Residuals, Rung, RungName, Status
+from .shapes import FREE, Shape
 
 ACTIVE_SET_RTOL = 0.01  # relative residual to which a step without a chord is solved
 MAX_ACTIVE_SET = 12  # re-anchored iterations after which "auto" gives up
+MAX_PRESCRIBED = 25  # steps to prescribed sums after which converged ABF takes over
+ON_CIRCLE = 1e-6  # residual at which the steps to a circle end; the loop is on it to all digits
 HOLE_GAP = 0.1  # relative gap of a hole's loop up to which "auto" leaves it to the least squares
 NO_FACES = np.empty(0, dtype=np.int64)
 
@@ -60,6 +71,8 @@ class Problem:
         Faces with an angle so close to pi that it was changed before flattening.
     cut : Constraints or None
         Of `mesh`, where the angles are those of the surface that `mesh` was cut from.
+    shape : Shape
+        What is asked of the boundary.
     """
 
     mesh: Mesh
@@ -68,6 +81,7 @@ class Problem:
     angles: AngleProblem
     repaired: IntArray
     cut: Constraints | None = None
+    shape: Shape = FREE
 
     @property
     def start(self) -> State:
@@ -127,6 +141,7 @@ def posed(
     solver: SolverName,
     safeguard: bool = True,
     uncut: Constraints | None = None,
+    shape: Shape = FREE,
 ) -> Problem:
     """The problem at its initial estimate (section 4.2).
 
@@ -144,7 +159,9 @@ def posed(
     """
     solvers = Solvers(solver)
     with timed("estimate"):
-        least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1
+        check_pins(layout, pinned)
+        held = pinned is not None and len(pinned[0]) > 2
+        least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1 or held
         check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 16) if least_squares else 0)
         alpha, caps = opened(corner_angles(mesh))
         if len(caps):
@@ -155,11 +172,11 @@ def posed(
                 stacklevel=stack_level(),
             )
     with timed("assembly"):
-        own = constraints_of(mesh.topology)
+        own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
         asked = own if uncut is None else uncut
         estimate = initial_estimate(asked.topology, alpha, threshold, safeguard, asked.sums)
         angles = AngleProblem(asked, estimate, solvers, safeguard)
-        return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own)
+        return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own, shape)
 
 
 def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
@@ -207,6 +224,7 @@ def drawn(
             mesh.area,
             angles.solvers,
             None if state.lin is None or problem.cut is not None else state.lin.laplacian,
+            problem.shape.corners[:2],
         )
     advance("layout", 0.5)
     flipped = flipped_faces(layout.z, mesh.topology.corner)
@@ -231,7 +249,7 @@ def one_system(rtol: float, tol: float) -> Stage:
                     gap, allowed = float(np.abs(state.at.residual.closure.gap).max()), HOLE_GAP
                 else:
                     state = chord_step(state, rtol)
-                    gap, allowed = develop_boundary(problem.mesh.topology, state.at.residual).gap, GAP
+                    gap, allowed = develop_boundary(problem.angles.constraints, state.at.residual).gap, GAP
                 if gap > allowed:
                     detail = f"a boundary loop fails to close by {gap:.1%} of its length"
                     return Candidate("linear step", Status.OPEN_LOOP, detail, state)
@@ -239,6 +257,20 @@ def one_system(rtol: float, tol: float) -> Stage:
                 detail = f"a full step would make an angle of {limited} triangles zero or negative"
                 return Candidate("linear step", Status.CUT_SHORT, detail, state)
         return drawn(problem, "linear step", state, converged=state.at.residual.largest <= tol)
+
+    return stage
+
+
+def prescribed(rtol: float, tol: float) -> Stage:
+    """Steps to the angle sums that are prescribed at the boundary."""
+
+    def stage(problem: Problem, tried: Tried) -> Candidate:
+        # the outer loop is drawn on its circle anyway, but small errors move those of holes a lot
+        enough = {"circle": max(tol, ON_CIRCLE), "circles": tol / 10}.get(problem.shape.name, tol)
+        state = prescribed_steps(problem.start, rtol, enough, MAX_PRESCRIBED)
+        reached = state.at.residual.largest <= enough
+        note = "" if reached else f"the iterations did not converge within {MAX_PRESCRIBED} steps"
+        return drawn(problem, "active set", state, converged=reached, note=note)
 
     return stage
 
@@ -301,55 +333,11 @@ def _abf_drawn(problem: Problem, stage: RungName, result: AbfResult, residual_to
     )
 
 
-def injective_map(problem: Problem, tried: Tried) -> Candidate:
-    """A map without flipped triangles from the best one so far, by SLIM."""
-    mesh, last = problem.mesh, tried[-1]
-    _, layout = best_of(tried)
-
-    def place(z: ComplexArray) -> ComplexArray:
-        return placed(mesh.topology, z, mesh.area, problem.pinned)
-
-    with timed("injective"):
-        made = injective(mesh, layout.z, place, problem.angles.solvers)
-    if made is None:
-        detail = "no embedding without flipped triangles was found in double precision"
-        return Candidate("injective", Status.NO_VALID_START, detail, last.state)
-    alpha = flat_angles(made.z, mesh.topology.corner)
-    how = f"igl's SLIM, {made.iterations} iterations from {made.start}"
-    state = replace(last.state, at=problem.angles.at(alpha))
-    slim = replace(layout, z=made.z, method="SLIM", solver=how)
-    return Candidate("injective", Status.GOOD, "", state, layout=slim)
-
-
-def isometric_map(problem: Problem, tried: Tried, weight: float, pinned: Pins | None) -> Candidate | None:
-    """The isometric map from the best one so far; None if that has flipped triangles."""
-    mesh, last = problem.mesh, tried[-1]
-    best, layout = best_of(tried)
-    if len(best.flipped):
-        return None
-    with timed("isometric"):
-        made = isometric(mesh, layout.z, weight, pinned, problem.angles.solvers)
-    flipped = flipped_faces(made.z, mesh.topology.corner)
-    start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"
-    by = f"igl's SLIM, {made.slim} iterations, and " if made.slim else ""
-    how = f"{by}Newton's method, {made.newton} steps, from {start}; energy {made.energy:.4g} (1: an isometry)"
-    state = replace(last.state, at=problem.angles.at(flat_angles(made.z, mesh.topology.corner)))
-    status, detail = Status.GOOD, ""
-    note = "" if made.stalled else f"the energy still falls after {made.newton} steps"
-    if made.missed:
-        status, detail = Status.PINS_MISSED, f"pins are missed by up to {made.missed:.1e} of the map's size"
-        note = f"{detail}, since triangles would flip"
-    if len(flipped):
-        status, detail = Status.FLIPPED, f"{len(flipped)} triangles are too small for double precision"
-    drawn = replace(layout, z=made.z, method="isometric", solver=how)
-    return Candidate("isometric", status, detail, state, note=note, layout=drawn, flipped=flipped)
-
-
 def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float]) -> Flattening:
     """The result: the best map with its residuals, steps and outcome."""
     best, layout = best_of(tried)
     at, angles = best.state.at, problem.angles
-    earlier = () if best.stage == "isometric" else tried  # where it starts does not matter to where it ends
+    earlier = () if best.stage in ("injective", "isometric") else tried  # where these start is no matter
     note = next((made.note for made in (best, *earlier) if made.note), "")
     outcome, message = judge(
         span(problem.mesh, layout.z),
@@ -360,6 +348,7 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
         np.flatnonzero(angles.invalid(at)),
         converged=best.converged,
         note=note,
+        pins=0 if problem.pinned is None else len(problem.pinned[0]),
     )
     return Flattening(
         uv=coordinates(layout.z),
@@ -380,4 +369,6 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
         solver=tried[-1].state.how,
         layout_solver=layout.solver,
         seconds=seconds,
+        boundary=problem.shape.name,
+        corners=problem.mesh.vertices[problem.shape.corners],
     )

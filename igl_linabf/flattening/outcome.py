@@ -18,6 +18,7 @@ def judge(
     *,
     converged: bool,
     note: str,
+    pins: int = 0,
 ) -> tuple[Outcome, str]:
     """The outcome, and a sentence that explains it.
 
@@ -35,6 +36,8 @@ def judge(
         Whether the method's tolerance was reached.
     note : str
         Why it was not reached; "" if no convergence was asked for.
+    pins : int
+        How many vertices were pinned.
     """
     fit = f"largest angle residual {residual:.1e}"
     if len(invalid):
@@ -49,7 +52,7 @@ def judge(
             "igl_linabf.unwrap"
         )
         end = end if ratio > SPAN else ""
-        if made in ("SLIM", "isometric"):
+        if made in ("SLIM", "isometric", "embedding"):
             if note:
                 return Outcome.NOT_CONVERGED, f"no triangle is flipped, but {note}, by {solver}{end}"
             return Outcome.VALID, f"no triangle is flipped, by {solver}{end}"
@@ -65,6 +68,11 @@ def judge(
         "cut the mesh towards them (igl_linabf.unwrap does this for you), or use guarantee='injective', "
         "which gives a map without flips, but with more distortion"
     )
+    if pins > 2:
+        return Outcome.FLIPPED, (
+            f"{where}, as {pins} pins may ask for: pin fewer vertices, or use method='isometric', which "
+            "comes as near to them as it can without flips"
+        )
     if not converged:
         return Outcome.FLIPPED, f"{where}: {note or 'more iterations may help'} ({fit}); {helps}"
     if ratio > SPAN:

@@ -6,10 +6,10 @@ Degener, Meseth, Klein 2003 and Smith, De Goes, Kim 2019 (the isometric energy a
 """
 
 from .boundary import develop_boundaries, develop_boundary
-from .choice import GAP, Layout, LayoutName, check_method, lay_out, layout, placed
+from .choice import GAP, Layout, LayoutName, check_method, check_pins, lay_out, layout, placed
 from .conformal_energy import far_apart, least_squares
 from .convex import on_circle
 from .greedily import greedy
-from .isometrically import IsometricMap, at_pins, isometric
+from .isometrically import IsometricMap, at_pins, isometric, isometric_together
 from .separately import flat_disks
-from .slim import Injective, injective
+from .slim import Injective, embedded_inside, injective

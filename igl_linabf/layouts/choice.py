@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._types import ComplexArray, FloatArray
+from .._types import ComplexArray, FloatArray, IntArray
 from ..angles import Constraints, Residual, constraints_of, residual
 from ..errors import MeshError, SingularSystemError, some
 from ..linalg import Analysis, NotPositiveDefiniteError, SolverName, Solvers
@@ -61,18 +61,26 @@ def lay_out(
     area: float,
     solvers: Solvers,
     laplacian: Analysis | None = None,
+    along: IntArray | None = None,
 ) -> Layout:
     """Lay out triangles' angles, (3, #F) radians.
 
-    `laplacian` is the analysis of the constraints' pattern, if it is known already.
+    `laplacian` is the analysis of the constraints' pattern, if it is known already. Where angle sums of
+    the outer loop are prescribed, it is drawn with them, and stays as it is drawn. Without pins, the
+    second vertex of `along` is put to the right of the first.
     """
+    check_pins(method, pinned)
     topology = constraints.topology
-    boundary = develop_boundary(topology, b)
+    boundary = develop_boundary(constraints, b)
+    rim = topology.loops[0]
+    prescribed = not np.isnan(constraints.sums[rim]).all()
     cot = 1 / np.tan(alpha)
     solver, made = "none", method
     holes = len(topology.loops) > 1
     if method == "auto":
-        made = "boundary" if boundary.gap <= GAP and not holes else "least-squares"
+        held = pinned is not None and len(pinned[0]) > 2
+        drawn = boundary.gap <= GAP or prescribed
+        made = "boundary" if drawn and not (holes or held) else "least-squares"
     elif method == "boundary" and holes:
         raise MeshError(
             f"layout='boundary' draws one boundary loop, and the mesh has {len(topology.loops)}: use "
@@ -82,9 +90,9 @@ def lay_out(
         if made == "boundary":
             z, solver = harmonic(topology, boundary, cot, constraints, laplacian, solvers)
         elif made == "least-squares":
-            ends = far_apart(coordinates(boundary.z))
-            index, position = topology.loops[0][ends], boundary.z[ends]
-            if pinned is not None:
+            ends = slice(None) if prescribed else far_apart(coordinates(boundary.z))
+            index, position = rim[ends], boundary.z[ends]
+            if pinned is not None and not prescribed:
                 index, position = pinned[0], complex_positions(pinned[1])
             z, solver = least_squares(topology, cot, index, position, solvers)
         else:
@@ -96,8 +104,11 @@ def lay_out(
             f"{some(thin)} (smallest angle {alpha[:, thin[0]].min():.1e} rad): remove degenerate faces, "
             "cut the mesh, or use layout='greedy'"
         ) from None
-    if pinned is None or made != "least-squares":
+    if pinned is None or made != "least-squares" or prescribed:
         z = placed(topology, z, area, pinned)
+    if pinned is None and along is not None and len(along):
+        side = z[along[1]] - z[along[0]]
+        z = z * (abs(side) / side)
     return Layout(z, made, boundary.gap, solver)
 
 
@@ -120,14 +131,14 @@ def layout(
     angles : (#F, 3) float
         Target angles in radians, `angles[t, k]` at vertex `F[t, k]` as `igl.internal_angles`
         returns them; in (0, pi), each row summing to pi.
-    b, bc : (2,) int and (2, 2) float, optional
-        Two pinned vertices and their positions, as in `igl.lscm`.
+    b, bc : (#b,) int and (#b, 2) float, optional
+        Two or more pinned vertices and their positions, as in `igl.lscm`.
     method : {"auto", "boundary", "least-squares", "greedy"}
         "boundary" draws the boundary loop from the angles at it; inside, both coordinates are
         harmonic. "least-squares" minimises the conformal energy from the triangles with these
         angles (section 5 of the paper). "greedy" places triangle after triangle (section 5).
-        "auto" is "boundary" if there are no holes and the drawn loop closes to 2.5e-3 of its
-        length, otherwise "least-squares".
+        "auto" is "boundary" if there are no holes, no more than two pins, and the drawn loop closes to
+        2.5e-3 of its length, otherwise "least-squares".
     outer : int, optional
         A vertex of the outer boundary loop; by default the loop with the most edges is the outer
         one. The default pins of "least-squares" are on it.
@@ -137,15 +148,16 @@ def layout(
     Returns
     -------
     uv : (#V, 2) float64
-        With pins, the pinned vertices are at `bc`: as constraints for "least-squares", by a
-        similarity for the others. Without pins, the map has area 1, its centroid at the origin and
+        With pins, the pinned vertices are at `bc`: any number as constraints for "least-squares", two by
+        a similarity for the others. Without pins, the map has area 1, its centroid at the origin and
         its principal axes along x and y. NaN at vertices that no face uses.
 
     Raises
     ------
     MeshError
         `F` is not one oriented manifold disk, with or without holes; the angles are not those of
-        triangles; or the pins are not two different vertices.
+        triangles; the pins are not two or more different vertices; or there are more than two, and the
+        layout is "boundary" or "greedy".
 
     Examples
     --------
@@ -176,6 +188,15 @@ def check_method(method: str) -> None:
     if method not in get_args(LayoutName):
         names = ", ".join(map(repr, get_args(LayoutName)))
         raise ValueError(f"the layout is {method!r}: use one of {names}")
+
+
+def check_pins(method: LayoutName, pinned: Pins | None) -> None:
+    """Raise if the layout cannot hold so many pins."""
+    if pinned is not None and len(pinned[0]) > 2 and method in ("boundary", "greedy"):
+        raise MeshError(
+            f"layout={method!r} is only moved to its pins, and there are {len(pinned[0])}: pin two vertices, "
+            "or use layout='least-squares' or 'auto'"
+        )
 
 
 def checked_angles(angles: ArrayLike, m: int) -> FloatArray:

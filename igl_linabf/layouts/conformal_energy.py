@@ -15,8 +15,8 @@ def least_squares(
     """Minimise the conformal energy from triangles with the target angles (the paper's section 5).
 
     E(z) = 1/4 sum cot(alpha) |z_i - z_j|^2 - area(z) = 1/2 z^H (L + i Q) z, L the cotangent
-    Laplacian of the target angles and Q skew, on the boundary edges only; two pins are
-    eliminated and one complex Hermitian system is factored. Returns the map and the solver's name.
+    Laplacian of the target angles and Q skew, on the boundary edges only; the pins, at least two,
+    are eliminated and one complex Hermitian system is factored. Returns the map and the solver's name.
     """
     row = np.zeros(topology.n, dtype=np.int64)
     row[pinned] = -1
@@ -29,6 +29,8 @@ def least_squares(
     entry = -weight + 0.5j * (topology.sides[1] < 0)  # from a to b, the mesh on the left
     z = np.zeros(topology.n, dtype=np.complex128)
     z[pinned] = position
+    if not free.any():
+        return z, "none"
     rhs = [
         pattern.row_sums(i, part(entry * z[b])) + pattern.row_sums(j, part(entry.conj() * z[a]))
         for part in (np.real, np.imag)

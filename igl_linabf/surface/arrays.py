@@ -11,7 +11,7 @@ FloatArray = NDArray[np.float64]
 IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
-Pins = tuple[IntArray, FloatArray]  # pinned vertices (2,), their positions (2, 2)
+Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,), their positions (#P, 2); two or more
 
 
 def vertex_array(V: ArrayLike, columns: int = 3, name: str = "V") -> FloatArray:
@@ -83,7 +83,7 @@ def check_finite(V: FloatArray, vertices: IntArray, name: str = "V") -> None:
 
 
 def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given: int) -> Pins | None:
-    """Check pins as `igl.lscm` takes them, two vertices `b` and their positions `bc`.
+    """Check pins as `igl.lscm` takes them, two or more vertices `b` and their positions `bc`.
 
     `vertices` are those in use among the caller's `n_given`. `b` has the caller's indices; the
     returned ones are positions in `vertices`.
@@ -91,38 +91,69 @@ def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given:
     Raises
     ------
     MeshError
-        There are not two pins, they are equal, out of range, on no face, or at the same position.
+        There are fewer than two pins, a vertex is pinned twice, out of range or on no face, or all are at
+        the same position.
     """
     if b is None and bc is None:
         return None
     if b is None or bc is None:
         missing = "b" if b is None else "bc"
         raise MeshError(f"{missing} is missing: give the pinned vertices b and their positions bc together")
-    index = _array(b, "iu", "b is not an array of integers: pass two vertex indices")
+    index = _array(b, "iu", "b is not an array of integers: pass the indices of two or more vertices")
     if index.ndim == 2 and 1 in index.shape:
         index = index.ravel()
-    if index.shape != (2,):
-        raise MeshError(f"b has the shape {index.shape}: pin exactly two vertices, b of shape (2,)")
+    if index.ndim != 1 or len(index) < 2:
+        raise MeshError(f"b has the shape {index.shape}: pin two or more vertices, b of shape (#b,)")
     place = vertex_array(bc, 2, "bc")
-    if place.shape != (2, 2):
-        raise MeshError(f"bc has the shape {place.shape}: give two positions, bc of shape (2, 2)")
-    listed = index.tolist()
-    if min(listed) < 0 or max(listed) >= n_given:
-        raise MeshError(f"pinned vertices {listed} are not all within 0..{n_given - 1}: pin two vertices")
-    if listed[0] == listed[1]:
-        raise MeshError(f"vertex {listed[0]} is pinned twice: pin two different vertices")
-    if not np.isfinite(place).all() or (place[0] == place[1]).all():
-        raise MeshError(f"pins {listed} go to {place.tolist()}: give two different finite positions")
+    if len(place) != len(index):
+        raise MeshError(f"bc has {len(place)} rows for {len(index)} pins: give one position each")
+    if index.min() < 0 or index.max() >= n_given:
+        bad = index[(index < 0) | (index >= n_given)]
+        raise MeshError(
+            f"pinned vertices {some(bad)} are not within 0..{n_given - 1}: pin vertices of the surface"
+        )
+    found, count = np.unique(index, return_counts=True)
+    if len(found) < len(index):
+        raise MeshError(f"vertex {some(found[count > 1])} is pinned twice: pin each vertex once")
+    if not np.isfinite(place).all() or (place == place[0]).all():
+        raise MeshError(
+            f"pins {some(index)} go to {place[:3].tolist()}: give finite positions that are not all the same"
+        )
+    return _places_of(index, vertices, "pinned vertices", "pin"), place
+
+
+def vertex_indices(values: ArrayLike, vertices: IntArray, n_given: int, name: str) -> IntArray:
+    """Check the caller's indices of some vertices; returns their places among the `vertices` in use.
+
+    Raises
+    ------
+    MeshError
+        They are no one-dimensional array of integers, are out of range, or belong to no face.
+    """
+    index = _array(values, "iu", f"{name} is not an array of integers: give indices of vertices")
+    if index.ndim != 1 or not index.size:
+        raise MeshError(f"{name} has the shape {index.shape}: give a list of vertices")
+    if index.min() < 0 or index.max() >= n_given:
+        raise MeshError(
+            f"{name} {some(index)} are not all within 0..{n_given - 1}: give vertices of the mesh"
+        )
+    return _places_of(index, vertices, name, "give")
+
+
+def _places_of(index: np.ndarray, vertices: IntArray, name: str, do: str) -> IntArray:
     index = index.astype(np.int64)
     new = np.minimum(np.searchsorted(vertices, index), len(vertices) - 1)
     lost = vertices[new] != index
     if lost.any():
-        raise MeshError(f"pinned vertices {some(index[lost])} belong to no face: pin vertices of the surface")
-    return new, place
+        raise MeshError(f"{name} {some(index[lost])} belong to no face: {do} vertices of the surface")
+    return np.asarray(new)
 
 
-def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
-    """Check the seams and write them as `igl.cut_mesh` takes them, (#F, 3)."""
+def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False) -> BoolArray:
+    """Check the seams and write them as `igl.cut_mesh` takes them, (#F, 3).
+
+    If a mask is to stay `as_marked`, an edge may be a seam for some of its faces only.
+    """
     try:
         array = np.asarray(seams)
     except ValueError:
@@ -130,6 +161,8 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int) -> BoolArray:
     if array.shape == F.shape:
         if array.dtype.kind not in "biu" or not np.isin(array, (0, 1)).all():
             raise MeshError("seams has the shape (#F, 3), but is no mask: pass booleans, or zeros and ones")
+        if as_marked:
+            return array.astype(bool)
         keys = _side_keys(F, n)  # igl.cut_mesh may crash where only one of the two sides of an edge is marked
         return np.asarray(np.isin(keys, keys[array.astype(bool)]))
     if array.size == 0:

@@ -1,0 +1,268 @@
+"""Where charts go on pages, and how they are turned: the search for the layout of the largest charts.
+
+The largest chart comes first, each to where the square that holds all of them grows least, and there to the
+corner. Layouts of several orders are found on a coarse grid, with charts turned to many directions. The best
+ones are found again on a fine grid, with the turns that they have.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .._types import ComplexArray, FloatArray, IntArray
+from .outlines import Outline, mask_of
+from .page import Page
+from .shelves import on_shelves
+from .spacing import Spacing
+
+FEW, SOME = 24, 40  # charts up to which as many turns and layouts are tried as for few, or for some
+MOST_SHAPED = 100  # charts that are placed by their shape; of more, the largest ones
+SMALL = 1 / 400  # of the area of all: of more charts than that, those below are placed as rectangles
+COARSE, FINE, FIXED = 128, 512, 384  # cells along a page's side
+ROOM = 1.3  # side of the page that a layout grows on, of the one it is meant for
+SHARE = 0.62  # of a page that charts are expected to cover
+HALVINGS = 10  # of the interval of sides
+MOST_SIDE = 1e3  # of the least side: beyond it, gaps leave no room
+TIGHTER = 1.03  # how much smaller a page the fine grid may make possible
+MOST_TRIALS, SLACK = (
+    8,
+    0.002,
+)  # on the fine grid, and the share by which the page is larger, doubled each time
+
+
+@dataclass(frozen=True, eq=False)
+class Layout:
+    """Places of charts, in units of their own.
+
+    Attributes
+    ----------
+    turn : (#C,) complex128
+    page : (#C,) int64
+    corner : (#C,) complex128
+        Where the turned chart's point 0 comes to, from the page's lower left corner.
+    side : float
+        Of the page; gaps between charts are shares of it.
+    """
+
+    turn: ComplexArray
+    page: IntArray
+    corner: ComplexArray
+    side: float
+
+
+@dataclass(frozen=True, eq=False)
+class Charts:
+    """Charts that are to be laid out, their lower left corners at 0, turned to their narrowest rectangles.
+
+    Attributes
+    ----------
+    outlines : list of Outline
+    sizes : (#C, 2) float64
+        Widths and heights.
+    upright : bool
+        Turn them by quarter turns only.
+    """
+
+    outlines: Sequence[Outline]
+    sizes: FloatArray
+    upright: bool = False
+
+    @property
+    def areas(self) -> FloatArray:
+        """(#C,) float64."""
+        return np.array([outline.area for outline in self.outlines], dtype=np.float64)
+
+    def turns(self, directions: int) -> ComplexArray:
+        """(#C, #T): by equal steps, as many as are asked for or allowed."""
+        steps = min(directions, 4) if self.upright else directions
+        return np.tile(np.exp(2j * np.pi * np.arange(steps) / steps), (len(self.outlines), 1))
+
+    def shaped(self) -> IntArray:
+        """Those that are placed by their shape."""
+        areas: FloatArray = self.areas
+        if len(areas) <= MOST_SHAPED:
+            return np.arange(len(areas))
+        largest = np.argsort(-areas, kind="stable")[:MOST_SHAPED]
+        return np.asarray(largest[areas[largest] > SMALL * areas.sum()])
+
+
+def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
+    """Charts on pages of this side, as many as it takes or is allowed; None if that does not do."""
+    shaped = charts.shaped()
+    return _on_pages(charts, shaped, charts.turns(8), side, spacing, pages)
+
+
+def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
+    """The layout whose pages have the smallest side, so that charts have the largest share of it."""
+    shaped, n = charts.shaped(), len(charts.outlines)
+    if n * spacing.gap**2 > pages * (spacing.inner + spacing.gap) ** 2:
+        return None
+    turns = np.ones((n, 1), dtype=np.complex128)
+    if len(shaped):
+        found = _coarse(charts, shaped, spacing)
+        if pages == 1 and len(shaped) == n:
+            return _fine(charts, found, spacing)
+        turns[shaped] = found[0].layout.turn[shaped, None]
+    low = float(np.sqrt(charts.areas.sum() / pages)) / spacing.inner
+    low = max(low, float(charts.sizes.min(axis=1).max()) / spacing.inner)
+    best, high = None, 1.5 * low
+    while best is None and high < MOST_SIDE * low:
+        best = _on_pages(charts, shaped, turns, high, spacing, pages)
+        high = 1.5 * high if best is None else high
+    low = max(low, high / 1.5)
+    for _ in range(0 if best is None else HALVINGS):
+        trial = (low + high) / 2
+        trial_layout = _on_pages(charts, shaped, turns, trial, spacing, pages)
+        if trial_layout is None:
+            low = trial
+        else:
+            best, high = trial_layout, trial
+    return best
+
+
+@dataclass(frozen=True, eq=False)
+class _Grown:
+    """A layout on one page, how it came about, and the side of the square that holds its charts.
+
+    Gaps are shares of the side of `layout`; so it serves only pages that are not larger.
+    """
+
+    layout: Layout
+    order: IntArray
+    reached: float
+
+    @property
+    def serves(self) -> bool:
+        return self.reached <= self.layout.side
+
+
+def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_Grown]:
+    """Layouts on one page, the best one first."""
+    n = len(shaped)
+    turns = charts.turns(1 if n == 1 else 16 if n <= FEW else 8)
+    areas, sizes = charts.areas[shaped], charts.sizes[shaped]
+    keys = (areas, sizes.max(axis=1), sizes.prod(axis=1))
+    orders = [shaped[np.argsort(-key, kind="stable")] for key in keys[: 3 if n <= SOME else 2]]
+    found: list[_Grown] = []
+    for order in orders:
+        side = float(np.sqrt(areas.sum() / SHARE))
+        for _ in range(2):
+            found.append(_grown(charts, order, turns, side, COARSE, spacing))
+            side *= 0.985 if abs(found[-1].reached / side - 1) < 0.005 else found[-1].reached / side
+    return sorted(found, key=lambda entry: entry.reached)
+
+
+def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing) -> Layout | None:
+    """The best ones again on a fine grid, until one serves the page that it needs; None if none does."""
+    found: list[_Grown] = []
+    for entry in coarse[: 2 if len(charts.outlines) <= SOME else 1]:
+        side, turns = entry.reached / TIGHTER, entry.layout.turn[:, None]
+        for trial in range(MOST_TRIALS):
+            found.append(_grown(charts, entry.order, turns, side, FINE, spacing))
+            if found[-1].serves:
+                break
+            side = max(side, found[-1].reached) * (1 + SLACK * 2**trial)
+    serving = [entry for entry in (*found, *coarse) if entry.serves]
+    if not serving:
+        return None
+    best = min(serving, key=lambda entry: entry.reached)
+    return replace(best.layout, side=best.reached)
+
+
+def _grown(
+    charts: Charts, order: IntArray, turns: ComplexArray, side: float, grid: int, spacing: Spacing
+) -> _Grown:
+    """Charts on one page whose gaps are those of a page of this side."""
+    room, pages = ROOM, None
+    while pages is None:
+        pages = _placed(charts, order, turns, grid / side, spacing.gap * grid, int(room * grid), 1)
+        room *= ROOM
+    (page,) = pages.sheets
+    extent = max(page.width, page.height) - spacing.gap * grid
+    layout = Layout(pages.turn, pages.number, pages.corner, side)
+    return _Grown(layout, order, extent / grid * side / spacing.inner)
+
+
+@dataclass(frozen=True, eq=False)
+class _Pages:
+    """Pages with charts on them; in units of the charts."""
+
+    sheets: list[Page]
+    turn: ComplexArray
+    number: IntArray
+    corner: ComplexArray
+
+
+def _placed(
+    charts: Charts,
+    order: IntArray,
+    turns: ComplexArray,
+    cells: float,
+    gap: float,
+    side: int,
+    most: int | None,
+) -> _Pages | None:
+    """Charts one after the other, each on the first page that has room for it.
+
+    `cells` of the grid are one unit; `gap` and `side` are in cells.
+    """
+    n = len(charts.outlines)
+    turn, corner = np.ones(n, dtype=np.complex128), np.zeros(n, dtype=np.complex128)
+    number, sheets = np.zeros(n, dtype=np.int64), list[Page]()
+    for i in order.tolist():
+        masks = [mask_of(charts.outlines[i].turned(by), cells, gap) for by in turns[i].tolist()]
+        found, at = None, 0
+        while found is None:
+            if at == len(sheets):
+                if at == most or (at and not sheets[-1].width):
+                    return None
+                sheets.append(Page.empty(side))
+            found = sheets[at].best_place([mask.cells for mask in masks])
+            at += 1
+        k, x, y = found
+        sheets[at - 1] = sheets[at - 1].with_mask(masks[k].cells, x, y)
+        turn[i], number[i] = turns[i, k], at - 1
+        corner[i] = complex(x, y) / cells - masks[k].origin
+    return _Pages(sheets, turn, number, corner)
+
+
+def _on_pages(
+    charts: Charts,
+    shaped: IntArray,
+    turns: ComplexArray,
+    side: float,
+    spacing: Spacing,
+    pages: int | None,
+) -> Layout | None:
+    """Charts on pages of this side; the small ones as rectangles in what the others leave."""
+    gap, cells = spacing.gap * FIXED, FIXED / side
+    inner = int(spacing.inner * FIXED + gap)
+    order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
+    placed = _placed(charts, order, turns, cells, gap, inner, pages)
+    if placed is None:
+        return None
+    turn, number, corner, sheets = placed.turn, placed.number, placed.corner, placed.sheets
+    small = np.setdiff1d(np.arange(len(charts.outlines)), shaped)
+    width, height = charts.sizes[small].T
+    lies = width >= height
+    boxes = np.column_stack((np.maximum(width, height), np.minimum(width, height))) * cells + gap
+    by_height = np.lexsort((-boxes[:, 0], -boxes[:, 1]))
+    small, boxes, lies = small[by_height], boxes[by_height], lies[by_height]
+    at = first = 0
+    while first < len(small):
+        if at == pages:
+            return None
+        taken = sheets[at].taken if at < len(sheets) else np.zeros((inner, inner), dtype=bool)
+        places = on_shelves(boxes[first:], taken)
+        if not len(places) and at >= len(sheets):
+            return None
+        on = slice(first, first + len(places))
+        number[small[on]] = at
+        turn[small[on]] = np.where(lies[on], 1, 1j)
+        low = (places @ [1, 1j] + gap / 2 * (1 + 1j)) / cells
+        corner[small[on]] = low + np.where(lies[on], 0, charts.sizes[small[on], 1])
+        first, at = first + len(places), at + 1
+    return Layout(turn, number, corner, side)

@@ -1,0 +1,112 @@
+"""Seams lie where they do not show: in hiding, in valleys, alike on both sides of a symmetric body."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+from carried import of_pyvista, pial
+from conftest import load
+from nasty_meshes import NASTY, sphere
+from numpy.testing import assert_allclose
+from test_cli import run
+
+from igl_linabf import MeshError, find_seams, unwrap
+from igl_linabf.io import read_texture, write_mesh
+
+FIGURES = ("closed__igl_cow.off", "stress__optcuts_dragon_i_f10000.obj", "pial")
+
+
+def seen_length(V: np.ndarray, F: np.ndarray, seams: np.ndarray, hide: np.ndarray) -> float:
+    """Length of the seams where the surface looks against the direction."""
+    a, b = V[seams.T]
+    facing = igl.per_vertex_normals(V, F)[seams].mean(axis=1) @ hide
+    return float(np.linalg.norm(a - b, axis=1)[facing < 0].sum())
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_seams_move_to_the_side_that_is_not_seen(name: str) -> None:
+    V, F = load(name)
+    axes = np.eye(3)[np.argsort(np.ptp(V, axis=0))]
+    for hide in (axes[0], -axes[0]):
+        plain, hidden = (unwrap(V, F, hide=side) for side in (None, hide))
+        assert hidden.good
+        before, after = (seen_length(V, F, atlas.seams, hide) for atlas in (plain, hidden))
+        assert after < 0.7 * before
+        assert hidden.quality.stretch_l2 < plain.quality.stretch_l2 + 0.15
+
+
+def test_a_weight_a_face_hides_as_a_direction_does() -> None:
+    V, F = pial()
+    cosine = np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])[:, 2] / igl.doublearea(V, F)
+    by_direction, by_weight = (unwrap(V, F, hide=h) for h in ([0, 0, 1.0], 5 + 2 * cosine))
+    up = np.array([0, 0, 1.0])
+    lengths = [seen_length(V, F, atlas.seams, up) for atlas in (by_direction, by_weight)]
+    assert max(lengths) < 0.7 * seen_length(V, F, unwrap(V, F).seams, up)
+    same = find_seams(V, F, hide=np.full(len(F), 7.0))
+    assert (same == find_seams(V, F)).all()
+
+
+def test_hiding_does_not_depend_on_the_orientation_of_a_body() -> None:
+    V, F = sphere(3)
+    V = V * [1, 1.3, 0.8]
+    up = np.array([0, 0, 1.0])
+    for faces in (F, F[:, ::-1]):
+        seams = find_seams(V, faces, hide=up)
+        assert seen_length(V, F, seams, up) < 0.5 * seen_length(V, F, seams, -up)
+
+
+@pytest.mark.parametrize(
+    ("hide", "says"),
+    [
+        ([0, 0, 0], "no length"),
+        ([0, 1], r"shape \(2,\)"),
+        ([0, np.nan, 1], "NaN or infinite at 1"),
+        (["x", 1, 2], "no array of numbers"),
+        (np.ones(7), r"weights of the 20 faces"),
+    ],
+)
+def test_what_is_no_direction_and_no_weights_is_refused(hide: object, says: str) -> None:
+    V, F = igl.icosahedron()
+    for call in (find_seams, unwrap):
+        with pytest.raises(MeshError, match=says):
+            call(V, F, hide=hide)
+
+
+def test_the_command_hides_seams_and_says_what_is_no_direction(tmp_path) -> None:
+    V, F = pial()
+    mesh = tmp_path / "in.obj"
+    igl.write_triangle_mesh(str(mesh), V, F)
+    process = run("unwrap", mesh, "-o", tmp_path / "out.obj", "--hide=0,0,-1")
+    assert process.returncode == 0, process.stderr
+    FTC = read_texture(tmp_path / "out.obj")[1]
+    assert (FTC == unwrap(V, F, hide=[0, 0, -1]).FTC).all()
+    process = run("unwrap", mesh, "-o", tmp_path / "out.obj", "--hide=0,1")
+    assert process.returncode == 2
+    assert "is no direction" in process.stderr
+
+
+@pytest.mark.parametrize("name", ["soup of triangles", "three sheets at an edge", "faces turned at random"])
+def test_the_seams_of_a_file_are_taken_of_unclean_meshes_too(name: str, tmp_path) -> None:
+    V, F = NASTY[name]()
+    with pytest.warns(match="repaired"):
+        first = unwrap(V, F)
+    write_mesh(tmp_path / "a.obj", V, F, first.TC, first.FTC)
+    process = run("unwrap", tmp_path / "a.obj", "-o", tmp_path / "b.obj", "--seams", "uv")
+    assert process.returncode == 0, process.stderr
+    TC, FTC = read_texture(tmp_path / "b.obj")
+    assert FTC.shape == F.shape
+    assert_allclose(np.sort(igl.doublearea(TC, FTC)), np.sort(igl.doublearea(first.TC, first.FTC)), rtol=1e-6)
+
+
+def test_valleys_of_a_closed_surface_attract_its_seams() -> None:
+    from igl_linabf.charts import seams as module
+    from igl_linabf.charts.cut_graph import closed_surface
+    from igl_linabf.surface import Submesh
+
+    for V, F in (pial(), of_pyvista("nut")):
+        piece = closed_surface(Submesh.checked_manifold(V, F))
+        seam = module._seam(piece, 6.0, False)
+        moved = module._shorter(piece, seam, 6.0)
+        share = [(piece.length * piece.valley)[s].sum() / piece.length[s].sum() for s in (seam, moved)]
+        assert share[1] <= share[0] + 1e-9
