@@ -17,6 +17,7 @@ from .files import (
     write_obj,
 )
 from .formats import READERS, WRITERS
+from .images import embed_texture, write_image, write_textured
 from .mesh_file import MeshFile
 from .one_index import split_at_seams
 from .parsing import Extras
@@ -29,6 +30,7 @@ __all__ = [
     "SUFFIXES",
     "Extras",
     "MeshFile",
+    "embed_texture",
     "read_file",
     "read_mesh",
     "read_texture",
@@ -38,6 +40,8 @@ __all__ = [
     "unit_square",
     "write_file",
     "write_grid",
+    "write_image",
     "write_mesh",
     "write_obj",
+    "write_textured",
 ]

@@ -23,7 +23,7 @@ from .chords import chords_of, split_chords
 from .components import connected_labels, face_components
 from .disks import Disks, side_by_side
 from .mesh import Mesh, PlanarFaces, loop_through, planar, planar_mesh
-from .parts import Parts
+from .parts import Parts, counted
 from .plane import (
     ALL_DIGITS,
     SPAN,
