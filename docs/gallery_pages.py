@@ -20,6 +20,7 @@ FIRST = (
     "holes",
     "quads",
     "seams_bunny",
+    "hidden_seams",
 )
 
 

@@ -102,6 +102,19 @@ def test_holes_close_uncut(tmp_path) -> None:
     assert flipped_in(tmp_path / "out" / "holes.png")[1:3] == [False, False]
 
 
+def test_a_nut_has_a_net_and_the_bunny_hides_its_seams(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "hidden_seams.py")
+    assert re.search(r"nut: \d charts, L2 stretch 1\.00", text)
+    seen = [int(share) for share in re.findall(r"(\d+)% of them seen", text)]
+    assert seen[1] < seen[0] / 2
+    picture = pixels(tmp_path / "out" / "hidden_seams.png").astype(int)
+    red = (picture[..., 0] > 200) & (picture[..., 1:3].max(axis=-1) < 80)
+    middle = picture.shape[1] // 2
+    anywhere, hidden = (red[middle:, :middle].sum(), red[middle:, middle:].sum())
+    assert red[:middle, :middle].sum() > 0
+    assert 0 < hidden < anywhere / 2
+
+
 def test_the_bunny_unwraps_at_three_trades(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "seams_bunny.py")
     parts = text.split("trade ")[1:]

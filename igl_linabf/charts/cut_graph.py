@@ -120,6 +120,10 @@ class ClosedSurface:
                 node = steps[node]
         return self.between(*np.array([*steps.items()], dtype=np.int64).reshape(-1, 2).T)
 
+    def on(self, seam: IntArray) -> IntArray:
+        """The nodes on a seam, and the holes."""
+        return np.union1d(self.ends[seam], np.arange(self.holes))
+
     def total(self, seam: IntArray) -> float:
         return float(self.length[seam].sum())
 

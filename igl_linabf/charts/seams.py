@@ -22,11 +22,13 @@ from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shorte
 from .nets import HARD, Nets
 from .routes import rerouted
 from .small_seams import SmallBodies
+from .symmetry import Mirror, mirrored
 from .visibility import hiding
 
 TRADE = 6.0
 MAX_LEAVES = 100  # on a component
 MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
+SYMMETRIC = 0.05  # of cost that the same seam on both sides of a body may be worth
 ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
@@ -223,6 +225,8 @@ def _best(
         if net is not None:
             return net
     seam = _shorter(piece, seam, trade)
+    if trade > 0 and not piece.genus:
+        seam = _alike_on_both_sides(component, piece, seam, trade, holes)
     return none if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain else seam
 
 
@@ -252,11 +256,31 @@ def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
     return rerouted(piece, seam, lambda moved: cost(moved) < most)
 
 
-def _slit(piece: ClosedSurface) -> IntArray:
-    """A path to open a sphere, between the two points that would shrink most."""
+def _alike_on_both_sides(
+    component: Submesh, piece: ClosedSurface, seam: IntArray, trade: float, holes: bool
+) -> IntArray:
+    """A seam that is its own mirror image, if there is a mirror and it costs little more; else the seam."""
+    known = mirrored(component, piece)
+    if known is None:
+        return seam
+    surface, mirror = known
+    other = join(surface, seam[:0]) if not holes else seam[:0]
+    if not piece.holes:
+        other = _slit(surface, mirror)
+    other = _grow(surface, other, trade, mirror)
+    return other if _cost(piece, other, trade) < _cost(piece, seam, trade) + SYMMETRIC else seam
+
+
+def _slit(piece: ClosedSurface, mirror: Mirror | None = None) -> IntArray:
+    """A path to open a sphere, between the two points that would shrink most.
+
+    With a mirror, between one of them and its image, or in the plane.
+    """
     extra = piece.curvature - 4 * np.pi * piece.area / piece.area.sum()
     start = int(np.argmin(_log_scale(piece, np.array([0]), extra)))
     end = int(np.argmin(_log_scale(piece, np.array([start]), piece.curvature)))
+    if mirror is not None:
+        start, end = mirror.pair(start, end)
     distance, before, _ = piece.search(np.array([start]))
     path = piece.paths(before, [end])
     if len(path) == 1:  # a single edge opens nothing
@@ -265,8 +289,8 @@ def _slit(piece: ClosedSurface) -> IntArray:
     return path
 
 
-def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """Add branches one by one; return the seam of least cost."""
+def _grow(piece: ClosedSurface, seam: IntArray, trade: float, mirror: Mirror | None = None) -> IntArray:
+    """Add branches one by one, or with their mirror images; return the seam of least cost."""
     best, least, in_vain = seam, np.inf, 0
     for _ in range(MAX_LEAVES):
         u = _log_scale(piece, _open_nodes(piece, seam), piece.curvature)
@@ -279,7 +303,8 @@ def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
         if in_vain == MAX_LEAVES_IN_VAIN or u[leaf] == 0:
             break
         _, before, _ = piece.search(_open_nodes(piece, seam))
-        seam = np.append(seam, piece.paths(before, [leaf]))
+        way = piece.paths(before, [leaf])
+        seam = np.append(seam, way) if mirror is None else mirror.with_both(piece, seam, leaf, way)
     return best
 
 
@@ -296,7 +321,7 @@ def _cost(piece: ClosedSurface, seam: IntArray, trade: float, u: FloatArray | No
 
 def _open_nodes(piece: ClosedSurface, seam: IntArray) -> IntArray:
     """The nodes on the seam and the holes."""
-    return np.union1d(piece.ends[seam], np.arange(piece.holes))
+    return piece.on(seam)
 
 
 def _log_scale(piece: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
