@@ -89,7 +89,7 @@ def mirrored(component: Submesh, piece: ClosedSurface) -> tuple[ClosedSurface, M
     None if there is no such plane, or the mesh is not the same on its two sides. Edges in the plane are
     shorter: seams like to run in it.
     """
-    vertex = mirrored_vertices(component)
+    vertex = mirrored_vertices(component) if len(piece.key) else None
     if vertex is None:
         return None
     node = np.full(len(component.V), -1)
