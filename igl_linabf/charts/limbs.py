@@ -10,7 +10,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-import shapely
 from scipy import sparse
 from scipy.sparse import csgraph
 
@@ -24,6 +23,7 @@ TRIED = 4  # of them are packed
 LOOSE = 1.25  # of the area of their convex hulls is what charts take on a page
 SHORTEST = 0.7  # of a chart's diameter is the side of a page that has room for it
 BAND = 0.04  # of the chart's width: within it the shortest seam is sought
+OUTWARDS = np.stack((np.cos(np.pi / 16 * np.arange(32)), np.sin(np.pi / 16 * np.arange(32))))
 UNITS = 1 << 20  # of length: flows are integers
 
 
@@ -78,7 +78,7 @@ def cut_for_fill(charts: list[Flat], wish: Wish, trade: float) -> list[Flat]:
 def _promising(charts: list[Flat], fill: float, trade: float) -> Iterator[tuple[int, BoolArray, float]]:
     """Chart, side of each cell, and seam length over the square root of all area, of the best lines' cuts."""
     areas = np.array([_area(chart.uv[chart.piece.F]) for chart in charts])
-    hulls = np.array([_hull(chart.uv).area for chart in charts])
+    hulls = np.array([_hull(chart.uv) for chart in charts])
     wide = np.array([_diameter(chart.uv) for chart in charts])
     k = int(np.argmax(np.maximum(LOOSE * hulls, SHORTEST**2 * wide**2) - areas))
     chart, total = charts[k], float(areas.sum())
@@ -103,7 +103,7 @@ def _promising(charts: list[Flat], fill: float, trade: float) -> Iterator[tuple[
             hull, widest = rest_hull, rest_wide
             for part in range(int(label.max()) + 1):
                 points = centre[label == part]
-                hull += _hull(points).area
+                hull += _hull(points)
                 widest = max(widest, _diameter(points))
             page = max(LOOSE * hull, SHORTEST**2 * widest**2, total)
             gain = trade * (fill**-0.5 - (total / page) ** -0.5) - float(length[~same].sum())
@@ -157,8 +157,10 @@ def _parts(chart: Flat, side: BoolArray) -> list[Flat]:
     return made
 
 
-def _hull(points: FloatArray) -> shapely.Geometry:
-    return shapely.convex_hull(shapely.multipoints(points))
+def _hull(points: FloatArray) -> float:
+    """The area of the convex hull of those points that are farthest out in 32 directions."""
+    x, y = points[(points @ OUTWARDS).argmax(axis=0)].T
+    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2
 
 
 def _diameter(points: FloatArray) -> float:

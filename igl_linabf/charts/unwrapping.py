@@ -114,7 +114,8 @@ def unwrap(
         Distance between charts, and to the border, as a share of the unit square's side. If there are
         too many charts for it, a smaller one is used, with a warning.
     resolution : int, optional
-        Texels along a page's side. Distances are then given by `padding`, not by `margin`.
+        Texels along a page's side. Distances are then given by `padding`, not by `margin`, and charts of
+        many limbs are cut further where a fuller page is worth the seam, as `trade` says.
     padding : float
         Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
         charts share a texel of a bilinear lookup.
