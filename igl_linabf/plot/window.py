@@ -24,7 +24,7 @@ from ..errors import OutcomeWarning
 from ..flattening import METHODS, LinABF, flatten
 from ..measures import MEASURES, Measure, Quality, quality
 from ..surface import compact, face_array, topology_of, vertex_array
-from .scene import Scene, add_flat, add_seams, add_surface, board, distortions, face_the_camera, scene
+from .scene import Scene, add_cut, add_flat, add_surface, board, distortions, face_the_camera, scene
 
 NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
 MARK = "#e815c4"
@@ -157,7 +157,7 @@ class Viewer:
         self.plotter.subplot(0, 0)
         add_surface(self.plotter, drawn, **colours, show_scalar_bar=False, reset_camera=False)
         if self.seams:
-            add_seams(self.plotter, drawn.seams, reset_camera=False)
+            add_cut(self.plotter, drawn, reset_camera=False)
         self.plotter.add_text(self.caption, font_size=10)
         self.plotter.subplot(0, 1)
         add_flat(self.plotter, drawn.flat, **colours)
