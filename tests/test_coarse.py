@@ -36,10 +36,6 @@ def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
     return V, F
 
 
-def length(V: np.ndarray, edges: np.ndarray) -> float:
-    return float(np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1).sum())
-
-
 @pytest.mark.parametrize("hops", [1, 2, 5])
 @pytest.mark.parametrize("name", NAMES)
 def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) -> None:
@@ -85,9 +81,8 @@ def test_large_surfaces_are_opened_wherever_they_are_and_whatever_is_beside_them
     found = find_seams(V, F)
     F_cut = cut(V, F, found)[1]
     assert igl.euler_characteristic(F_cut) == len(igl.boundary_loop_all(F_cut)) == 1
-    turn, _ = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))
-    moved = 3 * V @ (turn * np.sign(np.linalg.det(turn))) + 1
-    assert np.isclose(length(moved, find_seams(moved, F)), 3 * length(V, found), rtol=1e-2)
+    moved = V * [-4, -4, 4]  # half a turn at another scale: without rounding, for equal ways are common here
+    assert np.array_equal(find_seams(moved, F), found)
     small_V, small_F = igl.icosahedron()
     both = find_seams(np.concatenate((V, small_V + 2 * np.ptp(V))), np.concatenate((F, small_F + len(V))))
     assert np.array_equal(both[(both < len(V)).all(axis=1)], found)
