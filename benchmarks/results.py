@@ -23,7 +23,6 @@ SECTIONS = [
     ("Holes, uncut", "uncut.py"),
     ("Any surface", "unwrap.py"),
     ("Even texels", "isometric.py"),
-    ("Time of unwrap", "unwrap_time.py"),
     ("Many at once", "many.py"),
     ("Distortion", "distortion.py"),
     ("Time, with CHOLMOD", "timing.py --large"),
