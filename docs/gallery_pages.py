@@ -20,7 +20,9 @@ FIRST = (
     "holes",
     "quads",
     "seams_bunny",
+    "cones_bunny",
     "even_texels",
+    "baking",
 )
 
 

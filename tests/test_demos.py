@@ -120,6 +120,18 @@ def test_the_bunny_unwraps_at_three_trades(tmp_path) -> None:
     ]
 
 
+def test_baked_details_are_those_of_the_fine_model(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "baking.py")
+    assert "differ by" in text
+    picture = pixels(tmp_path / "out" / "baking.png")[..., :3].astype(int)
+    assert picture.shape[:2] == (700, 2100)
+    colourful = np.ptp(picture, axis=2) > 40
+    plain, texture, dressed = (part.mean() for part in np.split(colourful, 3, axis=1))
+    assert plain < 0.01
+    assert texture > 0.2
+    assert dressed > 0.1
+
+
 def test_the_isometric_map_has_even_texels_on_the_same_few_seams(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "even_texels.py")
     found = re.findall(
@@ -223,3 +235,16 @@ def test_timing_prints_a_ratio_for_each_mesh(tmp_path) -> None:
     text = run(tmp_path, ROOT / "benchmarks" / "timing.py", "--repeat", 1, "bumps.off")
     assert re.search(r"^\| bumps \| [\d,]+ \| \*\*[\d.]+\*\* \|", text, re.MULTILINE)
     assert "CHOLMOD" in text
+
+
+def test_a_weave_goes_on_across_the_seam_between_quarter_cones(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "cones_bunny.py")
+    figures = re.findall(r"differ by ([\d.]+)% in length and (\S+) degrees\nF/3nt (\S+),", text)
+    matched, free = np.array(figures, dtype=float)
+    assert matched[0] == 0 and matched[1] < 1e-4
+    assert free[0] > 1 and free[1] > 20
+    assert matched[2] < 3e-4
+    image = pixels(tmp_path / "out" / "cones_bunny.png")
+    assert (
+        np.unique(image[1400:, :750].reshape(-1, image.shape[2]), axis=0).shape[0] > 1000
+    )  # arcs in colours

@@ -26,7 +26,7 @@ from ..measures import MEASURES, Measure
 from ..surface import face_array, vertex_array
 from .drawn_seams import DrawnSeams
 from .kept_maps import Asked, KeptMaps, Shown
-from .scene import SEAM, add_flat, add_seams, add_surface, board, distortions, face_the_camera
+from .scene import SEAM, add_cut, add_flat, add_surface, board, distortions, face_the_camera
 from .sliders import add_sliders
 
 NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
@@ -153,7 +153,7 @@ class Viewer:
         self.plotter.subplot(0, 0)
         add_surface(self.plotter, drawn, **colours, show_scalar_bar=False, reset_camera=False)
         if self.seams:
-            add_seams(self.plotter, drawn.seams, reset_camera=False)
+            add_cut(self.plotter, drawn, reset_camera=False)
         self.plotter.add_text(self.caption, font_size=10)
         self.plotter.subplot(0, 1)
         add_flat(self.plotter, drawn.flat, **colours)

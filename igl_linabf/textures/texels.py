@@ -91,13 +91,29 @@ def _barycentric(x: FloatArray, y: FloatArray, face: IntArray, at_x: IntArray, a
     return weights
 
 
-def around(triangles: FloatArray, sides: tuple[IntArray, IntArray], resolution: int) -> Texels:
-    """The texels near sides k to k + 1 of faces, whose centres are less than 1 away in x and in y.
+@dataclass(frozen=True, eq=False)
+class Nearby:
+    """Texels near sides: less than 1 away in x and in y.
 
-    Each shows the nearest point of the nearest side.
+    Attributes
+    ----------
+    index : (#P,) int64
+        Row times resolution plus column; once for each side that it is near to.
+    side : (#P,) int64
+    at : (#P,) float64
+        Where on the side its nearest point is, from 0 to 1.
+    distance : (#P,) float64
+        The larger one of those in x and in y.
     """
-    face, k = sides
-    start, end = triangles[face, k], triangles[face, (k + 1) % 3]
+
+    index: IntArray
+    side: IntArray
+    at: FloatArray
+    distance: FloatArray
+
+
+def near_sides(start: FloatArray, end: FloatArray, resolution: int) -> Nearby:
+    """The texels that a bilinear lookup at a point of sides (#S, 2) to (#S, 2) may ask for."""
     low = np.clip(np.floor(np.minimum(start, end) - NEAR) + 1, 0, resolution - 1).astype(np.int64)
     high = np.clip(np.ceil(np.maximum(start, end) + NEAR) - 1, 0, resolution - 1).astype(np.int64)
     side, step = counted(np.prod(np.maximum(high - low + 1, 0), axis=1))
@@ -114,18 +130,24 @@ def around(triangles: FloatArray, sides: tuple[IntArray, IntArray], resolution: 
         distance = np.abs(offset + t[:, None] * direction).max(axis=1)
         nearer = distance < best
         best[nearer], at[nearer] = distance[nearer], t[nearer]
-    near = np.flatnonzero(best < NEAR + ROUNDING)
-    near = near[np.argsort(-best[near], kind="stable")]  # the nearest one comes last, and counts
-    index = centre[near] @ [1, resolution]
+    near = best < NEAR + ROUNDING
+    return Nearby(centre[near] @ [1, resolution], side[near], at[near], best[near])
+
+
+def around(triangles: FloatArray, sides: tuple[IntArray, IntArray], resolution: int) -> Texels:
+    """The texels near sides k to k + 1 of faces; each shows the nearest point of the nearest side."""
+    face, k = sides
+    near = near_sides(triangles[face, k], triangles[face, (k + 1) % 3], resolution)
+    order = np.argsort(-near.distance, kind="stable")  # the nearest one comes last, and counts
     latest = np.full(resolution * resolution, -1, dtype=np.int64)
-    latest[index] = near
+    latest[near.index[order]] = order
     index = np.flatnonzero(latest >= 0)
     chosen = latest[index]
-    of = side[chosen]
+    of, at = near.side[chosen], near.at[chosen]
     weights = np.zeros((len(index), 3))
     rows = np.arange(len(index))
-    weights[rows, k[of]] = 1 - at[chosen]
-    weights[rows, (k[of] + 1) % 3] += at[chosen]
+    weights[rows, k[of]] = 1 - at
+    weights[rows, (k[of] + 1) % 3] += at
     return Texels(index, face[of], weights)
 
 
