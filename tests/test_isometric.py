@@ -132,6 +132,14 @@ def test_atlases_have_even_texels_and_no_overlaps(name: str) -> None:
     assert atlas.quality.texel_spread < 2.5
 
 
+def test_the_stretch_after_it_decides_where_charts_are_cut() -> None:
+    V, F = load("pial")
+    even, angles = (unwrap(V, F, method=method, max_stretch=1.02) for method in ("isometric", "linabf"))
+    assert max(chart.quality.stretch_l2 for chart in even.charts) <= 1.02 * (1 + 1e-9)
+    assert even.good
+    assert even.seam_length < angles.seam_length
+
+
 def test_the_command_takes_the_method_and_its_weight(tmp_path, capsys) -> None:
     V, F = load("bumps")
     mesh, out = tmp_path / "bumps.obj", tmp_path / "flat.obj"
