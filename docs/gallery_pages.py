@@ -23,6 +23,8 @@ FIRST = (
     "cones_bunny",
     "even_texels",
     "baking",
+    "polygons",
+    "pattern",
 )
 
 
