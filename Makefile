@@ -28,7 +28,7 @@ docs: .venv/ready
 	@echo "wrote docs/_build/html/index.html"
 
 benchmark: .venv/ready
-	$(PY) benchmarks/timing.py
+	$(PY) benchmarks/performance.py
 
 # not made where CHOLMOD could not be built, which is so tried again
 .venv/ready: pyproject.toml scripts/bootstrap

@@ -20,8 +20,11 @@ FIRST = (
     "holes",
     "quads",
     "seams_bunny",
+    "cones_bunny",
     "even_texels",
     "baking",
+    "polygons",
+    "pattern",
 )
 
 

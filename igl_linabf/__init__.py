@@ -45,6 +45,7 @@ if TYPE_CHECKING:
     from .io import write_grid
     from .layouts import layout
     from .measures import Quality, distortion, overlaps, quality
+    from .patterns import Pattern, write_pattern
     from .remesh import QuadGrid, quad_grid
     from .surface import Cleaned, Repair, clean, split_chords
     from .textures import bake
@@ -70,6 +71,7 @@ __all__ = [
     "OneStepABFpp",
     "Outcome",
     "OutcomeWarning",
+    "Pattern",
     "QuadGrid",
     "Quality",
     "Repair",
@@ -100,6 +102,7 @@ __all__ = [
     "texture_seams",
     "unwrap",
     "write_grid",
+    "write_pattern",
 ]
 
 # A room is imported when one of its names is first used: so `igl-linabf` answers Ctrl-C before NumPy, SciPy
@@ -113,6 +116,7 @@ _NAMES = {
     "io": "write_grid",
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",
+    "patterns": "Pattern write_pattern",
     "remesh": "QuadGrid quad_grid",
     "surface": "Cleaned Repair clean split_chords",
     "textures": "bake",

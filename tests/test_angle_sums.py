@@ -149,7 +149,7 @@ def test_the_rows_of_a_path_are_the_derivative_of_its_gap(kind: str) -> None:
     state = linear_step(state_of(kind), 1e-3, close=False)
     problem, alpha = state.problem, state.at.alpha
     b = state.at.residual
-    border = ClosingRows(System(problem.constraints, alpha), b.closure.of_paths(1), b.vertex)
+    border = ClosingRows(System(problem.constraints, alpha), b.closure.of_paths(1))
     assert border.size == (1 if kind == "one hole" else 2)  # turning follows from its vertices' sums
     e, h = np.random.default_rng(0).normal(size=alpha.shape), 1e-6
     gap = [residual(problem.constraints, alpha + d * e).closure.gap[-1] for d in (h, -h)]

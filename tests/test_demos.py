@@ -235,3 +235,36 @@ def test_timing_prints_a_ratio_for_each_mesh(tmp_path) -> None:
     text = run(tmp_path, ROOT / "benchmarks" / "timing.py", "--repeat", 1, "bumps.off")
     assert re.search(r"^\| bumps \| [\d,]+ \| \*\*[\d.]+\*\* \|", text, re.MULTILINE)
     assert "CHOLMOD" in text
+
+
+def test_a_weave_goes_on_across_the_seam_between_quarter_cones(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "cones_bunny.py")
+    figures = re.findall(r"differ by ([\d.]+)% in length and (\S+) degrees\nF/3nt (\S+),", text)
+    matched, free = np.array(figures, dtype=float)
+    assert matched[0] == 0 and matched[1] < 1e-4
+    assert free[0] > 1 and free[1] > 20
+    assert matched[2] < 3e-4
+    image = pixels(tmp_path / "out" / "cones_bunny.png")
+    assert (
+        np.unique(image[1400:, :750].reshape(-1, image.shape[2]), axis=0).shape[0] > 1000
+    )  # arcs in colours
+
+
+def test_quadrangles_come_back_from_files_and_seams_are_no_diagonals(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "polygons.py")
+    assert " 0 of them diagonals" in text
+    for suffix in ("obj", "ply", "glb"):
+        assert f"out/polygons.{suffix}: 1,440 faces of 4 corners" in text
+    assert min(colourful(tmp_path / "out" / "polygons.png", 1, 2)) > 5
+
+
+def test_patterns_are_drawn_beside_their_surfaces(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "pattern.py")
+    assert "edges change by 0.00% at most" in text  # the lampshade is a cone
+    assert len(re.findall(r"^[1-6] +\d \d +4\d\d\.", text, re.M)) == 6  # the bodice's seams
+    for name in ("lampshade", "bodice"):
+        for suffix in ("svg", "dxf", "pdf"):
+            assert (tmp_path / "out" / f"{name}.{suffix}").stat().st_size > 1500
+    image = pixels(tmp_path / "out" / "pattern.png")[..., :3].astype(int)
+    drawn = image[:, image.shape[1] // 2 :].sum(axis=2) < 720
+    assert all(half.sum() > 1000 for half in np.split(drawn, 2))

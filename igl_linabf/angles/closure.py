@@ -28,7 +28,7 @@ class ClosingRows:
     where wheel_v and vertex_v are the rows of the single loop vertices (docs/holes.md), or of all left
     fans of a path. So T^T y has the vertex rows Im(q conj(y)) and the wheel rows -Re(q conj(y)). Parts
     of a gap that are not asked for have no row. Where vertex_v is a row of S, too, it is taken out
-    here, and what it is to be, `vertex`, goes to the right-hand side. The system becomes
+    here, and what it is to be goes to the right-hand side. The system becomes
 
         [ S    B ] [x]        B = M P T^T,  D = T P T^T.
         [ B^T  D ] [y]
@@ -38,16 +38,13 @@ class ClosingRows:
     of L_s and a dense Schur complement.
     """
 
-    def __init__(self, system: System, closure: Closure, vertex: FloatArray | None = None) -> None:
+    def __init__(self, system: System, closure: Closure) -> None:
         self._topology, self._cot, self._closure = system.topology, system.cot, closure
         # a site's vertex row is no part where that row is asked for by itself
         own = np.append(system.constraints.row, np.full(len(system.constraints.paths), -1))[closure.site]
         asked = own >= system.constraints.wheels
         self._share = np.where(asked, 0.0, 1.0)
-        self._known = np.zeros(len(closure.gap), dtype=np.complex128)
-        if asked.any():
-            assert vertex is not None
-            np.add.at(self._known, closure.row[asked], 1j * closure.q[asked] * vertex[own[asked]])
+        self._known = asked, own[asked]
         self._paths, self._asked = system.constraints.paths, closure.asked.ravel()
         self.size = int(np.count_nonzero(self._asked))
         self._n = 2 * system.constraints.n
@@ -77,10 +74,11 @@ class ClosingRows:
             own[self._topology.corner.ravel()[path.corner]] = True
         return own
 
-    @property
-    def gap(self) -> FloatArray:
-        """What the rows are to close, (size,)."""
-        gap = self._closure.gap - self._known
+    def gap(self, closure: Closure, vertex: FloatArray) -> FloatArray:
+        """What the rows are to close, (size,), at angles of this closure and residuals of vertex rows."""
+        c, (asked, row) = self._closure, self._known
+        gap = closure.gap.copy()
+        np.subtract.at(gap, c.row[asked], 1j * c.q[asked] * vertex[row])
         return np.column_stack((gap.real, gap.imag)).ravel()[self._asked]
 
     def at_sites(self, y: FloatArray) -> FloatArray:

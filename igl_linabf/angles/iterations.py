@@ -82,6 +82,10 @@ def prescribed_steps(state: State, rtol: float, tol: float, most: int) -> State:
     present lengths; they are extrapolated from those of the last steps (Anderson 1965).
     """
     constraints = state.problem.constraints
+    if len(constraints.circles) > 1:  # lengths around a hole mean little before its loop closes
+        fixed = replace(state.problem, constraints=replace(constraints, circles=()))
+        closed = prescribed_steps(State(fixed, fixed.at(state.at.alpha), state.steps), rtol, MIX_BELOW, most)
+        state = State(state.problem, state.problem.at(closed.at.alpha), closed.steps, closed.lin)
     on_circles = [constraints.row[constraints.topology.loops[i]] for i in constraints.circles]
     rows = np.concatenate(on_circles) if on_circles else np.empty(0, dtype=np.int64)
     sought = _Sought(rows[rows >= 0])
@@ -89,8 +93,8 @@ def prescribed_steps(state: State, rtol: float, tol: float, most: int) -> State:
         missing = state.at.residual.largest
         if missing <= tol:
             break
-        first, holes = not state.steps, len(state.at.residual.closure.gap) > 0
-        chord = not (first or holes or state.steps[-1].limited) and missing < CHORD_BELOW
+        first = not state.steps
+        chord = len(state.steps) > 1 and not state.steps[-1].limited and missing < CHORD_BELOW
         sought, towards = sought.extrapolated(state)
         here = replace(state, at=towards)
         if chord:

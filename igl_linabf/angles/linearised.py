@@ -234,7 +234,7 @@ def linearise(
         closure, paths = at.residual.closure, problem.constraints.paths
         if not close:
             closure = closure.of_paths(len(paths))
-        closing = ClosingRows(system, closure, at.residual.vertex) if closure.asked.any() else None
+        closing = ClosingRows(system, closure) if closure.asked.any() else None
     lin = Linearised(problem, system, S, closing)
     if not problem.constraints.n:
         return lin  # every vertex is on the boundary: the estimate is flat
@@ -363,7 +363,7 @@ def right_side(
         e0 = e0 - system.projected(gradient)
     rhs = (np.column_stack((b.vertex, b.wheel)) - system.rows(e0)).ravel()
     if lin.closing is not None:
-        rhs = np.concatenate((rhs, -lin.closing.gap - lin.closing.rows(e0)))
+        rhs = np.concatenate((rhs, -lin.closing.gap(b.closure, b.vertex) - lin.closing.rows(e0)))
     return e0, rhs
 
 

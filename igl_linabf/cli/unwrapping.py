@@ -102,7 +102,7 @@ def _pairs(path: str) -> IntArray:
     return pairs.reshape(-1, 2) if pairs.size == 0 else pairs
 
 
-def _direction(text: str) -> list[float]:
+def direction(text: str) -> list[float]:
     """Three numbers with commas between."""
     numbers = [float(number) for number in text.split(",")]
     if len(numbers) != 3:
@@ -163,7 +163,7 @@ UNWRAP = Command(
             "help": "cut charts until their L2 stretch is at most this",
         },
         "hide": {
-            "type": _direction,
+            "type": direction,
             "metavar": "X,Y,Z",
             "help": "where seams may lie: the direction in which the back or underside looks (--hide=0,-1,0)",
         },

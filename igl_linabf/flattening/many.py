@@ -25,7 +25,8 @@ from ..errors import MeshError, SingularSystemError
 from ..layouts import GAP, flat_disks
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import Disks, coordinates, face_array, side_by_side, vertex_array
-from .methods import ONE_SYSTEM_RTOL, STAGES, LinABF, Method, method_of
+from .isometric_together import lengthened
+from .methods import ONE_SYSTEM_RTOL, STAGES, Isometric, LinABF, Method, method_of
 from .outcome import judge
 from .result import Flattening, Residuals, Rung, Status
 from .shapes import BoundaryName
@@ -47,8 +48,9 @@ def flatten_many(
     """Flatten many meshes at once: what a loop of `flatten` returns, in less time.
 
     Small disks go side by side into one linear system, as they do not touch: it is assembled, analysed and
-    factored once, and each disk has its own steps, residuals and outcome. What needs more than linear ABF's
-    two solves, disks with holes, large meshes, shaped boundaries and other methods are flattened one by one.
+    factored once, and each disk has its own steps, residuals and outcome. Their isometric maps are made
+    likewise. What needs more than linear ABF's two solves, or begins far from an isometry, disks with holes,
+    large meshes, shaped boundaries and other methods are flattened one by one.
 
     Parameters
     ----------
@@ -120,6 +122,14 @@ def _alone(mesh: object, method: Method, boundary: BoundaryName) -> Flattening |
 def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattening | None]:
     """Flatten small disks side by side; None for each mesh that is to be flattened alone."""
     made: list[Flattening | None] = [None] * len(meshes)
+    if isinstance(method, Isometric):
+        linear = flatten_together(meshes, LinABF(solver=method.solver))
+        for group in _groups(meshes):
+            found = [(i, result) for i in group if (result := linear[i]) is not None]
+            chosen = [meshes[i] for i, _ in found]
+            for k, result in lengthened(chosen, [result for _, result in found], method):
+                made[found[k][0]] = result
+        return made
     plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
     if not (plain and isinstance(method, LinABF) and method.layout in ("auto", "boundary")):
         return made
@@ -184,7 +194,7 @@ def _flat(disks: Disks, method: LinABF) -> Iterator[tuple[int, Flattening]]:
         return
     good = stepped.good & ~flat.flipped & (flat.gap <= GAP)
     good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # that is to be warned of
-    rows = rows_of(problem, disks)
+    rows = rows_of(problem.constraints, disks)
     before = families_of(problem.start, rows, faces).T
     after = families_of(stepped.at, rows, faces).T
     triangles = disks.topology.corner.T - faces.spread(vertices.start[:-1])[:, None]

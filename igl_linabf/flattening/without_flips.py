@@ -58,7 +58,7 @@ def isometric_map(problem: Problem, tried: Tried, weight: float, pinned: Pins | 
     flipped = flipped_faces(made.z, mesh.topology.corner)
     start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"
     by = f"igl's SLIM, {made.slim} iterations, and " if made.slim else ""
-    how = f"{by}Newton's method, {made.newton} steps, from {start}; energy {made.energy:.4g} (1: an isometry)"
+    how = by + by_newton(made.newton, start, made.energy)
     state = replace(last.state, at=problem.angles.at(flat_angles(made.z, mesh.topology.corner)))
     note = "" if made.stalled else f"the energy still falls after {made.newton} steps"
     drawn = replace(layout, z=made.z, method="isometric", solver=how)
@@ -67,6 +67,11 @@ def isometric_map(problem: Problem, tried: Tried, weight: float, pinned: Pins | 
         detail = f"{len(flipped)} triangles are too small for double precision"
         return replace(candidate, status=Status.FLIPPED, detail=detail)
     return replace(candidate, **_missed(made.missed))
+
+
+def by_newton(steps: int, start: str, energy: float) -> str:
+    """What made an isometric map."""
+    return f"Newton's method, {steps} steps, from {start}; energy {energy:.4g} (1: an isometry)"
 
 
 def _missed(missed: float) -> dict[str, Any]:
