@@ -1,4 +1,4 @@
-.PHONY: demo test lint pytest docs benchmark results fuzz release-check clean
+.PHONY: demo test lint pytest docs benchmark results fuzz release-check blender clean
 
 PYTHON ?= python3
 BIN = .venv/bin
@@ -28,7 +28,7 @@ docs: .venv/ready
 	@echo "wrote docs/_build/html/index.html"
 
 benchmark: .venv/ready
-	$(PY) benchmarks/timing.py
+	$(PY) benchmarks/performance.py
 
 # not made where CHOLMOD could not be built, which is so tried again
 .venv/ready: pyproject.toml scripts/bootstrap
@@ -43,6 +43,12 @@ fuzz: .venv/ready
 # makes its own environments; what it has checked is in dist then
 release-check:
 	$(PYTHON) scripts/release_check.py
+
+# the extension for Blender, and a Python with Blender in it, for which there are wheels for some systems only
+blender: .venv/ready
+	$(PY) scripts/blender_extension.py
+	$(PY) scripts/blender_extension.py --blender .venv/blender
+	$(PY) -m pytest -q tests/test_blender.py
 
 clean:
 	rm -rf .venv out demos/out docs/_build docs/gallery docs/api/generated docs/_static/scenes build dist *.egg-info

@@ -22,6 +22,7 @@ SECTIONS = [
     ("The paper's Table 1", "table1.py"),
     ("Holes, uncut", "uncut.py"),
     ("Any surface", "unwrap.py"),
+    ("Even texels", "isometric.py"),
     ("Many at once", "many.py"),
     ("Distortion", "distortion.py"),
     ("Time, with CHOLMOD", "timing.py --large"),

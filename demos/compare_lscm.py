@@ -12,7 +12,7 @@ with .png into FOLDER, by default `out`. `igl-linabf compare MESH` prints only t
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -24,10 +24,14 @@ from igl_linabf.plot import plot_compare
 
 
 def show(
-    V: np.ndarray, F: np.ndarray, stem: Path, others: Mapping[str, np.ndarray] | None = None
+    V: np.ndarray,
+    F: np.ndarray,
+    stem: Path,
+    others: Mapping[str, np.ndarray] | None = None,
+    methods: Sequence[str] = ("lscm", "linabf", "abf"),
 ) -> dict[str, Quality]:
-    """Print and draw igl.lscm, linear ABF, ABF and `others`; return the qualities by name."""
-    comparison = compare(V, F)
+    """Print and draw the maps of several methods and `others`; return the qualities by name."""
+    comparison = compare(V, F, methods)
     maps = comparison.maps | dict(others or {})
     measured = {name: quality(V, F, uv) for name, uv in maps.items()}
     print(f"{comparison}\n\n{table(measured)}")

@@ -22,7 +22,7 @@ copyright = author
 release = version = metadata.version("igl-linabf")
 
 extensions = [
-    "myst_parser",
+    "myst_nb",  # Markdown, and the notebook
     "numpydoc",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
@@ -32,7 +32,10 @@ extensions = [
     "sphinx_design",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_build", "sg_execution_times.rst", "gallery/sg_execution_times.rst"]
+exclude_patterns = ["_build", "sg_execution_times.rst", "gallery/sg_execution_times.rst", "gallery/*.ipynb"]
+nb_execution_mode = "force"
+nb_execution_raise_on_error = True
+nb_execution_timeout = 240
 myst_enable_extensions = ["dollarmath", "amsmath", "colon_fence", "deflist"]
 myst_heading_anchors = 3
 

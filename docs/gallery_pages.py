@@ -21,6 +21,11 @@ FIRST = (
     "quads",
     "seams_bunny",
     "hidden_seams",
+    "cones_bunny",
+    "even_texels",
+    "baking",
+    "polygons",
+    "pattern",
 )
 
 

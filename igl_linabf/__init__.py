@@ -45,8 +45,10 @@ if TYPE_CHECKING:
     from .io import write_grid
     from .layouts import layout
     from .measures import Quality, distortion, overlaps, quality
+    from .patterns import Pattern, write_pattern
     from .remesh import QuadGrid, quad_grid
-    from .surface import Cleaned, Repair, clean
+    from .surface import Cleaned, Repair, clean, split_chords
+    from .textures import bake
 
 __all__ = [
     "ABF",
@@ -69,6 +71,7 @@ __all__ = [
     "OneStepABFpp",
     "Outcome",
     "OutcomeWarning",
+    "Pattern",
     "QuadGrid",
     "Quality",
     "Repair",
@@ -76,6 +79,7 @@ __all__ = [
     "SingularSystemError",
     "abf",
     "adapters",
+    "bake",
     "batch",
     "clean",
     "compare",
@@ -94,9 +98,11 @@ __all__ = [
     "pack_together",
     "quad_grid",
     "quality",
+    "split_chords",
     "texture_seams",
     "unwrap",
     "write_grid",
+    "write_pattern",
 ]
 
 # A room is imported when one of its names is first used: so `igl-linabf` answers Ctrl-C before NumPy, SciPy
@@ -110,8 +116,10 @@ _NAMES = {
     "io": "write_grid",
     "layouts": "layout",
     "measures": "Quality distortion overlaps quality",
+    "patterns": "Pattern write_pattern",
     "remesh": "QuadGrid quad_grid",
-    "surface": "Cleaned Repair clean",
+    "surface": "Cleaned Repair clean split_chords",
+    "textures": "bake",
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
 _ROOMS = {*_NAMES, "adapters", "angles", "kernels", "linalg"}

@@ -107,7 +107,8 @@ def test_in_the_conformal_metric_the_two_kinds_of_rows_are_two_laplacians(kind: 
     system = System(constraints, state.at.alpha)
     M, m = dense(constraints, system), system.w.shape[1]
     K = np.zeros((3 * m, 3 * m))
-    for t, block in enumerate(system.conformal(np.arange(m)) / system._conformal_scale[:, None, None]):
+    scale = 2 * np.sqrt(system.w.prod(axis=0) / system.d)
+    for t, block in enumerate(system.conformal(np.arange(m)) / scale[:, None, None]):
         K[np.ix_(t + m * np.arange(3), t + m * np.arange(3))] = block
     MKM, n, cot = M @ K @ M.T, constraints.wheels, system.topology.sum_at_edges(system.cot) / 2
     L = constraints.pattern.laplacian(cot)
@@ -147,8 +148,8 @@ def test_few_steps_reach_sums_wheels_and_closed_loops(kind: str) -> None:
 def test_the_rows_of_a_path_are_the_derivative_of_its_gap(kind: str) -> None:
     state = linear_step(state_of(kind), 1e-3, close=False)
     problem, alpha = state.problem, state.at.alpha
-    closure = state.at.residual.closure.of_paths(1)
-    border = ClosingRows(System(problem.constraints, alpha), closure)
+    b = state.at.residual
+    border = ClosingRows(System(problem.constraints, alpha), b.closure.of_paths(1))
     assert border.size == (1 if kind == "one hole" else 2)  # turning follows from its vertices' sums
     e, h = np.random.default_rng(0).normal(size=alpha.shape), 1e-6
     gap = [residual(problem.constraints, alpha + d * e).closure.gap[-1] for d in (h, -h)]

@@ -23,7 +23,7 @@ from test_interrupts import of_session
 
 from igl_linabf import MeshError, batch, unwrap
 from igl_linabf.batch_runs.table import Table
-from igl_linabf.io import read_mesh, read_texture, write_mesh
+from igl_linabf.io import read_file, read_mesh, read_texture, write_file
 
 distributed = pytest.importorskip("distributed")
 ENTRY = [sys.executable, "-m", "igl_linabf", "batch"]
@@ -111,10 +111,11 @@ def test_a_row_and_a_map_for_each_and_no_two_of_one_name(scheduler: str, tmp_pat
         if row.outcome == "refused":
             assert row.message
             continue
-        V, F = read_mesh(files[name])
+        mesh = read_file(files[name])
+        V, F = mesh.V, mesh.F
         atlas = unwrap(V, F)
         here = tmp_path / "here.obj"
-        write_mesh(here, V, F, atlas.TC, atlas.FTC)
+        write_file(here, mesh, atlas.TC, atlas.FTC)
         assert (out / row.output).read_bytes() == here.read_bytes()
         q = atlas.quality
         measured = (row.triangles, row.charts, row.angle_distortion, row.stretch, row.flips)

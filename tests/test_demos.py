@@ -38,9 +38,9 @@ def test_cortex(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "cortex.py")
     assert row(text, "triangles") == [18654] * 4
     assert row(text, "flipped")[:3] == [0, 0, 0]
-    lscm, ours, abf, shipped = row(text, "angle distortion")
-    assert abf <= ours <= 2.54e-3 * 1.02
-    assert ours < lscm < shipped
+    lscm, ours, isometric, shipped = row(text, "angle distortion")
+    assert ours <= 2.54e-3 * 1.02
+    assert ours < lscm < isometric < shipped
     V, coordinates, _, F, corners, _ = igl.readOBJ(str(tmp_path / "out" / "cortex.obj"))
     assert F.shape == corners.shape == (18654, 3)
     assert coordinates.min() == 0
@@ -133,6 +133,33 @@ def test_the_bunny_unwraps_at_three_trades(tmp_path) -> None:
     ]
 
 
+def test_baked_details_are_those_of_the_fine_model(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "baking.py")
+    assert "differ by" in text
+    picture = pixels(tmp_path / "out" / "baking.png")[..., :3].astype(int)
+    assert picture.shape[:2] == (700, 2100)
+    colourful = np.ptp(picture, axis=2) > 40
+    plain, texture, dressed = (part.mean() for part in np.split(colourful, 3, axis=1))
+    assert plain < 0.01
+    assert texture > 0.2
+    assert dressed > 0.1
+
+
+def test_the_isometric_map_has_even_texels_on_the_same_few_seams(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "even_texels.py")
+    found = re.findall(
+        r", (\w+): texels ([\d.]+) : 1, (\d+) charts, L2 stretch ([\d.]+), (\d+) flipped", text
+    )
+    assert {flips for *_, flips in found} == {"0"}
+    for name, spread, charts, stretch, _ in found:
+        if name != "xatlas":
+            assert int(charts) <= 4
+            assert (float(spread) < 3) == (float(stretch) < 1.06) == (name == "isometric")
+    picture = pixels(tmp_path / "out" / "even_texels.png")[..., :3].astype(int)
+    assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
+    assert picture.shape[0] == 1000
+
+
 def test_greedy_layout_breaks_far_from_its_seed_and_least_squares_does_not(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "greedy.py")
     one, converged = text.split("converged\n")
@@ -221,3 +248,36 @@ def test_timing_prints_a_ratio_for_each_mesh(tmp_path) -> None:
     text = run(tmp_path, ROOT / "benchmarks" / "timing.py", "--repeat", 1, "bumps.off")
     assert re.search(r"^\| bumps \| [\d,]+ \| \*\*[\d.]+\*\* \|", text, re.MULTILINE)
     assert "CHOLMOD" in text
+
+
+def test_a_weave_goes_on_across_the_seam_between_quarter_cones(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "cones_bunny.py")
+    figures = re.findall(r"differ by ([\d.]+)% in length and (\S+) degrees\nF/3nt (\S+),", text)
+    matched, free = np.array(figures, dtype=float)
+    assert matched[0] == 0 and matched[1] < 1e-4
+    assert free[0] > 1 and free[1] > 20
+    assert matched[2] < 3e-4
+    image = pixels(tmp_path / "out" / "cones_bunny.png")
+    assert (
+        np.unique(image[1400:, :750].reshape(-1, image.shape[2]), axis=0).shape[0] > 1000
+    )  # arcs in colours
+
+
+def test_quadrangles_come_back_from_files_and_seams_are_no_diagonals(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "polygons.py")
+    assert " 0 of them diagonals" in text
+    for suffix in ("obj", "ply", "glb"):
+        assert f"out/polygons.{suffix}: 1,440 faces of 4 corners" in text
+    assert min(colourful(tmp_path / "out" / "polygons.png", 1, 2)) > 5
+
+
+def test_patterns_are_drawn_beside_their_surfaces(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "pattern.py")
+    assert "edges change by 0.00% at most" in text  # the lampshade is a cone
+    assert len(re.findall(r"^[1-6] +\d \d +4\d\d\.", text, re.M)) == 6  # the bodice's seams
+    for name in ("lampshade", "bodice"):
+        for suffix in ("svg", "dxf", "pdf"):
+            assert (tmp_path / "out" / f"{name}.{suffix}").stat().st_size > 1500
+    image = pixels(tmp_path / "out" / "pattern.png")[..., :3].astype(int)
+    drawn = image[:, image.shape[1] // 2 :].sum(axis=2) < 720
+    assert all(half.sum() > 1000 for half in np.split(drawn, 2))

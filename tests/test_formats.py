@@ -14,7 +14,7 @@ from hostile_files import good_files
 
 from igl_linabf import MeshError, MeshWarning
 from igl_linabf.io import read_mesh
-from igl_linabf.io.files import parse
+from igl_linabf.io.formats import parse
 
 
 @pytest.mark.skipif(FOLDER is None, reason="IGL_LINABF_MESHES is not set")

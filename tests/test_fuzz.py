@@ -14,7 +14,7 @@ from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 
 import igl_linabf as il
-from igl_linabf.io.files import parse
+from igl_linabf.io.formats import parse
 
 # cases that once broke a promise
 FOUND = [

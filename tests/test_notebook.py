@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import json
 import xml.etree.ElementTree as ElementTree
+from pathlib import Path
 
 import igl
 import numpy as np
@@ -12,6 +14,7 @@ from conftest import load
 from igl_linabf import MeshWarning, compare, flatten, quality, unwrap
 from igl_linabf.surface import Submesh
 
+ROOT = Path(__file__).parents[1]
 SVG = "{http://www.w3.org/2000/svg}"
 
 
@@ -98,3 +101,52 @@ def test_qualities_and_comparisons_show_their_figures() -> None:
     assert cells[1::2] == [line.split()[-1] for line in str(measured).splitlines()]
     assert f"{measured.angle_distortion:.4g}" in [cell.text for cell in page.iter("td")]
     assert max(map(len, (repr(compared), repr(measured)))) < 100
+
+
+def executed(cells: list[str]) -> list[list[dict]]:
+    """The outputs of each cell, run by a kernel as a notebook's are."""
+    nbformat, nbclient = pytest.importorskip("nbformat"), pytest.importorskip("nbclient")
+    book = nbformat.v4.new_notebook(cells=[nbformat.v4.new_code_cell(cell) for cell in cells])
+    nbclient.NotebookClient(book, timeout=240, kernel_name="python3").execute()
+    return [cell.outputs for cell in book.cells]
+
+
+def pictures(outputs: list[dict]) -> int:
+    """How many of the outputs show a picture or a view."""
+    kinds = {"image/png", "application/vnd.jupyter.widget-view+json"}
+    return sum(bool(kinds & set(output.get("data", {}))) for output in outputs)
+
+
+@pytest.mark.parametrize("backend", ["static", "trame"])
+def test_a_picture_that_ends_a_cell_is_shown_once(backend: str) -> None:
+    pytest.importorskip("pyvista")
+    pytest.importorskip("trame_pyvista" if backend == "trame" else "ipykernel")
+    begin = """
+import igl, pyvista, igl_linabf
+from igl_linabf.plot import plot_compare, plot_uv
+pyvista.set_jupyter_backend({backend!r})
+V, F = igl.icosahedron()
+uv = igl_linabf.linabf(V, F[1:])
+"""
+    compared, drawn, alone = executed(
+        [
+            begin.format(backend=backend) + "plot_compare(V, F[1:], {'linABF': uv})",
+            "plot_uv(uv, F[1:])",
+            "plot_uv(uv, F[1:], show=True)",
+        ]
+    )
+    assert [pictures(outputs) for outputs in (compared, drawn, alone)] == [1, 0, 1]
+
+
+def test_the_notebook_of_the_docs_runs() -> None:
+    pytest.importorskip("nilearn")
+    book = json.loads((ROOT / "docs" / "notebook.ipynb").read_text(encoding="utf-8"))
+    code = ["".join(cell["source"]) for cell in book["cells"] if cell["cell_type"] == "code"]
+    outputs = executed(code)
+    assert not any(
+        cell["outputs"] for cell in book["cells"] if cell["cell_type"] == "code"
+    )  # the docs run it
+    tables = [o["data"]["text/html"] for out in outputs for o in out if "text/html" in o.get("data", {})]
+    assert len(tables) == 4
+    assert sum("<svg" in table for table in tables) == 3
+    assert pictures(outputs[-1]) == 1

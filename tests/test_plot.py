@@ -290,3 +290,29 @@ def test_parts_are_shown_and_saved_on_demand(tmp_path, monkeypatch) -> None:
         path.unlink()
         assert 0.1 < (image[..., :3].astype(int).sum(axis=-1) < 720).mean() < 0.95
         plotter.close()
+
+
+def test_cones_are_spheres_and_both_sides_of_a_seam_have_one_colour() -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 2)
+    V /= np.linalg.norm(V, axis=1)[:, None]
+    atlas = unwrap(V, F, cones=6)
+    plotter = plot_checkerboard(V, F, atlas, plotter=off_screen())
+    _, lines, balls = plotter.meshes
+    assert lines.n_lines == len(atlas.seams)
+    pieces = balls.connectivity()
+    region = pieces.point_data["RegionId"]
+    centres = [pieces.points[region == i].mean(axis=0) for i in range(6)]
+    assert region.max() == 5
+    assert np.abs(np.sort(centres, axis=0) - np.sort(V[atlas.cones], axis=0)).max() < 1e-3
+    plotter = plot_uv(atlas, atlas.FTC, plotter=off_screen())
+    sides = plotter.meshes[-1]
+    assert sides.n_lines == 2 * len(atlas.seams)
+    on_surface = np.unique(lines.cell_data["colour"], axis=0, return_counts=True)
+    in_map = np.unique(sides.cell_data["colour"], axis=0, return_counts=True)
+    assert len(on_surface[0]) > 3
+    assert (in_map[0] == on_surface[0]).all() and (in_map[1] == 2 * on_surface[1]).all()
+    start, end = sides.points[sides.lines.reshape(-1, 3)[:, 1:].T]
+    length = np.linalg.norm(end - start, axis=1)
+    for colour in in_map[0]:  # its two sides are equally long, edge by edge
+        own = np.sort(length[(sides.cell_data["colour"] == colour).all(axis=1)])
+        assert np.allclose(own[0::2], own[1::2], rtol=1e-6)

@@ -152,8 +152,13 @@ def test_what_is_no_face_is_named() -> None:
             unwrap(V, bad)
 
 
-@pytest.mark.parametrize("suffix", [".obj", ".ply"])
-@pytest.mark.parametrize("name", ["quads", "dual"])
+@pytest.mark.parametrize(
+    ("suffix", "name"),
+    [
+        *itertools.product((".obj", ".ply", ".vtp"), ("quads", "dual")),
+        (".glb", "quads"),
+    ],  # glTF has fans only
+)
 def test_polygons_come_back_from_files(tmp_path: Path, suffix: str, name: str) -> None:
     V, F = {"quads": quads, "dual": dual}[name]()
     atlas = unwrap(V, F, progress=False)

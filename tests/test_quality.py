@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+from dataclasses import astuple
+
 import igl
 import numpy as np
 import pytest
-from conftest import load
+from conftest import bumps, load
 
 from igl_linabf import MeshError, flatten, overlaps, quality
-from igl_linabf.measures import table
+from igl_linabf.measures import quality_of_each, table
+from igl_linabf.surface import Submesh
 
 
 def jacobians(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> np.ndarray:
@@ -38,10 +41,36 @@ def test_stretch_and_conformal_distortion_by_finite_differences(name: str) -> No
     q = quality(V, F, uv)
     assert np.isclose(q.stretch_l2, normalised * np.sqrt(area @ (sigma**2).mean(axis=1) / area.sum()))
     assert np.isclose(q.stretch_linf, normalised * sigma.max())
+    squares = (normalised * sigma) ** 2
+    energy = (squares + 1 / squares).sum(axis=1) / 4
+    assert np.isclose(q.symmetric_dirichlet, area @ energy / area.sum())
     assert np.isclose(q.conformal_distortion, area @ (sigma[:, 0] / sigma[:, 1]) / area.sum())
     assert np.isclose(q.conformal_distortion_max, (sigma[:, 0] / sigma[:, 1]).max())
     ratio = np.log(flat / area * area.sum() / flat.sum())
     assert np.isclose(q.area_distortion, area @ np.abs(ratio) / area.sum())
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_snail.obj"])
+def test_change_of_edges_and_spread_of_texels(name: str) -> None:
+    V, F = load(name)
+    uv = flatten(V, F).uv * 3
+    area, flat = igl.doublearea(V, F), igl.doublearea(uv, F)
+    sides = [np.linalg.norm(P[F[:, k]] - P[F[:, k - 1]], axis=1) for P in (V, uv) for k in range(3)]
+    ratio = np.concatenate(sides[3:]) / np.concatenate(sides[:3]) * np.sqrt(area.sum() / flat.sum())
+    q = quality(V, F, uv)
+    assert np.isclose(q.edge_change, np.abs(ratio - 1).mean())
+    assert np.isclose(q.edge_change_99, np.percentile(np.abs(ratio - 1), 99))
+    order = np.argsort(flat / area)
+    below = np.cumsum(area[order]) / area.sum()
+    first, last = ((flat / area)[order][np.searchsorted(below, share)] for share in (0.01, 0.99))
+    assert np.isclose(q.texel_spread, last / first)
+
+
+def test_figures_of_several_maps_are_those_of_each() -> None:
+    meshes = [(V, F, flatten(V, F).uv) for V, F in (bumps(60, 1), bumps(200, 2), load("bumps"))]
+    surfaces = [(Submesh.checked(V, F), uv, 0) for V, F, uv in meshes]
+    for together, (V, F, uv) in zip(quality_of_each(surfaces), meshes, strict=True):
+        assert astuple(together) == pytest.approx(astuple(quality(V, F, uv)), rel=1e-9)
 
 
 @pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_camel_b.obj"])

@@ -27,7 +27,8 @@ class ClosingRows:
 
     where wheel_v and vertex_v are the rows of the single loop vertices (docs/holes.md), or of all left
     fans of a path. So T^T y has the vertex rows Im(q conj(y)) and the wheel rows -Re(q conj(y)). Parts
-    of a gap that are not asked for have no row. The system becomes
+    of a gap that are not asked for have no row. Where vertex_v is a row of S, too, it is taken out
+    here, and what it is to be goes to the right-hand side. The system becomes
 
         [ S    B ] [x]        B = M P T^T,  D = T P T^T.
         [ B^T  D ] [y]
@@ -39,10 +40,15 @@ class ClosingRows:
 
     def __init__(self, system: System, closure: Closure) -> None:
         self._topology, self._cot, self._closure = system.topology, system.cot, closure
+        # a site's vertex row is no part where that row is asked for by itself
+        own = np.append(system.constraints.row, np.full(len(system.constraints.paths), -1))[closure.site]
+        asked = own >= system.constraints.wheels
+        self._share = np.where(asked, 0.0, 1.0)
+        self._known = asked, own[asked]
         self._paths, self._asked = system.constraints.paths, closure.asked.ravel()
         self.size = int(np.count_nonzero(self._asked))
         self._n = 2 * system.constraints.n
-        self._metrics = _products(system, closure)
+        self._metrics = _products(system, closure, self._share)
         self._shape = (self._n, self.size)
         self.B, self.D = self._take(system.projection)
 
@@ -68,10 +74,12 @@ class ClosingRows:
             own[self._topology.corner.ravel()[path.corner]] = True
         return own
 
-    @property
-    def gap(self) -> FloatArray:
-        """What the rows are to close, (size,)."""
-        return np.column_stack((self._closure.gap.real, self._closure.gap.imag)).ravel()[self._asked]
+    def gap(self, closure: Closure, vertex: FloatArray) -> FloatArray:
+        """What the rows are to close, (size,), at angles of this closure and residuals of vertex rows."""
+        c, (asked, row) = self._closure, self._known
+        gap = closure.gap.copy()
+        np.subtract.at(gap, c.row[asked], 1j * c.q[asked] * vertex[row])
+        return np.column_stack((gap.real, gap.imag)).ravel()[self._asked]
 
     def at_sites(self, y: FloatArray) -> FloatArray:
         """Multipliers of the vertex and wheel rows of single sites, (#V + #paths, 2), that make up T^T y."""
@@ -79,14 +87,14 @@ class ClosingRows:
         every[self._asked] = y
         product = c.q * (every[0::2] - 1j * every[1::2])[c.row]
         x = np.zeros((self._topology.n + len(self._paths), 2))
-        x[c.site, 0], x[c.site, 1] = product.imag, -product.real
+        x[c.site, 0], x[c.site, 1] = self._share * product.imag, -product.real
         return x
 
     def rows(self, e: FloatArray) -> FloatArray:
         """T e, (size,)."""
         c, q = self._closure, self._cot * e
         vertex, wheel = (self._at_sites(values)[c.site] for values in (e, q[NEXT] - q[PREV]))
-        moved = -c.q * (wheel + 1j * vertex)
+        moved = -c.q * (wheel + 1j * (self._share * vertex))
         parts = [sum_by(c.row, part, len(c.gap)) for part in (moved.real, moved.imag)]
         return np.column_stack(parts).ravel()[self._asked]
 
@@ -136,7 +144,7 @@ class ClosingRows:
 
 
 def _products(
-    system: System, closure: Closure
+    system: System, closure: Closure, share: FloatArray
 ) -> tuple[np.ndarray, sparse.csr_array, sparse.csr_array, sparse.csr_array]:
     """Factors of B and D, on the faces at holes' loops and at paths only.
 
@@ -168,7 +176,7 @@ def _products(
     v, j, q = closure.site, closure.row, closure.q
     weights = sparse.csr_array(
         (
-            np.concatenate((q.imag, -q.real, -q.real, -q.imag)),
+            np.concatenate((share * q.imag, -share * q.real, -q.real, -q.imag)),
             (
                 np.concatenate((2 * v, 2 * v, 2 * v + 1, 2 * v + 1)),
                 np.concatenate((2 * j, 2 * j + 1, 2 * j, 2 * j + 1)),

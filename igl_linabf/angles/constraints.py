@@ -12,6 +12,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import angle_sums, log_sines
 from ..linalg import Pattern
 from ..surface import NEXT, PREV, Topology
+from .inscribed import inscribed_sums
 from .loops import ClosedPath, Closure, closure_of
 
 
@@ -38,6 +39,9 @@ class Constraints:
         The first so many rows have a wheel constraint, too.
     paths : tuple of ClosedPath
         Closed paths whose scale, and maybe turning, is to come back: one constraint or two each.
+    circles : tuple of int
+        The boundary loops that are to lie on circles. Their sums are those of the inscribed polygon with
+        the lengths that the present angles give; `target` and `sums` have those of the surface's lengths.
     """
 
     topology: Topology
@@ -46,6 +50,7 @@ class Constraints:
     sums: FloatArray
     wheels: int
     paths: tuple[ClosedPath, ...] = ()
+    circles: tuple[int, ...] = ()
 
     @property
     def n(self) -> int:
@@ -67,9 +72,23 @@ class Constraints:
         total[self.wheels :] = 0.0
         return total
 
+    def target_at(self, log_ratio: FloatArray) -> FloatArray:
+        """Target angle sum of each row where the loops' edges have the ratios `log_ratio`, (#V,)."""
+        if not self.circles:
+            return self.target
+        target = self.target.copy()
+        for i in self.circles:
+            loop = self.topology.loops[i]
+            asked = self.row[loop] >= 0
+            target[self.row[loop[asked]]] = inscribed_sums(log_ratio[loop], i > 0)[asked]
+        return target
+
 
 def constraints_of(
-    topology: Topology, sums: FloatArray | None = None, paths: Sequence[ClosedPath] = ()
+    topology: Topology,
+    sums: FloatArray | None = None,
+    paths: Sequence[ClosedPath] = (),
+    circles: Sequence[int] = (),
 ) -> Constraints:
     """A row for each interior vertex, one for each hole as a virtual vertex, and one for each prescribed sum.
 
@@ -85,13 +104,17 @@ def constraints_of(
         Angle sum at each vertex, radians. NaN is 2 pi inside, and nothing at the boundary.
     paths : sequence of ClosedPath
         Further paths that are to close.
+    circles : sequence of int
+        Loops of which all sums are given, those of inscribed polygons.
     """
     if sums is None and not paths:
-        return topology.once("constraints", lambda: _constraints(topology, None, ()))
-    return _constraints(topology, sums, paths)
+        return topology.once("constraints", lambda: _constraints(topology, None, (), ()))
+    return _constraints(topology, sums, paths, circles)
 
 
-def _constraints(topology: Topology, sums: FloatArray | None, paths: Sequence[ClosedPath]) -> Constraints:
+def _constraints(
+    topology: Topology, sums: FloatArray | None, paths: Sequence[ClosedPath], circles: Sequence[int]
+) -> Constraints:
     inside = topology.interior
     sums = np.full(topology.n, np.nan) if sums is None else sums
     sums = np.where(inside & np.isnan(sums), 2 * np.pi, sums)
@@ -115,7 +138,8 @@ def _constraints(topology: Topology, sums: FloatArray | None, paths: Sequence[Cl
     target = np.full(wheels, 2 * np.pi)
     target[:n_inner] = sums[inner]
     target[n_inner:] += [np.pi * len(loop) for loop in virtual]
-    return Constraints(topology, row, np.concatenate((target, sums[rim])), sums, wheels, (*around, *paths))
+    target = np.concatenate((target, sums[rim]))
+    return Constraints(topology, row, target, sums, wheels, (*around, *paths), tuple(circles))
 
 
 def _path_of(topology: Topology, loop: IntArray, given: BoolArray) -> ClosedPath:
@@ -169,7 +193,7 @@ def residual(constraints: Constraints, alpha: FloatArray) -> Residual:
         both = ratio.ravel() + 1j * alpha.ravel()
         drawn = np.array([both[path.corner].sum() for path in paths])
     return Residual(
-        vertex=constraints.target - constraints.sum_at_rows(total),  # eq. 5
+        vertex=constraints.target_at(log_ratio) - constraints.sum_at_rows(total),  # eq. 5
         wheel=constraints.sum_at_wheels(log_ratio),  # eq. 8-10
         triangle=np.pi - alpha.sum(axis=0),  # eq. 6
         turning=turning,

@@ -44,7 +44,8 @@ def initial_estimate(
     If the angles around an interior vertex miss 2 pi by more than `threshold` radians, they are
     scaled to sum to 2 pi (the exponential map of the one-ring). All other angles stay. With
     `to_triangles`, each triangle's angles are then scaled to sum to pi, so that the constraints are
-    linearised at angles of real triangles. `sums`, (#V,), has other sums, as `Constraints.sums`.
+    linearised at angles of real triangles. `sums`, (#V,), has other sums, as `Constraints.sums`. At an
+    ear, a vertex with one face, the sum is that triangle's angle.
     """
     estimate = alpha
     total = topology.sum_at_vertices(alpha)
@@ -55,4 +56,14 @@ def initial_estimate(
         estimate = alpha * np.where(far, sums / total, 1.0)[topology.corner]
         if to_triangles:
             estimate *= np.pi / estimate.sum(axis=0)
+    ears = np.bincount(topology.corner.ravel(), minlength=topology.n)[topology.corner] == 1
+    ears &= ~np.isnan(sums)[topology.corner]
+    if ears.any():
+        k, t = np.nonzero(ears)
+        estimate = estimate.copy()
+        estimate[k, t] = asked = sums[topology.corner[k, t]]
+        others = (k + 1) % 3, (k + 2) % 3
+        share = (np.pi - asked) / (estimate[others[0], t] + estimate[others[1], t])
+        for other in others:
+            estimate[other, t] *= share
     return estimate

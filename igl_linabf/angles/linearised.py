@@ -363,7 +363,7 @@ def right_side(
         e0 = e0 - system.projected(gradient)
     rhs = (np.column_stack((b.vertex, b.wheel)) - system.rows(e0)).ravel()
     if lin.closing is not None:
-        rhs = np.concatenate((rhs, -lin.closing.gap - lin.closing.rows(e0)))
+        rhs = np.concatenate((rhs, -lin.closing.gap(b.closure, b.vertex) - lin.closing.rows(e0)))
     return e0, rhs
 
 

@@ -11,6 +11,7 @@ from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray
 from ..linalg import Analysis, Factored, Multigrid, block_conjugate_gradients
 from ..surface import Disks, Parts
+from .constraints import Constraints
 from .linearised import AngleProblem, Iterate, cut_short, linearise
 from .preconditioner import Solve, conformal_inverse
 from .reduced import System
@@ -59,7 +60,7 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
     NotPositiveDefiniteError, SingularSystemError
         The system of one of the disks is singular in double precision.
     """
-    rows = rows_of(problem, disks)
+    rows = rows_of(problem.constraints, disks)
     at, solver = problem.start, None
     residual = [largest_of(at, rows, disks.faces)]
     stepped = residual[0] > tol
@@ -150,10 +151,10 @@ class _Fans:
         return kernels.fan_product(self._row, s.w, s.d, s.cot, x)
 
 
-def rows_of(problem: AngleProblem, disks: Disks) -> Parts:
+def rows_of(constraints: Constraints, disks: Disks) -> Parts:
     """The rows of each disk: those of its interior vertices, which come in their order."""
     before = np.concatenate(([0], np.cumsum(disks.topology.interior)))
-    assert before[-1] == problem.constraints.n
+    assert before[-1] == constraints.n
     return Parts(before[disks.vertices.start])
 
 

@@ -16,11 +16,11 @@ from typing import Any, Literal, NamedTuple
 
 import psutil
 
-from .._types import FloatArray, IntArray
+from .._types import FloatArray
 from ..charts import unwrap
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import Method, Outcome, flatten
-from ..io import read_mesh, unit_square, write_mesh
+from ..io import MeshFile, read_file, unit_square, write_file
 from ..measures import Quality, quality
 from . import places
 from .table import FAILED, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row
@@ -62,7 +62,7 @@ class _Made(NamedTuple):
     """A map to write, and what the row says of it."""
 
     TC: FloatArray
-    FTC: IntArray
+    FTC: Any  # in the shape of the faces; None: the faces
     row: Row
 
 
@@ -90,14 +90,14 @@ def _tried(task: Task) -> Row:
         with _limited(task.settings.memory):
             try:
                 with places.fetched(task.place) as local:
-                    V, F = read_mesh(local)
+                    mesh = read_file(local)
             except OSError as error:
                 return replace(row, outcome=UNREADABLE, message=error.strerror or str(error))
-            row = replace(row, triangles=len(F))
-            made = (_unwrapped if task.settings.how == "unwrap" else _flattened)(V, F, row, task.settings)
+            row = replace(row, triangles=len(mesh.triangles))
+            made = (_unwrapped if task.settings.how == "unwrap" else _flattened)(mesh, row, task.settings)
             writing = True
             with places.written(places.joined(task.folder, row.output)) as path:
-                write_mesh(path, V, F, made.TC, made.FTC)
+                write_file(path, mesh, made.TC, made.FTC)
             return made.row
     except (MemoryError, MemoryLimitError) as error:
         return replace(row, outcome=OUT_OF_MEMORY, message=str(error) or "not enough memory")
@@ -109,27 +109,30 @@ def _tried(task: Task) -> Row:
         return replace(row, outcome=FAILED, message=f"{type(error).__name__}: {error}")
 
 
-def _unwrapped(V: FloatArray, F: IntArray, row: Row, settings: Settings) -> _Made:
+def _unwrapped(mesh: MeshFile, row: Row, settings: Settings) -> _Made:
     chosen: dict[str, Any] = {
         "trade": settings.trade,
         "holes": settings.holes,
         "bijective": settings.bijective,
     }
-    atlas = unwrap(V, F, method=settings.method, progress=False, **chosen)
+    atlas = unwrap(mesh.V, mesh.F, method=settings.method, progress=False, **chosen)
     flipped = any(not chart.result.outcome.good for chart in atlas.charts)
     outcome = VALID if atlas.good else Outcome.FLIPPED.value if flipped else OVERLAPPING
     told = replace(row, outcome=outcome, message="; ".join(atlas.troubles), charts=len(atlas.charts))
     return _Made(atlas.TC, atlas.FTC, _measured(told, atlas.quality))
 
 
-def _flattened(V: FloatArray, F: IntArray, row: Row, settings: Settings) -> _Made:
+def _flattened(mesh: MeshFile, row: Row, settings: Settings) -> _Made:
+    V, F = mesh.V, mesh.triangles
     result = flatten(V, F, settings.method, progress=False)
     uv = unit_square(result.uv)
     measured = quality(V, F, uv)
     outcome, message = result.outcome, "" if result.outcome.good else result.message
     if outcome.good and measured.flips:
         outcome, message = Outcome.FLIPPED, "the map's scale varies too much for the unit square: unwrap it"
-    return _Made(uv, F, _measured(replace(row, outcome=outcome.value, message=message, charts=1), measured))
+    return _Made(
+        uv, None, _measured(replace(row, outcome=outcome.value, message=message, charts=1), measured)
+    )
 
 
 def _measured(row: Row, of: Quality) -> Row:

@@ -18,6 +18,7 @@ from .cut_graph import ClosedSurface, closed_surface
 CONE_TRADE = 30.0
 MAX_CONES = 100  # on a component, if they are to be found
 IN_VAIN = 4  # cones in a row that do not pay, before no more are tried
+USABLE, IN_VAIN_AT_FIRST = 3.0, 30  # and as long as stretch and price together are not below that
 NARROW = np.pi / 3  # angle of a cone below which another one helps it
 WIDE = 0.75 * np.pi  # angle of a triangle at a cone above which another one helps it
 MOST_QUARTERS = 3  # of curvature at a cone
@@ -40,7 +41,8 @@ def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float
     F : (#F, 3) int
         Oriented triangles of any number of components, loops and handles.
     n : int, optional
-        How many cones on each component. By default as many as pay.
+        How many cones on each component, or all of its interior vertices if it has fewer. By default
+        as many as pay.
     trade : float
         How many cones lowering the L2 stretch by 1 is worth. Large: cones are added as long as the
         expected stretch falls, at most 100 a component.
@@ -53,8 +55,8 @@ def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float
     Raises
     ------
     MeshError
-        The arrays are malformed, the surface is not an oriented manifold, or a face is degenerate; or `n`
-        is too small or too large for a component.
+        The arrays are malformed, the surface is not an oriented manifold, or a face is degenerate; or
+        `n` is too small for a component.
     ValueError
         `trade` is not positive.
 
@@ -124,8 +126,6 @@ def found_on(place: ConePiece, n: int | None, trade: float) -> IntArray:
             f"{where} is closed, of Euler characteristic {chi}, and {n} cones are too few for angles of 90 "
             f"degrees and more at them: give at least {least}"
         )
-    if n is not None and n > len(place.inner):
-        raise MeshError(f"{where} has {len(place.inner)} interior vertices, fewer than {n} cones: give fewer")
     if n == 0 or not len(place.inner):
         return np.zeros(0, dtype=np.int64)
     return place.vertices(_grown(place, n, trade))
@@ -137,7 +137,7 @@ def _grown(place: ConePiece, n: int | None, trade: float) -> IntArray:
     best, least, in_vain = scale.nodes, np.inf, 0
     if n is None and place.closed_curvature == 0:
         best, least = best[:0], scale.stretch
-    most = min(MAX_CONES, len(place.inner)) if n is None else n
+    most = min(MAX_CONES if n is None else n, len(place.inner))
     while True:
         strain = _strain(place, scale)
         bad = bool(len(strain)) and strain.max() > 0
@@ -147,7 +147,8 @@ def _grown(place: ConePiece, n: int | None, trade: float) -> IntArray:
             if cost < least:
                 best, least = scale.nodes, cost
         advance("cones", 0.1)
-        if len(scale.nodes) >= most or (in_vain >= IN_VAIN and np.isfinite(least)):
+        patience = IN_VAIN if least < USABLE else IN_VAIN_AT_FIRST
+        if len(scale.nodes) >= most or in_vain >= patience:
             break
         far = np.abs(scale.log_scale)
         far[scale.nodes] = 0.0

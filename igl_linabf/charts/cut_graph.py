@@ -54,6 +54,8 @@ class ClosedSurface:
     curvature, noise, area : (n,) float64
         Angle defects, what rounding adds to them, and vertex areas.
     laplacian : (n, n) sparse
+    position : (n, 3) float64
+        Of each node; that of a loop is any of its vertices.
     size : float
         Square root of the area.
     """
@@ -78,6 +80,7 @@ class ClosedSurface:
     noise: FloatArray
     area: FloatArray
     laplacian: sparse.csr_array
+    position: FloatArray
     size: float
 
     @cached_property
@@ -87,7 +90,7 @@ class ClosedSurface:
 
     def with_lengths(self, length: FloatArray) -> ClosedSurface:
         """The same with other lengths of its edges."""
-        graph, key, shortest = _graph(self.ends, length, self.n)
+        graph, key, shortest = shortest_edges(self.ends, length, self.n)
         return replace(self, length=length, graph=graph, key=key, shortest=shortest)
 
     def between(self, i: IntArray, j: IntArray) -> IntArray:
@@ -124,6 +127,24 @@ class ClosedSurface:
         """The nodes on a seam, and the holes."""
         return np.union1d(self.ends[seam], np.arange(self.holes))
 
+    @cached_property
+    def _dual(self) -> tuple[IntArray, IntArray, IntArray]:
+        """The faces beside each face, row by row; the rows' starts; the places of each edge's sides."""
+        face = self.faces.ravel()
+        order = np.argsort(face, kind="stable")
+        place = np.empty(len(order), dtype=np.int64)
+        place[order] = np.arange(len(order))
+        start = np.searchsorted(face[order], np.arange(self.n_faces + 1))
+        return self.faces[:, ::-1].ravel()[order], start, place.reshape(-1, 2)
+
+    def leaves_whole(self, seam: IntArray) -> bool:
+        """Whether the surface is in one piece when it is cut along the seam."""
+        beside, start, place = self._dual
+        beside = beside.copy()
+        beside[place[seam]] = self.faces[seam]  # to the face itself instead
+        graph = sparse.csr_array((np.ones(len(beside)), beside, start), shape=(self.n_faces, self.n_faces))
+        return len(csgraph.breadth_first_order(graph, 0, return_predecessors=False)) == self.n_faces
+
     def total(self, seam: IntArray) -> float:
         return float(self.length[seam].sum())
 
@@ -149,10 +170,12 @@ def closed_surface(component: Submesh, hidden: FloatArray | None = None) -> Clos
     smoothing = Smoothing(component, edges, true_length, size)
     visible = shown(component, edges, hidden, smoothing)
     length *= visible
-    graph, key, shortest = _graph(ends, length, n)
+    graph, key, shortest = shortest_edges(ends, length, n)
     corner = node[topology.corner]
+    vertex = np.empty(n, dtype=np.int64)
+    vertex[node] = np.arange(len(V))
     cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
-    off = _symmetric(-np.maximum(cotangent, SMALLEST_WEIGHT), node[topology.edges[every]], n)
+    off = symmetric_graph(-np.maximum(cotangent, SMALLEST_WEIGHT), node[topology.edges[every]], n)
     return ClosedSurface(
         n=n,
         holes=holes,
@@ -174,6 +197,7 @@ def closed_surface(component: Submesh, hidden: FloatArray | None = None) -> Clos
         noise=angle_noise(component, node, n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
         laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
+        position=V[vertex],
         size=size,
     )
 
@@ -206,7 +230,7 @@ def _loops(piece: ClosedSurface, base: int) -> tuple[IntArray, IntArray]:
     rank = np.empty(len(order))
     rank[order] = np.arange(1, len(order) + 1)  # distinct weights name the edge
     m, faces = piece.n_faces, piece.faces
-    dual, _ = _first_of_each(faces.min(axis=1) * m + faces.max(axis=1), rank, np.flatnonzero(~in_tree))
+    dual, _ = first_of_each(faces.min(axis=1) * m + faces.max(axis=1), rank, np.flatnonzero(~in_tree))
     cotree = csgraph.minimum_spanning_tree(sparse.csr_array((rank[dual], faces[dual].T), shape=(m, m)))
     in_cotree = np.zeros(len(rank), dtype=bool)
     in_cotree[order[cotree.data.astype(np.int64) - 1]] = True
@@ -233,7 +257,7 @@ def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -
     ends = group[np.maximum(source, 0)[piece.ends]]  # a body without any of them has no source
     way = distance[piece.ends].sum(axis=1) + piece.length
     between = np.flatnonzero(ends[:, 0] != ends[:, 1])
-    bridge, key = _first_of_each(ends.min(axis=1) * piece.n + ends.max(axis=1), way, between)
+    bridge, key = first_of_each(ends.min(axis=1) * piece.n + ends.max(axis=1), way, between)
     n = piece.n
     tree = csgraph.minimum_spanning_tree(sparse.csr_array((way[bridge], (key // n, key % n)), shape=(n, n)))
     i, j = tree.tocoo().coords
@@ -262,13 +286,17 @@ def _moved(piece: ClosedSurface, seam: IntArray, branch: int, cost: Cost) -> Int
     arcs = arcs_at(piece, seam, branch)
     free = len(arcs) == 3 and branch >= piece.holes
     for chosen in [tuple(arcs)] if free else combinations(arcs, 2):
-        rest = np.setdiff1d(seam, np.concatenate([arc for arc, _ in chosen]))
+        own = np.concatenate([arc for arc, _ in chosen])
+        rest, length = np.setdiff1d(seam, own), piece.total(own) / SHORTER
         tips = [tip for _, tip in chosen] + [branch] * (not free)
-        label = connected_labels(piece.ends[rest], piece.n)
-        if len(set(label[tips].tolist())) == 3:
-            searches = [piece.search(np.flatnonzero(label == label[tip])) for tip in tips]
+        nodes, place = np.unique(np.append(piece.ends[rest].ravel(), tips), return_inverse=True)
+        label = connected_labels(place[: 2 * len(rest)].reshape(-1, 2), len(nodes))
+        groups = label[place[2 * len(rest) :]]
+        if len(np.unique(groups)) == 3:
+            searches = [piece.search(nodes[label == group], limit=length) for group in groups]
         else:
-            searches = [piece.search(np.array([tip]), np.unique(piece.ends[rest])) for tip in tips]
+            others = np.unique(piece.ends[rest])
+            searches = [piece.search(np.array([tip]), others, length) for tip in tips]
         centre = int(np.argmin(sum(distance for distance, _, _ in searches)))
         ways = [piece.paths(before, [centre]) for _, before, _ in searches]
         moved = np.unique(np.concatenate((rest, *ways)))
@@ -294,28 +322,31 @@ def arcs_at(piece: ClosedSurface, seam: IntArray, branch: int) -> list[tuple[Int
     return arcs
 
 
-def shape(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, int]:
-    """Numbers of components and cycles of the seam with the holes, and of the pieces it leaves."""
-    number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1
-    alone = piece.n - len(np.union1d(piece.ends[seam], np.arange(piece.holes)))
-    pieces = int(connected_labels(np.delete(piece.faces, seam, axis=0), piece.n_faces).max()) + 1
-    return number - alone, number + len(seam) - piece.n, pieces
+def shape(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, bool]:
+    """Numbers of components and cycles of the seam with the holes; whether the surface stays in one piece."""
+    nodes, place = np.unique(
+        np.concatenate((np.arange(piece.holes), piece.ends[seam].ravel())), return_inverse=True
+    )
+    label = connected_labels(place[piece.holes :].reshape(-1, 2), len(nodes))
+    number = int(label.max(initial=-1)) + 1
+    cycles = number + len(seam) - len(nodes)
+    return number, cycles, not cycles or piece.leaves_whole(seam)  # a forest separates nothing
 
 
-def _graph(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray, IntArray]:
+def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray, IntArray]:
     """The shortest edge between each two nodes, as a graph, their sorted keys, and these edges."""
     proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
-    shortest, key = _first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
-    return _symmetric(length[shortest], ends[shortest], n), key, shortest
+    shortest, key = first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
+    return symmetric_graph(length[shortest], ends[shortest], n), key, shortest
 
 
-def _symmetric(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
+def symmetric_graph(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
     i, j = ends.T
     both = (np.append(i, j), np.append(j, i))
     return sparse.csr_array((np.tile(values, 2), both), shape=(n, n))
 
 
-def _first_of_each(key: IntArray, weight: FloatArray, index: IntArray) -> tuple[IntArray, IntArray]:
+def first_of_each(key: IntArray, weight: FloatArray, index: IntArray) -> tuple[IntArray, IntArray]:
     """Of the `index` with equal `key` the one of least weight; and these keys, sorted."""
     order = index[np.lexsort((weight[index], key[index]))]
     keys, first = np.unique(key[order], return_index=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..surface import Parts
+from ..surface import Parts, counted
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,7 +95,7 @@ def _inside(a: ComplexArray, b: ComplexArray, weight: IntArray, rows: int, colum
     up = b.imag > a.imag
     first = np.ceil(np.minimum(a.imag, b.imag) - 0.5).astype(np.int64)
     count = np.ceil(np.maximum(a.imag, b.imag) - 0.5).astype(np.int64) - first
-    side, step = spread_counts(count)
+    side, step = counted(count)
     row = first[side] + step
     t = (row + 0.5 - a.imag[side]) / (b.imag[side] - a.imag[side])
     x = a.real[side] + t * (b.real[side] - a.real[side])
@@ -114,7 +114,7 @@ def _crossed(a: ComplexArray, b: ComplexArray, shifts: Sequence[complex]) -> tup
     at, of_side = [np.zeros(n), np.ones(n)], [everyone, everyone]
     for u, v in ((a.real, b.real), (a.imag, b.imag)):
         first = np.floor(np.minimum(u, v)).astype(np.int64) + 1
-        side, step = spread_counts(np.maximum(np.ceil(np.maximum(u, v)).astype(np.int64) - first, 0))
+        side, step = counted(np.maximum(np.ceil(np.maximum(u, v)).astype(np.int64) - first, 0))
         at.append((first[side] + step - u[side]) / (v[side] - u[side]))
         of_side.append(side)
     t, side = np.concatenate(at), np.concatenate(of_side)
@@ -127,9 +127,3 @@ def _crossed(a: ComplexArray, b: ComplexArray, shifts: Sequence[complex]) -> tup
         a.real[side] + middle * (b.real[side] - a.real[side]),
         a.imag[side] + middle * (b.imag[side] - a.imag[side]),
     )
-
-
-def spread_counts(count: IntArray) -> tuple[IntArray, IntArray]:
-    """Each index as often as it counts, and which of its times it is: 2, 0, 1 is 0 0 2 and 0 1 0."""
-    index = np.repeat(np.arange(len(count)), count)
-    return index, np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)

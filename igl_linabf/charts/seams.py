@@ -17,6 +17,7 @@ from ..surface import (
     seam_mask,
     vertex_array,
 )
+from .coarse import Contracted, clusters, contracted
 from .creases import flat_share
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
 from .nets import HARD, Nets
@@ -31,6 +32,10 @@ MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
 SYMMETRIC = 0.05  # of cost that the same seam on both sides of a body may be worth
 ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
+DIRECT = 10_000  # nodes up to which seams are found on the surface itself
+CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
+TWO_HOPS = 20_000  # nodes from which the roots of clusters are two edges apart, not one
+DRAWN_SHORTER = 1.6  # times the trade: a seam of clusters gets shorter when it is drawn tight
 MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 
 
@@ -96,7 +101,8 @@ def find_seams(
     from one, that is, from a tip that would shrink (one Laplace system a branch, as in boundary
     first flattening). Branches are kept as long as the lower stretch is worth their length.
     Finally, branch points move if a shorter seam is worth the change of stretch, and the seam is
-    straightened and slides into valleys nearby.
+    straightened and slides into valleys nearby. On surfaces of more than 10,000 vertices all this is
+    done on clusters of vertices, and the seam is then drawn tight along the edges.
 
     Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
     creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net
@@ -214,31 +220,59 @@ def _best(
     nets = Nets(piece, trade, lambda seam: _log_scale(piece, _open_nodes(piece, seam), piece.curvature))
     if with_nets and (seam := nets.free()) is not None:
         return seam if gain is None or nets.expected(none) - nets.expected(seam) >= gain else none
-    seam = _seam(piece, trade, holes)
+    few = piece.n <= DIRECT
+    seam = _seam(piece, trade, holes)[0] if few else _carried(piece, trade, holes, gain)
     hard = with_nets and (flat_share(component) >= HARD or nets.creased)
 
     def parts(seam: IntArray) -> list[Submesh]:
         return component.cut_along(component.vertices[piece.edges[seam]])
 
     if hard:
-        net = nets.cheaper(seam, gain, parts, lambda net: _grow(piece, net, trade))
+        net = nets.cheaper(seam, gain, parts, lambda net: _grow(piece, net, trade)[0])
         if net is not None:
             return net
+    if not few:
+        return seam
     seam = _shorter(piece, seam, trade)
     if trade > 0 and not piece.genus:
         seam = _alike_on_both_sides(component, piece, seam, trade, holes)
     return none if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain else seam
 
 
-def _seam(piece: ClosedSurface, trade: float, holes: bool) -> IntArray:
+def _carried(piece: ClosedSurface, trade: float, holes: bool, gain: float | None) -> IntArray:
+    """The seam of clusters of nodes, drawn tight; none if the cost falls by less than `gain`."""
+    levels: list[Contracted] = []
+    coarse = piece
+    while not levels or coarse.n > CLUSTERED:
+        levels.append(contracted(coarse, clusters(coarse, 1 if coarse.n < TWO_HOPS else 2)))
+        coarse = levels[-1].coarse
+    trade *= DRAWN_SHORTER
+    seam, leaves = _seam(coarse, trade, holes)
+    seam = _shorter(coarse, seam, trade)
+    if gain is not None and _cost(coarse, seam[:0], trade) - _cost(coarse, seam, trade) < gain:
+        return seam[:0]
+    leaves = np.intersect1d(leaves, coarse.ends[seam])
+    for level in reversed(levels):
+        seam, leaves = level.drawn(seam, leaves), level.roots[leaves]
+    return seam
+
+
+Grown = tuple[IntArray, IntArray]  # a seam, and its leaves
+
+
+def _seam(piece: ClosedSurface, trade: float, holes: bool) -> Grown:
     """Edges to cut `piece` along."""
-    seam = open_handles(piece) if piece.genus else np.zeros(0, dtype=np.int64)
+    none = np.zeros(0, dtype=np.int64)
+    seam, leaves = open_handles(piece) if piece.genus else none, none
     seam = shortened(piece, seam, piece.total)
     if not holes:
         seam = join(piece, seam)
     if not piece.holes and not len(seam):
-        seam = _slit(piece)
-    return _grow(piece, seam, trade) if trade > 0 else seam
+        seam, leaves = _slit(piece)
+    if trade > 0:
+        seam, grown = _grow(piece, seam, trade)
+        leaves = np.append(leaves, grown)
+    return seam, leaves
 
 
 def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
@@ -266,12 +300,12 @@ def _alike_on_both_sides(
     surface, mirror = known
     other = join(surface, seam[:0]) if not holes else seam[:0]
     if not piece.holes:
-        other = _slit(surface, mirror)
-    other = _grow(surface, other, trade, mirror)
+        other = _slit(surface, mirror)[0]
+    other = _grow(surface, other, trade, mirror)[0]
     return other if _cost(piece, other, trade) < _cost(piece, seam, trade) + SYMMETRIC else seam
 
 
-def _slit(piece: ClosedSurface, mirror: Mirror | None = None) -> IntArray:
+def _slit(piece: ClosedSurface, mirror: Mirror | None = None) -> Grown:
     """A path to open a sphere, between the two points that would shrink most.
 
     With a mirror, between one of them and its image, or in the plane.
@@ -286,26 +320,28 @@ def _slit(piece: ClosedSurface, mirror: Mirror | None = None) -> IntArray:
     if len(path) == 1:  # a single edge opens nothing
         distance[[start, end]] = np.inf
         path = np.append(path, piece.paths(before, [int(np.argmin(distance))]))
-    return path
+    return path, np.array([start, end])
 
 
-def _grow(piece: ClosedSurface, seam: IntArray, trade: float, mirror: Mirror | None = None) -> IntArray:
-    """Add branches one by one, or with their mirror images; return the seam of least cost."""
-    best, least, in_vain = seam, np.inf, 0
+def _grow(piece: ClosedSurface, seam: IntArray, trade: float, mirror: Mirror | None = None) -> Grown:
+    """Add branches one by one, or with mirror images; return the seam of least cost, and its leaves."""
+    leaves: list[int] = []
+    best, least, in_vain, in_best = seam, np.inf, 0, 0
     for _ in range(MAX_LEAVES):
         u = _log_scale(piece, _open_nodes(piece, seam), piece.curvature)
         cost = _cost(piece, seam, trade, u)
         advance("seams", 0.1)
         in_vain = 0 if cost < least else in_vain + 1
         if in_vain == 0:
-            best, least = seam, cost
+            best, least, in_best = seam, cost, len(leaves)
         leaf = int(np.argmax(np.abs(u)))
         if in_vain == MAX_LEAVES_IN_VAIN or u[leaf] == 0:
             break
         _, before, _ = piece.search(_open_nodes(piece, seam))
         way = piece.paths(before, [leaf])
         seam = np.append(seam, way) if mirror is None else mirror.with_both(piece, seam, leaf, way)
-    return best
+        leaves.append(leaf)
+    return best, np.array(leaves[:in_best], dtype=np.int64)
 
 
 def _cost(piece: ClosedSurface, seam: IntArray, trade: float, u: FloatArray | None = None) -> float:

@@ -6,9 +6,9 @@ import argparse
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import Any, get_args
 
-from ..flattening import METHODS, Method
+from ..flattening import METHODS, BoundaryName, Method
 
 GOOD, NOT_VALID, ERROR = 0, 1, 2
 
@@ -18,14 +18,18 @@ Argument = Mapping[str, Any]
 MESHES: Argument = {
     "metavar": "MESH",
     "nargs": "+",
-    "help": "OBJ, OFF, PLY or STL files, patterns of them in quotes, or - for standard input",
+    "help": "files (OBJ, PLY, GLB, STL, ...), patterns of them in quotes, or - for standard input",
 }
 JSON: Argument = {
     "action": "store_true",
     "help": "print every figure as JSON, a line a mesh, instead of tables",
 }
 QUIET: Argument = {"action": "store_true", "help": "print no tables and show no progress"}
-MESH: Argument = {"metavar": "MESH", "type": Path, "help": "OBJ, OFF, PLY or STL file"}
+MESH: Argument = {
+    "metavar": "MESH",
+    "type": Path,
+    "help": "OBJ, OFF, PLY, STL, GLB, glTF, 3MF, GIFTI, FreeSurfer or VTP file",
+}
 METHOD: Argument = {"choices": sorted(METHODS), "default": "linabf"}
 WEIGHT: Argument = {
     "metavar": "W",
@@ -33,6 +37,12 @@ WEIGHT: Argument = {
     "help": "of areas against angles, for the method isometric: 0 (angles) to 8 (areas); default: 1.5",
 }
 PICTURE: Argument = {"metavar": "OUT.png", "type": Path, "help": "checkerboard picture to write"}
+
+BOUNDARY: Argument = {
+    "choices": get_args(BoundaryName),
+    "default": "free",
+    "help": "shape of the map's boundary, for linabf and abf (circles: holes as well; default: free)",
+}
 
 
 @dataclass(frozen=True)

@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import argparse
 
+from .._runtime import part, reporting
 from ..flattening import METHODS, compare
 from ..io import read_mesh
-from .commands import GOOD, JSON, MESHES, PICTURE, QUIET, Command
-from .outputs import check_outputs, hand_out
+from .commands import BOUNDARY, GOOD, JSON, MESHES, PICTURE, QUIET, Command
+from .outputs import check_outputs, hand_out, progress_of
 
 
 def _compare(options: argparse.Namespace) -> int:
     methods = [method.strip() for method in options.methods.split(",")]
     check_outputs(None, options.picture)
-    V, F = read_mesh(options.mesh)
-    comparison = compare(V, F, methods, repeat=options.repeat)
+    with reporting(progress_of(options)), part("reading", 1.0):
+        V, F = read_mesh(options.mesh)
+    comparison = compare(V, F, methods, repeat=options.repeat, boundary=options.boundary)
     hand_out(options, str(comparison), {"comparison": comparison}, (V, F, comparison.maps))
     return GOOD
 
@@ -29,6 +31,7 @@ COMPARE = Command(
             "default": "lscm,linabf,abf",
             "help": f"some of {', '.join(METHODS)}, separated by commas (default: %(default)s)",
         },
+        "boundary": BOUNDARY,
         "picture": PICTURE,
         "repeat": {
             "metavar": "N",
@@ -43,6 +46,7 @@ COMPARE = Command(
     (
         "camelhead.off --methods lscm,linabf,abf --repeat 11",
         "camelhead.off --picture side_by_side.png --quiet",
+        "camelhead.off --methods linabf,abf --boundary circle",
         "'heads/*.off' --json > figures.jsonl    # one line a mesh",
     ),
     each=True,

@@ -7,25 +7,41 @@ import sys
 from functools import partial
 from pathlib import Path
 
+from .._runtime import part, reporting
 from ..flattening import flatten
-from ..io import read_mesh, unit_square, write_obj
+from ..io import SUFFIXES, read_file, unit_square, write_file
 from ..measures import quality
-from .commands import GOOD, JSON, MESHES, METHOD, NOT_VALID, PICTURE, QUIET, WEIGHT, Command, method_with
+from .commands import (
+    BOUNDARY,
+    GOOD,
+    JSON,
+    MESHES,
+    METHOD,
+    NOT_VALID,
+    PICTURE,
+    QUIET,
+    WEIGHT,
+    Command,
+    method_with,
+)
 from .outputs import check_outputs, hand_out, progress_of
 
 
 def _flatten(options: argparse.Namespace) -> int:
-    check_outputs(options.output, options.picture)
+    check_outputs(options.output, options.picture, SUFFIXES)
     asked = {name: getattr(options, name) for name in ("layout", "solver", "guarantee", "weight")}
     asked["iterations"] = _iterations(options.iterations)
     method = method_with(options.method, asked)
-    V, F = read_mesh(options.mesh)
-    result = flatten(V, F, method, outer=options.outer, progress=progress_of(options))
+    with reporting(progress_of(options)), part("reading", 1.0):
+        mesh = read_file(options.mesh)
+    V, F = mesh.V, mesh.triangles
+    shape = {"outer": options.outer, "boundary": options.boundary, "corners": options.corners}
+    result = flatten(V, F, method, progress=progress_of(options), **shape)
     uv = unit_square(result.uv) if options.units == "square" else result.uv
     measured = quality(V, F, uv)
     pictured = V, F, {options.method: result.uv}
     figures = {"quality": measured, "result": result}
-    hand_out(options, f"{measured}\n\n{result}", figures, pictured, partial(write_obj, V=V, F=F, uv=uv))
+    hand_out(options, f"{measured}\n\n{result}", figures, pictured, partial(write_file, mesh=mesh, TC=uv))
     if not result.outcome.good:
         print(f"igl-linabf: {options.of}{result.message}", file=sys.stderr)
         return NOT_VALID
@@ -56,13 +72,20 @@ FLATTEN = Command(
             "metavar": "OUT",
             "type": Path,
             "required": True,
-            "help": "OBJ file to write, or a folder that exists, or - for standard output",
+            "help": "OBJ, PLY, GLB, VTP or GIFTI file, or a folder that exists, or - for standard output",
         },
         "picture": PICTURE,
         "method": METHOD,
         "iterations": {"metavar": "N", "default": "auto", "help": "number of iterations, or auto"},
         "layout": {"choices": ("auto", "boundary", "least-squares", "greedy"), "default": "auto"},
         "outer": {"metavar": "VERTEX", "type": int, "help": "a vertex of the outer boundary loop"},
+        "boundary": BOUNDARY,
+        "corners": {
+            "metavar": "VERTEX",
+            "type": int,
+            "nargs": 4,
+            "help": "boundary vertices at the corners of the rectangle (default: where it turns most)",
+        },
         "solver": {"choices": ("auto", "cholmod", "multigrid", "direct"), "default": "auto"},
         "guarantee": {
             "choices": ("injective",),
@@ -83,6 +106,7 @@ FLATTEN = Command(
         "camelhead.off -o camelhead.obj --method abf --units mesh",
         "camelhead.off -o camelhead.obj --method isometric --weight 3    # areas, too",
         "camelhead.off -o camelhead.obj --iterations 1 --layout least-squares --solver direct",
+        "face.obj -o face.obj --boundary rectangle --corners 12 3 840 77    # found without --corners",
         "crown.obj -o flat.obj --outer 17 --guarantee injective    # vertex 17 is on the outer loop",
         "'heads/*.off' -o maps/ --json > figures.jsonl    # one line a mesh",
         "- -o - --quiet < head.obj > flat.obj",

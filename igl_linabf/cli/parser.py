@@ -14,10 +14,11 @@ from .comparing import COMPARE
 from .doctor import DOCTOR, version
 from .flattening import FLATTEN
 from .jobs import run_each
+from .pattern_making import PATTERN
 from .unwrapping import UNWRAP
 from .viewing import VIEW
 
-COMMANDS = (FLATTEN, COMPARE, UNWRAP, VIEW, BATCH, DOCTOR)
+COMMANDS = (FLATTEN, COMPARE, UNWRAP, PATTERN, VIEW, BATCH, DOCTOR)
 EXAMPLES = "examples:"
 SHELLS = ("bash", "zsh", "fish")
 FLAGS = {"mesh": ["mesh"], "inputs": ["inputs"], "output": ["-o", "--output"], "folder": ["-o", "--output"]}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import argparse
 import sys
 import warnings
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,9 +14,10 @@ import numpy as np
 
 from .._runtime import part, reporting
 from .._types import IntArray
-from ..charts import TRADE, texture_sides, unwrap
+from ..charts import TRADE, Atlas, texture_sides, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, read_file, write_file
+from ..io import SUFFIXES, MeshFile, embed_texture, read_file, write_file
+from .baking import BAKE, RESOLUTION, baked, check_bake
 from .commands import (
     GOOD,
     JSON,
@@ -49,6 +51,9 @@ def _unwrap(options: argparse.Namespace) -> int:
     method = method_with(options.method, {"weight": options.weight})
     with reporting(progress_of(options)), part("reading", 1.0):
         mesh = read_file(options.mesh)
+    check_bake(options.bake, mesh, options.output, options.pages)
+    if options.bake and options.resolution is None:
+        options.resolution = RESOLUTION
     V, F = mesh.V, mesh.F
     seams: Any = None
     if options.seams == "uv":
@@ -75,11 +80,20 @@ def _unwrap(options: argparse.Namespace) -> int:
         atlas = unwrap(V, F, seams, method, **settings)
     pictured = V[atlas.origin], atlas.triangles, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
-    write = partial(write_file, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC)
+    write: Callable[[str], None] = partial(write_file, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC)
+    if options.bake:
+        write = partial(
+            _write_baked, mesh=mesh, atlas=atlas, kind=options.bake, resolution=options.resolution
+        )
     hand_out(options, str(atlas), figures, pictured, write)
     for message in atlas.troubles:
         print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
     return GOOD if atlas.good else NOT_VALID
+
+
+def _write_baked(path: str, mesh: MeshFile, atlas: Atlas, kind: str, resolution: int) -> None:
+    write_file(path, mesh, atlas.TC, atlas.FTC)
+    embed_texture(path, baked(kind, mesh, atlas, resolution))
 
 
 def _pairs(path: str) -> IntArray:
@@ -88,7 +102,7 @@ def _pairs(path: str) -> IntArray:
     return pairs.reshape(-1, 2) if pairs.size == 0 else pairs
 
 
-def _direction(text: str) -> list[float]:
+def direction(text: str) -> list[float]:
     """Three numbers with commas between."""
     numbers = [float(number) for number in text.split(",")]
     if len(numbers) != 3:
@@ -120,7 +134,7 @@ UNWRAP = Command(
             "metavar": "OUT",
             "type": Path,
             "required": True,
-            "help": "OBJ, PLY or GLB file to write, or a folder that exists, or - for standard output",
+            "help": "OBJ, PLY, GLB, VTP or GIFTI file, or a folder that exists, or - for standard output",
         },
         "format": {
             "choices": [suffix[1:] for suffix in SUFFIXES],
@@ -130,7 +144,7 @@ UNWRAP = Command(
         "picture": PICTURE,
         "seams": {
             "default": "auto",
-            "help": "auto, uv (seams of the OBJ's texture coordinates), or a file of vertex pairs from 0",
+            "help": "auto, uv (seams of the file's texture coordinates), or a file of vertex pairs from 0",
         },
         "cones": {
             "metavar": "N",
@@ -149,7 +163,7 @@ UNWRAP = Command(
             "help": "cut charts until their L2 stretch is at most this",
         },
         "hide": {
-            "type": _direction,
+            "type": direction,
             "metavar": "X,Y,Z",
             "help": "where seams may lie: the direction in which the back or underside looks (--hide=0,-1,0)",
         },
@@ -165,6 +179,7 @@ UNWRAP = Command(
             "help": "refuse a mesh that is no clean manifold, do not repair it",
         },
         **PACKING,
+        "bake": BAKE,
         "method": METHOD,
         "json": JSON,
         "quiet": QUIET,

@@ -22,6 +22,7 @@ from .methods import (
     method_of,
 )
 from .result import Flattening, Hole, Outcome, Residuals, Rung, Status
+from .shapes import BoundaryName
 from .verbs import abf, flatten, linabf, linabf_angles, lscm
 from .with_cones import flatten_with_cones
 
@@ -31,6 +32,7 @@ __all__ = [
     "LSCM",
     "METHODS",
     "SCP",
+    "BoundaryName",
     "Comparison",
     "Entry",
     "Flattener",

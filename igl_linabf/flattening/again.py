@@ -8,6 +8,7 @@ from .._runtime import Progress
 from ..surface import PlanarFaces
 from .methods import Method
 from .result import Flattening
+from .shapes import BoundaryName
 from .verbs import flattened
 
 
@@ -47,6 +48,8 @@ class Flattener:
         bc: ArrayLike | None = None,
         *,
         outer: int | None = None,
+        boundary: BoundaryName | ArrayLike = "free",
+        corners: ArrayLike | None = None,
         progress: Progress = None,
     ) -> Flattening:
         """Flatten the triangles with vertices at `V`: what `flatten(V, F, ...)` returns, to the bit.
@@ -55,7 +58,7 @@ class Flattener:
         ----------
         V : (#V, 3) float
             Vertex positions.
-        method, b, bc, outer, progress
+        method, b, bc, outer, boundary, corners, progress
             As in `igl_linabf.flatten`; each call may have its own.
 
         Returns
@@ -76,4 +79,4 @@ class Flattener:
         >>> Flattener(F[1:]).flatten(V, "abf", [0, 1], [[0, 0], [1, 0]]).uv.shape
         (12, 2)
         """
-        return flattened(lambda: self._faces.at(V, outer), method, b, bc, progress)
+        return flattened(lambda: self._faces.at(V, outer), method, b, bc, progress, boundary, corners)

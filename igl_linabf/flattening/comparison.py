@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
+from typing import Any
 
 from numpy.typing import ArrayLike
 
@@ -21,6 +22,7 @@ from . import other_programs as peers
 from .baselines import bare_lscm
 from .methods import Method, method_of
 from .result import Flattening
+from .shapes import BoundaryName
 from .verbs import flatten
 
 
@@ -108,6 +110,8 @@ def compare(
     repeat: int = 3,
     others: bool = True,
     outer: int | None = None,
+    boundary: BoundaryName | ArrayLike = "free",
+    corners: ArrayLike | None = None,
 ) -> Comparison:
     """Flatten a disk, with or without holes, by several methods; compare their distortion and time.
 
@@ -123,6 +127,8 @@ def compare(
         Add Blender's ABF and MeshLab's LSCM if `bpy` and `pymeshlab` are installed.
     outer : int, optional
         As in `flatten`.
+    boundary, corners : optional
+        As in `flatten`, for the methods that can shape the boundary; it stays free for the others.
 
     Returns
     -------
@@ -144,12 +150,17 @@ def compare(
     chosen = [method_of(method, several=True) for method in methods]
     if repeat < 1:
         raise ValueError(f"repeat is {repeat!r}: use a positive integer")
-    first = [flatten(V, F, method, outer=outer) for method in chosen]
+    shaped: dict[str, Any] = {"outer": outer, "boundary": boundary, "corners": corners}
+    options = [shaped if method.shapes else {"outer": outer} for method in chosen]
+    first = [flatten(V, F, method, **given) for method, given in zip(chosen, options, strict=True)]
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # they were given for the runs above
         mesh = planar(V, F, outer)
         calls: list[Callable[[], object]] = [bare_lscm(mesh)]
-        calls += [partial(flatten, V, F, method, outer=outer, progress=False) for method in chosen]
+        calls += [
+            partial(flatten, V, F, method, progress=False, **given)
+            for method, given in zip(chosen, options, strict=True)
+        ]
         calls[0]()
         base, *seconds = medians(calls, repeat)
     entries = {}

@@ -29,6 +29,7 @@ from ..angles import (
     initial_estimate,
     linear_step,
     opened,
+    prescribed_steps,
     residual,
 )
 from ..errors import FallbackWarning, MeshWarning, some, stack_level
@@ -44,9 +45,12 @@ from ..linalg import SolverName, Solvers, check_memory, factor_bytes
 from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flipped_faces, span
 from .outcome import judge
 from .result import Flattening, Hole, Residuals, Rung, RungName, Status
+from .shapes import FREE, Shape
 
 ACTIVE_SET_RTOL = 0.01  # relative residual to which a step without a chord is solved
 MAX_ACTIVE_SET = 12  # re-anchored iterations after which "auto" gives up
+MAX_PRESCRIBED = 25  # steps to prescribed sums after which converged ABF takes over
+ON_CIRCLE = 1e-6  # residual at which the steps to a circle end; the loop is on it to all digits
 HOLE_GAP = 0.1  # relative gap of a hole's loop up to which "auto" leaves it to the least squares
 NO_FACES = np.empty(0, dtype=np.int64)
 
@@ -67,6 +71,8 @@ class Problem:
         Faces with an angle so close to pi that it was changed before flattening.
     cut : Constraints or None
         Of `mesh`, where the angles are those of the surface that `mesh` was cut from.
+    shape : Shape
+        What is asked of the boundary.
     """
 
     mesh: Mesh
@@ -75,6 +81,7 @@ class Problem:
     angles: AngleProblem
     repaired: IntArray
     cut: Constraints | None = None
+    shape: Shape = FREE
 
     @property
     def start(self) -> State:
@@ -134,6 +141,7 @@ def posed(
     solver: SolverName,
     safeguard: bool = True,
     uncut: Constraints | None = None,
+    shape: Shape = FREE,
 ) -> Problem:
     """The problem at its initial estimate (section 4.2).
 
@@ -164,11 +172,11 @@ def posed(
                 stacklevel=stack_level(),
             )
     with timed("assembly"):
-        own = constraints_of(mesh.topology)
+        own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
         asked = own if uncut is None else uncut
         estimate = initial_estimate(asked.topology, alpha, threshold, safeguard, asked.sums)
         angles = AngleProblem(asked, estimate, solvers, safeguard)
-        return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own)
+        return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own, shape)
 
 
 def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
@@ -216,6 +224,7 @@ def drawn(
             mesh.area,
             angles.solvers,
             None if state.lin is None or problem.cut is not None else state.lin.laplacian,
+            problem.shape.corners[:2],
         )
     advance("layout", 0.5)
     flipped = flipped_faces(layout.z, mesh.topology.corner)
@@ -240,7 +249,7 @@ def one_system(rtol: float, tol: float) -> Stage:
                     gap, allowed = float(np.abs(state.at.residual.closure.gap).max()), HOLE_GAP
                 else:
                     state = chord_step(state, rtol)
-                    gap, allowed = develop_boundary(problem.mesh.topology, state.at.residual).gap, GAP
+                    gap, allowed = develop_boundary(problem.angles.constraints, state.at.residual).gap, GAP
                 if gap > allowed:
                     detail = f"a boundary loop fails to close by {gap:.1%} of its length"
                     return Candidate("linear step", Status.OPEN_LOOP, detail, state)
@@ -248,6 +257,20 @@ def one_system(rtol: float, tol: float) -> Stage:
                 detail = f"a full step would make an angle of {limited} triangles zero or negative"
                 return Candidate("linear step", Status.CUT_SHORT, detail, state)
         return drawn(problem, "linear step", state, converged=state.at.residual.largest <= tol)
+
+    return stage
+
+
+def prescribed(rtol: float, tol: float) -> Stage:
+    """Steps to the angle sums that are prescribed at the boundary."""
+
+    def stage(problem: Problem, tried: Tried) -> Candidate:
+        # the outer loop is drawn on its circle anyway, but small errors move those of holes a lot
+        enough = {"circle": max(tol, ON_CIRCLE), "circles": tol / 10}.get(problem.shape.name, tol)
+        state = prescribed_steps(problem.start, rtol, enough, MAX_PRESCRIBED)
+        reached = state.at.residual.largest <= enough
+        note = "" if reached else f"the iterations did not converge within {MAX_PRESCRIBED} steps"
+        return drawn(problem, "active set", state, converged=reached, note=note)
 
     return stage
 
@@ -346,4 +369,6 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
         solver=tried[-1].state.how,
         layout_solver=layout.solver,
         seconds=seconds,
+        boundary=problem.shape.name,
+        corners=problem.mesh.vertices[problem.shape.corners],
     )

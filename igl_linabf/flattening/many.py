@@ -25,9 +25,11 @@ from ..errors import MeshError, SingularSystemError
 from ..layouts import GAP, flat_disks
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import Disks, coordinates, face_array, side_by_side, vertex_array
-from .methods import ONE_SYSTEM_RTOL, STAGES, LinABF, Method, method_of
+from .isometric_together import lengthened
+from .methods import ONE_SYSTEM_RTOL, STAGES, Isometric, LinABF, Method, method_of
 from .outcome import judge
 from .result import Flattening, Residuals, Rung, Status
+from .shapes import BoundaryName
 from .verbs import flatten
 
 LARGE = 10_000  # triangles from which a mesh is flattened alone: in company it would take as long
@@ -40,13 +42,15 @@ def flatten_many(
     meshes: Sequence[tuple[ArrayLike, ArrayLike]],
     method: str | Method = "linabf",
     *,
+    boundary: BoundaryName = "free",
     progress: Progress = None,
 ) -> list[Flattening | MeshError]:
     """Flatten many meshes at once: what a loop of `flatten` returns, in less time.
 
     Small disks go side by side into one linear system, as they do not touch: it is assembled, analysed and
-    factored once, and each disk has its own steps, residuals and outcome. What needs more than linear ABF's
-    two solves, disks with holes, large meshes, and other methods are flattened one by one.
+    factored once, and each disk has its own steps, residuals and outcome. Their isometric maps are made
+    likewise. What needs more than linear ABF's two solves, or begins far from an isometry, disks with holes,
+    large meshes, shaped boundaries and other methods are flattened one by one.
 
     Parameters
     ----------
@@ -54,6 +58,8 @@ def flatten_many(
         As in `flatten`: vertex positions (#V, 3) float and triangles (#F, 3) int of each mesh.
     method : str or method object
         As in `flatten`.
+    boundary : {"free", "circle", "circles", "rectangle"}
+        As in `flatten`, for all meshes; the corners of rectangles are found.
     progress : callable or False, optional
         As in `flatten`.
 
@@ -81,14 +87,14 @@ def flatten_many(
     with reporting(progress):
         made: list[Flattening | MeshError | None] = [None] * len(given)
         arrays = [_arrays(mesh) for mesh in given]
-        sound = [i for i, array in enumerate(arrays) if array is not None]
-        together = flatten_together([array for array in arrays if array is not None], chosen)
+        sound = [i for i, array in enumerate(arrays) if array is not None and boundary == "free"]
+        together = flatten_together([array for array in arrays if array is not None][: len(sound)], chosen)
         for i, result in zip(sound, together, strict=True):
             made[i] = result
         left = [i for i, result in enumerate(made) if result is None]
         for k, i in enumerate(left):
             with part("alone", (k + 1) / len(left)):
-                made[i] = _alone(given[i], chosen)
+                made[i] = _alone(given[i], chosen, boundary)
     return [result for result in made if result is not None]
 
 
@@ -101,14 +107,14 @@ def _arrays(mesh: object) -> Arrays | None:
         return None
 
 
-def _alone(mesh: object, method: Method) -> Flattening | MeshError:
+def _alone(mesh: object, method: Method, boundary: BoundaryName) -> Flattening | MeshError:
     """What `flatten` returns or raises."""
     try:
         V, F = cast(Arrays, mesh)
     except (TypeError, ValueError):
         return MeshError(f"a mesh is given as a {type(mesh).__name__}: pass its vertices and faces, (V, F)")
     try:
-        return flatten(V, F, method)
+        return flatten(V, F, method, boundary=boundary)
     except MeshError as error:
         return error.with_traceback(None)  # which would keep the arrays of all its frames
 
@@ -116,6 +122,14 @@ def _alone(mesh: object, method: Method) -> Flattening | MeshError:
 def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattening | None]:
     """Flatten small disks side by side; None for each mesh that is to be flattened alone."""
     made: list[Flattening | None] = [None] * len(meshes)
+    if isinstance(method, Isometric):
+        linear = flatten_together(meshes, LinABF(solver=method.solver))
+        for group in _groups(meshes):
+            found = [(i, result) for i in group if (result := linear[i]) is not None]
+            chosen = [meshes[i] for i, _ in found]
+            for k, result in lengthened(chosen, [result for _, result in found], method):
+                made[found[k][0]] = result
+        return made
     plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
     if not (plain and isinstance(method, LinABF) and method.layout in ("auto", "boundary")):
         return made
@@ -180,7 +194,7 @@ def _flat(disks: Disks, method: LinABF) -> Iterator[tuple[int, Flattening]]:
         return
     good = stepped.good & ~flat.flipped & (flat.gap <= GAP)
     good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # that is to be warned of
-    rows = rows_of(problem, disks)
+    rows = rows_of(problem.constraints, disks)
     before = families_of(problem.start, rows, faces).T
     after = families_of(stepped.at, rows, faces).T
     triangles = disks.topology.corner.T - faces.spread(vertices.start[:-1])[:, None]

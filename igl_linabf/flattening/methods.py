@@ -22,9 +22,11 @@ from .ladder import (
     iterated,
     one_system,
     posed,
+    prescribed,
     report,
 )
 from .result import Flattening, Guarantee
+from .shapes import FREE, Shape
 from .without_flips import injective_map, isometric_map
 
 Iterations = int | Literal["auto"]
@@ -41,6 +43,7 @@ class Method:
 
     name: str
     label: str  # in tables
+    shapes: bool = False  # whether it can give the boundary a shape
 
     def __new__(cls, *_: object, **options: object) -> Method:
         known = [field.name for field in fields(cls)]  # type: ignore[arg-type]
@@ -50,8 +53,8 @@ class Method:
             raise TypeError(f"{cls.__name__} has no option {unknown[0]!r}: {has}")
         return super().__new__(cls)
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
-        """Flatten a checked mesh, with checked pins."""
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
+        """Flatten a checked mesh, with checked pins and a checked shape of the boundary."""
         raise NotImplementedError
 
 
@@ -79,6 +82,7 @@ class LinABF(Method):
 
     name = "linabf"
     label = "linABF"
+    shapes = True
 
     iterations: Iterations = "auto"
     layout: LayoutName = "auto"
@@ -95,13 +99,15 @@ class LinABF(Method):
         if self.rtol is not None and not self.rtol > 0:
             raise ValueError(f"rtol is {self.rtol!r}: use a positive number")
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         rtol = self.rtol or ACTIVE_SET_RTOL
-        if self.iterations == "auto":
+        if self.iterations == "auto" and shape.sums is not None:
+            stages = [prescribed(rtol, self.tol), anchored(ABF_TOL, self.tol), feasible(ABF_TOL, self.tol)]
+        elif self.iterations == "auto":
             stages = _automatic(self.rtol or ONE_SYSTEM_RTOL, rtol, self.tol)
         else:
             stages = [iterated(rtol, self.tol, self.iterations, note=False)]
-        return _climbed(self, mesh, pinned, stages, self.safeguard)
+        return _climbed(self, mesh, pinned, shape, stages, self.safeguard)
 
 
 @dataclass(frozen=True)
@@ -128,6 +134,7 @@ class ABF(Method):
 
     name = "abf"
     label = "ABF"
+    shapes = True
 
     layout: LayoutName = "auto"
     tol: float = ABF_TOL
@@ -140,8 +147,8 @@ class ABF(Method):
         if not self.tol > 0:
             raise ValueError(f"tol is {self.tol!r}: use a positive number, at least 1e-10")
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
-        return _climbed(self, mesh, pinned, [anchored(self.tol), feasible(self.tol)])
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
+        return _climbed(self, mesh, pinned, shape, [anchored(self.tol), feasible(self.tol)])
 
 
 @dataclass(frozen=True)
@@ -189,12 +196,15 @@ class Isometric(Method):
                 f"to {MAX_WEIGHT:g} (areas)"
             )
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         with stopwatch(*STAGES) as seconds:
             problem = posed(mesh, None, "auto", LinABF.threshold, self.solver)
             tried = climb(problem, [*_automatic(ONE_SYSTEM_RTOL, ACTIVE_SET_RTOL, TOL), injective_map])
             made = isometric_map(problem, tried, self.weight, pinned)
-            return report(problem, self.name, tried if made is None else (*tried, made), seconds)
+            if made is not None:
+                # the maps before do not know of the pins
+                tried = (made,) if pinned is not None else (*tried, made)
+            return report(problem, self.name, tried, seconds)
 
 
 @dataclass(frozen=True)
@@ -217,7 +227,7 @@ class OneStepABFpp(Method):
     def __post_init__(self) -> None:
         _check(None, self.layout, self.threshold)
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         with stopwatch(*STAGES) as seconds:
             problem = posed(mesh, pinned, self.layout, self.threshold, self.solver, safeguard=False)
             tried = climb(problem, [baselines.newton_step])
@@ -231,7 +241,7 @@ class LSCM(Method):
     name = "lscm"
     label = "igl.lscm"
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         return baselines.lscm(mesh, pinned)
 
 
@@ -242,7 +252,7 @@ class SCP(Method):
     name = "scp"
     label = "igl.spectra.lscm"
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         return baselines.scp(mesh, pinned)
 
 
@@ -261,7 +271,7 @@ class DNCP(Method):
 
     solver: SolverName = "auto"
 
-    def run(self, mesh: Mesh, pinned: Pins | None) -> Flattening:
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         return baselines.dncp(mesh, pinned, self.solver)
 
 
@@ -288,12 +298,17 @@ def guaranteed(method: Method) -> Method | None:
 
 
 def _climbed(
-    method: LinABF | ABF, mesh: Mesh, pinned: Pins | None, stages: list[Stage], safeguard: bool = True
+    method: LinABF | ABF,
+    mesh: Mesh,
+    pinned: Pins | None,
+    shape: Shape,
+    stages: list[Stage],
+    safeguard: bool = True,
 ) -> Flattening:
     if method.guarantee:
         stages = [*stages, injective_map]
     with stopwatch(*STAGES) as seconds:
-        problem = posed(mesh, pinned, method.layout, method.threshold, method.solver, safeguard)
+        problem = posed(mesh, pinned, method.layout, method.threshold, method.solver, safeguard, shape=shape)
         return report(problem, method.name, climb(problem, stages), seconds)
 
 

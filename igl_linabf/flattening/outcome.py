@@ -52,7 +52,7 @@ def judge(
             "igl_linabf.unwrap"
         )
         end = end if ratio > SPAN else ""
-        if made in ("SLIM", "isometric"):
+        if made in ("SLIM", "isometric", "embedding"):
             if note:
                 return Outcome.NOT_CONVERGED, f"no triangle is flipped, but {note}, by {solver}{end}"
             return Outcome.VALID, f"no triangle is flipped, by {solver}{end}"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import Literal
 
@@ -181,12 +181,16 @@ class Flattening:
         Residuals of `angles` at each hole; not for the outer loop.
     gap : float
         By how much the boundary loop drawn from `angles` fails to close, relative to its length.
-    layout : {"boundary", "least-squares", "greedy", "SLIM", "isometric"}
+    layout : {"boundary", "least-squares", "greedy", "SLIM", "isometric", "embedding"}
         The layout that ran. With the last two, `angles` are the angles of the map.
     solver, layout_solver : str
         Names of the solvers of the angle systems and of the layout.
     seconds : dict of str to float
         Time by stage, and "total".
+    boundary : {"free", "circle", "circles", "rectangle", "angles"}
+        What was asked of the boundary.
+    corners : (4,) or (0,) int64
+        The vertices at the corners of the rectangle, counterclockwise from the lower left one.
     """
 
     uv: FloatArray
@@ -207,6 +211,8 @@ class Flattening:
     solver: str
     layout_solver: str
     seconds: dict[str, float]
+    boundary: str = "free"
+    corners: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
     @property
     def iterations(self) -> int:

@@ -11,12 +11,13 @@ from numpy.typing import ArrayLike
 
 from .._runtime import Progress, advance, reporting
 from .._types import FloatArray
-from ..errors import OutcomeWarning, stack_level
+from ..errors import MeshError, OutcomeWarning, stack_level
 from ..layouts import LayoutName
 from ..linalg import SolverName
 from ..surface import Mesh, pins, planar, scatter
 from .methods import ABF, ABF_TOL, TOL, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
+from .shapes import BoundaryName, shape_of
 
 
 def linabf(
@@ -28,6 +29,8 @@ def linabf(
     iterations: Iterations = "auto",
     layout: LayoutName = "auto",
     outer: int | None = None,
+    boundary: BoundaryName | ArrayLike = "free",
+    corners: ArrayLike | None = None,
     rtol: float | None = None,
     tol: float = TOL,
     threshold: float = 1.0,
@@ -59,6 +62,13 @@ def linabf(
     outer : int, optional
         A vertex of the outer boundary loop; all other loops are holes. By default the longest loop
         is the outer one.
+    boundary : {"free", "circle", "circles", "rectangle"} or (#V,) float
+        "circle": the outer loop lies on a circle; "circles": so do all holes. "rectangle": it is a
+        rectangle. An array has the angle of the map at each boundary vertex, in radians: pi is
+        straight, pi / 2 a right angle, NaN free; inside the mesh, it is NaN. See docs/boundaries.md.
+    corners : (4,) int, optional
+        The boundary vertices at the corners of the rectangle. By default those where the boundary
+        turns most.
     rtol : float, optional
         Relative residual at which conjugate gradients stop; by default 0.1 for the two solves of
         "auto" and 0.01 for all others.
@@ -87,7 +97,8 @@ def linabf(
     ------
     MeshError
         The surface is not one oriented manifold piece with a boundary and without handles, a face
-        is degenerate, `outer` is on no boundary loop, or the pins are not two or more different vertices.
+        is degenerate, `outer` is on no boundary loop, the pins are not two or more different vertices,
+        or no flat map has such a `boundary`.
 
     Warns
     -----
@@ -102,7 +113,7 @@ def linabf(
     (12, 2)
     """
     method = LinABF(iterations, layout, rtol, tol, threshold, safeguard, guarantee, solver)
-    return _told(flatten(V, F, method, b, bc, outer=outer)).uv
+    return _told(flatten(V, F, method, b, bc, outer=outer, boundary=boundary, corners=corners)).uv
 
 
 def abf(
@@ -113,6 +124,8 @@ def abf(
     *,
     layout: LayoutName = "auto",
     outer: int | None = None,
+    boundary: BoundaryName | ArrayLike = "free",
+    corners: ArrayLike | None = None,
     tol: float = ABF_TOL,
     threshold: float = 1.0,
     guarantee: Guarantee | None = None,
@@ -127,7 +140,7 @@ def abf(
 
     Parameters
     ----------
-    V, F, b, bc, layout, outer : see `linabf`
+    V, F, b, bc, layout, outer, boundary, corners : see `linabf`
         As in `linabf`.
     tol : float
         The iterations end when both the largest relative change of an angle and the largest
@@ -158,7 +171,7 @@ def abf(
     (12, 2)
     """
     method = ABF(layout, tol, threshold, guarantee, solver)
-    result = flatten(V, F, method, b, bc, outer=outer)
+    result = flatten(V, F, method, b, bc, outer=outer, boundary=boundary, corners=corners)
     if result.outcome is Outcome.NOT_CONVERGED:
         warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
     return _told(result).uv
@@ -255,6 +268,8 @@ def flatten(
     bc: ArrayLike | None = None,
     *,
     outer: int | None = None,
+    boundary: BoundaryName | ArrayLike = "free",
+    corners: ArrayLike | None = None,
     progress: Progress = None,
 ) -> Flattening:
     """Flatten a disk, with or without holes; return the map with residuals, steps, times and outcome.
@@ -279,6 +294,14 @@ def flatten(
     outer : int, optional
         A vertex of the outer boundary loop; all other loops are holes. By default the longest loop
         is the outer one.
+    boundary : {"free", "circle", "circles", "rectangle"} or (#V,) float
+        "circle": the outer loop lies on a circle; "circles": so do all holes. "rectangle": it is a
+        rectangle. An array has the angle of the map at each boundary vertex, in radians: pi is
+        straight, pi / 2 a right angle, NaN free; inside the mesh, it is NaN. For "linabf" and "abf"
+        only; the other methods have a free boundary. See docs/boundaries.md.
+    corners : (4,) int, optional
+        The boundary vertices at the corners of the rectangle. By default those where the boundary
+        turns most. Without pins, the side from the first to the second is at the bottom.
     progress : callable or False, optional
         Called with the name of a stage and the fraction done, from 0 to 1. An exception that it
         raises ends the work. By default, a bar is shown on a terminal after two seconds; False
@@ -294,7 +317,10 @@ def flatten(
     ------
     MeshError
         The surface is not one oriented manifold piece with a boundary and without handles, a face
-        is degenerate, `outer` is on no boundary loop, or the pins are not two or more different vertices.
+        is degenerate, `outer` is on no boundary loop, the pins are not two or more different vertices,
+        or no flat map has such a `boundary`; the message has the angles that would be right.
+    ValueError
+        The method or the `boundary` has no such name, or the method cannot shape the boundary.
 
     Examples
     --------
@@ -304,7 +330,7 @@ def flatten(
     >>> result.outcome.value, len(result.flipped), result.layout
     ('valid', 0, 'boundary')
     """
-    return flattened(lambda: planar(V, F, outer), method, b, bc, progress)
+    return flattened(lambda: planar(V, F, outer), method, b, bc, progress, boundary, corners)
 
 
 def flattened(
@@ -313,15 +339,25 @@ def flattened(
     b: ArrayLike | None,
     bc: ArrayLike | None,
     progress: Progress,
+    boundary: BoundaryName | ArrayLike = "free",
+    corners: ArrayLike | None = None,
 ) -> Flattening:
     """`flatten` of the mesh that `checked` returns."""
     start, chosen = perf_counter(), method_of(method)
     with reporting(progress):
         mesh = checked()
         pinned = pins(b, bc, mesh.vertices, mesh.n_given)
+        shape = shape_of(mesh, boundary, corners)
+        if shape.name != "free" and not chosen.shapes:
+            raise ValueError(f"the method {chosen.name!r} has a free boundary: use 'linabf' or 'abf'")
+        if shape.name != "free" and pinned is not None and len(pinned[0]) > 2:
+            raise MeshError(
+                f"{len(pinned[0])} vertices are pinned, and the boundary has a shape: pin two, to move the "
+                "whole map, or leave the boundary free"
+            )
         seconds = {"check": perf_counter() - start}
         advance("check", 0.05)
-        made = chosen.run(mesh, pinned)
+        made = chosen.run(mesh, pinned, shape) if shape.name != "free" else chosen.run(mesh, pinned)
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
     seconds |= {**made.seconds, "total": perf_counter() - start}
     return replace(made, uv=uv, F=mesh.vertices[made.F], seconds=seconds)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._runtime import stopwatch
 from .._types import FloatArray
-from ..angles import ClosedPath, active_set, constraints_of
+from ..angles import ClosedPath, State, active_set, constraints_of, linearise, solve
 from ..surface import Mesh, Topology
 from .ladder import (
     ACTIVE_SET_RTOL,
@@ -30,10 +30,9 @@ from .methods import ABF, ABF_TOL, STAGES, LinABF, Method
 from .result import Flattening
 from .without_flips import injective_map
 
-SEAM_TOL = (
-    1e-10  # residual at which the two sides of a seam are equally long to far more digits than are seen
-)
-MORE_STEPS = 2  # towards that, where rounding may keep away from it
+FIRST_RTOL = 0.1  # relative residual to which the first step is solved
+SEAM_TOL = 1e-8  # residual of the angles of converged ABF at which the sides of the seams match
+MORE_STEPS = 3  # to that
 TURNING_STEPS = 3  # after which the turning along a path is known to much less than a quarter turn
 
 
@@ -79,7 +78,7 @@ def flatten_with_cones(
     with stopwatch(*STAGES) as seconds:
         problem = problem_of(paths)
         if quarter and paths:
-            alpha = active_set(problem.start, ACTIVE_SET_RTOL, SEAM_TOL, TURNING_STEPS).at.alpha
+            alpha = _matched(problem, None, method.tol, TURNING_STEPS).at.alpha
             problem = problem_of([_in_quarters(path, alpha) for path in paths])
         return report(problem, method.name, climb(problem, _stages(method)), seconds)
 
@@ -94,26 +93,42 @@ def _stages(method: LinABF | ABF) -> list[Stage]:
     if isinstance(method, ABF):
         stages = [_settled(anchored(method.tol), method.tol), _settled(feasible(method.tol), method.tol)]
     else:
-        rtol = method.rtol or ACTIVE_SET_RTOL
         if method.iterations == "auto":
             stages = [
-                _exact(rtol, method.tol),
+                _exact(method.rtol, method.tol),
                 _settled(anchored(ABF_TOL, method.tol), method.tol),
                 _settled(feasible(ABF_TOL, method.tol), method.tol),
             ]
         else:
+            rtol = method.rtol or ACTIVE_SET_RTOL
             stages = [iterated(rtol, method.tol, method.iterations, note=False)]
     return [*stages, injective_map] if method.guarantee else stages
 
 
-def _exact(rtol: float, tol: float) -> Stage:
+def _matched(problem: Problem, rtol: float | None, tol: float, most: int) -> State:
+    """Active-set iterations until both sides of the seam agree to `tol`.
+
+    A step leaves about the square of the residual, so each is solved no further than that; and with the
+    factor of the first one, as long as the angles have not been cut short.
+    """
+    state = problem.start
+    for _ in range(most):
+        residual = state.at.residual.largest
+        if residual <= tol:
+            break
+        enough = min(FIRST_RTOL, max(residual, tol / (4 * residual))) if rtol is None else rtol
+        same = bool(state.steps) and not state.steps[-1].limited
+        lin = linearise(problem.angles, state.at, reuse=state.lin, same_factor=same)
+        state = state.advanced(solve(lin, state.at, enough), "step")
+    return state
+
+
+def _exact(rtol: float | None, tol: float) -> Stage:
     """Active-set iterations until both sides of the seam agree."""
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
-        state = active_set(problem.start, rtol, tol, MAX_ACTIVE_SET)
+        state = _matched(problem, rtol, tol, MAX_ACTIVE_SET)
         reached = state.at.residual.largest <= tol
-        if reached:
-            state = active_set(state, rtol, SEAM_TOL, MORE_STEPS)
         note = "" if reached else f"the iterations did not converge within {MAX_ACTIVE_SET} steps"
         return drawn(problem, "active set", state, converged=reached, note=note)
 
@@ -127,7 +142,7 @@ def _settled(stage: Stage, tol: float) -> Stage:
         made = stage(problem, tried)
         if made is None or made.layout is None or made.state.at.residual.largest <= SEAM_TOL:
             return made
-        state = active_set(made.state, ACTIVE_SET_RTOL, SEAM_TOL, MORE_STEPS + 1)
+        state = active_set(made.state, ACTIVE_SET_RTOL, SEAM_TOL, MORE_STEPS)
         converged = made.converged and state.at.residual.largest <= tol
         exact = drawn(problem, made.stage, state, converged=converged, note=made.note, remark=made.remark)
         return made if len(exact.flipped) > len(made.flipped) else exact

@@ -7,7 +7,7 @@ from typing import Any
 
 from .._runtime import timed
 from .._types import ComplexArray
-from ..layouts import at_pins, injective, isometric, placed
+from ..layouts import at_pins, embedded_inside, injective, isometric, placed
 from ..surface import Pins, flat_angles, flipped_faces
 from .ladder import Candidate, Problem, Tried, best_of
 from .result import Status
@@ -22,6 +22,17 @@ def injective_map(problem: Problem, tried: Tried) -> Candidate:
     def place(z: ComplexArray) -> ComplexArray:
         return placed(mesh.topology, z, mesh.area, None if held else pinned)
 
+    if problem.shape.sums is not None:
+        circle, solvers = problem.shape.name == "circle", problem.angles.solvers
+        with timed("injective"):
+            found = embedded_inside(mesh, layout.z, circle, place, solvers)
+        if found is None:
+            detail = "no embedding without flipped triangles inside this boundary was found"
+            return Candidate("injective", Status.NO_VALID_START, detail, last.state)
+        z, how = found
+        state = replace(last.state, at=problem.angles.at(flat_angles(z, mesh.topology.corner)))
+        inside = replace(layout, z=z, method="embedding", solver=how)
+        return Candidate("injective", Status.GOOD, "", state, layout=inside)
     with timed("injective"):
         made = injective(mesh, layout.z, place, problem.angles.solvers)
     if made is None:
@@ -47,7 +58,7 @@ def isometric_map(problem: Problem, tried: Tried, weight: float, pinned: Pins | 
     flipped = flipped_faces(made.z, mesh.topology.corner)
     start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"
     by = f"igl's SLIM, {made.slim} iterations, and " if made.slim else ""
-    how = f"{by}Newton's method, {made.newton} steps, from {start}; energy {made.energy:.4g} (1: an isometry)"
+    how = by + by_newton(made.newton, start, made.energy)
     state = replace(last.state, at=problem.angles.at(flat_angles(made.z, mesh.topology.corner)))
     note = "" if made.stalled else f"the energy still falls after {made.newton} steps"
     drawn = replace(layout, z=made.z, method="isometric", solver=how)
@@ -56,6 +67,11 @@ def isometric_map(problem: Problem, tried: Tried, weight: float, pinned: Pins | 
         detail = f"{len(flipped)} triangles are too small for double precision"
         return replace(candidate, status=Status.FLIPPED, detail=detail)
     return replace(candidate, **_missed(made.missed))
+
+
+def by_newton(steps: int, start: str, energy: float) -> str:
+    """What made an isometric map."""
+    return f"Newton's method, {steps} steps, from {start}; energy {energy:.4g} (1: an isometry)"
 
 
 def _missed(missed: float) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Mesh files: read OBJ, OFF, PLY and STL; write OBJ, PLY and GLB with texture coordinates.
+"""Mesh files: what they hold comes in, and goes out again with texture coordinates.
 
 A damaged file is an error that names the line. An output file is written completely or not at all. One module
 a format; `files` has the public functions, `parsing` is shared by the readers.
@@ -7,8 +7,6 @@ a format; `files` has the public functions, `parsing` is shared by the readers.
 from .._runtime import replacing
 from .corners import textured
 from .files import (
-    READERS,
-    WRITERS,
     read_file,
     read_mesh,
     read_texture,
@@ -18,6 +16,8 @@ from .files import (
     write_mesh,
     write_obj,
 )
+from .formats import READERS, WRITERS
+from .images import embed_texture, write_image, write_textured
 from .mesh_file import MeshFile
 from .one_index import split_at_seams
 from .parsing import Extras
@@ -30,6 +30,7 @@ __all__ = [
     "SUFFIXES",
     "Extras",
     "MeshFile",
+    "embed_texture",
     "read_file",
     "read_mesh",
     "read_texture",
@@ -39,6 +40,8 @@ __all__ = [
     "unit_square",
     "write_file",
     "write_grid",
+    "write_image",
     "write_mesh",
     "write_obj",
+    "write_textured",
 ]

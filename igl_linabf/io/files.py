@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
 from pathlib import Path
 
 import igl
@@ -16,27 +15,9 @@ from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, vertex_array
 from .corners import check_corners
-from .gltf import save_glb
+from .formats import parsed, warn_of_loss, writer
 from .mesh_file import MeshFile
-from .obj import parse_obj
 from .obj_writing import save_obj, save_polygons
-from .off import parse_off
-from .parsing import Damaged, Parsed
-from .ply import parse_ply
-from .ply_writing import save_ply
-from .stl import parse_stl
-
-READERS: dict[str, Callable[[bytes, str], Parsed]] = {
-    ".obj": parse_obj,
-    ".off": lambda data, _: parse_off(data),
-    ".ply": lambda data, _: parse_ply(data),
-    ".stl": lambda data, _: parse_stl(data),
-}
-WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
-    ".obj": save_obj,
-    ".ply": save_ply,
-    ".glb": save_glb,
-}
 
 
 def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
@@ -44,7 +25,7 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
 
     Parameters
     ----------
-    path : path of an OBJ, OFF, PLY or STL file
+    path : path of a file that `read_file` reads
         Text or binary. Polygons are split into triangles; `read_file` keeps them. In STL, corners at
         equal positions become one vertex.
 
@@ -75,14 +56,14 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     ((12, 3), (20, 3))
     """
     path = Path(path)
-    parsed = _parsed(path)
-    F, _ = parsed.triangles()
-    if not len(parsed.V) or not len(F):
-        raise MeshError(f"{path} holds {len(parsed.V)} vertices and no triangles: is it a mesh?")
+    found = parsed(path)
+    F, _ = found.triangles()
+    if not len(found.V) or not len(F):
+        raise MeshError(f"{path} holds {len(found.V)} vertices and no triangles: is it a mesh?")
     if path.suffix.lower() == ".stl":
-        V, _, _, F = igl.remove_duplicate_vertices(parsed.V, F, 0.0)
+        V, _, _, F = igl.remove_duplicate_vertices(found.V, F, 0.0)
         return vertex_array(V), face_array(F)
-    return vertex_array(parsed.V), face_array(F)
+    return vertex_array(found.V), face_array(F)
 
 
 def read_file(path: str | os.PathLike[str]) -> MeshFile:
@@ -90,7 +71,7 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
 
     Parameters
     ----------
-    path : path of an OBJ, OFF, PLY or STL file
+    path : path of an OBJ, OFF, PLY, STL, glTF, GLB, 3MF, GIFTI, FreeSurfer or VTP file
 
     Returns
     -------
@@ -101,6 +82,8 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
     ------
     MeshError
         The file is damaged or has no faces.
+    ImportError
+        The package that reads this format is missing; the text names the pip command.
     OSError
         The file does not exist or cannot be read.
 
@@ -115,10 +98,10 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
     ([[0, 1, 2, 3]], ('page',))
     """
     path = Path(path)
-    parsed = _parsed(path)
-    if not len(parsed.V) or not len(parsed.polygons):
-        raise MeshError(f"{path} holds {len(parsed.V)} vertices and no faces: is it a mesh?")
-    V, polygons, TC, texture, extras = parsed
+    found = parsed(path)
+    if not len(found.V) or not len(found.polygons):
+        raise MeshError(f"{path} holds {len(found.V)} vertices and no faces: is it a mesh?")
+    V, polygons, TC, texture, extras = found
     if path.suffix.lower() == ".stl":
         V, _, same, _ = igl.remove_duplicate_vertices(V, polygons.corners.reshape(-1, 3), 0.0)
         polygons = Polygons(np.asarray(same, dtype=np.int64)[polygons.corners], polygons.sizes)
@@ -134,7 +117,7 @@ def write_file(
 
     Parameters
     ----------
-    path : path of an OBJ, PLY or GLB file
+    path : path of an OBJ, PLY, GLB, VTP or GIFTI file
     mesh : MeshFile
     TC : (#TC, 2) float
         Texture coordinates, v upwards.
@@ -145,8 +128,15 @@ def write_file(
     ------
     MeshError
         The suffix is unknown, or the arrays do not fit to the faces.
+    ImportError
+        The package that writes this format is missing.
     OSError
         The file cannot be written. In that case nothing is left behind.
+
+    Warns
+    -----
+    MeshWarning
+        The format does not keep all that the mesh has; the text lists what is lost.
 
     Examples
     --------
@@ -160,7 +150,8 @@ def write_file(
     [[0, 1, 2, 3]]
     """
     path = Path(path)
-    save, made = _writer(path), mesh.textured(TC, FTC)
+    save, made = writer(path), mesh.textured(TC, FTC)
+    warn_of_loss(mesh, path.suffix.lower())
     with replacing(path) as temporary:
         save(temporary, made, path)
 
@@ -197,8 +188,8 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     path = Path(path)
     if path.suffix.lower() != ".obj":
         raise MeshError(f"{path} is not an OBJ file: only OBJ files are read for texture coordinates")
-    parsed = _parsed(path)
-    (F, FTC), TC = parsed.triangles(), parsed.TC
+    found = parsed(path)
+    (F, FTC), TC = found.triangles(), found.TC
     if not len(F):
         raise MeshError(f"{path} has no faces: is it a mesh?")
     if not len(TC) or (FTC == -1).all():
@@ -210,39 +201,6 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
         )
     check_corners(TC, Polygons.of_triangles(FTC), f"the f lines of {path}", "vt")
     return TC, FTC
-
-
-def _parsed(path: str | os.PathLike[str]) -> Parsed:
-    path = Path(path)
-    if path.suffix.lower() not in READERS:
-        raise MeshError(f"{path} is not a mesh file: use one that ends in {', '.join(READERS)}")
-    return parse(path.read_bytes(), path.suffix.lower(), str(path))
-
-
-def parse(data: bytes, suffix: str, name: str) -> Parsed:
-    """The mesh in the bytes of a file.
-
-    Parameters
-    ----------
-    data : bytes
-    suffix : {".obj", ".off", ".ply", ".stl"}
-    name : str
-        Name of the file in messages.
-
-    Raises
-    ------
-    MeshError
-        The file is damaged; the text says where.
-
-    Warns
-    -----
-    MeshWarning
-        An OBJ file has lines that are not OBJ statements; they are skipped.
-    """
-    try:
-        return READERS[suffix](data, name)
-    except Damaged as damage:
-        raise MeshError(f"{name} cannot be read as {suffix[1:].upper()}: {damage}") from None
 
 
 def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> None:
@@ -325,19 +283,12 @@ def write_mesh(
     [[0, 1, 2], [3, 4, 5]]
     """
     path = Path(path)
-    save = _writer(path)
+    save = writer(path)
     positions, faces = vertex_array(V), Polygons.of(F)
     check_corners(positions, faces, "F", "V")
     made = MeshFile(positions, faces).textured(TC, FTC)
     with replacing(path) as temporary:
         save(temporary, made, path)
-
-
-def _writer(path: Path) -> Callable[[str, MeshFile, Path], None]:
-    suffix = path.suffix.lower()
-    if suffix not in WRITERS:
-        raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
-    return WRITERS[suffix]
 
 
 def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import struct
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,6 +19,7 @@ from .one_index import one_index, single
 FLOAT, UNSIGNED = 5126, 5125  # glTF's numbers for types of 32 bits
 VERTEX_ATTRIBUTES, INDICES = 34962, 34963  # and for what a part is used as
 KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048}
 PLAIN = {"pbrMetallicRoughness": {"metallicFactor": 0}, "doubleSided": True}
 
 
@@ -50,13 +50,15 @@ class Buffer:
         return len(self.accessors) - 1
 
 
-def save_glb(temporary: str, mesh: MeshFile, path: Path) -> None:
+def save_new_glb(temporary: str, mesh: MeshFile) -> None:
     """Write polygons with texture coordinates at the vertices, v downwards: a node for each part."""
     extras, buffer = mesh.extras, Buffer()
     names, part = extras.parts or ((), np.full(len(mesh.polygons), -1))
     words, material = extras.materials or ((), np.full(len(mesh.polygons), -1))
     meshes: list[dict[str, Any]] = []
     nodes: list[dict[str, Any]] = []
+    metres = METRES.get(extras.units or "meter", 1.0)
+    size = {} if metres == 1 else {"scale": [metres] * 3}
     for i in np.unique(part).tolist():
         primitives = [
             _primitive(
@@ -65,7 +67,7 @@ def save_glb(temporary: str, mesh: MeshFile, path: Path) -> None:
             for k in np.unique(material[part == i]).tolist()
         ]
         named = {"name": names[i]} if i >= 0 else {}
-        nodes.append({"mesh": len(meshes), **named})
+        nodes.append({"mesh": len(meshes), **named, **size})
         meshes.append({"primitives": primitives, **named})
     # readers (trimesh) drop texture coordinates that no material goes with
     materials = [{"name": name, **PLAIN} for name in words] + [PLAIN] * bool((material < 0).any())

@@ -61,8 +61,8 @@ def _heads(n: int, named: Iterable[tuple[str, Named | None]]) -> dict[int, str]:
         words, of = names
         new = np.flatnonzero(np.append(True, of[1:] != of[:-1])) if n else of
         for i in new.tolist():
-            if of[i] >= 0:
-                heads[i] = heads.get(i, "") + f"{keyword} {words[of[i]]}\n"
+            if of[i] >= 0 or i:
+                heads[i] = heads.get(i, "") + f"{keyword} {words[of[i]] if of[i] >= 0 else 'none'}\n"
     return heads
 
 

@@ -34,6 +34,8 @@ class Extras:
         Normals, and their rows at the corners.
     parts, materials : names and (#F,) int64
         Objects or groups; materials.
+    units : str or None
+        Of length, as 3MF names them: "millimeter", "inch", ...
     source : object
         What only the format's own writer understands.
     """
@@ -43,6 +45,7 @@ class Extras:
     normal: IntArray | None = None
     parts: Named | None = None
     materials: Named | None = None
+    units: str | None = None
     source: Any = None
 
 

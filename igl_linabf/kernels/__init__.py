@@ -5,7 +5,7 @@ loops, which numba compiles where it is installed (the extra `fast`).
 """
 
 from .choice import fast_by, is_fast, numpy_only
-from .connectivity import connected_labels, undirected
+from .connectivity import connected_labels, in_one_piece, undirected
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
 from .systems import (
     at_edges,
@@ -14,6 +14,7 @@ from .systems import (
     degrees,
     disparity,
     edge_blocks,
+    filled_blocks,
     half_edge_blocks,
     own_blocks,
     pair_weights,

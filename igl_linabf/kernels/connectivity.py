@@ -21,7 +21,7 @@ def _undirected(tail: IntArray, head: IntArray, n: int) -> Joined:
         begin[max(t[i], h[i]) + 1] += 1
     for v in range(n):
         begin[v + 1] += begin[v]
-    by_high = np.empty(size, dtype=np.int64)
+    by_high = np.empty(size, dtype=np.int32)  # there is no memory for 2^31 half-edges
     for i in range(size):
         v = max(t[i], h[i])
         by_high[begin[v]] = i
@@ -31,7 +31,7 @@ def _undirected(tail: IntArray, head: IntArray, n: int) -> Joined:
         begin[min(t[i], h[i]) + 1] += 1
     for v in range(n):
         begin[v + 1] += begin[v]
-    order = np.empty(size, dtype=np.int64)
+    order = np.empty(size, dtype=np.int32)
     for k in range(size):
         i = by_high[k]
         v = min(t[i], h[i])
@@ -105,3 +105,44 @@ def connected_labels(edges: IntArray, n: int) -> IntArray:
     """
     graph = sparse.csr_array((np.ones(len(edges), dtype=np.int8), edges.T), shape=(n, n))
     return np.asarray(csgraph.connected_components(graph, directed=False)[1], dtype=np.int64)
+
+
+def _in_one_piece(sides: IntArray, n_faces: int) -> bool:
+    parent, pieces = np.arange(n_faces), n_faces
+    for e in range(sides.shape[1]):
+        if sides[1, e] < 0:
+            continue
+        i, j = sides[0, e] % n_faces, sides[1, e] % n_faces
+        while parent[i] != i:
+            parent[i] = parent[parent[i]]
+            i = parent[i]
+        while parent[j] != j:
+            parent[j] = parent[parent[j]]
+            j = parent[j]
+        if i != j:
+            pieces -= 1
+            parent[max(i, j)] = min(i, j)
+    return pieces <= 1
+
+
+@with_loops(_in_one_piece)
+def in_one_piece(sides: IntArray, n_faces: int) -> bool:
+    """Whether every face can be reached from face 0 across edges; `sides` as in `Topology`.
+
+    Checked for every disk before it is flattened.
+    """
+    neighbour = np.arange(3 * n_faces) % n_faces  # a half-edge on the boundary leads back to its own face
+    first, second = sides
+    inside = second >= 0
+    a, b = first[inside], second[inside]
+    neighbour[a], neighbour[b] = b % n_faces, a % n_faces
+    graph = sparse.csr_array(
+        (
+            np.ones(3 * n_faces, dtype=np.int8),
+            np.ascontiguousarray(neighbour.reshape(3, n_faces).T, dtype=np.int32).ravel(),
+            np.arange(0, 3 * n_faces + 1, 3, dtype=np.int32),
+        ),
+        shape=(n_faces, n_faces),
+    )
+    reached = csgraph.breadth_first_order(graph, 0, directed=True, return_predecessors=False)
+    return len(reached) == n_faces

@@ -186,6 +186,30 @@ def disparity(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
     return np.asarray(trace**2 * d / (4 * w.prod(axis=0)) - 2)
 
 
+def _filled_blocks(
+    size: int, slot: IntArray, block: FloatArray, own: IntArray, diagonal: FloatArray
+) -> FloatArray:
+    made = np.zeros((size, 4))
+    for p in range(len(slot)):
+        for k in range(4):
+            made[slot[p], k] += block[k, p]
+    for i in range(len(own)):
+        for k in range(4):
+            made[own[i], k] += diagonal[k, i] / 2
+    return made
+
+
+@with_loops(_filled_blocks)
+def filled_blocks(
+    size: int, slot: IntArray, block: FloatArray, own: IntArray, diagonal: FloatArray
+) -> FloatArray:
+    """Blocks, (size, 4): `block`, (4, #slots), summed at `slot`, and half of `diagonal`, (4, n), at `own`."""
+    made = np.zeros((size, 4))
+    np.add.at(made, slot, block.T)
+    made[own] += diagonal.T / 2
+    return made
+
+
 def _block_product(indptr: IntArray, indices: IntArray, block: FloatArray, x: FloatArray) -> FloatArray:
     y = np.zeros_like(x)
     for i in range(len(indptr) - 1):

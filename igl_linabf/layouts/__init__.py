@@ -10,6 +10,6 @@ from .choice import GAP, Layout, LayoutName, check_method, check_pins, lay_out, 
 from .conformal_energy import far_apart, least_squares
 from .convex import on_circle
 from .greedily import greedy
-from .isometrically import IsometricMap, at_pins, isometric
+from .isometrically import IsometricMap, at_pins, isometric, isometric_together
 from .separately import flat_disks
-from .slim import Injective, injective
+from .slim import Injective, embedded_inside, injective

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._types import ComplexArray, FloatArray
-from ..angles import Constraints, Residual
+from ..angles import Constraints, Residual, central_angles
 from ..errors import FallbackWarning, stack_level
 from ..linalg import Analysis, NotConvergedError, Solvers, held
 from ..surface import Disks, Topology, complex_positions, signed_double_areas
@@ -30,24 +30,34 @@ class Boundary:
     gap: float
 
 
-def develop_boundary(topology: Topology, b: Residual) -> Boundary:
+def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
     """Draw the outer loop from its exterior angles and the ratios of its successive edges.
 
     The exterior angles are shifted to sum to 2 pi, the logarithms of the ratios to sum to 0. The gap
-    that remains is closed by the smallest change of lengths, min sum delta^2 / l.
+    that remains is closed by the smallest change of lengths, min sum delta^2 / l. Prescribed angles
+    stay: what is missing goes to the others. A loop on a circle is drawn with the ratios only.
     """
-    loop = topology.loops[0]
-    turning, log_ratio = b.turning[loop], b.log_ratio[loop]
-    turning = turning + (2 * np.pi - turning.sum()) / len(loop)
+    loop = constraints.topology.loops[0]
+    turning, log_ratio, asked = b.turning[loop], b.log_ratio[loop], constraints.sums[loop]
+    free = np.isnan(asked)
+    circle = 0 in constraints.circles
+    if not circle:
+        turning = np.where(free, turning, np.pi - asked)
+    movable = free if free.any() else ~free
+    turning = turning + np.where(movable, (2 * np.pi - turning.sum()) / np.count_nonzero(movable), 0.0)
     log_length = np.cumsum(log_ratio - log_ratio.mean())
     length = np.exp(log_length - log_length.max())
     edge = np.exp(1j * np.cumsum(turning))  # edge i leaves loop vertex i
     gap = (length * edge).sum()
+    relative = float(abs(gap) / length.sum())
+    if circle:
+        at = np.concatenate(([0.0], np.cumsum(central_angles(log_ratio))[:-1]))
+        return Boundary(np.exp(1j * at), relative)
     # delta = l Re(conj(edge) mu) closes it: a 2 by 2 system for mu
     u = np.stack((edge.real, edge.imag))
     mu = np.linalg.solve((u * length) @ u.T, -np.array([gap.real, gap.imag]))
     ends = np.cumsum(length * (1 + mu @ u) * edge)
-    return Boundary(np.concatenate(([0], ends[:-1])), float(abs(gap) / length.sum()))
+    return Boundary(np.concatenate(([0], ends[:-1])), relative)
 
 
 @dataclass(frozen=True, eq=False)
@@ -106,7 +116,7 @@ def harmonic(
     weight = topology.sum_at_edges(cot) / 2
     lower = held(pattern.laplacian(weight), n)  # a boundary vertex with a prescribed sum has a row, too
     factored = (laplacian or pattern.analysis(solvers, lower)).factor(lower)
-    rhs = pattern.pull(weight, z[topology.edges.T])  # the inside being zero yet
+    rhs = pattern.pull(weight, topology.edges.T, z)  # the inside being zero yet
     rhs[n:] = 0.0
     inside = topology.interior
     try:

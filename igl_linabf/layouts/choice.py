@@ -8,7 +8,7 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._types import ComplexArray, FloatArray
+from .._types import ComplexArray, FloatArray, IntArray
 from ..angles import Constraints, Residual, constraints_of, residual
 from ..errors import MeshError, SingularSystemError, some
 from ..linalg import Analysis, NotPositiveDefiniteError, SolverName, Solvers
@@ -61,20 +61,26 @@ def lay_out(
     area: float,
     solvers: Solvers,
     laplacian: Analysis | None = None,
+    along: IntArray | None = None,
 ) -> Layout:
     """Lay out triangles' angles, (3, #F) radians.
 
-    `laplacian` is the analysis of the constraints' pattern, if it is known already.
+    `laplacian` is the analysis of the constraints' pattern, if it is known already. Where angle sums of
+    the outer loop are prescribed, it is drawn with them, and stays as it is drawn. Without pins, the
+    second vertex of `along` is put to the right of the first.
     """
     check_pins(method, pinned)
     topology = constraints.topology
-    boundary = develop_boundary(topology, b)
+    boundary = develop_boundary(constraints, b)
+    rim = topology.loops[0]
+    prescribed = not np.isnan(constraints.sums[rim]).all()
     cot = 1 / np.tan(alpha)
     solver, made = "none", method
     holes = len(topology.loops) > 1
     if method == "auto":
         held = pinned is not None and len(pinned[0]) > 2
-        made = "boundary" if boundary.gap <= GAP and not (holes or held) else "least-squares"
+        drawn = boundary.gap <= GAP or prescribed
+        made = "boundary" if drawn and not (holes or held) else "least-squares"
     elif method == "boundary" and holes:
         raise MeshError(
             f"layout='boundary' draws one boundary loop, and the mesh has {len(topology.loops)}: use "
@@ -84,9 +90,9 @@ def lay_out(
         if made == "boundary":
             z, solver = harmonic(topology, boundary, cot, constraints, laplacian, solvers)
         elif made == "least-squares":
-            ends = far_apart(coordinates(boundary.z))
-            index, position = topology.loops[0][ends], boundary.z[ends]
-            if pinned is not None:
+            ends = slice(None) if prescribed else far_apart(coordinates(boundary.z))
+            index, position = rim[ends], boundary.z[ends]
+            if pinned is not None and not prescribed:
                 index, position = pinned[0], complex_positions(pinned[1])
             z, solver = least_squares(topology, cot, index, position, solvers)
         else:
@@ -98,8 +104,11 @@ def lay_out(
             f"{some(thin)} (smallest angle {alpha[:, thin[0]].min():.1e} rad): remove degenerate faces, "
             "cut the mesh, or use layout='greedy'"
         ) from None
-    if pinned is None or made != "least-squares":
+    if pinned is None or made != "least-squares" or prescribed:
         z = placed(topology, z, area, pinned)
+    if pinned is None and along is not None and len(along):
+        side = z[along[1]] - z[along[0]]
+        z = z * (abs(side) / side)
     return Layout(z, made, boundary.gap, solver)
 
 

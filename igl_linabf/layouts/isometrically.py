@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 
-from .._types import ComplexArray
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..linalg import Solvers
-from ..surface import Mesh, Parts, Pins, complex_positions, signed_double_areas
+from ..surface import Disks, Mesh, Parts, Pins, centred_each, complex_positions, signed_double_areas
 from .choice import placed
 from .isometric_energy import Rest
 from .newton import MAX_STEPS, Charts, Hessians, Springs, descend
@@ -62,15 +62,35 @@ def isometric(
     corner = mesh.topology.corner
     z = start / np.sqrt(signed_double_areas(start, corner).sum() / 2)
     z, slimmed = _unfolded(mesh, field.charts, z, weight)
-    z, steps = descend(field.charts, z, weight, field.hessians)
-    stalled, missed = steps < MAX_STEPS, 0.0
+    z, (steps,) = descend(field.charts, z, weight, field.hessians)
+    stalled, missed = bool(steps < MAX_STEPS), 0.0
     if pinned is None or len(pinned[0]) == 2:
         made = placed(mesh.topology, z, mesh.area, pinned)
     else:
         made, z, more, missed = _drawn_to_pins(field, z, weight, pinned)
         steps += more
     energy = float(field.charts.energy(z, weight)[0])
-    return IsometricMap(made, slimmed, steps, stalled, energy, missed)
+    return IsometricMap(made, slimmed, int(steps), stalled, energy, missed)
+
+
+def isometric_together(
+    disks: Disks, z: ComplexArray, weight: float, solvers: Solvers
+) -> tuple[ComplexArray, FloatArray, IntArray, BoolArray]:
+    """Lower the energy of disks side by side, by one system.
+
+    Returns the map, each disk of its area, centred and turned; energies; steps; and which are to be taken:
+    those that began near an isometry and stalled.
+    """
+    corner, vertices, faces = disks.topology.corner, disks.vertices, disks.faces
+    charts = Charts(Rest.of(corner, disks.double_area, disks.dot, faces.spread(disks.area)), vertices, faces)
+    z = z / vertices.spread(np.sqrt(faces.sum(signed_double_areas(z, corner)) / 2))
+    near = charts.energy(z, weight) <= FAR
+    z, steps = descend(charts, z, weight, Hessians(corner, len(z), solvers))
+    energy = charts.energy(z, weight)
+    double = np.abs(signed_double_areas(z, corner))
+    z = centred_each(corner, z, double, disks.area, vertices, faces)
+    sound = ~faces.any(~(signed_double_areas(z, corner) > 0))
+    return z, energy, steps, near & sound & (steps < MAX_STEPS)
 
 
 def at_pins(
@@ -130,7 +150,7 @@ def _drawn_to_pins(
     for stiffness in STIFFNESS:
         pull = np.zeros(len(z))
         pull[index] = stiffness
-        z, more = descend(field.charts, z, weight, field.hessians, Springs(pull, to), STEPS_EACH)
+        z, (more,) = descend(field.charts, z, weight, field.hessians, Springs(pull, to), STEPS_EACH)
         before, missed, steps = missed, float(np.abs(z - to)[index].max()), steps + more
         if (
             stiffness > SOFT and missed > before / 2

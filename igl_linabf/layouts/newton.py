@@ -106,27 +106,31 @@ def descend(
     hessians: Hessians,
     springs: Springs | None = None,
     most: int = MAX_STEPS,
-) -> tuple[ComplexArray, int]:
-    """The map at which the energy stalls, of every chart, and the number of steps, `most` if it does not.
+) -> tuple[ComplexArray, IntArray]:
+    """The map at which the energy stalls, of every chart, and its steps, `most` where it does not stall.
 
-    Each chart has a step length of its own. No triangle can flip: it would collapse first, and a step is
-    shorter than to the first collapse.
+    Each chart has a step length of its own, and stays as it is from where it stalls: so the maps are those of
+    one chart after the other. No triangle can flip: it would collapse first, and a step is shorter than to
+    the first collapse.
     """
     energy = charts.energy(z, weight, springs)
-    for step in range(most):
+    steps, moving = np.zeros(len(charts.faces), dtype=np.int64), np.ones(len(charts.faces), dtype=bool)
+    for _ in range(most):
         by_corner, rows = charts.rest.expanded(z, weight)
         slope = hessians.slope(by_corner, springs, z)
         x = -hessians.factored(rows, springs).solve(slope)
         promised = -charts.vertices.sum((slope * x).reshape(-1, 2).sum(axis=1))
-        moving = promised > PROMISE * energy
+        moving &= promised > PROMISE * energy
         if not moving.any():
-            return z, step
+            break
         z, reached = _searched(charts, z, x[0::2] + 1j * x[1::2], weight, springs, energy, promised, moving)
         advance("isometric", 0.1)
-        if not (energy - reached > STALL * energy).any():
-            return z, step + 1
+        steps[moving] += 1
+        moving &= energy - reached > STALL * energy
         energy = reached
-    return z, most
+        if not moving.any():
+            break
+    return z, np.where(moving, most, steps)
 
 
 def _searched(

@@ -59,7 +59,7 @@ def flat_disks(
         factored = (laplacian or solvers.laplacian(lower)).factor(lower)
         if not factored.exact:
             return None
-        z[topology.interior] = complex_positions(factored.solve(pattern.pull(weight, z[topology.edges.T])))
+        z[topology.interior] = complex_positions(factored.solve(pattern.pull(weight, topology.edges.T, z)))
         solver = factored.name
     with np.errstate(divide="ignore", invalid="ignore"):  # of a disk whose angles are not to be drawn
         areas = signed_double_areas(z, topology.corner)

@@ -13,6 +13,7 @@ from .._types import ComplexArray, IntArray
 from ..angles import corner_angles
 from ..linalg import Solvers
 from ..surface import (
+    ALL_DIGITS,
     NEXT,
     PREV,
     SPAN,
@@ -79,6 +80,24 @@ def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> In
         if best is not None and span(mesh, best.z) <= SPAN:  # else rounding ends SLIM early
             break
     return best
+
+
+def embedded_inside(
+    mesh: Mesh, z: ComplexArray, circle: bool, place: Place, solvers: Solvers
+) -> tuple[ComplexArray, str] | None:
+    """A map without flipped triangles that has the boundary of one with some, and how it was made.
+
+    As the first part of `injective`. If the boundary is convex, and no chord joins two of its vertices on
+    one straight side, the widest patch is valid in exact arithmetic (Tutte 1963). On a circle the
+    vertices may be too close for double precision; they are then spaced evenly.
+    """
+    for made in patched(mesh.topology, z, solvers) if span(mesh, z) <= ALL_DIGITS else ():
+        if upright(made, mesh.topology.corner):
+            return made, "convex combinations around the flipped triangles"
+    for made in on_circle(mesh.topology, solvers) if circle else ():
+        if upright(at := place(made), mesh.topology.corner):
+            return at, "an embedding in a circle, its vertices spaced evenly"
+    return None
 
 
 def _descend(mesh: Mesh, start: ComplexArray, best: Injective, place: Place) -> Injective:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from .._types import Array, FloatArray, IntArray
-from ..kernels import block_product, degrees, is_fast
+from ..kernels import block_product, degrees, filled_blocks, is_fast
 from ..surface import Topology, sum_by
 from .choice import Solvers
 from .factors import Analysis, Multigrid
@@ -224,9 +224,7 @@ class Pattern:
         lower to higher row of `pairs`, and of `diagonal`, (4, n).
         """
         if is_fast():
-            blocks = np.zeros((len(self._high), 4))
-            self._fill(blocks, self._slot, block.T)
-            blocks[self._diagonal] += diagonal.T / 2
+            blocks = filled_blocks(len(self._high), self._slot, block, self._diagonal, diagonal)
             return Blocked(np.asarray(self._indptr), np.asarray(self._high), blocks)
         indices, indptr, slot, own = self._blocks
         data = np.zeros(len(indices))
@@ -248,12 +246,14 @@ class Pattern:
         """Lower triangle of L in x^T L x = sum over edges of weight (x_i - x_j)^2, x = 0 at missing ends."""
         return self.lower(-weight[self.pairs], degrees(self.ends, weight, self.n))
 
-    def pull(self, weight: FloatArray, ends: Array) -> FloatArray:
+    def pull(self, weight: FloatArray, edges: IntArray, z: Array) -> FloatArray:
         """What fixed vertices add to L x: sum of weight z over the edges to them, (n, 2).
 
-        `ends` has the complex positions z of the edges' ends, (2, #E), zero at free vertices.
+        `edges` has the vertices of the ends, (2, #E), and z the complex positions, zero at free vertices.
         """
-        i, j = self.ends
+        fixed = z != 0
+        near = np.flatnonzero(fixed[edges[0]] | fixed[edges[1]])
+        (i, j), weight, ends = self.ends[:, near], weight[near], z[edges[:, near]]
         parts = (weight * ends.real, weight * ends.imag)
         return np.column_stack([self.row_sums(i, b) + self.row_sums(j, a) for a, b in parts])
 

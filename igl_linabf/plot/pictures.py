@@ -23,8 +23,8 @@ from .scene import (
     DARK,
     LIGHT,
     Scene,
+    add_cut,
     add_flat,
-    add_seams,
     add_surface,
     board,
     distortions,
@@ -58,7 +58,8 @@ def plot_checkerboard(
     uv : (#V, 2) float, or Atlas
         The map, or the result of `unwrap(V, F)`. Flipped faces are red.
     seams : (#E, 2) int or (#F, 3) bool, optional
-        Edges of F to draw as dark lines; by default those of the atlas. `[]` draws none.
+        Edges of F to draw as dark lines; by default those of the atlas. `[]` draws none. Cones of an
+        atlas are spheres, and the seam between them has a colour for each arc.
     frequency : float
         Squares of the checkerboard along the longer side of the map.
     texture : pyvista.Texture, optional
@@ -96,7 +97,7 @@ def plot_checkerboard(
 
 
 def plot_uv(
-    uv: ArrayLike,
+    uv: ArrayLike | Atlas,
     F: ArrayLike,
     *,
     scalars: ArrayLike | None = None,
@@ -111,8 +112,9 @@ def plot_uv(
 
     Parameters
     ----------
-    uv : (#V, 2) float
-        The map; `atlas.TC` for an atlas.
+    uv : (#V, 2) float, or Atlas
+        The map. For an atlas its `TC`, or the atlas itself: then both sides of a seam through cones
+        have one colour.
     F : (#F, 3) int
         Triangles; `atlas.FTC` for an atlas.
     scalars : (#F,) or (#V,) float, optional
@@ -141,6 +143,7 @@ def plot_uv(
     >>> plotter.close()
     """
     drawn = flat_scene(uv, F)
+    uv, F = (uv.TC, uv.triangles) if isinstance(uv, Atlas) else (uv, F)
     target, _ = _target(plotter)
     colours = board(frequency, texture) if scalars is None else {"scalars": _used(scalars, uv, F)}
     add_flat(target, drawn, **{**colours, **kwargs})
@@ -322,7 +325,7 @@ def plot_compare(
             measured = quality(drawn.V, drawn.F, drawn.uv)
             plotter.subplot(row, 0)
             add_surface(plotter, drawn, **colours[row], show_scalar_bar=False)  # one a row, beside the map
-            add_seams(plotter, drawn.seams)
+            add_cut(plotter, drawn)
             face_the_camera(plotter, drawn.V, drawn.F)
             caption = f"{name}: F/3nt {measured.angle_distortion:.3g}, {measured.flips} flipped"
             plotter.add_text(caption, font_size=CAPTION_SIZE)
@@ -337,7 +340,7 @@ def _surface(
     """The surface with its seams, in the caller's plotter or in a new one."""
     target, alone = _target(plotter)
     add_surface(target, drawn, **colours)
-    add_seams(target, drawn.seams)
+    add_cut(target, drawn)
     if alone:
         face_the_camera(target, drawn.V, drawn.F)
     return _shown(target, show, screenshot)
@@ -362,4 +365,6 @@ def _shown(plotter: pv.Plotter, show: bool, screenshot: str | bool) -> pv.Plotte
     if show:
         with pv.vtk_verbosity("error"):
             plotter.show(screenshot=screenshot)
+        # a notebook draws what a cell ends with, and would draw this a second time
+        plotter._repr_png_ = lambda: None
     return plotter

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from ..charts import Atlas
 from ..errors import MeshError
 from ..measures import Measure, distortion
 from ..surface import compact, complex_positions, face_array, seam_mask, signed_double_areas, vertex_array
+from .cones import SeamSides, add_arcs, add_balls, seam_sides
 
 LIGHT, DARK, WARNING, SEAM = "#f4f1e8", "#2f6690", "#d1242f", "#16161d"
 FORMAT = "{:.3g}" if pv.vtk_version_info >= (9, 6) else "%.3g"  # VTK changed the language of it
@@ -32,12 +33,18 @@ class Scene:
     uv : (#v, 2) float64
     seams : (#E, 2, 3) float64
         Ends of the seams' edges on the surface.
+    cones : (#C, 3) float64
+        Positions of the cones.
+    sides : SeamSides or None
+        The sides of the seam of an atlas with cones.
     """
 
     V: FloatArray
     F: IntArray
     uv: FloatArray
     seams: FloatArray
+    cones: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
+    sides: SeamSides | None = None
 
     @property
     def flipped(self) -> BoolArray:
@@ -47,7 +54,7 @@ class Scene:
     @property
     def flat(self) -> Scene:
         """The map as a surface in the plane z = 0."""
-        return flat_scene(self.uv, self.F)
+        return replace(flat_scene(self.uv, self.F), sides=self.sides)
 
     def fitted(self, onto: Scene) -> Scene:
         """The scene with its map rotated, scaled and moved to fit another one."""
@@ -71,7 +78,10 @@ def scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | 
     if len(map_) != len(points):
         raise MeshError(f"uv has {len(map_)} rows for {len(points)} vertices: pass one row a vertex")
     vertices, faces = compact(faces, len(points))
-    return Scene(points[vertices], faces, map_[vertices], lines)
+    drawn = Scene(points[vertices], faces, map_[vertices], lines)
+    if not isinstance(uv, Atlas) or not len(uv.cones) or seams is not None:
+        return drawn
+    return replace(drawn, cones=vertex_array(V)[uv.cones], sides=seam_sides(uv))
 
 
 def _ends(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
@@ -80,8 +90,11 @@ def _ends(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
     return np.unique(np.sort(np.column_stack((F[f, k], F[f, (k + 1) % 3])), axis=1), axis=0)
 
 
-def flat_scene(uv: ArrayLike, F: ArrayLike) -> Scene:
+def flat_scene(uv: ArrayLike | Atlas, F: ArrayLike) -> Scene:
     """The map as a surface in the plane z = 0."""
+    if isinstance(uv, Atlas):
+        flat = flat_scene(uv.TC, uv.triangles)
+        return replace(flat, sides=seam_sides(uv)) if len(uv.cones) else flat
     return scene(np.insert(vertex_array(uv, 2, "uv"), 2, 0.0, axis=1), F, uv)
 
 
@@ -166,6 +179,8 @@ def add_flat(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
     edges, count = np.unique(sides, axis=0, return_counts=True)
     outline = pv.PolyData(drawn.V, lines=np.insert(edges[count == 1], 0, 2, axis=1).ravel())
     plotter.add_mesh(outline, color=plotter.theme.font.color, line_width=2)
+    if drawn.sides is not None:
+        add_arcs(plotter, np.insert(drawn.sides.side, 2, 0.0, axis=2), drawn.sides.arc_of_side)
     if drawn.flipped.any():
         above = drawn.V + np.array([0, 0, 1e-3 * np.ptp(drawn.V, axis=0).max()])
         marked = pv.PolyData.from_regular_faces(above, drawn.F[drawn.flipped])
@@ -183,6 +198,15 @@ def look_at_the_plane(plotter: pv.Plotter, bar: bool = False) -> None:
         down = np.array([0, BAR * camera.parallel_scale, 0])
         camera.position, camera.focal_point = camera.position - down, camera.focal_point - down
     _step_back(plotter, 2 * camera.parallel_scale)
+
+
+def add_cut(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
+    """Add the seams on the surface; with cones, arc by arc in a colour, and the cones as spheres."""
+    if drawn.sides is None:
+        add_seams(plotter, drawn.seams, **options)
+    else:
+        add_arcs(plotter, drawn.seams, drawn.sides.arc, **options)
+        add_balls(plotter, drawn.cones, float(np.linalg.norm(np.ptp(drawn.V, axis=0))), **options)
 
 
 def add_seams(plotter: pv.Plotter, segments: FloatArray, **options: Any) -> None:

@@ -8,11 +8,22 @@ Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 
 from ..kernels import NEXT, PREV, sum_by
 from .areas import measure
-from .arrays import Pins, check_finite, compact, face_array, pins, scatter, seam_mask, vertex_array
+from .arrays import (
+    Pins,
+    check_finite,
+    compact,
+    face_array,
+    pins,
+    scatter,
+    seam_mask,
+    vertex_array,
+    vertex_indices,
+)
+from .chords import chords_of, split_chords
 from .components import connected_labels, face_components
 from .disks import Disks, side_by_side
 from .mesh import Mesh, PlanarFaces, loop_through, planar, planar_mesh
-from .parts import Parts
+from .parts import Parts, counted
 from .plane import (
     ALL_DIGITS,
     SPAN,

@@ -13,6 +13,8 @@ BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,), their positions (#P, 2); two or more
 
+LARGEST_PIN = 1e60  # coordinate; squares of squares of larger ones overflow
+
 
 def vertex_array(V: ArrayLike, columns: int = 3, name: str = "V") -> FloatArray:
     """`V` as a C-ordered (#V, columns) float64 array."""
@@ -115,16 +117,40 @@ def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given:
     found, count = np.unique(index, return_counts=True)
     if len(found) < len(index):
         raise MeshError(f"vertex {some(found[count > 1])} is pinned twice: pin each vertex once")
+    if len(index) > 2 and np.abs(place[np.isfinite(place)]).max(initial=0) > LARGEST_PIN:
+        raise MeshError(f"bc has coordinates beyond {LARGEST_PIN:g}, where lengths overflow: scale them")
     if not np.isfinite(place).all() or (place == place[0]).all():
         raise MeshError(
             f"pins {some(index)} go to {place[:3].tolist()}: give finite positions that are not all the same"
         )
+    return _places_of(index, vertices, "pinned vertices", "pin"), place
+
+
+def vertex_indices(values: ArrayLike, vertices: IntArray, n_given: int, name: str) -> IntArray:
+    """Check the caller's indices of some vertices; returns their places among the `vertices` in use.
+
+    Raises
+    ------
+    MeshError
+        They are no one-dimensional array of integers, are out of range, or belong to no face.
+    """
+    index = _array(values, "iu", f"{name} is not an array of integers: give indices of vertices")
+    if index.ndim != 1 or not index.size:
+        raise MeshError(f"{name} has the shape {index.shape}: give a list of vertices")
+    if index.min() < 0 or index.max() >= n_given:
+        raise MeshError(
+            f"{name} {some(index)} are not all within 0..{n_given - 1}: give vertices of the mesh"
+        )
+    return _places_of(index, vertices, name, "give")
+
+
+def _places_of(index: np.ndarray, vertices: IntArray, name: str, do: str) -> IntArray:
     index = index.astype(np.int64)
     new = np.minimum(np.searchsorted(vertices, index), len(vertices) - 1)
     lost = vertices[new] != index
     if lost.any():
-        raise MeshError(f"pinned vertices {some(index[lost])} belong to no face: pin vertices of the surface")
-    return new, place
+        raise MeshError(f"{name} {some(index[lost])} belong to no face: {do} vertices of the surface")
+    return np.asarray(new)
 
 
 def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False) -> BoolArray:

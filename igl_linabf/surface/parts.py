@@ -82,3 +82,9 @@ class Parts:
                 table[inside] = values[index]
                 made[index] = np.cumsum(table, axis=1)[inside]
         return made
+
+
+def counted(count: IntArray) -> tuple[IntArray, IntArray]:
+    """Each index as often as it counts, and which of its times it is: 2, 0, 1 is 0 0 2 and 0 1 0."""
+    index = np.repeat(np.arange(len(count)), count)
+    return index, np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)

@@ -11,8 +11,8 @@ import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import NEXT, PREV, at_edges, sum_by, undirected
-from .components import connected_labels, in_one_piece, vertex_components
+from ..kernels import NEXT, PREV, at_edges, connected_labels, in_one_piece, sum_by, undirected
+from .components import vertex_components
 
 T = TypeVar("T")
 

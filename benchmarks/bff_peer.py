@@ -1,0 +1,85 @@
+"""BFF (Sawhney, Crane 2017), built from its sources, as a program to be timed."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from igl_linabf.io import write_obj
+
+TIMED = r"""
+#include "bff/mesh/MeshIO.h"
+#include "bff/project/Bff.h"
+#include <chrono>
+#include <ctime>
+#include <iostream>
+static bool cpu;
+static double now() {
+    using namespace std::chrono;
+    if (cpu) return double(std::clock()) / CLOCKS_PER_SEC;
+    return duration<double>(steady_clock::now().time_since_epoch()).count();
+}
+int main(int n, char **argv) {
+    cpu = n > 2;
+    for (int run = 0; run < 4; run++) { // the first one warms up
+        bff::PolygonSoup soup;
+        bff::Model model;
+        std::vector<std::pair<int, int>> uncuttable;
+        std::string error;
+        if (!bff::MeshIO::readOBJ(argv[1], soup, uncuttable, error)) return 1;
+        double start = now();
+        if (!bff::MeshIO::buildModel(uncuttable, soup, model, error)) return 1;
+        double built = now();
+        bff::BFF flattener(model[0]);
+        bff::DenseMatrix u(flattener.data->bN);
+        flattener.flatten(u, true);
+        double end = now();
+        if (run > 0) std::cout << end - built << " " << end - start << "\n";
+    }
+}
+"""
+BUILD = """
+cmake_minimum_required(VERSION 3.10)
+project(timed_bff)
+set(BFF_BUILD_CLI OFF CACHE BOOL "")
+set(BFF_BUILD_GUI OFF CACHE BOOL "")
+add_subdirectory("{sources}" bff)
+add_executable(timed timed.cpp)
+target_link_libraries(timed bff)
+"""
+
+
+@dataclass(frozen=True)
+class Bff:
+    """The compiled program."""
+
+    program: Path
+
+    @classmethod
+    def built(cls, sources: Path) -> Bff:
+        """Compile the library and the program that times it, in a temporary folder."""
+        folder = Path(tempfile.mkdtemp(prefix="bff-"))
+        (folder / "CMakeLists.txt").write_text(BUILD.format(sources=sources.resolve()))
+        (folder / "timed.cpp").write_text(TIMED)
+        for command in (
+            ["cmake", "-S", folder, "-B", folder / "build", "-DCMAKE_BUILD_TYPE=Release"],
+            ["cmake", "--build", folder / "build", "--target", "timed"],
+        ):
+            subprocess.run(command, check=True, capture_output=True)
+        return cls(folder / "build" / "timed")
+
+    def seconds(self, V: np.ndarray, F: np.ndarray, cpu: bool) -> tuple[float, float]:
+        """Of its core, and with the half-edge mesh that it builds first: medians of three runs."""
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "mesh.obj")
+            write_obj(path, V, F, V[:, :2])
+            command = [self.program, path, *["cpu"] * cpu]
+            done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=300)
+        rows = [[float(word) for word in row.split()] for row in done.stdout.splitlines()]
+        core, whole = np.median(rows, axis=0)
+        return float(core), float(whole)

@@ -1,0 +1,121 @@
+"""Atlases for textures: stretch, texels and seams of the isometric method, beside uvunwrap and xatlas.
+
+    python benchmarks/isometric.py
+
+The meshes are the bunny and those of the kinds closed, handles, holes and multi in IGL_LINABF_MESHES. Peers
+are added if they are installed. The last table has the cortex by both methods. Prints Markdown.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable, Mapping
+from functools import partial
+from importlib.util import find_spec
+from statistics import median
+from time import perf_counter
+
+import igl
+import numpy as np
+from meshes import shared, stanford
+
+from igl_linabf import MeshWarning, OutcomeWarning, flatten, overlaps, quality, texture_seams, unwrap
+
+Made = tuple[np.ndarray, np.ndarray, np.ndarray]  # origin, FTC, TC
+HEADS = ("charts", "seam / sqrt(area)", "L2 stretch", "texels 99 : 1 %", "overlaps, flips", "s")
+
+
+def ours(V: np.ndarray, F: np.ndarray, method: str, trade: float = 6.0) -> Made:
+    atlas = unwrap(V, F, method=method, trade=trade)
+    return atlas.origin, atlas.FTC, atlas.TC
+
+
+def by_uvunwrap(V: np.ndarray, F: np.ndarray) -> Made:
+    import uvunwrap
+
+    (mesh,) = uvunwrap.generate(
+        [uvunwrap.Mesh(V.astype(np.float32).ravel().tolist(), F.ravel().tolist())]
+    ).meshes
+    corners = np.array(mesh.indices, dtype=np.int64).reshape(-1, 3)
+    return np.array(mesh.xref, dtype=np.int64), corners, np.array(mesh.uv, dtype=float).reshape(-1, 2)
+
+
+def by_xatlas(V: np.ndarray, F: np.ndarray) -> Made:
+    import xatlas
+
+    origin, corners, uv = xatlas.parametrize(V, F)
+    return origin.astype(np.int64), corners.astype(np.int64), uv.astype(float)
+
+
+def methods() -> Mapping[str, Callable[[np.ndarray, np.ndarray], Made]]:
+    found: dict[str, Callable[[np.ndarray, np.ndarray], Made]] = {
+        "linabf": partial(ours, method="linabf"),
+        "isometric": partial(ours, method="isometric"),
+        "isometric, trade 30": partial(ours, method="isometric", trade=30.0),
+    }
+    if find_spec("uvunwrap"):
+        found["uvunwrap"] = by_uvunwrap
+    if find_spec("xatlas"):
+        found["xatlas"] = by_xatlas
+    return found
+
+
+def measured(V: np.ndarray, F: np.ndarray, make: Callable[[np.ndarray, np.ndarray], Made]) -> list[float]:
+    """The figures of one atlas, as `HEADS` has them; overlaps and flips added."""
+    start = perf_counter()
+    origin, corners, uv = make(V, F)
+    seconds = perf_counter() - start
+    chart = igl.vertex_components(corners)[corners[:, 0]]
+    areas = igl.doublearea(uv, corners)
+    mirrored = np.bincount(chart, areas) < 0  # xatlas turns some charts over
+    flips = np.count_nonzero((areas > 0) == mirrored[chart])
+    a, b = V[texture_seams(F, corners).T]
+    seam = np.linalg.norm(a - b, axis=1).sum() / np.sqrt(igl.doublearea(V, F).sum() / 2)
+    q = quality(V[origin], corners, uv)
+    wrong = len(overlaps(uv, corners)) + flips
+    return [len(mirrored), seam, q.stretch_l2, q.texel_spread, wrong, seconds]
+
+
+def line(name: str, triangles: str, of: str, values: list[float]) -> str:
+    charts, seam, stretch, texels, wrong, seconds = values
+    figures = f"{charts:.0f} | {seam:.2f} | {stretch:.3f} | {texels:.2f} | {wrong:.0f} | {seconds:.1f}"
+    return f"| {name} | {triangles} | {of} | {figures} |"
+
+
+def cortex() -> None:
+    """The cortex by both methods beside the flat map that ships with it."""
+    from cortex import cortex
+
+    V, F, shipped = cortex()
+    print("\n| cortex | area distortion | change of edges, mean | 99 % | F/3nt | L2 stretch | flips | s |")
+    print(f"|{'---|' * 8}")
+    for name in ("shipped", "linabf", "isometric"):
+        start = perf_counter()
+        uv = shipped if name == "shipped" else flatten(V, F, name).uv
+        seconds = "" if name == "shipped" else f"{perf_counter() - start:.1f}"
+        q = quality(V, F, uv)
+        print(
+            f"| {name} | {q.area_distortion:.3f} | {q.edge_change:.1%} | {q.edge_change_99:.1%} | "
+            f"{q.angle_distortion:.3g} | {q.stretch_l2:.3f} | {q.flips} | {seconds} |"
+        )
+
+
+def main() -> None:
+    warnings.simplefilter("ignore", OutcomeWarning)
+    warnings.simplefilter("ignore", MeshWarning)
+    print(f"| mesh | triangles | atlas | {' | '.join(HEADS)} |\n|{'---|' * (3 + len(HEADS))}")
+    makers, rows = methods(), {}
+    for name, V, F in [stanford(), *shared("closed", "handles", "holes", "multi")]:
+        if len(F) < 100:
+            continue
+        for of, make in makers.items():
+            values = measured(V, F, make)
+            rows.setdefault(of, []).append(values)
+            print(line(name, f"{len(F):,}", of, values), flush=True)
+    for of, values in rows.items():
+        print(line("median", "", of, [median(column) for column in zip(*values, strict=True)]))
+    cortex()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,277 @@
+"""Write docs/performance.md: time over igl.lscm of every method at every size, stages, memory, growth, peers.
+
+    python benchmarks/performance.py [--repeat 7] [--cpu] [--largest 2] [--build-peers FOLDER] [--print]
+
+Runs of all methods take turns in one process, after one that is not timed; a ratio is that of medians, with
+the 95 % interval of 2,000 bootstrap samples. Time is wall time with the checks of the input, or with --cpu,
+for a busy machine, that of the processor. --largest N subdivides face N times (4^N x 52 k triangles).
+--build-peers compiles BFF from its sources in FOLDER, with cmake. With --print the page is printed, not
+written.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import redirect_stdout
+from dataclasses import dataclass, field
+from functools import partial
+from importlib import metadata
+from importlib.util import find_spec
+from io import StringIO
+from pathlib import Path
+from time import perf_counter, process_time
+
+import numpy as np
+from bff_peer import Bff
+from many import disk
+from meshes import Mesh, brain, shared, subdivided
+from pages import DOCS, put
+from scipy.stats import bootstrap
+
+import igl_linabf as il
+from igl_linabf import kernels
+from igl_linabf.flattening import bare_lscm, other_programs
+from igl_linabf.linalg import blas_of_cholmod, has_cholmod
+from igl_linabf.surface import planar
+
+STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
+NATURAL = ("igl_camel_b", "optcuts_foot_i_f10000", "igl_lion", "igl_camelhead", "igl_face")
+GROWN = "igl_face"
+MUCH = 400_000  # triangles from which three runs have to do, and other programs are not waited for
+Call = Callable[[], object]
+
+
+def chosen(largest: int) -> Iterator[Mesh]:
+    """From 500 triangles on."""
+    yield "random disk", *disk(500, 0)
+    meshes = {mesh[0]: mesh for mesh in shared("disk") if mesh[0] in NATURAL}
+    meshes["cortex"] = brain()
+    yield from sorted(meshes.values(), key=lambda mesh: len(mesh[2]))
+    if "igl_camelhead" in meshes:
+        yield subdivided(meshes["igl_camelhead"], 1)
+    for times in range(1, largest + 1):
+        if GROWN in meshes:
+            yield subdivided(meshes[GROWN], times)
+
+
+def in_numpy(V: np.ndarray, F: np.ndarray) -> object:
+    with kernels.numpy_only():
+        return il.flatten(V, F)
+
+
+def calls(V: np.ndarray, F: np.ndarray) -> dict[str, Call]:
+    flattener = il.Flattener(F)
+    made: dict[str, Call] = {
+        "igl.lscm": bare_lscm(planar(V, F)),
+        "linabf": partial(il.flatten, V, F),
+        "abf": partial(il.flatten, V, F, "abf"),
+        "the next of a Flattener": partial(flattener.flatten, V),
+    }
+    if kernels.is_fast():
+        made["linabf in NumPy"] = partial(in_numpy, V, F)
+    return made
+
+
+def runs(made: dict[str, Call], repeat: int, clock: Callable[[], float]) -> dict[str, np.ndarray]:
+    """Seconds of each call, the calls taking turns."""
+    seconds: dict[str, list[float]] = {name: [] for name in made}
+    for k in range(repeat + 1):
+        for name, call in made.items():
+            start = clock()
+            call()
+            if k:  # the first one warms up
+                seconds[name].append(clock() - start)
+    return {name: np.array(taken) for name, taken in seconds.items()}
+
+
+def ratio(ours: np.ndarray, theirs: np.ndarray) -> str:
+    """Of the medians, with its 95 % interval."""
+
+    def of_medians(a: np.ndarray, b: np.ndarray, axis: int) -> np.ndarray:
+        return np.median(a, axis=axis) / np.median(b, axis=axis)
+
+    found = bootstrap(
+        (ours, theirs), of_medians, n_resamples=2000, method="percentile", vectorized=True, rng=0
+    )
+    low, high = found.confidence_interval
+    return f"**{np.median(ours) / np.median(theirs):.2f}** ({low:.2f} to {high:.2f})"
+
+
+def peak(name: str, what: str) -> float:
+    """Bytes by which a process of its own grows with a method, at the peak."""
+    code = f"import performance; performance.grown({name!r}, {what!r})"
+    folder = Path(__file__).parent
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True, env=os.environ
+    )
+    return float(done.stdout.split()[-1])
+
+
+def grown(name: str, what: str) -> None:
+    """Print the bytes by which this process grows with a method; for `peak`."""
+    warnings.simplefilter("ignore")
+    times = {"": 0, "4": 1, "16": 2, "64": 3}[name.partition(", ")[2].removesuffix(" x")]
+    with redirect_stdout(StringIO()):
+        (mesh,) = (mesh for mesh in shared("disk") if mesh[0] == name.partition(",")[0])
+        _, V, F = subdivided(mesh, times)
+        small = disk(500, 0)
+        call = {"igl.lscm": bare_lscm(planar(V, F))}.get(what) or partial(il.flatten, V, F, what)
+        for method in ("lscm", "linabf", "abf"):
+            il.flatten(*small, method)  # what is imported and compiled does not count
+    Path("/proc/self/clear_refs").write_text("5")  # the peak so far is forgotten
+    before = most_used()
+    call()
+    print(most_used() - before)
+
+
+def most_used() -> int:
+    """Bytes that this process used at most."""
+    status = dict(line.split(":") for line in Path("/proc/self/status").read_text().splitlines())
+    return 1024 * int(status["VmHWM"].split()[0])
+
+
+def machine() -> str:
+    model, cpuinfo = platform.processor(), Path("/proc/cpuinfo")
+    if cpuinfo.exists():
+        lines = [line for line in cpuinfo.read_text().splitlines() if line.startswith("model name")]
+        model = lines[0].partition(":")[2].strip() if lines else model
+    versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("libigl", "numpy", "scipy"))
+    cholmod = (blas_of_cholmod() or "unknown BLAS") if has_cholmod() else "none"
+    return (
+        f"{model}, {os.cpu_count()} cores, {platform.system()}; Python {platform.python_version()}, "
+        f"{versions}; kernels: {kernels.fast_by()}; CHOLMOD's BLAS: {cholmod}"
+    )
+
+
+def of_peers(V: np.ndarray, F: np.ndarray, bff: Bff | None, cpu: bool) -> dict[str, float]:
+    """Seconds of other programs, each in a process of its own; NaN where one failed or took too long.
+
+    Of the processor they are known for BFF only.
+    """
+    made: dict[str, float] = {}
+    programs: dict[tuple[str, ...], Callable[[], tuple[float, ...]]] = {
+        (name,): partial(of_other_program, name, V, F) for name in ([] if cpu else other_programs.installed())
+    }
+    if find_spec("mouette") and not cpu:
+        programs["mouette BFF",] = lambda: (mouette_seconds(V, F),)
+    if bff is not None:
+        programs["BFF, core", "BFF, with its mesh"] = lambda: bff.seconds(V, F, cpu)
+    for names, seconds in programs.items():
+        try:
+            taken = seconds()
+        except (RuntimeError, subprocess.SubprocessError) as error:
+            taken = (np.nan,) * len(names)
+            print(f"{names[0]}: {error}", file=sys.stderr)
+        made |= dict(zip(names, taken, strict=True))
+    return made
+
+
+def of_other_program(name: str, V: np.ndarray, F: np.ndarray) -> tuple[float]:
+    return (other_programs.run(name, V, F)[1],)
+
+
+def mouette_seconds(V: np.ndarray, F: np.ndarray) -> float:
+    import mouette
+
+    raw = mouette.mesh.RawMeshData()
+    raw.vertices += V.tolist()
+    raw.faces += F.tolist()
+    mesh = mouette.mesh.SurfaceMesh(raw)
+    start = perf_counter()
+    mouette.parametrization.BoundaryFirstFlattening(mesh, verbose=False).run()
+    return perf_counter() - start
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--repeat", type=int, default=7)
+    parser.add_argument("--cpu", action="store_true")
+    parser.add_argument("--largest", type=int, default=2)
+    parser.add_argument("--build-peers", type=Path, metavar="FOLDER")
+    parser.add_argument("--print", action="store_true", dest="printed")
+    options = parser.parse_args()
+    warnings.simplefilter("ignore")
+    bff = None if options.build_peers is None else Bff.built(options.build_peers)
+    clock = process_time if options.cpu else perf_counter
+    figures = Figures()
+    for mesh in chosen(options.largest):
+        figures.measure(mesh, options.repeat, clock, bff)
+    largest = GROWN if not options.largest else f"{GROWN}, {4**options.largest} x"
+    command = " ".join(["python benchmarks/performance.py", *sys.argv[1:]])
+    said = f"`{command}`\n\nTime {'of the processor' if options.cpu else 'on the wall'}. {machine()}."
+    page = f"{said}\n\n{figures.text(largest)}"
+    if options.printed:
+        print(page)
+    else:
+        put(DOCS / "performance.md", "figures", page)
+
+
+@dataclass
+class Figures:
+    """What was measured, mesh after mesh, as rows of tables."""
+
+    columns: list[str] = field(default_factory=list)
+    times: list[str] = field(default_factory=list)
+    shares: list[str] = field(default_factory=list)
+    peers: list[tuple[str, dict[str, float]]] = field(default_factory=list)
+    grown: dict[int, dict[str, float]] = field(default_factory=dict)
+
+    def measure(self, mesh: Mesh, repeat: int, clock: Callable[[], float], bff: Bff | None) -> None:
+        name, V, F = mesh
+        print(f"{name}, {len(F):,} triangles", file=sys.stderr, flush=True)
+        taken = runs(calls(V, F), 3 if len(F) > MUCH else repeat, clock)
+        base = taken.pop("igl.lscm")
+        self.columns = list(taken)
+        cells = " | ".join(ratio(values, base) for values in taken.values())
+        self.times.append(f"| {name} | {len(F):,} | {1000 * np.median(base):.3g} | {cells} |")
+        if name.startswith(GROWN):
+            self.grown[len(F)] = {what: float(np.median(values)) for what, values in taken.items()}
+        results = [il.flatten(V, F).seconds for _ in range(3)]
+        share = [float(np.median([r[s] / r["total"] for r in results])) for s in STAGES]
+        cells = " | ".join(f"{value:.0%}" for value in [*share, 1 - sum(share)])
+        self.shares.append(f"| {name} | {cells} |")
+        if len(F) <= MUCH:
+            theirs = of_peers(V, F, bff, clock is process_time)
+            self.peers.append((name, {peer: seconds / np.median(base) for peer, seconds in theirs.items()}))
+
+    def text(self, largest: str) -> str:
+        parts = [
+            table("Time over `igl.lscm`", ["mesh", "triangles", "igl.lscm, ms", *self.columns], self.times)
+        ]
+        parts.append(table("Where `linabf` spends it", ["mesh", *STAGES, "other"], self.shares))
+        if len(self.grown) > 1:
+            lines = [
+                "## Growth\n",
+                "Time grows by this power of the number of triangles, on face and finer:\n",
+            ]
+            for what in self.columns:
+                x, y = np.log([[size, row[what]] for size, row in self.grown.items()]).T
+                lines.append(f"- {what}: {np.polyfit(x, y, 1)[0]:.2f}")
+            parts.append("\n".join(lines))
+            if platform.system() == "Linux":
+                methods = ("igl.lscm", "linabf", "abf")
+                cells = " | ".join(f"{peak(largest, method) / 1e9:.2f} GB" for method in methods)
+                parts.append(table("Memory at the peak", ["mesh", *methods], [f"| {largest} | {cells} |"]))
+        names = sorted({peer for _, row in self.peers for peer in row})
+        if names:
+            rows = [
+                f"| {name} | {' | '.join(f'{row.get(peer, np.nan):.3g}' for peer in names)} |"
+                for name, row in self.peers
+            ]
+            parts.append(table("Other programs, over `igl.lscm`", ["mesh", *names], rows).replace("nan", "-"))
+        return "\n\n".join(parts)
+
+
+def table(title: str, columns: Sequence[str], rows: list[str]) -> str:
+    head = f"## {title}\n\n| {' | '.join(columns)} |\n{'|---' * len(columns)}|"
+    return "\n".join([head, *rows])
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,141 @@
+"""The operator: all chosen faces of all chosen objects become one atlas."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
+from itertools import pairwise
+
+import bpy
+import numpy as np
+
+from .scene import CannotUnwrapError, Part, mark_seams, part_of, select_faces, write_uv
+from .settings import PROPERTIES, draw
+
+
+class UV_OT_linabf_unwrap(bpy.types.Operator):
+    """Unwrap the selected faces, or whole objects, by linear angle based flattening"""
+
+    bl_idname = "uv.linabf_unwrap"
+    bl_label = "Unwrap (Linear ABF)"
+    bl_options = {"REGISTER", "UNDO"}  # noqa: RUF012  # Blender wants a set
+    __annotations__ = dict(PROPERTIES)
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.active_object is not None and context.active_object.type == "MESH"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        draw(self.layout, self)
+
+    def execute(self, context: bpy.types.Context) -> set[str]:
+        things, selected = _chosen(context)
+        modifiers = context.evaluated_depsgraph_get() if self.modifiers else None
+        with _object_mode(context, selected), _progress(context) as progress:
+            try:
+                found = (part_of(thing, selected, modifiers) for thing in things)
+                parts = [part for part in found if part is not None]
+                if not parts:
+                    what = "no faces are selected" if selected else "the objects have no faces"
+                    raise CannotUnwrapError(f"{what}: select some")
+                return self._unwrap(parts, progress)
+            except CannotUnwrapError as error:
+                if error.mesh is not None and error.faces:
+                    select_faces(error.mesh, error.faces)
+                self.report({"ERROR"}, str(error))
+                return {"CANCELLED"}
+
+    def _unwrap(self, parts: list[Part], progress: object) -> set[str]:
+        from igl_linabf import MeshError, unwrap  # where it is first needed: SciPy takes its time
+
+        vertices = np.cumsum([0, *(len(part.V) for part in parts)])
+        faces = np.cumsum([0, *(len(part.F) for part in parts)])
+        F = [
+            [v + first for v in row]
+            for part, first in zip(parts, vertices.tolist(), strict=False)
+            for row in part.F
+        ]
+        marked = self.seams == "MARKED"
+        seams = np.concatenate([part.seams + first for part, first in zip(parts, vertices, strict=False)])
+        with warnings.catch_warnings(record=True) as said:
+            warnings.simplefilter("always")
+            try:
+                atlas = unwrap(
+                    np.concatenate([part.V for part in parts]),
+                    F,
+                    seams if marked else None,
+                    self.method,
+                    complete=marked and self.complete,
+                    trade=self.trade,
+                    resolution=self.resolution,
+                    padding=self.margin,
+                    cones=self.cones if self.cones and not marked else None,
+                    progress=progress,
+                )
+            except MeshError as error:
+                helps = "; Add Seams finds what is missing" if marked and not self.complete else ""
+                raise CannotUnwrapError(f"{error}{helps}") from None
+        uv = atlas.TC[np.concatenate([np.asarray(row) for row in atlas.FTC])]
+        corners = np.cumsum([0, *(len(part.loops) for part in parts)])
+        for part, (a, b), first in zip(parts, pairwise(corners), vertices, strict=False):
+            write_uv(part, uv[a:b])
+            if not marked or self.complete:
+                own = (atlas.seams >= first).all(axis=1) & (atlas.seams < first + len(part.V)).all(axis=1)
+                mark_seams(part, atlas.seams[own] - first, keep=marked)
+        for warning in said:
+            self.report({"WARNING"}, str(warning.message))
+        self._tell_of_troubles(atlas, parts, faces)
+        if atlas.good:
+            self.report({"INFO"}, f"{len(atlas.charts)} charts, L2 stretch {atlas.quality.stretch_l2:.3f}")
+        return {"FINISHED"}
+
+    def _tell_of_troubles(self, atlas: object, parts: list[Part], faces: np.ndarray) -> None:
+        """Select the faces of the charts that are not good."""
+        if atlas.good:
+            return
+        bad = np.zeros(faces[-1], dtype=bool)
+        for chart in atlas.charts:
+            bad[chart.faces] |= bool(chart.overlapping) or not chart.result.outcome.good
+        for part, (a, b) in zip(parts, pairwise(faces), strict=True):
+            if bad[a:b].any():
+                select_faces(part.thing.data, part.polygons[bad[a:b]].tolist())
+
+
+def _chosen(context: bpy.types.Context) -> tuple[list[bpy.types.Object], bool]:
+    """The objects, each mesh once, and whether only selected faces count, as in edit mode."""
+    selected = context.mode == "EDIT_MESH"
+    things = context.objects_in_mode_unique_data if selected else context.selected_objects
+    meshes = {thing.data: thing for thing in reversed(things) if thing.type == "MESH"}
+    return list(reversed(meshes.values())), selected
+
+
+@contextmanager
+def _object_mode(context: bpy.types.Context, editing: bool) -> Iterator[None]:
+    """Meshes can be read and written as arrays outside edit mode only."""
+    if editing:
+        bpy.ops.object.mode_set(mode="OBJECT")
+    try:
+        yield
+    finally:
+        if editing:
+            bpy.ops.object.mode_set(mode="EDIT")
+
+
+@contextmanager
+def _progress(context: bpy.types.Context) -> Iterator[object]:
+    """Blender's progress cursor, as `unwrap` calls it."""
+    manager = context.window_manager
+    manager.progress_begin(0.0, 1.0)
+    try:
+        yield lambda stage, fraction: manager.progress_update(fraction)
+    finally:
+        manager.progress_end()
+
+
+def register() -> None:
+    bpy.utils.register_class(UV_OT_linabf_unwrap)
+
+
+def unregister() -> None:
+    bpy.utils.unregister_class(UV_OT_linabf_unwrap)

@@ -1,0 +1,56 @@
+"""The panels in the sidebars of the 3D view and of the UV editor, and the entries in the UV menus."""
+
+from __future__ import annotations
+
+import bpy
+
+from .operators import UV_OT_linabf_unwrap
+from .settings import PROPERTIES, draw
+
+
+class _Panel:
+    bl_label = "Linear ABF"
+    bl_category = "UV"
+    bl_region_type = "UI"
+
+    @classmethod
+    def poll(cls, context: bpy.types.Context) -> bool:
+        return context.active_object is not None and context.active_object.type == "MESH"
+
+    def draw(self, context: bpy.types.Context) -> None:
+        chosen = context.scene.linabf
+        draw(self.layout, chosen)
+        button = self.layout.operator(UV_OT_linabf_unwrap.bl_idname, text="Unwrap")
+        for name in PROPERTIES:
+            setattr(button, name, getattr(chosen, name))
+
+
+class VIEW3D_PT_linabf(_Panel, bpy.types.Panel):
+    bl_space_type = "VIEW_3D"
+
+
+class IMAGE_PT_linabf(_Panel, bpy.types.Panel):
+    bl_space_type = "IMAGE_EDITOR"
+
+
+CLASSES = VIEW3D_PT_linabf, IMAGE_PT_linabf
+MENUS = "VIEW3D_MT_uv_map", "IMAGE_MT_uvs_unwrap"
+
+
+def _entry(menu: bpy.types.Menu, context: bpy.types.Context) -> None:
+    menu.layout.separator()
+    menu.layout.operator(UV_OT_linabf_unwrap.bl_idname)
+
+
+def register() -> None:
+    for of in CLASSES:
+        bpy.utils.register_class(of)
+    for name in MENUS:
+        getattr(bpy.types, name).append(_entry)
+
+
+def unregister() -> None:
+    for name in MENUS:
+        getattr(bpy.types, name).remove(_entry)
+    for of in reversed(CLASSES):
+        bpy.utils.unregister_class(of)

@@ -1,0 +1,88 @@
+"""
+Details of a fine model on a coarse one
+=======================================
+
+The bunny has 102 k triangles. Here it is decimated to 3 k, unwrapped, and given a texture. Each texel takes
+the normal at the nearest point of the fine bunny. `bake` calls a function with the points of the surface that
+the texels show, all at once.
+
+From the left: the coarse bunny, its texture, and the coarse bunny with it. The colours are the directions of
+the normals, so that details of the fine model appear as lines which the coarse one does not have::
+
+    python demos/baking.py
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import igl
+import numpy as np
+import pyvista as pv
+from stretch import bunny
+
+from igl_linabf import bake, unwrap
+from igl_linabf.io import replacing, write_image, write_textured
+
+RESOLUTION = 512
+
+fine, triangles = bunny()
+normals = igl.per_vertex_normals(fine, triangles)
+V, F = igl.qslim(fine, triangles, 3000)[:2]
+F = F.astype(np.int64)
+
+
+def colours(points: np.ndarray) -> np.ndarray:
+    """The normals of the fine bunny at the nearest points, as colours."""
+    _, face, nearest = igl.point_mesh_squared_distance(points, fine, triangles)
+    a, b, c = (np.ascontiguousarray(fine[triangles[face, k]]) for k in range(3))
+    weights = igl.barycentric_coordinates(nearest, a, b, c)
+    n = np.einsum("pk,pkd->pd", weights, normals[triangles[face]])
+    return n / np.linalg.norm(n, axis=1, keepdims=True) / 2 + 0.5
+
+
+def textured(TC: np.ndarray) -> pv.PolyData:
+    """The coarse bunny with texture coordinates."""
+    corners = np.column_stack((np.full(len(F), 3), atlas.FTC))
+    surface = pv.PolyData(V[atlas.origin], corners)
+    surface.active_texture_coordinates = TC
+    return surface
+
+
+if __name__ == "__main__":
+    atlas = unwrap(V, F, method="isometric", resolution=RESOLUTION, padding=4)
+    image = bake(V, F, atlas, colours, RESOLUTION)
+    coarse = bake(V, F, atlas, igl.per_vertex_normals(V, F), RESOLUTION)
+    shown = np.linalg.norm(coarse, axis=2) > 0
+    between = np.linalg.norm((2 * image - 1 - coarse)[shown], axis=1)
+    print(
+        f"{len(F):,} triangles of {len(triangles):,}; {atlas.fill:.0%} of {RESOLUTION} x {RESOLUTION} texels"
+    )
+    print(f"directions of fine and coarse normals differ by {np.median(between):.2f} in the median")
+    assert atlas.good
+    assert np.median(between) > 0.05  # which the coarse mesh does not have
+    np.testing.assert_allclose(np.linalg.norm(2 * image[shown] - 1, axis=1), 1, atol=1e-9)
+
+    Path("out").mkdir(exist_ok=True)
+    write_image("out/baking_texture.png", image)
+    write_textured("out/baking.glb", V, F, atlas.TC, atlas.FTC, image)
+    pixels = np.ascontiguousarray((image * 255).round().astype(np.uint8))
+    surface = textured(atlas.TC)
+    with pv.vtk_verbosity("error"):
+        plotter = pv.Plotter(shape=(1, 3), off_screen=True, window_size=[2100, 700], border=False)
+        plotter.add_mesh(surface, color="lightgray")
+        plotter.subplot(0, 1)
+        plane = pv.Plane(direction=(0, 0, 1))
+        plotter.add_mesh(plane, texture=pv.Texture(pixels), lighting=False)
+        plotter.view_xy()
+        plotter.camera.zoom(1.4)
+        plotter.subplot(0, 2)
+        plotter.add_mesh(surface, texture=pv.Texture(pixels), lighting=False)
+        for column in (0, 2):
+            plotter.subplot(0, column)
+            plotter.view_xy()
+            plotter.camera.zoom(1.3)
+        with replacing("out/baking.png") as temporary:
+            plotter.screenshot(temporary)
+        plotter.close()
+    print("wrote out/baking.glb, .png and baking_texture.png")

@@ -1,0 +1,233 @@
+"""A closed surface with fewer nodes: clusters of nodes contracted along trees, which keeps every handle.
+
+Each cluster of nodes hangs on a root by a tree of shortest paths. Contracting the trees leaves an embedded
+graph on the same surface: faces that keep two sides only are dropped with one of the two equal edges, and a
+loop around a handle that fits into a cluster stays as a loop. So a seam of the coarse surface, carried along
+the trees, cuts the fine one into what it cut the coarse one into, whatever the clusters are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from .._types import FloatArray, IntArray
+from ..surface import connected_labels, sum_by
+from .cut_graph import ClosedSurface, first_of_each, shortest_edges
+from .tighten import tightened
+
+LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
+REACH = 6.0  # mean distances to a root that a branch point's arcs may move
+SMALLEST_SHARE = 1e-3  # of the way that an edge across goes: the maximum principle then holds
+
+
+@dataclass(frozen=True, eq=False)
+class Forest:
+    """Trees on a closed surface, each with a root.
+
+    Attributes
+    ----------
+    root, before : (n,) int64
+        The root of the tree that each node is on, and the node before it, from there; -1 at a root.
+    distance : (n,) float64
+        Along the tree.
+    """
+
+    root: IntArray
+    before: IntArray
+    distance: FloatArray
+
+
+@dataclass(frozen=True, eq=False)
+class Contracted:
+    """A closed surface of which each tree is one node.
+
+    Attributes
+    ----------
+    fine, coarse : ClosedSurface
+        The loops are the first nodes of both.
+    forest : Forest
+    label : (n,) int64
+        The node of `coarse` that each node of `fine` is in.
+    roots : (N,) int64
+        The root of each node of `coarse`; increasing.
+    edge : (#E,) int64
+        The edge of `fine` that each edge of `coarse` stands for.
+    """
+
+    fine: ClosedSurface
+    coarse: ClosedSurface
+    forest: Forest
+    label: IntArray
+    roots: IntArray
+    edge: IntArray
+
+    def carried(self, seam: IntArray) -> IntArray:
+        """A seam of the coarse surface on the fine one: tips are roots."""
+        fine, chosen = self.fine, self.edge[seam]
+        ways = fine.paths(self.forest.before, fine.ends[chosen].ravel().tolist())
+        tips = np.bincount(self.coarse.ends[seam].ravel(), minlength=self.coarse.n) == 1
+        return without_stubs(fine, np.union1d(chosen, ways), self.roots[tips])
+
+    def drawn(self, seam: IntArray, kept: IntArray) -> IntArray:
+        """A seam of the coarse surface, drawn tight on the fine one between the roots of the nodes `kept`."""
+        if not len(seam):
+            return seam
+        fine, carried = self.fine, self.carried(seam)
+        near = np.zeros(self.coarse.n, dtype=bool)
+        near[self.label[fine.ends[carried]]] = True
+        near[self.coarse.ends[near[self.coarse.ends].any(axis=1)]] = True  # and the clusters beside
+        reach = REACH * float(self.forest.distance.sum()) / max(fine.n - self.coarse.n, 1)
+        return tightened(fine, carried, self.roots[kept], near[self.label], reach)
+
+
+def without_stubs(piece: ClosedSurface, seam: IntArray, tips: IntArray) -> IntArray:
+    """The seam without arcs that end at other nodes than these."""
+    while True:
+        ends = piece.ends[seam]
+        nodes, place, degree = np.unique(ends, return_inverse=True, return_counts=True)
+        loose = (degree == 1) & ~np.isin(nodes, tips)
+        drop = loose[place.reshape(-1, 2)].any(axis=1)
+        if not drop.any():
+            return seam
+        seam = seam[~drop]
+
+
+def clusters(piece: ClosedSurface, hops: int) -> Forest:
+    """Each node on the shortest path to the nearest root; roots are more than `hops` edges apart.
+
+    Each hole is a root with no other node.
+    """
+    holes, graph = np.arange(piece.holes), piece.graph
+    chance = np.random.default_rng(0).permutation(piece.n)
+    peak = np.round(np.log2(np.maximum(np.abs(piece.curvature), LEAST_PEAK)))
+    rank = np.empty(piece.n, dtype=np.int32)
+    rank[np.lexsort((chance, peak))] = np.arange(1, piece.n + 1)
+    rank[holes] = 0
+    start = graph.indptr[:-1]
+
+    def spread(values: IntArray) -> IntArray:
+        for _ in range(hops):
+            values = np.maximum(values, np.maximum.reduceat(values[graph.indices], start))
+            values[holes] = 0
+        return values
+
+    is_root, waiting = np.zeros(piece.n, dtype=bool), rank > 0
+    while waiting.any():
+        left = np.where(waiting, rank, 0)
+        new = waiting & (spread(left) == left)
+        is_root |= new
+        waiting &= spread(new.astype(np.int8)) == 0
+    distance, before, root = piece.search(np.flatnonzero(is_root), holes)
+    distance[holes], before[holes], root[holes] = 0, -1, holes
+    return Forest(root, before, distance)
+
+
+def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
+    """Contract the trees of a forest."""
+    roots = np.flatnonzero(forest.before < 0)
+    label = np.searchsorted(roots, forest.root)
+    ends, m = label[piece.ends], piece.n_faces
+    inner = ends[:, 0] == ends[:, 1]
+    in_tree = np.zeros(len(ends), dtype=bool)
+    others = np.flatnonzero(forest.before >= 0)
+    in_tree[piece.between(others, forest.before[others])] = True
+    way = forest.distance[piece.ends].sum(axis=1) + piece.length
+
+    # faces that an edge within a cluster separates are one, short of an annulus
+    within = np.flatnonzero(inner & ~in_tree)
+    crossed = _spanning(piece.faces, way, within, m)
+    face = connected_labels(piece.faces[crossed], m)
+    keep = ~in_tree
+    keep[crossed] = False
+    edge = np.flatnonzero(keep)
+    edge, sides = _without_digons(edge, face[piece.faces[edge]], way)
+    used, sides = np.unique(sides, return_inverse=True)
+    sides, ends = sides.reshape(-1, 2), ends[edge]
+    n, length = len(roots), way[edge]
+    graph, key, shortest = shortest_edges(ends, length, n)
+    coarse = ClosedSurface(
+        n=n,
+        holes=piece.holes,
+        genus=piece.genus,
+        n_faces=len(used),
+        node=label[piece.node],
+        edges=piece.edges[edge],
+        ends=ends,
+        faces=sides,
+        true_length=piece.true_length[edge] * length / piece.length[edge],
+        length=length,
+        shown=piece.shown[edge],
+        valley=piece.valley[edge],
+        sharp=piece.sharp[edge],
+        graph=graph,
+        key=key,
+        shortest=shortest,
+        curvature=sum_by(label, piece.curvature, n),
+        noise=sum_by(label, piece.noise, n),
+        area=sum_by(label, piece.area, n),
+        laplacian=_flow(piece, label, roots, forest.distance),
+        position=piece.position[roots],
+        size=piece.size,
+    )
+    return Contracted(piece, coarse, forest, label, roots, edge)
+
+
+def _spanning(pairs: IntArray, weight: FloatArray, among: IntArray, n: int) -> IntArray:
+    """Of the edges `among`, by their pairs of nodes, a spanning forest that leaves out light ones."""
+    label = connected_labels(pairs[among], n)
+    if len(among) == n - int(label.max()) - 1:
+        return among
+    order = among[np.argsort(-weight[among], kind="stable")]
+    rank = np.empty(len(weight))
+    rank[order] = np.arange(1, len(order) + 1)  # distinct weights name the edge
+    i, j = pairs.min(axis=1), pairs.max(axis=1)
+    first, _ = first_of_each(i * n + j, rank, among[i[among] != j[among]])
+    tree = csgraph.minimum_spanning_tree(sparse.csr_array((rank[first], (i[first], j[first])), shape=(n, n)))
+    return np.asarray(order[tree.data.astype(np.int64) - 1])
+
+
+def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[IntArray, IntArray]:
+    """Of the edges along a strip of faces with two sides the shortest, and the faces beside the strip."""
+    n = int(sides.max()) + 1
+    number = np.bincount(sides.ravel(), minlength=n)
+    alone = sides[:, 0] == sides[:, 1]  # an edge with one face on both sides is no strip's
+    number[sides[alone, 0]] = 0
+    digon = number == 2
+    order = np.argsort(sides.ravel(), kind="stable")
+    first = np.searchsorted(sides.ravel()[order], np.flatnonzero(digon))
+    strip = connected_labels(np.column_stack((order[first] // 2, order[first + 1] // 2)), len(edge))
+    outer = ~digon[sides]  # a strip has two such sides; one that is closed has none
+    closed = np.bincount(strip, outer.sum(axis=1)) == 0
+    if closed.any():  # two clusters are the whole sphere: their edges stay
+        return edge, sides
+    best = np.lexsort((way[edge], strip))
+    best = best[np.unique(strip[best], return_index=True)[1]]
+    at, side = np.nonzero(outer)
+    by_strip = np.argsort(strip[at], kind="stable")
+    return edge[best], sides[at[by_strip], side[by_strip]].reshape(-1, 2)
+
+
+def _flow(piece: ClosedSurface, label: IntArray, roots: IntArray, distance: FloatArray) -> sparse.csr_array:
+    """The Laplacian of the clusters: weights of the edges across, by the part of the way that they go.
+
+    That is the one of finite volumes: if u is linear, what flows from one cluster to the next is right.
+    """
+    upper = sparse.triu(piece.laplacian, 1).tocoo()
+    a, b = upper.coords
+    across = label[a] != label[b]
+    a, b, weight = a[across], b[across], -upper.data[across]
+    i, j = label[a], label[b]
+    step, whole = piece.position[b] - piece.position[a], piece.position[roots[j]] - piece.position[roots[i]]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        share = (step * whole).sum(axis=1) / (whole**2).sum(axis=1)
+        hole = i < piece.holes  # which has no place of its own
+        edge = np.asarray(piece.graph[a[hole], b[hole]]).ravel()
+        share[hole] = edge / (edge + distance[b[hole]])
+    weight = weight * np.clip(np.nan_to_num(share), SMALLEST_SHARE, 1)
+    n = len(roots)
+    off = sparse.csr_array((np.tile(-weight, 2), (np.append(i, j), np.append(j, i))), shape=(n, n))
+    return (off - sparse.diags_array(off.sum(axis=1))).tocsr()

@@ -1,0 +1,178 @@
+"""A seam drawn tight: its arcs and branch points moved a little, to where it is shortest."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from .._types import BoolArray, FloatArray, IntArray
+from .cut_graph import SHORTER, ClosedSurface, shape
+
+ROUNDS = 1  # of straight arcs and balanced branch points
+
+Steps = dict[int, list[tuple[int, int]]]  # from each node: the seam's edges, and where they lead
+Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the first to the last
+
+
+class _Corridor:
+    """The part of a closed surface's graph in which the seam may move, where valleys are shorter."""
+
+    def __init__(self, piece: ClosedSurface, near: BoolArray, seam: IntArray) -> None:
+        self.piece = piece
+        # on a sphere a seam is a tree, whichever way its arcs go; around handles it has to stay what it is
+        self._shape = shape(piece, seam) if piece.genus else None
+        self._nodes = np.flatnonzero(near)
+        self._place = np.full(piece.n, -1)
+        self._place[self._nodes] = np.arange(len(self._nodes))
+        self._graph = piece.graph[self._nodes][:, self._nodes]
+        self._row = np.repeat(np.arange(len(self._nodes)), np.diff(self._graph.indptr))
+        self._length = piece.length * piece.valley
+        edge = piece.between(self._nodes[self._row], self._nodes[self._graph.indices])
+        self._graph.data = self._length[edge]
+
+    def accepts(self, moved: IntArray) -> bool:
+        """Whether a seam that has moved still opens what it opened."""
+        return self._shape is None or shape(self.piece, moved) == self._shape
+
+    def total(self, edges: IntArray) -> float:
+        """Their length, less in valleys."""
+        return float(self._length[edges].sum())
+
+    def search(self, source: int, barred: set[int], limit: float) -> tuple[FloatArray, IntArray]:
+        """Distances from a node, and the nodes before, up to `limit`; barred nodes are not passed."""
+        passed = np.ones(len(self._nodes), dtype=bool)
+        passed[self._place[np.fromiter(barred, dtype=np.int64, count=len(barred))]] = False
+        start = int(self._place[source])
+        passed[start] = True
+        graph = self._graph
+        data = np.where(passed[self._row], graph.data, np.inf)
+        open_ = sparse.csr_array((data, graph.indices, graph.indptr), shape=graph.shape)
+        distance, before = csgraph.dijkstra(
+            open_, indices=start, limit=limit * (1 + 1e-9), return_predecessors=True
+        )
+        distance[~passed] = np.inf
+        return distance, before
+
+    def way(self, before: IntArray, end: int) -> list[int]:
+        """The nodes from an end, by its place in the corridor, back to the source."""
+        nodes: list[int] = []
+        while end >= 0:
+            nodes.append(end)
+            end = int(before[end])
+        return [int(node) for node in self._nodes[nodes]]
+
+    def place(self, node: int) -> int:
+        return int(self._place[node])
+
+
+def tightened(
+    piece: ClosedSurface, seam: IntArray, kept: IntArray, near: BoolArray, reach: float
+) -> IntArray:
+    """A seam of the same kind that is no longer, and passes the same points.
+
+    Parameters
+    ----------
+    piece : ClosedSurface
+    seam : (#S,) int64
+        Its edges.
+    kept : (#K,) int64
+        Nodes that it goes on to pass.
+    near : (n,) bool
+        The nodes that it may pass; those of the seam are among them.
+    reach : float
+        How far from a branch point its three arcs may move.
+    """
+    corridor, fixed = _Corridor(piece, near, seam), set(kept.tolist())
+    for _ in range(ROUNDS):
+        seam = _straight(corridor, seam, fixed)
+        seam = _balanced(corridor, seam, fixed, reach)
+    return _straight(corridor, seam, fixed)
+
+
+def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
+    """Each arc by the shortest path that the corridor and the other arcs allow."""
+    piece = corridor.piece
+    barred = set(piece.ends[seam].ravel().tolist())
+    for edges, nodes in _arcs(piece, seam, fixed):
+        if nodes[0] == nodes[-1] or len(edges) == 1:
+            continue
+        length = corridor.total(np.array(edges))
+        barred.difference_update(nodes[1:])
+        _, before = corridor.search(nodes[0], barred, length)
+        way = corridor.way(before, corridor.place(nodes[-1]))
+        if len(way) > 1:
+            new = piece.between(np.array(way[:-1]), np.array(way[1:]))
+            moved = np.concatenate((np.setdiff1d(seam, edges), new))
+            if corridor.total(new) < length * SHORTER and corridor.accepts(moved):
+                seam, nodes = moved, way
+        barred.update(nodes)
+    return seam
+
+
+def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float) -> IntArray:
+    """Each point where three arcs meet moved to where they are shortest."""
+    piece, steps = corridor.piece, _steps(corridor.piece, seam)
+    movable = (node for node in steps if node >= piece.holes and node not in fixed)
+    for branch in [node for node in movable if len(steps[node]) == 3]:
+        steps = _steps(piece, seam)
+        if len(steps.get(branch, [])) != 3:
+            continue
+        arms = [_arm(piece, steps, fixed, branch, start, reach) for start in steps[branch]]
+        tips = [nodes[-1] for _, nodes in arms]
+        if len({*tips, branch}) < 4:
+            continue
+        own = np.array([edge for edges, _ in arms for edge in edges])
+        barred = set(steps).difference(*(nodes[:-1] for _, nodes in arms))
+        length = corridor.total(own)
+        searches = [corridor.search(tip, barred, length) for tip in tips]
+        total = np.sum([distance for distance, _ in searches], axis=0)
+        centre = int(np.argmin(total))
+        if total[centre] < length * SHORTER:
+            ways = [np.array(corridor.way(before, centre)) for _, before in searches]
+            moved = np.concatenate(
+                (np.setdiff1d(seam, own), *(piece.between(way[:-1], way[1:]) for way in ways))
+            )
+            if corridor.accepts(moved):
+                seam = moved
+    return seam
+
+
+def _steps(piece: ClosedSurface, seam: IntArray) -> Steps:
+    steps: Steps = {}
+    for edge, (i, j) in zip(seam.tolist(), piece.ends[seam].tolist(), strict=True):
+        steps.setdefault(i, []).append((edge, j))
+        steps.setdefault(j, []).append((edge, i))
+    return steps
+
+
+def _arm(
+    piece: ClosedSurface, steps: Steps, fixed: set[int], node: int, step: tuple[int, int], reach: float
+) -> Arc:
+    """The arc that begins with a step, up to a joint or so far."""
+    edges, nodes = [], [node]
+    while True:
+        edges.append(step[0])
+        nodes.append(step[1])
+        reach -= float(piece.length[step[0]])
+        there = steps[step[1]]
+        if _is_joint(piece, steps, fixed, step[1]) or step[1] == node or reach <= 0:
+            return edges, nodes
+        step = there[0] if there[0][0] != step[0] else there[1]
+
+
+def _is_joint(piece: ClosedSurface, steps: Steps, fixed: set[int], node: int) -> bool:
+    return len(steps[node]) != 2 or node < piece.holes or node in fixed
+
+
+def _arcs(piece: ClosedSurface, seam: IntArray, fixed: set[int]) -> list[Arc]:
+    """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
+    steps, taken, arcs = _steps(piece, seam), set[int](), list[Arc]()
+    joints = [node for node in steps if _is_joint(piece, steps, fixed, node)]
+    for node in [*joints, *steps]:
+        for step in steps[node]:
+            if step[0] not in taken:
+                arc = _arm(piece, steps, fixed, node, step, np.inf)
+                taken.update(arc[0])
+                arcs.append(arc)
+    return arcs

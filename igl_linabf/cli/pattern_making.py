@@ -1,0 +1,77 @@
+"""`igl-linabf pattern`."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import warnings
+from functools import partial
+from pathlib import Path
+
+from .._runtime import part, reporting
+from ..charts import unwrap
+from ..errors import OutcomeWarning
+from ..io import read_file, replacing
+from ..patterns import PAPERS, PATTERN_SUFFIXES, UNITS, write_pattern
+from .commands import GOOD, MESH, METHOD, NOT_VALID, QUIET, Command
+from .outputs import check_outputs, progress_of
+from .unwrapping import TRADED, direction
+
+
+def _pattern(options: argparse.Namespace) -> int:
+    check_outputs(options.output, None, PATTERN_SUFFIXES)
+    with reporting(progress_of(options)), part("reading", 1.0):
+        mesh = read_file(options.mesh)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
+        atlas = unwrap(
+            mesh.V, mesh.F, None, options.method, trade=options.trade, progress=progress_of(options)
+        )
+    write = partial(write_pattern, units=options.units, crease=options.crease, paper=options.paper)
+    with replacing(options.output) as temporary:
+        pattern = write(temporary, mesh.V, mesh.F, atlas, grain=options.grain)
+        if not options.quiet:
+            print(pattern, flush=True)
+        options.settled()
+    for message in atlas.troubles:
+        print(f"igl-linabf: {message}", file=sys.stderr)
+    return GOOD if atlas.good else NOT_VALID
+
+
+PATTERN = Command(
+    "pattern",
+    _pattern,
+    "unwrap a mesh and draw its pieces at true scale, with numbered seams, to cut and join",
+    {
+        "mesh": MESH,
+        "output": {
+            "metavar": "OUT",
+            "type": Path,
+            "required": True,
+            "help": "SVG, DXF or PDF file; a unit of SVG and DXF is a millimetre",
+        },
+        "units": {"choices": UNITS, "default": "mm", "help": "of the mesh (default: %(default)s)"},
+        "crease": {
+            "metavar": "DEGREES",
+            "type": float,
+            "default": 30.0,
+            "help": "between faces, from which their edge is a fold line (default: %(default)s)",
+        },
+        "grain": {
+            "metavar": "X,Y,Z",
+            "type": direction,
+            "default": [0.0, 0.0, 1.0],
+            "help": "direction in space along which the arrows point (default: 0,0,1)",
+        },
+        "paper": {"choices": PAPERS, "default": "A4", "help": "of a PDF (default: %(default)s)"},
+        "trade": TRADED,
+        "method": {**METHOD, "default": "isometric"},
+        "quiet": QUIET,
+    },
+    "Draw a pattern at true scale. The table lists the lengths of both sides of each seam.",
+    (
+        "lampshade.obj -o lampshade.svg --units cm    # a mesh in centimetres",
+        "lampshade.obj -o lampshade.pdf --paper A3 --quiet",
+        "bodice.obj -o bodice.dxf --grain 0,1,0 --crease 60 --trade 20 --method linabf",
+    ),
+)

@@ -1,0 +1,226 @@
+"""What the boundary of a map is to be: free, a circle, a rectangle, or angles to order."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._types import FloatArray, IntArray
+from ..angles import inscribed_sums
+from ..errors import MeshError, some
+from ..surface import Mesh, Topology, chords_of, vertex_indices
+
+BoundaryName = Literal["free", "circle", "circles", "rectangle"]
+
+WINDOW = 0.02  # of the loop's length, to either side, over which a corner's turning counts
+EXACT = 1e-6  # radians by which given angles may miss what Gauss-Bonnet asks for
+NO_CORNERS = np.empty(0, dtype=np.int64)
+HELP = "igl_linabf.split_chords(V, F) splits these edges at their midpoints"
+
+
+@dataclass(frozen=True, eq=False)
+class Shape:
+    """What is asked of the boundary.
+
+    Attributes
+    ----------
+    name : {"free", "circle", "circles", "rectangle", "angles"}
+    sums : (#V,) float64 or None
+        The angle sum asked for at each vertex of the mesh; NaN where none is. None if it is free.
+    circles : tuple of int
+        The boundary loops that are to lie on circles.
+    corners : (4,) or (0,) int64
+        Vertices at the corners of the rectangle, in the order of the loop.
+    """
+
+    name: str = "free"
+    sums: FloatArray | None = None
+    circles: tuple[int, ...] = ()
+    corners: IntArray = field(default_factory=lambda: NO_CORNERS)
+
+
+FREE = Shape()
+
+
+def shape_of(mesh: Mesh, boundary: BoundaryName | ArrayLike, corners: ArrayLike | None) -> Shape:
+    """What the caller asks of the boundary of a checked mesh.
+
+    Raises
+    ------
+    MeshError
+        The corners are no four vertices of the outer loop, the angles are no array a vertex, or no flat
+        map has such a boundary.
+    """
+    name = boundary if isinstance(boundary, str) else "angles"
+    if name != "angles" and name not in get_args(BoundaryName):
+        names = ", ".join(map(repr, get_args(BoundaryName)))
+        raise ValueError(f"boundary is {name!r}: use one of {names}, or an array of angles")
+    if corners is not None and name != "rectangle":
+        raise ValueError(f"corners means nothing to boundary={name!r}: leave it out, or use 'rectangle'")
+    if name == "free":
+        return Shape()
+    topology, sums = mesh.topology, np.full(mesh.topology.n, np.nan)
+    rim = topology.loops[0]
+    if name in ("circle", "circles"):
+        circles = tuple(range(1 if name == "circle" else len(topology.loops)))
+        for i in circles:
+            length = np.log(_lengths(mesh, i))
+            sums[topology.loops[i]] = inscribed_sums(length - np.roll(length, 1), i > 0)
+        shape = Shape(name, sums, circles)
+    elif name == "rectangle":
+        at = _four_corners(mesh) if corners is None else _given_corners(mesh, corners)
+        sums[rim] = np.pi
+        sums[at] = np.pi / 2
+        shape = Shape(name, sums, (), at)
+    else:
+        shape = Shape(name, _given_angles(mesh, boundary))
+    _check(mesh, shape)
+    return shape
+
+
+def _lengths(mesh: Mesh, i: int) -> FloatArray:
+    """Lengths of the edges that leave the vertices of a boundary loop."""
+    at = mesh.V[mesh.topology.loops[i]]
+    return np.asarray(np.linalg.norm(np.roll(at, -1, axis=0) - at, axis=1))
+
+
+def _given_angles(mesh: Mesh, boundary: ArrayLike) -> FloatArray:
+    try:
+        angles = np.asarray(boundary, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise MeshError("boundary is neither a name nor an array of angles: pass (#V,) radians") from None
+    if angles.shape != (mesh.n_given,):
+        raise MeshError(
+            f"boundary has the shape {angles.shape}: pass one angle a vertex, ({mesh.n_given},) radians, NaN "
+            "where it is free and at all vertices inside"
+        )
+    angles = angles[mesh.vertices]
+    inside = np.flatnonzero(mesh.topology.interior & ~np.isnan(angles))
+    if len(inside):
+        raise MeshError(
+            f"boundary has angles at vertices {some(mesh.vertices[inside])}, which are inside the mesh: set "
+            "them to NaN; inside, the angles of a flat map sum to 2 pi (igl_linabf.unwrap makes cones)"
+        )
+    return angles
+
+
+def _given_corners(mesh: Mesh, corners: ArrayLike) -> IntArray:
+    """Four vertices of the outer loop, from the first given one on in the order of the loop."""
+    at = vertex_indices(corners, mesh.vertices, mesh.n_given, "corners")
+    rim = mesh.topology.loops[0]
+    place = np.full(mesh.topology.n, -1)
+    place[rim] = np.arange(len(rim))
+    inside = np.flatnonzero(place[at] < 0)
+    if len(inside):
+        raise MeshError(
+            f"corners {some(mesh.vertices[at[inside]])} are not on the outer boundary loop: give four of it"
+        )
+    if len(np.unique(at)) != 4 or len(at) != 4:
+        raise MeshError(f"corners are {mesh.vertices[at].tolist()}: give four different vertices")
+    return np.asarray(rim[(np.sort((place[at] - place[at[0]]) % len(rim)) + place[at[0]]) % len(rim)])
+
+
+def _four_corners(mesh: Mesh) -> IntArray:
+    """The vertices of the outer loop where it turns most; the first side is one of the longer ones."""
+    rim, length = mesh.topology.loops[0], _lengths(mesh, 0)
+    if len(rim) < 4:
+        raise MeshError(f"the boundary has {len(rim)} vertices, and a rectangle has four corners: refine it")
+    angle = np.arctan2(mesh.double_area, mesh.dot)
+    turning = np.pi - mesh.topology.sum_at_vertices(angle)[rim]
+    arc, total = np.concatenate(([0.0], np.cumsum(length)[:-1])), length.sum()
+    # the turning within the window around each vertex, by sums over three rounds of the loop
+    rounds = np.concatenate((arc - total, arc, arc + total))
+    before = np.concatenate(([0.0], np.cumsum(np.tile(turning, 3))))
+    first = np.searchsorted(rounds, arc - WINDOW * total, "left")
+    last = np.searchsorted(rounds, arc + WINDOW * total, "right")
+    turned, chosen = before[last] - before[first], []
+    open_ = np.ones(len(rim), dtype=bool)
+    for left in range(4, 0, -1):
+        i = int(np.argmax(np.where(open_, turned, -np.inf)))
+        around = np.arange(first[i], last[i]) % len(rim)
+        around = around[open_[around]]
+        i = int(around[np.argmax(turning[around])])
+        chosen.append(i)
+        near = np.abs((arc - arc[i] + total / 2) % total - total / 2) <= WINDOW * total
+        if np.count_nonzero(open_ & ~near) < left - 1:
+            near = np.arange(len(rim)) == i  # too few vertices for windows
+        open_ &= ~near
+    chosen = sorted(chosen)
+    sides = np.diff(arc[chosen], append=arc[chosen[0]] + total)
+    if sides[0] + sides[2] < sides[1] + sides[3]:
+        chosen = chosen[1:] + chosen[:1]
+    return np.asarray(rim[chosen])
+
+
+def _check(mesh: Mesh, shape: Shape) -> None:
+    """Raise if no flat map of the mesh has the angle sums that are asked for at the boundary."""
+    assert shape.sums is not None
+    topology, sums, vertices = mesh.topology, shape.sums, mesh.vertices
+    faces = np.bincount(topology.corner.ravel(), minlength=topology.n)
+    if len(bad := np.flatnonzero(sums <= 0)):
+        raise MeshError(
+            f"boundary asks for angles of {some(sums[bad])} rad at vertices {some(vertices[bad])}: an angle "
+            "of a flat map is positive"
+        )
+    _check_total(mesh, shape, faces)
+    if len(bad := np.flatnonzero(sums >= np.pi * faces - EXACT)):
+        first = bad[0]
+        raise MeshError(
+            f"the angles at vertices {some(vertices[bad])} cannot be so large (at vertex {vertices[first]} "
+            f"{sums[first]:.4f} rad, and each of its {faces[first]} faces has less than pi)"
+            + (": they are ears, with one face" if (faces[bad] == 1).all() else "")
+            + f"; make them corners, or split the edges opposite to them: {HELP}"
+        )
+    parts = list(_cut_off(topology, sums))
+    if parts:
+        where = [vertices[[a, b]].tolist() for a, b in parts]
+        raise MeshError(
+            f"the edges between boundary vertices {some(where)} cut off parts of the mesh that would have no "
+            f"area, as the boundary does not turn around them: choose other corners; {HELP}"
+        )
+
+
+def _check_total(mesh: Mesh, shape: Shape, faces: IntArray) -> None:
+    """Gauss-Bonnet: the exterior angles of a loop sum to 2 pi, those of a hole to -2 pi."""
+    assert shape.sums is not None
+    for i, loop in enumerate(mesh.topology.loops):
+        asked, m = shape.sums[loop], len(loop)
+        free = np.isnan(asked)
+        if free.all():
+            continue
+        wanted = (m + 2 if i else m - 2) * np.pi
+        given, left, where = float(np.nansum(asked)), int(free.sum()), f"vertex {mesh.vertices[loop[0]]}"
+        around = f"{'hole' if i else 'outer loop'} of {m} vertices through {where}"
+        if not left and abs(given - wanted) > EXACT:
+            raise MeshError(
+                f"the angles asked for at the {around} sum to {given:.6f} rad, and those of a flat map to "
+                f"({m} {'+' if i else '-'} 2) pi = {wanted:.6f}: add {(wanted - given) / m:+.6f} to each, or "
+                "leave some free (NaN)"
+            )
+        if left and not 0 < wanted - given < np.pi * faces[loop[free]].sum():
+            raise MeshError(
+                f"the angles asked for at the {around} sum to {given:.6f} rad, and with those of the {left} "
+                f"free vertices they have to sum to ({m} {'+' if i else '-'} 2) pi = {wanted:.6f}, which "
+                f"leaves {wanted - given:.6f} for these: ask for other angles, or leave more free"
+            )
+
+
+def _cut_off(topology: Topology, sums: FloatArray) -> Iterator[tuple[int, int]]:
+    """Chords of the outer loop that cut off a part whose angles at the chord would not be positive."""
+    rim = topology.loops[0]
+    place = np.full(topology.n, -1)
+    place[rim] = np.arange(len(rim))
+    ends = np.sort(place[topology.edges[chords_of(topology)]], axis=1)
+    ends = ends[ends[:, 0] >= 0]
+    # at a free vertex the loop may turn by up to pi
+    turning = np.where(np.isnan(sums[rim]), np.pi, np.pi - sums[rim])
+    before = np.concatenate(([0.0], np.cumsum(turning)))
+    i, j = ends.T
+    one = before[j] - before[i + 1]
+    other = before[-1] - before[j + 1] + before[i]
+    for a, b in rim[ends[np.minimum(one, other) <= EXACT]]:
+        yield int(a), int(b)

@@ -1,0 +1,337 @@
+"""Read glTF and GLB, and write what was read again with texture coordinates."""
+
+from __future__ import annotations
+
+import copy
+import mimetypes
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._types import FloatArray, IntArray
+from ..errors import MeshWarning, stack_level
+from ..surface import Polygons
+from .gltf import INDICES, KINDS, UNSIGNED, VERTEX_ATTRIBUTES, save_new_glb, triangles_of, write_glb
+from .gltf_scene import COMPONENTS, Gltf, load_gltf, placements
+from .mesh_file import MeshFile
+from .ngons import EXTENSION, polygons_among
+from .one_index import one_index, single
+from .parsing import Damaged, Extras, Parsed, untextured
+
+KEPT = ("componentType", "normalized", "type", "name")  # of an accessor
+REFERENCES = {
+    "indices",
+    "input",
+    "output",
+    "inverseBindMatrices",
+}  # keys of accessors; and all in "attributes"
+UNMOVED: tuple[str, FloatArray] = ("", np.eye(4))
+SRGB = 0.0031308, 12.92, 1.055, 2.4
+
+
+class Primitive(NamedTuple):
+    """Where the faces of a primitive are.
+
+    Attributes
+    ----------
+    mesh, number : int
+        Its place in the file.
+    faces, corners : slice
+        Of the polygons.
+    vertex : (#c,) int64
+        Its own vertex at each corner.
+    """
+
+    mesh: int
+    number: int
+    faces: slice
+    corners: slice
+    vertex: IntArray
+
+
+@dataclass(frozen=True, eq=False)
+class GltfFile:
+    """The file itself."""
+
+    gltf: Gltf
+    primitives: list[Primitive]
+
+
+def parse_gltf(path: Path) -> Parsed:
+    """The mesh of a glTF or GLB file; each mesh once, where the first node shows it."""
+    try:
+        return _parsed(load_gltf(path))
+    except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
+        raise Damaged(
+            f"its description is not as glTF 2.0 has it ({type(error).__name__}: {error})"
+        ) from None
+
+
+def _parsed(gltf: Gltf) -> Parsed:
+    shown, primitives = placements(gltf), list[Primitive]()
+    V, corners, sizes = list[FloatArray](), list[IntArray](), list[IntArray]()
+    attributes: dict[str, list[FloatArray | None]] = {"TEXCOORD_0": [], "COLOR_0": [], "NORMAL": []}
+    material = list[IntArray]()
+    points = faces = at = 0
+    for i, j, primitive in gltf.primitives():
+        matrix = shown.get(i, UNMOVED)[1]
+        its = primitive["attributes"]
+        local = gltf.numbers(its["POSITION"])
+        if local.ndim != 2 or local.shape[1] != 3:
+            raise Damaged(f"the positions of its mesh {i} have not three columns")
+        polygons = _polygons(gltf, primitive, len(local))
+        k, m = len(polygons), len(polygons.corners)
+        V.append(local @ matrix[:3, :3].T + matrix[:3, 3])
+        primitives.append(Primitive(i, j, slice(faces, faces + k), slice(at, at + m), polygons.corners))
+        corners.append(polygons.corners + points)
+        sizes.append(polygons.sizes)
+        for name, rows in attributes.items():
+            values = gltf.numbers(its[name]) if name in its else None
+            rows.append(values if values is not None and values.shape[:1] == local.shape[:1] else None)
+        if (normals := attributes["NORMAL"][-1]) is not None:
+            attributes["NORMAL"][-1] = normals @ np.linalg.pinv(matrix[:3, :3])
+        number = int(primitive.get("material", -1))
+        material.append(np.full(k, number if number < len(gltf.listed("materials")) else -1))
+        points, faces, at = points + len(local), faces + k, at + m
+    if not primitives or not at:
+        raise Damaged("it has no mesh of triangles")
+    flat, size = np.concatenate(corners), np.concatenate(sizes)
+    merged = _welded(np.concatenate(V), np.repeat([p.mesh for p in primitives], [len(v) for v in V]))
+    used, corner = np.unique(merged[flat], return_inverse=True)
+    colours, normals = _whole(attributes["COLOR_0"]), _whole(attributes["NORMAL"])
+    part = [np.full(p.faces.stop - p.faces.start, p.mesh) for p in primitives]
+    names = [
+        shown.get(i, UNMOVED)[0] or str(mesh.get("name", f"mesh {i}"))
+        for i, mesh in enumerate(gltf.listed("meshes"))
+    ]
+    words = [str(of.get("name", f"material {i}")) for i, of in enumerate(gltf.listed("materials"))]
+    named = any("name" in of for of in gltf.listed("materials"))
+    extras = Extras(
+        colours=None if colours is None else srgb(colours[used]),
+        normals=normals,
+        normal=None if normals is None else flat,
+        parts=(tuple(names), np.concatenate(part)),
+        materials=(tuple(words), np.concatenate(material)) if named else None,
+        source=GltfFile(gltf, primitives),
+    )
+    made = untextured(np.concatenate(V)[used], Polygons(corner.ravel().astype(np.int64), size), extras)
+    map_ = _whole(attributes["TEXCOORD_0"])
+    if map_ is None:
+        return made
+    TC, same = np.unique(map_, axis=0, return_inverse=True)
+    return made._replace(TC=TC * [1, -1] + [0, 1], texture=same.ravel()[flat].astype(np.int64))
+
+
+def _whole(rows: list[FloatArray | None]) -> FloatArray | None:
+    """An attribute, if all primitives have it in one width."""
+    known = [values for values in rows if values is not None and values.ndim == 2]
+    if len(known) < len(rows) or len({values.shape[1] for values in known}) > 1:
+        return None
+    return np.concatenate(known)
+
+
+def _polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
+    """The faces of a primitive, by its own vertices."""
+    index = gltf.array(primitive["indices"]).astype(np.int64) if "indices" in primitive else np.arange(n)
+    mode = primitive.get("mode", 4)
+    if mode == 4:
+        if len(index) % 3:
+            raise Damaged(f"{len(index)} indices are no triangles")
+        F = index.reshape(-1, 3)
+    elif mode == 5:  # a strip: every second triangle is turned
+        F = np.column_stack((index[:-2], index[1:-1], index[2:]))
+        F[1::2] = F[1::2][:, [1, 0, 2]]
+    else:
+        F = np.column_stack(
+            (np.full(max(len(index) - 2, 0), index[0] if len(index) else 0), index[1:-1], index[2:])
+        )
+    if len(F) and int(F.max()) >= n:
+        raise Damaged(f"triangles name vertices beyond the {n} of their mesh")
+    return polygons_among(F) if EXTENSION in primitive.get("extensions", {}) else Polygons.of_triangles(F)
+
+
+def _welded(V: FloatArray, mesh: IntArray) -> IntArray:
+    """For each vertex the first of its mesh in the same place: glTF doubles them at creases and seams."""
+    _, first, same = np.unique(
+        np.column_stack((mesh, V + 0.0)), axis=0, return_index=True, return_inverse=True
+    )
+    return np.asarray(first[same.ravel()])
+
+
+def srgb(colours: FloatArray) -> FloatArray:
+    """Colours as other formats have them, from ones proportional to light."""
+    low, slope, scale, power = SRGB
+    rgb = np.clip(colours[:, :3], 0, 1)
+    made = np.where(rgb <= low, rgb * slope, scale * rgb ** (1 / power) - (scale - 1))
+    return np.column_stack((made, colours[:, 3:]))
+
+
+def save_glb(temporary: str, mesh: MeshFile, path: Path) -> None:
+    """Write GLB: a new file, or the one that was read with texture coordinates."""
+    if isinstance(mesh.extras.source, GltfFile):
+        _save_again(temporary, mesh, mesh.extras.source)
+    else:
+        save_new_glb(temporary, mesh)
+
+
+def _save_again(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
+    """The file that was read, each primitive's vertices once for each of their texture coordinates."""
+    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    gltf, text = source.gltf, copy.deepcopy(source.gltf.text)
+    arrays: list[tuple[dict[str, Any], NDArray[Any], int]] = []
+    old = len(text.get("accessors", ()))
+    polygons = False
+
+    def add(rows: NDArray[Any], use: int, like: dict[str, Any]) -> int:
+        kept: dict[str, Any] = {key: like[key] for key in KEPT if key in like}
+        arrays.append(({**kept, "count": len(rows)}, rows, use))
+        return old + len(arrays) - 1
+
+    map_ = mesh.TC * [1, -1] + [0, 1]
+    for of in source.primitives:
+        primitive = text["meshes"][of.mesh]["primitives"][of.number]
+        made = one_index(of.vertex, mesh.texture[of.corners])
+
+        def taken(number: int, rows: IntArray = made.rows[0]) -> int:
+            return add(gltf.array(number)[rows], VERTEX_ATTRIBUTES, text["accessors"][number])
+
+        attributes = {
+            key: taken(number) for key, number in primitive["attributes"].items() if key != "TEXCOORD_0"
+        }
+        st = single(map_[made.rows[1]], "TC")
+        attributes["TEXCOORD_0"] = add(st, VERTEX_ATTRIBUTES, {"componentType": 5126, "type": "VEC2"})
+        primitive["attributes"] = attributes
+        if "targets" in primitive:
+            primitive["targets"] = [
+                {k: taken(number) for k, number in target.items()} for target in primitive["targets"]
+            ]
+        own = Polygons(of.vertex, mesh.polygons.sizes[of.faces])
+        whole = (own.sizes == 3).all()
+        triangles = made.corners.reshape(-1, 3) if whole else None
+        if triangles is None:
+            faces = np.arange(len(mesh.polygons))[of.faces]
+            part = mesh.split.rows(np.flatnonzero(np.isin(mesh.split.face, faces)))
+            vertex = np.full(len(mesh.polygons.corners), -1)
+            vertex[of.corners] = made.corners
+            triangles, extension = triangles_of(part, vertex)
+            primitive.setdefault("extensions", {}).update(extension.get("extensions", {}))
+            polygons = True
+        primitive["mode"] = 4
+        primitive["indices"] = add(
+            triangles.astype("<u4").ravel(), INDICES, {"componentType": UNSIGNED, "type": "SCALAR"}
+        )
+        if "material" not in primitive:
+            primitive["material"] = _plain_material(text)
+    if polygons and EXTENSION not in text.setdefault("extensionsUsed", []):
+        text["extensionsUsed"].append(EXTENSION)
+    _warn_of_images(text)
+    _write(temporary, gltf, text, arrays, old)
+
+
+def _plain_material(text: dict[str, Any]) -> int:
+    """Readers drop texture coordinates that no material goes with."""
+    materials = text.setdefault("materials", [])
+    for i, material in enumerate(materials):
+        if material.get("name") == "igl_linabf":
+            return i
+    materials.append(
+        {"name": "igl_linabf", "pbrMetallicRoughness": {"metallicFactor": 0}, "doubleSided": True}
+    )
+    return len(materials) - 1
+
+
+def _warn_of_images(text: dict[str, Any]) -> None:
+    if text.get("textures"):
+        warnings.warn(
+            f"{len(text['textures'])} images of its materials were made for the old texture coordinates: "
+            "bake them anew",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+
+
+def _write(
+    temporary: str,
+    gltf: Gltf,
+    text: dict[str, Any],
+    arrays: list[tuple[dict[str, Any], NDArray[Any], int]],
+    old: int,
+) -> None:
+    """Write what is still used of the old buffers, and the new arrays."""
+    used = set[int]()
+    _visit(text, lambda number: used.add(number) or number)  # type: ignore[func-returns-value]
+    kept = sorted(number for number in used if number < old)
+    place = {number: i for i, number in enumerate([*kept, *range(old, old + len(arrays))])}
+    _visit(text, lambda number: place.get(number, number))
+    accessors = [text["accessors"][number] for number in kept]
+    holders: list[dict[str, Any]] = []
+    for accessor in accessors:
+        holders += [accessor] if "bufferView" in accessor else []
+        holders += [accessor["sparse"][key] for key in ("indices", "values") if "sparse" in accessor]
+    holders += [image for image in text.get("images", ()) if "bufferView" in image]
+    views: list[dict[str, Any]] = []
+    parts: list[bytes] = []
+    size = 0
+
+    def put(data: bytes, **more: Any) -> int:
+        nonlocal size
+        views.append({"buffer": 0, "byteOffset": size, "byteLength": len(data), **more})
+        parts.append(data + b"\0" * (-len(data) % 4))
+        size += len(parts[-1])
+        return len(views) - 1
+
+    moved: dict[int, int] = {}
+    for image in text.get("images", ()):
+        _embed(image, gltf.folder, put)
+    for holder in holders:
+        number = holder["bufferView"]
+        if number not in moved:
+            more = {
+                k: v for k, v in text["bufferViews"][number].items() if k in ("byteStride", "target", "name")
+            }
+            moved[number] = put(gltf.view(number), **more)
+        holder["bufferView"] = moved[number]
+    for accessor, rows, use in arrays:
+        data = rows.astype(COMPONENTS[accessor["componentType"]])
+        width = data.itemsize * (data.shape[1] if data.ndim > 1 else 1)
+        said: dict[str, Any] = {"target": use}
+        if use == VERTEX_ATTRIBUTES and width % 4:  # rows begin at multiples of four bytes
+            raw = data.view(np.uint8).reshape(len(data), -1)
+            data = np.pad(raw, ((0, 0), (0, -width % 4)))
+            said["byteStride"] = data.shape[1]
+        accessor["bufferView"] = put(np.ascontiguousarray(data).tobytes(), **said)
+        if accessor["type"] == KINDS[3]:  # asked for of positions
+            accessor["min"], accessor["max"] = rows.min(axis=0).tolist(), rows.max(axis=0).tolist()
+        accessors.append(accessor)
+    text["accessors"], text["bufferViews"], text["buffers"] = accessors, views, [{"byteLength": size}]
+    write_glb(temporary, text, parts)
+
+
+def _embed(image: dict[str, Any], folder: Path, put: Callable[..., int]) -> None:
+    """An image in a file of its own goes into the new file."""
+    uri = str(image.get("uri", "data:"))
+    file = folder / unquote(uri)
+    kind = mimetypes.guess_type(uri)[0]
+    if not uri.startswith("data:") and kind in ("image/png", "image/jpeg") and file.is_file():
+        del image["uri"]
+        image |= {"bufferView": put(file.read_bytes()), "mimeType": kind}
+
+
+def _visit(text: Any, change: Callable[[int], int], inside: bool = False) -> None:
+    """Apply `change` to each number of an accessor in the description."""
+    if isinstance(text, dict):
+        for key, value in text.items():
+            if isinstance(value, int) and not isinstance(value, bool):
+                if key in REFERENCES or inside:
+                    text[key] = change(value)
+            elif key not in ("extras", "accessors", "bufferViews"):
+                _visit(value, change, key in ("attributes", "targets"))
+    elif isinstance(text, list):
+        for value in text:
+            _visit(value, change, inside)

@@ -1,0 +1,12 @@
+"""Patterns at true scale, to cut and join: SVG, DXF, PDF.
+
+In: a surface and its atlas or flat map. Out: a `Pattern`, the outlines of its pieces in millimetres with
+numbered seams, fold lines and grain arrows; and the drawing of it in a file.
+"""
+
+from .pieces import MILLIMETRES, Pattern, PatternSeam
+from .writing import PAPERS, PATTERN_SUFFIXES, write_pattern
+
+UNITS = tuple(MILLIMETRES)
+
+__all__ = ["PAPERS", "PATTERN_SUFFIXES", "UNITS", "Pattern", "PatternSeam", "write_pattern"]

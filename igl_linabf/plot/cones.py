@@ -1,0 +1,87 @@
+"""Cones as spheres, and both sides of a seam in one colour."""
+
+from __future__ import annotations
+
+from colorsys import hsv_to_rgb
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pyvista as pv
+from numpy.typing import NDArray
+
+from .._types import FloatArray, IntArray
+from ..charts import Atlas
+from ..surface import connected_labels
+
+BALL = 0.012  # radius of a cone's sphere, of the diagonal of what is drawn
+CONE = "#e09f1f"
+GOLDEN = 0.618  # of the colour circle from one arc to the next: neighbours differ
+
+
+@dataclass(frozen=True, eq=False)
+class SeamSides:
+    """The seam of an atlas with cones, arc by arc.
+
+    Attributes
+    ----------
+    arc : (#E,) int64
+        The arc of each seam edge: from one cone, end or branch to the next.
+    side : (#S, 2, 2) float64
+        Ends of the edges' sides in the map.
+    arc_of_side : (#S,) int64
+    """
+
+    arc: IntArray
+    side: FloatArray
+    arc_of_side: IntArray
+
+
+def seam_sides(atlas: Atlas) -> SeamSides:
+    """Both sides of each seam edge, and which arc they are of."""
+    seams = np.sort(atlas.seams, axis=1)
+    n = int(max(atlas.origin.max(initial=0), seams.max(initial=0))) + 1
+    keys, number = np.unique(seams @ [n, 1], return_inverse=True)
+    arc = _arcs(seams, atlas.cones, n)
+    corner = atlas.triangles
+    F = atlas.origin[corner]
+    ends = np.stack((corner, np.roll(corner, -1, axis=1)), axis=-1).reshape(-1, 2)
+    key = np.sort(np.stack((F, np.roll(F, -1, axis=1)), axis=-1), axis=-1).reshape(-1, 2) @ [n, 1]
+    at = np.minimum(np.searchsorted(keys, key), max(len(keys) - 1, 0))
+    there = np.flatnonzero(keys[at] == key) if len(keys) else np.zeros(0, dtype=np.int64)
+    first = np.empty(len(keys), dtype=np.int64)
+    first[number] = np.arange(len(seams))
+    return SeamSides(arc, atlas.TC[ends[there]], arc[first[at[there]]])
+
+
+def _arcs(seams: IntArray, cones: IntArray, n: int) -> IntArray:
+    """Number the seam's edges by arcs: they go on through vertices of two edges that are no cones."""
+    end, edge = seams.ravel(), np.repeat(np.arange(len(seams)), 2)
+    through = np.bincount(end, minlength=n) == 2
+    through[cones] = False
+    inner = np.flatnonzero(through[end])
+    pair = edge[inner[np.argsort(end[inner], kind="stable")]].reshape(-1, 2)
+    return np.unique(connected_labels(pair, len(seams)), return_inverse=True)[1]
+
+
+def colours_of(arcs: IntArray) -> NDArray[np.uint8]:
+    """The colour of each arc, (#arcs, 3) from 0 to 255; other arcs have other colours."""
+    each = [hsv_to_rgb(i * GOLDEN % 1, 0.85, 0.65 if i % 2 else 0.9) for i in range(arcs.max(initial=0) + 1)]
+    return (255 * np.array(each).reshape(-1, 3)).astype(np.uint8)[arcs]
+
+
+def add_arcs(plotter: pv.Plotter, segments: FloatArray, arcs: IntArray, **options: Any) -> None:
+    """Add lines, (#E, 2, 3), in the colours of their arcs."""
+    if len(segments):
+        lines = pv.line_segments_from_points(segments.reshape(-1, 3))
+        lines.cell_data["colour"] = colours_of(arcs)
+        look = {"line_width": 6, "render_lines_as_tubes": True, "lighting": False, **options}
+        plotter.add_mesh(lines, scalars="colour", rgb=True, **look)
+
+
+def add_balls(plotter: pv.Plotter, centres: FloatArray, diagonal: float, **options: Any) -> None:
+    """Add a sphere at each cone."""
+    if len(centres):
+        ball = pv.Sphere(radius=BALL * diagonal, theta_resolution=16, phi_resolution=16)
+        balls = pv.PolyData(centres).glyph(geom=ball, scale=False, orient=False)
+        plotter.add_mesh(balls, color=CONE, smooth_shading=True, **options)

@@ -1,0 +1,81 @@
+"""Chords: edges inside the mesh that join two boundary vertices. Ears are cut off by them."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._types import FloatArray, IntArray
+from .submesh import Submesh
+from .topology import NEXT, PREV, Topology
+
+
+def chords_of(topology: Topology) -> IntArray:
+    """Numbers of the edges inside the mesh whose two ends are boundary vertices."""
+    at_boundary = ~topology.interior[topology.edges]
+    return np.flatnonzero(at_boundary.all(axis=1) & (topology.sides[1] >= 0))
+
+
+def split_chords(V: ArrayLike, F: ArrayLike) -> tuple[FloatArray, IntArray]:
+    """Split each chord, an edge inside the mesh that joins two boundary vertices, at its midpoint.
+
+    A chord cuts off a part of the mesh: mostly an ear, a boundary vertex with one face. No map has the
+    boundary of such a part on a straight line, as that of `boundary="rectangle"` often asks for. With the
+    chords split, there is one. The surface keeps its shape.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of a manifold.
+
+    Returns
+    -------
+    V : (#V + #chords, 3) float64
+        The given vertices, then the midpoints.
+    F : (#F + 2 #chords, 3) int64
+
+    Raises
+    ------
+    MeshError
+        The surface is no oriented manifold.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> V = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]])
+    >>> V, F = split_chords(V, [[0, 1, 2], [0, 2, 3]])
+    >>> V[4].tolist(), F.tolist()
+    ([0.5, 0.5, 0.0], [[4, 0, 1], [4, 1, 2], [4, 2, 3], [4, 3, 0]])
+    """
+    surface = Submesh.checked_manifold(V, F)
+    positions, topology, number = np.asarray(V, dtype=np.float64), surface.topology, surface.n_given
+    chords = chords_of(topology)
+    middle = np.full(topology.corner.shape, -1)  # of the side opposite to each corner
+    for side in topology.sides[:, chords]:
+        middle.ravel()[side] = number + np.arange(len(chords))
+    ends = surface.vertices[topology.edges[chords]]
+    faces = surface.vertices[topology.corner].T
+    parts = [faces[(middle < 0).all(axis=0)]]
+    for split in range(1, 4):
+        # turned so that the sides opposite to corners 0 .. split - 1 are split
+        for turn in ([0, 1, 2], NEXT, PREV)[: 1 if split == 3 else 3]:
+            here = middle[turn]
+            chosen = ((here >= 0).sum(axis=0) == split) & (here[:split] >= 0).all(axis=0)
+            parts += _parts(*faces.T[turn][:, chosen], *here[:split, chosen])
+    return np.concatenate((positions, positions[ends].mean(axis=1))), np.concatenate(parts)
+
+
+def _parts(a: IntArray, b: IntArray, c: IntArray, *middle: IntArray) -> list[IntArray]:
+    """Triangles a b c with the midpoints of the sides opposite to a, to b, and to c, as far as given."""
+    if len(middle) == 1:
+        (p,) = middle
+        parts = [(p, c, a), (p, a, b)]
+    elif len(middle) == 2:
+        p, q = middle
+        parts = [(p, c, q), (p, q, a), (p, a, b)]
+    else:
+        p, q, r = middle
+        parts = [(p, c, q), (q, a, r), (r, b, p), (p, q, r)]
+    return [np.column_stack(part) for part in parts]

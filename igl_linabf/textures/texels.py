@@ -1,0 +1,181 @@
+"""The texels of a page that triangles cover, and those around them that a lookup may ask for.
+
+Coordinates are in texels: the centre of texel (row, column) lies at x = column, y = row. So row k of a page
+holds v = (k + 1/2) / resolution.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._types import FloatArray, IntArray
+from ..surface import NEXT, PREV, counted
+
+ROUNDING = 1e-9  # texels by which a triangle is taken as larger, so that its sides belong to it
+NEAR = 1.0  # a bilinear lookup asks for texels less than this far, in x and in y
+
+
+@dataclass(frozen=True, eq=False)
+class Texels:
+    """Some texels, and the point of the surface that each shows.
+
+    Attributes
+    ----------
+    index : (#P,) int64
+        Row times resolution plus column; each once.
+    face : (#P,) int64
+    weights : (#P, 3) float64
+        Barycentric coordinates in that face.
+    """
+
+    index: IntArray
+    face: IntArray
+    weights: FloatArray
+
+    def values(self, corners: FloatArray) -> FloatArray:
+        """Values at the corners (#F, 3, k), interpolated."""
+        made = self.weights[:, :1] * corners[self.face, 0]
+        for k in (1, 2):
+            made += self.weights[:, k : k + 1] * corners[self.face, k]
+        return np.asarray(made)
+
+
+def covered(triangles: FloatArray, resolution: int) -> Texels:
+    """The texels whose centres lie in triangles (#F, 3, 2); of two triangles, in the later one."""
+    x, y = triangles[..., 0], triangles[..., 1]
+    bottom = np.clip(np.ceil(y.min(axis=1) - ROUNDING), 0, resolution).astype(np.int64)
+    top = np.clip(np.floor(y.max(axis=1) + ROUNDING), -1, resolution - 1).astype(np.int64)
+    face, step = counted(np.maximum(top - bottom + 1, 0))
+    row = bottom[face] + step
+    left, right = np.full(len(row), np.inf), np.full(len(row), -np.inf)
+    for k in range(3):
+        rise = y[:, NEXT[k]] - y[:, k]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            t = (row - y[face, k]) / rise[face]
+        slack = ROUNDING / np.maximum(np.abs(rise), ROUNDING)[face]
+        meets = (t >= -slack) & (t <= 1 + slack)  # a level side is met by its neighbours
+        at = x[face, k] + np.clip(np.where(meets, t, 0.0), 0, 1) * (x[:, NEXT[k]] - x[:, k])[face]
+        np.minimum(left, np.where(meets, at, np.inf), out=left)
+        np.maximum(right, np.where(meets, at, -np.inf), out=right)
+    some = right >= left
+    face, row, left, right = face[some], row[some], left[some], right[some]
+    first = np.clip(np.ceil(left - ROUNDING), 0, resolution).astype(np.int64)
+    last = np.clip(np.floor(right + ROUNDING), -1, resolution - 1).astype(np.int64)
+    span, step = counted(np.maximum(last - first + 1, 0))
+    column, row, face = first[span] + step, row[span], face[span]
+    index = row * resolution + column
+    latest = np.full(resolution * resolution, -1, dtype=np.int64)
+    latest[index] = np.arange(len(index))
+    index = np.flatnonzero(latest >= 0)
+    face = face[latest[index]]
+    row, column = np.divmod(index, resolution)
+    return Texels(index, face, _barycentric(x, y, face, column, row))
+
+
+def _barycentric(x: FloatArray, y: FloatArray, face: IntArray, at_x: IntArray, at_y: IntArray) -> FloatArray:
+    """Weights of points in triangles: linear functions, found for each triangle once."""
+    area = (x[:, 1] - x[:, 0]) * (y[:, 2] - y[:, 0]) - (x[:, 2] - x[:, 0]) * (y[:, 1] - y[:, 0])
+    safe = np.where(area == 0, 1.0, area)
+    weights = np.empty((len(face), 3))
+    for k in (1, 2):
+        # the height over the side opposite to corner k, as a share of the corner's own
+        i, j = NEXT[k], PREV[k]
+        across, up = -(y[:, j] - y[:, i]) / safe, (x[:, j] - x[:, i]) / safe
+        weights[:, k] = across[face] * (at_x - x[face, i]) + up[face] * (at_y - y[face, i])
+    weights[:, 0] = 1 - weights[:, 1] - weights[:, 2]
+    # of a triangle without an area any point is as good; a centre on a side may lie out by rounding
+    np.clip(weights, 0, 1, out=weights)
+    weights /= weights.sum(axis=1, keepdims=True)
+    return weights
+
+
+@dataclass(frozen=True, eq=False)
+class Nearby:
+    """Texels near sides: less than 1 away in x and in y.
+
+    Attributes
+    ----------
+    index : (#P,) int64
+        Row times resolution plus column; once for each side that it is near to.
+    side : (#P,) int64
+    at : (#P,) float64
+        Where on the side its nearest point is, from 0 to 1.
+    distance : (#P,) float64
+        The larger one of those in x and in y.
+    """
+
+    index: IntArray
+    side: IntArray
+    at: FloatArray
+    distance: FloatArray
+
+
+def near_sides(start: FloatArray, end: FloatArray, resolution: int) -> Nearby:
+    """The texels that a bilinear lookup at a point of sides (#S, 2) to (#S, 2) may ask for."""
+    low = np.clip(np.floor(np.minimum(start, end) - NEAR) + 1, 0, resolution - 1).astype(np.int64)
+    high = np.clip(np.ceil(np.maximum(start, end) + NEAR) - 1, 0, resolution - 1).astype(np.int64)
+    side, step = counted(np.prod(np.maximum(high - low + 1, 0), axis=1))
+    wide = (high - low + 1)[side, 0]
+    centre = low[side] + np.column_stack((step % wide, step // wide))
+    offset, direction = start[side] - centre, (end - start)[side]
+    best, at = np.full(len(side), np.inf), np.zeros(len(side))
+    # max(|x|, |y|) along a side is least at an end, where x or y vanishes, or where they are equal
+    zero, one = np.zeros(len(side)), np.ones(len(side))
+    both = ((offset @ s, direction @ s) for s in ([1, 0], [0, 1], [1, 1], [1, -1]))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        tried = [zero, one, *(np.clip(np.nan_to_num(-o / d), 0, 1) for o, d in both)]
+    for t in tried:
+        distance = np.abs(offset + t[:, None] * direction).max(axis=1)
+        nearer = distance < best
+        best[nearer], at[nearer] = distance[nearer], t[nearer]
+    near = best < NEAR + ROUNDING
+    return Nearby(centre[near] @ [1, resolution], side[near], at[near], best[near])
+
+
+def around(triangles: FloatArray, sides: tuple[IntArray, IntArray], resolution: int) -> Texels:
+    """The texels near sides k to k + 1 of faces; each shows the nearest point of the nearest side."""
+    face, k = sides
+    near = near_sides(triangles[face, k], triangles[face, (k + 1) % 3], resolution)
+    order = np.argsort(-near.distance, kind="stable")  # the nearest one comes last, and counts
+    latest = np.full(resolution * resolution, -1, dtype=np.int64)
+    latest[near.index[order]] = order
+    index = np.flatnonzero(latest >= 0)
+    chosen = latest[index]
+    of, at = near.side[chosen], near.at[chosen]
+    weights = np.zeros((len(index), 3))
+    rows = np.arange(len(index))
+    weights[rows, k[of]] = 1 - at
+    weights[rows, (k[of] + 1) % 3] += at
+    return Texels(index, face[of], weights)
+
+
+def nearest_known(known: IntArray, resolution: int, steps: int) -> tuple[IntArray, IntArray]:
+    """Texels within some steps of those that are known, and a known one near each."""
+    source = np.full(resolution * resolution, -1, dtype=np.int64)
+    source[known] = known
+    is_known = np.pad((source >= 0).reshape(resolution, resolution), 1, constant_values=True)
+    hidden = is_known[:-2, 1:-1] & is_known[2:, 1:-1] & is_known[1:-1, :-2] & is_known[1:-1, 2:]
+    edge, found = np.flatnonzero(is_known[1:-1, 1:-1] & ~hidden), list[IntArray]()
+    for _ in range(steps):
+        row, column = np.divmod(edge, resolution)
+        reached, by = [], []
+        for down, right in ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)):
+            inside = (
+                (row + down >= 0)
+                & (row + down < resolution)
+                & (column + right >= 0)
+                & (column + right < resolution)
+            )
+            to = edge[inside] + down * resolution + right
+            free = source[to] < 0
+            reached.append(to[free])
+            by.append(source[edge[inside][free]])
+        edge, first = np.unique(np.concatenate(reached), return_index=True)
+        if not len(edge):
+            break
+        source[edge] = np.concatenate(by)[first]
+        found.append(edge)
+    made = np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
+    return made, source[made]

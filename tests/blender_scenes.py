@@ -1,0 +1,261 @@
+"""Scenes for the extension, run in Blender's Python: `python blender_scenes.py EXTENSION.zip`.
+
+The extension is installed from its archive, wheels and all. Each function is a test; what failed is printed
+as JSON at the end.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+import traceback
+
+os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="igl_linabf-blender-")
+
+import bpy
+import numpy as np
+
+
+def fresh(*things: bpy.types.Object, edit: bool = False) -> None:
+    """Only these objects, selected, the first one active."""
+    for thing in list(bpy.context.scene.collection.objects):
+        if thing not in things:
+            bpy.data.objects.remove(thing)
+    for thing in things:
+        if thing.name not in bpy.context.scene.collection.objects:
+            bpy.context.scene.collection.objects.link(thing)
+        thing.select_set(True)
+    bpy.context.view_layer.objects.active = things[0]
+    if edit:
+        bpy.ops.object.mode_set(mode="EDIT")
+        bpy.ops.mesh.select_all(action="SELECT")
+
+
+def new(name: str, V: object, F: object) -> bpy.types.Object:
+    data = bpy.data.meshes.new(name)
+    data.from_pydata(np.asarray(V).tolist(), [], [list(row) for row in F])
+    return bpy.data.objects.new(name, data)
+
+
+def monkey() -> bpy.types.Object:
+    """Suzanne: 500 triangles and quadrangles in three pieces."""
+    bpy.ops.mesh.primitive_monkey_add()
+    return bpy.context.active_object
+
+
+def prism(sides: int = 6) -> bpy.types.Object:
+    """A closed prism with an n-gon at each end."""
+    turn = np.arange(sides) * 2 * np.pi / sides
+    ring = np.column_stack((np.cos(turn), np.sin(turn)))
+    V = np.vstack([np.column_stack((ring, np.full(sides, z))) for z in (0.0, 2.0)])
+    quads = [[i, (i + 1) % sides, sides + (i + 1) % sides, sides + i] for i in range(sides)]
+    return new("prism", V, [list(range(sides))[::-1], list(range(sides, 2 * sides)), *quads])
+
+
+def uv_of(thing: bpy.types.Object, layer: str | None = None) -> np.ndarray:
+    of = thing.data.uv_layers[layer] if layer else thing.data.uv_layers.active
+    values = np.empty(2 * len(thing.data.loops), dtype=np.float32)
+    of.uv.foreach_get("vector", values)
+    return values.reshape(-1, 2).astype(float)
+
+
+def polygon_areas(thing: bpy.types.Object) -> np.ndarray:
+    """Signed areas of the faces in the map."""
+    uv, areas = uv_of(thing), []
+    for face in thing.data.polygons:
+        x, y = uv[face.loop_start : face.loop_start + face.loop_total].T
+        areas.append((x * np.roll(y, -1) - y * np.roll(x, -1)).sum() / 2)
+    return np.array(areas)
+
+
+def seams_of(thing: bpy.types.Object) -> set[int]:
+    return {edge.index for edge in thing.data.edges if edge.use_seam}
+
+
+def unwrap(**settings: object) -> set[str]:
+    return bpy.ops.uv.linabf_unwrap(**settings)
+
+
+def test_found_seams_are_marked_and_unwrapping_along_them_again_gives_the_same_map() -> None:
+    thing = monkey()
+    fresh(thing)
+    assert unwrap(seams="FOUND") == {"FINISHED"}
+    found, first = seams_of(thing), uv_of(thing)
+    assert found
+    assert (polygon_areas(thing) > 0).all()
+    assert first.min() >= 0
+    assert first.max() <= 1
+    assert unwrap(seams="MARKED", complete=False) == {"FINISHED"}
+    assert seams_of(thing) == found
+    assert np.allclose(uv_of(thing), first, atol=1e-5)
+
+
+def test_several_objects_share_the_square_and_other_layers_stay() -> None:
+    things = monkey(), prism()
+    things[1].data.uv_layers.new(name="lightmap")
+    things[1].data.uv_layers.new(name="texture").active = True
+    before = uv_of(things[1], "lightmap")
+    fresh(*things)
+    assert unwrap(seams="FOUND", method="isometric") == {"FINISHED"}
+    assert np.array_equal(uv_of(things[1], "lightmap"), before)
+    assert things[1].data.uv_layers.active.name == "texture"
+    areas = [polygon_areas(thing) for thing in things]
+    assert all((area > 0).all() for area in areas)
+    real = [sum(face.area for face in thing.data.polygons) for thing in things]
+    assert np.isclose(areas[0].sum() / real[0], areas[1].sum() / real[1], rtol=0.1)  # one scale
+    cells = [{tuple(at) for at in (uv_of(thing) * 64).astype(int).tolist()} for thing in things]
+    assert not cells[0] & cells[1]
+
+
+def test_only_selected_faces_change_in_edit_mode() -> None:
+    thing = monkey()
+    bpy.ops.object.mode_set(mode="OBJECT")
+    before = uv_of(thing)
+    fresh(thing, edit=True)
+    bpy.ops.mesh.select_all(action="DESELECT")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    chosen = np.arange(len(thing.data.polygons)) < 40
+    thing.data.polygons.foreach_set("select", chosen)
+    bpy.ops.object.mode_set(mode="EDIT")
+    assert unwrap(seams="FOUND") == {"FINISHED"}
+    assert bpy.context.mode == "EDIT_MESH"
+    bpy.ops.object.mode_set(mode="OBJECT")
+    loops = np.repeat(chosen, [face.loop_total for face in thing.data.polygons])
+    assert np.array_equal(uv_of(thing)[~loops], before[~loops])
+    assert not np.allclose(uv_of(thing)[loops], before[loops])
+
+
+def test_a_mirrored_object_and_one_with_a_scale() -> None:
+    plain, mirrored = prism(), prism()
+    mirrored.scale = (-1.0, 1.0, 1.0)
+    fresh(plain)
+    unwrap(seams="FOUND")
+    expected = np.sort(polygon_areas(plain))
+    fresh(mirrored)
+    bpy.context.view_layer.update()
+    assert unwrap(seams="FOUND") == {"FINISHED"}
+    assert np.allclose(np.sort(polygon_areas(mirrored)), expected, rtol=1e-4)
+    stretched = prism()
+    stretched.scale = (1.0, 1.0, 3.0)
+    fresh(stretched)
+    bpy.context.view_layer.update()
+    unwrap(seams="FOUND", method="isometric")
+    area = polygon_areas(stretched)
+    hexagon, side = area[:2].mean(), area[2:].mean()
+    assert np.isclose(
+        side / hexagon, 6.0 / (1.5 * np.sqrt(3)), rtol=0.05
+    )  # 1 x 6, beside a hexagon of side 1
+
+
+def test_modifiers_that_keep_the_vertices_count_and_others_are_refused() -> None:
+    thing = prism()
+    thing.modifiers.new("cast", "CAST").factor = 0.7
+    fresh(thing)
+    unwrap(seams="FOUND", modifiers=False)
+    base = uv_of(thing)
+    assert unwrap(seams="FOUND", modifiers=True) == {"FINISHED"}
+    assert not np.allclose(uv_of(thing), base, atol=1e-3)
+    thing.modifiers.new("subdivision", "SUBSURF")
+    refused("vertices of 12", modifiers=True)
+
+
+def test_undo_brings_the_map_and_the_seams_back() -> None:
+    bpy.ops.wm.read_homefile(use_empty=True, use_factory_startup=True)
+    before = uv_of(monkey())
+    bpy.ops.ed.undo_push(message="before")
+    assert unwrap(seams="FOUND") == {"FINISHED"}
+    assert seams_of(bpy.data.objects[0])
+    bpy.ops.ed.undo_push(message="after")
+    bpy.ops.ed.undo()
+    assert np.array_equal(uv_of(bpy.data.objects[0]), before)
+    assert not seams_of(bpy.data.objects[0])
+
+
+def test_what_cannot_be_unwrapped_is_said_and_selected() -> None:
+    thing = prism()
+    thing.data.vertices[3].co = (float("nan"), 0.0, 0.0)
+    fresh(thing)
+    refused("prism: 3 faces have a vertex at no place", seams="FOUND")
+    chosen = {face.index for face in thing.data.polygons if face.select}
+    assert chosen == {face.index for face in thing.data.polygons if 3 in face.vertices}
+    fresh(prism(), edit=True)
+    bpy.ops.mesh.select_all(action="DESELECT")
+    refused("no faces are selected", seams="FOUND")
+    bpy.ops.object.mode_set(mode="OBJECT")
+    fresh(prism())
+    refused("Add Seams", seams="MARKED", complete=False)  # a closed body without seams
+
+
+def test_marked_seams_are_completed_and_kept() -> None:
+    thing = prism(12)
+    thing.data.edges[0].use_seam = True
+    fresh(thing)
+    assert unwrap(seams="MARKED", complete=True) == {"FINISHED"}
+    assert 0 in seams_of(thing)
+    assert len(seams_of(thing)) > 1
+    assert (polygon_areas(thing) > 0).all()
+
+
+def test_cones_end_the_seams_of_a_closed_body() -> None:
+    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=4)
+    thing = bpy.context.active_object
+    fresh(thing)
+    assert unwrap(seams="FOUND", cones=6) == {"FINISHED"}
+    assert (polygon_areas(thing) > 0).all()
+    loose = [0] * len(thing.data.vertices)
+    for edge in thing.data.edges:
+        for vertex in edge.vertices if edge.use_seam else ():
+            loose[vertex] += 1
+    assert loose.count(1) <= 6  # the seams are a tree, whose ends are cones
+
+
+def test_the_margin_is_in_texels() -> None:
+    gaps = []
+    for margin in (2, 24):
+        thing = monkey()
+        fresh(thing)
+        unwrap(seams="FOUND", margin=margin, resolution=256)
+        gaps.append(polygon_areas(thing).sum())
+    assert gaps[0] > gaps[1]
+
+
+def test_the_panel_passes_its_settings_on() -> None:
+    chosen = bpy.context.scene.linabf
+    chosen.method, chosen.trade = "isometric", 3.0
+    assert bpy.types.VIEW3D_PT_linabf.poll(bpy.context)
+    names = set(bpy.ops.uv.linabf_unwrap.get_rna_type().properties.keys()) - {"rna_type"}
+    assert names == set(chosen.bl_rna.properties.keys()) - {"rna_type", "name"}
+
+
+def refused(text: str, **settings: object) -> None:
+    """The operator reports an error with this text; Blender raises it where Python called."""
+    try:
+        unwrap(**settings)
+    except RuntimeError as error:
+        assert text in str(error), str(error)
+        return
+    raise AssertionError(f"it was not refused: {text}")
+
+
+def main() -> int:
+    bpy.ops.wm.read_factory_settings(use_empty=True)
+    bpy.ops.extensions.package_install_files(
+        filepath=sys.argv[1], repo="user_default", enable_on_install=True
+    )
+    failed = {}
+    tests = {name: function for name, function in globals().items() if name.startswith("test_")}
+    for name, function in tests.items():
+        if bpy.context.mode != "OBJECT":
+            bpy.ops.object.mode_set(mode="OBJECT")
+        try:
+            function()
+        except BaseException:
+            failed[name] = traceback.format_exc()
+    print(json.dumps({"run": list(tests), "failed": failed}))
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,73 @@
+"""The extension in Blender, headless: installed from its archive into the Python that `make blender` makes.
+
+IGL_LINABF_BPY names a Python that has the wheel `bpy`.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import zipfile
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).parents[1]
+OWN = ROOT / ".venv" / "blender" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+
+
+def python_of_blender() -> Path:
+    named = os.environ.get("IGL_LINABF_BPY")
+    if named:
+        return Path(named)
+    if find_spec("bpy") is not None:
+        return Path(sys.executable)
+    if not OWN.exists():
+        pytest.skip("no Python with bpy is there: `make blender` makes one")
+    return OWN
+
+
+@pytest.fixture(scope="module")
+def archive(tmp_path_factory) -> Path:
+    """The extension, built from these sources."""
+    python_of_blender()
+    into = tmp_path_factory.mktemp("extension")
+    script = ROOT / "scripts" / "blender_extension.py"
+    subprocess.run([sys.executable, str(script), "--into", str(into)], check=True, timeout=240)
+    (built,) = into.glob("*.zip")
+    return built
+
+
+def test_the_archive_holds_all_that_it_needs_but_numpy(archive: Path) -> None:
+    with zipfile.ZipFile(archive) as file:
+        manifest = tomllib.loads(file.read("blender_manifest.toml").decode())
+        held = {name for name in file.namelist() if name.endswith(".whl")}
+    assert {f"./{name}" for name in held} == set(manifest["wheels"])
+    packages = {name.split("/")[-1].split("-")[0].lower() for name in held}
+    assert {"igl_linabf", "libigl", "scipy", "pyamg", "shapely"} <= packages
+    assert "numpy" not in packages
+    package = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert manifest["version"] == package["version"]
+
+
+def test_every_scene_in_blender(archive: Path) -> None:
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    process = subprocess.run(
+        [python_of_blender(), Path(__file__).with_name("blender_scenes.py"), archive],
+        capture_output=True,
+        text=True,
+        env=environment,
+        timeout=280,
+    )
+    assert process.returncode == 0, (process.stdout + process.stderr)[-3000:]
+    said = json.loads(process.stdout.splitlines()[-1])
+    assert len(said["run"]) > 10
+    assert not said["failed"], "\n".join(said["failed"].values())

@@ -1,0 +1,61 @@
+"""docs/performance.md, and what measures its figures."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from time import process_time
+
+import numpy as np
+import performance
+from conftest import ROOT, bumps
+from pages import put
+
+
+def test_a_new_run_replaces_its_figures_only(tmp_path: Path) -> None:
+    page = tmp_path / "page.md"
+    page.write_text("a\n<!-- one -->\nold\n<!-- end of one -->\nb\n<!-- two -->\n<!-- end of two -->\n")
+    put(page, "two", "second")
+    put(page, "one", "first")
+    put(page, "one", "first")
+    assert page.read_text() == (
+        "a\n<!-- one -->\nfirst\n\n<!-- end of one -->\nb\n<!-- two -->\nsecond\n\n<!-- end of two -->\n"
+    )
+
+
+def test_a_ratio_lies_within_its_interval_which_narrows() -> None:
+    rng = np.random.default_rng(0)
+    widths = []
+    for n in (5, 50):
+        ratio, _, rest = (
+            performance.ratio(2 + rng.random(n), 1 + rng.random(n)).replace("*", "").partition(" (")
+        )
+        low, high = map(float, rest.rstrip(")").split(" to "))
+        assert low <= float(ratio) <= high
+        widths.append(high - low)
+    assert widths[1] < widths[0]
+
+
+def test_every_method_is_timed_as_often_as_asked() -> None:
+    taken = performance.runs(performance.calls(*bumps(100)), 2, process_time)
+    assert {"igl.lscm", "linabf", "abf", "the next of a Flattener"} <= set(taken)
+    assert all(len(seconds) == 2 and (seconds >= 0).all() for seconds in taken.values())
+
+
+def test_memory_at_the_peak_is_that_of_the_call() -> None:
+    before = performance.most_used()
+    held = np.ones(20_000_000)
+    assert performance.most_used() - before > 0.9 * held.nbytes
+
+
+def test_the_page_has_every_table() -> None:
+    page = (ROOT / "docs" / "performance.md").read_text()
+    for title in (
+        "Time over `igl.lscm`",
+        "Where `linabf` spends it",
+        "Growth",
+        "Memory at the peak",
+        "Other programs",
+    ):
+        assert f"## {title}" in page
+    assert page.count("| igl_face") > 4
+    assert "`python benchmarks/performance.py" in page and "`python benchmarks/hierarchy.py" in page

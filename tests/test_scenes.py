@@ -1,0 +1,352 @@
+"""What a file has comes back from it: normals, colours, materials, parts, transforms, units, arrays."""
+
+from __future__ import annotations
+
+import json
+import os
+import struct
+import subprocess
+import sys
+import warnings
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+from carried import dual, hemisphere, quads
+
+from igl_linabf import MeshError, MeshWarning, flatten, unwrap
+from igl_linabf.cli import main
+from igl_linabf.io import MeshFile, read_file, read_mesh, write_file, write_mesh
+
+BLENDER = Path("/tmp/bpyenv/bin/python")
+
+
+def corners(mesh: MeshFile) -> np.ndarray:
+    """Position and texture coordinates at each corner."""
+    assert mesh.TC is not None
+    assert mesh.texture is not None
+    return np.hstack((mesh.V[mesh.polygons.corners], mesh.TC[mesh.texture]))
+
+
+def unwrapped(source: Path, out: Path) -> tuple[MeshFile, MeshFile]:
+    mesh = read_file(source)
+    atlas = unwrap(mesh.V, mesh.F, progress=False)
+    write_file(out, mesh, atlas.TC, atlas.FTC)
+    return mesh.textured(atlas.TC, atlas.FTC), read_file(out)
+
+
+OBJ = """# a box
+mtllib box.mtl
+o lid
+v 0 0 1 1 0 0
+v 1 0 1 0 1 0
+v 1 1 1 0 0 1
+v 0 1 1 1 1 0
+vn 0 0 1
+vt 9 9
+usemtl red
+s off
+f 1/1/1 2/1/1 3/1/1 4/1/1
+o body
+v 0 0 0 1 0 0
+v 1 0 0 0 1 0
+v 1 1 0 0 0 1
+v 0 1 0 1 1 0
+vn 0 0 -1
+usemtl blue
+f -1//-1 -2//-1 -3//-1 -4//-1
+g sides
+f 1 5 6 2
+f 2 6 7 3
+f 3 7 8 4
+f 4 8 5 1 # the last
+l 1/1 5/1
+"""
+
+
+def test_an_obj_keeps_its_lines(tmp_path: Path) -> None:
+    (tmp_path / "in").mkdir()
+    (tmp_path / "in" / "box.mtl").write_text("newmtl red\nnewmtl blue\n")
+    (tmp_path / "in" / "box.obj").write_text(OBJ)
+    before, after = unwrapped(tmp_path / "in" / "box.obj", tmp_path / "out.obj")
+    text = (tmp_path / "out.obj").read_text().splitlines()
+    kept = [line for line in OBJ.splitlines() if line.split()[0] not in ("vt", "f", "l", "mtllib")]
+    assert [line for line in text if line.split()[0] not in ("vt", "f", "l", "mtllib")] == kept
+    assert "mtllib in/box.mtl" in text  # seen from where the new file is
+    assert "l 1 5" in text
+    assert [line.count("/") for line in text if line[0] == "f"] == [
+        8,
+        8,
+        4,
+        4,
+        4,
+        4,
+    ]  # normals where they were
+    assert np.allclose(corners(after), corners(before))
+    assert after.parts == ("lid", "body")
+    assert after.materials == ("red", "blue")
+    assert np.allclose(after.colours, before.colours)
+
+
+def test_a_ply_keeps_its_properties_and_elements(tmp_path: Path) -> None:
+    V, F = dual()
+    rng = np.random.default_rng(0)
+    lines = ["ply", "format ascii 1.0", "comment of a scanner", f"element vertex {len(V)}"]
+    lines += [f"property float {name}" for name in ("x", "y", "z", "confidence")]
+    lines += [f"property uchar {name}" for name in ("red", "green", "blue")]
+    lines += [f"element face {len(F)}", "property list uchar int vertex_indices", "property int label"]
+    lines += ["element camera 1", "property float focus", "end_header"]
+    colours = rng.integers(256, size=(len(V), 3))
+    lines += [
+        f"{x} {y} {z} {i} {r} {g} {b}"
+        for i, ((x, y, z), (r, g, b)) in enumerate(zip(V, colours, strict=True))
+    ]
+    lines += [f"{len(row)} {' '.join(map(str, row))} {i}" for i, row in enumerate(F)]
+    (tmp_path / "in.ply").write_text("\n".join([*lines, "0.5", ""]))
+    before, after = unwrapped(tmp_path / "in.ply", tmp_path / "out.ply")
+    tables = after.extras.source.tables
+    assert after.extras.source.comments == ["comment of a scanner"]
+    assert (tables["face"]["label"].values == np.arange(len(F))).all()
+    assert tables["camera"]["focus"].values.tolist() == [0.5]
+    vertex = np.round(tables["vertex"]["confidence"].values).astype(int)
+    assert (vertex[after.polygons.corners] == before.polygons.corners).all()
+    assert np.allclose(after.colours, before.colours[vertex])
+    with pytest.warns(MeshWarning, match="OBJ does not keep the elements camera of in.ply: write PLY"):
+        write_file(tmp_path / "out.obj", before, before.TC, before.FTC)
+
+
+def glb(path: Path, text: dict, parts: list[bytes]) -> None:
+    views, start = [], 0
+    for part in parts:
+        views.append({"buffer": 0, "byteOffset": start, "byteLength": len(part)})
+        start += len(part)
+    data = json.dumps({**text, "bufferViews": views, "buffers": [{"byteLength": start}]}).encode()
+    data += b" " * (-len(data) % 4)
+    head = struct.pack("<4sII", b"glTF", 2, 28 + len(data) + start)
+    path.write_bytes(
+        head + struct.pack("<I4s", len(data), b"JSON") + data + struct.pack("<I4s", start, b"BIN\0")
+    )
+    with path.open("ab") as file:
+        file.writelines(parts)
+
+
+def scene(path: Path) -> None:
+    """Two meshes, one in two primitives and two nodes, in a turned and scaled tree; an animation."""
+    V, F = igl.icosahedron()
+    normals = V / np.linalg.norm(V, axis=1)[:, None]
+    colours = (np.arange(48) * 5).astype("<u1").reshape(12, 4)
+    three, nine = np.arange(3, dtype="<f4"), np.arange(9, dtype="<f4")
+    floats, index = (V.astype("<f4"), normals.astype("<f4")), (F[:11].astype("<u2"), F[11:].astype("<u2"))
+    arrays = (*floats, *index, colours, three, nine, (V * 0.1).astype("<f4"))
+    parts = [array.tobytes() + b"\0" * (-array.nbytes % 4) for array in arrays]
+    view = {"POSITION": 0, "NORMAL": 1, "COLOR_0": 4, "_LABEL": 4}
+    first = {"attributes": view, "indices": 2, "material": 0, "targets": [{"POSITION": 7}]}
+    second = {"attributes": {"POSITION": 0, "NORMAL": 1, "COLOR_0": 4}, "indices": 3, "material": 1,
+              "targets": [{"POSITION": 7}]}  # fmt: skip
+    text = {
+        "asset": {"version": "2.0"},
+        "scene": 0,
+        "scenes": [{"nodes": [0]}],
+        "nodes": [
+            {"name": "root", "scale": [2] * 3, "rotation": [0, 0, 0.5**0.5, 0.5**0.5], "children": [1, 2, 3]},
+            {"name": "here", "mesh": 0, "translation": [1, 2, 3], "extras": {"id": 7}},
+            {"name": "there", "mesh": 0, "matrix": [1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0, 9, 9, 9, 1]},
+            {"name": "ball", "mesh": 1},
+        ],
+        "meshes": [{"name": "gem", "primitives": [first, second], "weights": [0.5]},
+                   {"name": "ball", "primitives": [{"attributes": {"POSITION": 0}, "indices": 3}]}],
+        "materials": [{"name": "gold"}, {"name": "lead", "pbrMetallicRoughness": {"roughnessFactor": 0.3}}],
+        "animations": [{"channels": [{"sampler": 0, "target": {"node": 1, "path": "translation"}}],
+                        "samplers": [{"input": 5, "output": 6}]}],
+        "accessors": [
+            {"bufferView": 0, "componentType": 5126, "count": 12, "type": "VEC3", "min": V.min(0).tolist(),
+             "max": V.max(0).tolist()},
+            {"bufferView": 1, "componentType": 5126, "count": 12, "type": "VEC3"},
+            {"bufferView": 2, "componentType": 5123, "count": 33, "type": "SCALAR"},
+            {"bufferView": 3, "componentType": 5123, "count": 27, "type": "SCALAR"},
+            {"bufferView": 4, "componentType": 5121, "normalized": True, "count": 12, "type": "VEC4"},
+            {"bufferView": 5, "componentType": 5126, "count": 3, "type": "SCALAR"},
+            {"bufferView": 6, "componentType": 5126, "count": 3, "type": "VEC3"},
+            {"bufferView": 7, "componentType": 5126, "count": 12, "type": "VEC3"},
+        ],
+    }  # fmt: skip
+    glb(path, text, parts)
+
+
+def test_a_scene_of_gltf_comes_back_whole(tmp_path: Path) -> None:
+    scene(tmp_path / "in.glb")
+    before, after = unwrapped(tmp_path / "in.glb", tmp_path / "out.glb")
+    V, F = igl.icosahedron()
+    assert len(before.polygons) == 20 + 9
+    turned = V[F] + [1, 2, 3]
+    assert np.allclose(before.V[before.triangles[:20]], 2 * turned[..., [1, 0, 2]] * [-1, 1, 1], atol=1e-6)
+    assert len(np.unique(before.triangles[:20])) == 12  # the two primitives are one surface
+    assert np.allclose(corners(after), corners(before), atol=1e-6)
+    assert before.parts == after.parts == ("here", "ball")
+    assert before.materials == ("gold", "lead")
+    old, new = before.extras.source.gltf, after.extras.source.gltf
+    assert new.text["nodes"] == old.text["nodes"]
+    assert new.text["materials"][:2] == old.text["materials"]
+    assert new.text["meshes"][0]["weights"] == [0.5]
+    sampler = new.text["animations"][0]["samplers"][0]
+    assert (new.array(sampler["output"]) == np.arange(9).reshape(3, 3)).all()
+    for j in range(2):
+        was, now = (of.text["meshes"][0]["primitives"][j] for of in (old, new))
+        index = new.array(now["indices"]), old.array(was["indices"])
+        for name in ("POSITION", "NORMAL", "COLOR_0"):
+            rows = new.array(now["attributes"][name]), old.array(was["attributes"][name])
+            assert rows[0].dtype == rows[1].dtype
+            assert (rows[0][index[0]] == rows[1][index[1]]).all()
+        rows = new.array(now["targets"][0]["POSITION"]), old.array(was["targets"][0]["POSITION"])
+        assert (rows[0][index[0]] == rows[1][index[1]]).all()
+    assert len(new.text["accessors"]) == len({json.dumps(a) for a in new.text["accessors"]})
+
+
+def test_pygltflib_and_trimesh_open_the_scene(tmp_path: Path) -> None:
+    pygltflib, trimesh = pytest.importorskip("pygltflib"), pytest.importorskip("trimesh")
+    scene(tmp_path / "in.glb")
+    unwrapped(tmp_path / "in.glb", tmp_path / "out.glb")
+    assert [node.name for node in pygltflib.GLTF2().load(str(tmp_path / "out.glb")).nodes][1:] == [
+        "here",
+        "there",
+        "ball",
+    ]
+    opened = trimesh.load_scene(tmp_path / "out.glb", process=False)
+    assert len(opened.graph.nodes_geometry) == 5  # two primitives in two nodes, and a ball
+    assert opened.to_geometry().area == pytest.approx(4 * (2 * 9.574541 + 9 / 20 * 9.574541), rel=1e-3)
+
+
+@pytest.mark.skipif(not BLENDER.exists(), reason="no Python with bpy")
+@pytest.mark.parametrize("suffix", [".glb", ".obj", ".ply"])
+def test_blender_opens_what_is_written(tmp_path: Path, suffix: str) -> None:
+    V, F = quads()
+    atlas = unwrap(V, F, progress=False)
+    write_mesh(tmp_path / f"mesh{suffix}", V, F, atlas.TC, atlas.FTC)
+    load = {".glb": "import_scene.gltf", ".obj": "wm.obj_import", ".ply": "wm.ply_import"}[suffix]
+    script = (
+        "import bpy; bpy.ops.wm.read_factory_settings(use_empty=True)\n"
+        f"bpy.ops.{load}(filepath=r'{tmp_path / 'mesh'}{suffix}')\n"
+        "m = next(o for o in bpy.data.objects if o.type == 'MESH').data\n"
+        "uv = m.uv_layers.active.data\n"
+        "print('read', len(m.polygons), len(m.uv_layers), sum(d.uv.x + d.uv.y for d in uv) / len(uv))"
+    )
+    environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
+    said = subprocess.run(
+        [BLENDER, "-c", script], capture_output=True, text=True, timeout=120, env=environment
+    )
+    line = next(line for line in said.stdout.splitlines() if line.startswith("read"))
+    _, faces, layers, mean = line.split()
+    flat = (
+        np.concatenate([np.ravel(row) for row in atlas.FTC]) if suffix != ".glb" else atlas.triangles.ravel()
+    )
+    assert int(faces) == (len(F) if suffix != ".glb" else 2 * len(F))  # Blender passes over FB_ngon_encoding
+    assert layers == "1"
+    assert float(mean) == pytest.approx(atlas.TC[flat].sum(axis=1).mean(), abs=1e-4)
+
+
+def test_a_cortex_goes_from_gifti_to_a_flat_gifti(tmp_path: Path) -> None:
+    nibabel = pytest.importorskip("nibabel")
+    V, F = hemisphere("flat_left")
+    meta = nibabel.gifti.GiftiMetaData({"AnatomicalStructurePrimary": "CortexLeft"})
+    arrays = [
+        nibabel.gifti.GiftiDataArray(V.astype("f4"), intent="NIFTI_INTENT_POINTSET", meta=meta),
+        nibabel.gifti.GiftiDataArray(F.astype("i4"), intent="NIFTI_INTENT_TRIANGLE"),
+    ]
+    nibabel.save(nibabel.gifti.GiftiImage(darrays=arrays), tmp_path / "lh.surf.gii")
+    out = tmp_path / "lh.flat.surf.gii"
+    assert main(["flatten", str(tmp_path / "lh.surf.gii"), "-o", str(out), "--units", "mesh", "--quiet"]) == 0
+    points, triangles = nibabel.load(out).darrays
+    assert points.meta["GeometricType"] == "Flat"
+    assert points.meta["AnatomicalStructurePrimary"] == "CortexLeft"
+    assert (triangles.data == F).all()  # vertex numbers stay, so that data at vertices fit
+    assert np.allclose(
+        points.data[:, :2], flatten(V.astype("f4"), F, progress=False).uv, rtol=1e-3, atol=1e-2
+    )
+    assert not points.data[:, 2].any()
+
+
+def test_freesurfer_and_3mf_and_vtp_come_in(tmp_path: Path) -> None:
+    freesurfer = pytest.importorskip("nibabel.freesurfer")
+    V, F = igl.icosahedron()
+    freesurfer.write_geometry(tmp_path / "lh.white", V, F)
+    freesurfer.write_geometry(tmp_path / "surface", V, F)  # no suffix: known by its first bytes
+    for name in ("lh.white", "surface"):
+        positions, faces = read_mesh(tmp_path / name)
+        assert np.allclose(positions, V, atol=1e-6)
+        assert (faces == F).all()
+    trimesh = pytest.importorskip("trimesh")
+    pytest.importorskip("lxml")
+    pytest.importorskip("networkx")
+    both = trimesh.Scene()
+    for k, name in enumerate(("left", "right")):
+        both.add_geometry(
+            trimesh.Trimesh(V, F, process=False),
+            name,
+            transform=trimesh.transformations.translation_matrix([9 * k, 0, 0]),
+        )
+    both.export(tmp_path / "two.3mf")
+    mesh = read_file(tmp_path / "two.3mf")
+    assert len(mesh.parts) == 2
+    assert np.ptp(mesh.V, axis=0)[0] == pytest.approx(9 + np.ptp(V[:, 0]))
+    assert mesh.extras.units
+    pyvista = pytest.importorskip("pyvista")
+    V, F = dual()
+    poly = pyvista.PolyData(V, np.concatenate([[len(row), *row] for row in F]))
+    poly.point_data["height"] = V[:, 2]
+    poly.cell_data["label"] = np.arange(len(F))
+    poly.save(tmp_path / "in.vtp")
+    before, after = unwrapped(tmp_path / "in.vtp", tmp_path / "out.vtp")
+    assert np.allclose(corners(after), corners(before), atol=1e-6)
+    again = pyvista.read(tmp_path / "out.vtp")
+    assert np.allclose(again.point_data["height"], again.points[:, 2], atol=1e-6)
+    assert (again.cell_data["label"] == np.arange(len(F))).all()
+
+
+@pytest.mark.parametrize("name", ["scene.glb", "box.vtp", "two.3mf", "lh.surf.gii", "lh.white"])
+def test_damaged_files_are_refused_in_one_sentence(tmp_path: Path, name: str) -> None:
+    V, F = igl.icosahedron()
+    path = tmp_path / name
+    if name == "scene.glb":
+        scene(path)
+    elif name == "box.vtp":
+        pytest.importorskip("pyvista").Box().save(path)
+    elif name == "two.3mf":
+        pytest.importorskip("lxml")
+        pytest.importorskip("networkx")
+        pytest.importorskip("trimesh").Trimesh(V, F).export(path)
+    elif name == "lh.white":
+        pytest.importorskip("nibabel.freesurfer").write_geometry(path, V, F)
+    else:
+        write_mesh(path, V, F[:5], V[:, :2]) if pytest.importorskip("nibabel") else None
+    whole, rng, refused = path.read_bytes(), np.random.default_rng(0), 0
+    for _ in range(60):
+        data = bytearray(whole)
+        for i in rng.integers(len(data), size=int(rng.integers(1, 9))):
+            data[i] = int(rng.integers(256))
+        path.write_bytes(bytes(data[: int(rng.integers(len(data)))]) if rng.random() < 0.3 else bytes(data))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            try:
+                read_file(path)
+            except MeshError as error:
+                assert name in str(error)
+                refused += 1
+    assert refused > 5
+
+
+def test_a_missing_package_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "nibabel", None)
+    (tmp_path / "lh.surf.gii").write_text("")
+    with pytest.raises(ImportError, match=r"pip install 'igl-linabf\[formats\]'"):
+        read_file(tmp_path / "lh.surf.gii")
+
+
+def test_units_scale_the_node_of_a_glb(tmp_path: Path) -> None:
+    pytest.importorskip("lxml")
+    pytest.importorskip("networkx")
+    trimesh = pytest.importorskip("trimesh")
+    trimesh.creation.box(extents=[200, 100, 50]).export(tmp_path / "box.3mf")
+    before, after = unwrapped(tmp_path / "box.3mf", tmp_path / "box.glb")
+    assert before.extras.units == "millimeter"
+    assert np.allclose(np.ptp(after.V, axis=0), [0.2, 0.1, 0.05])
