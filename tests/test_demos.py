@@ -264,7 +264,7 @@ def test_patterns_are_drawn_beside_their_surfaces(tmp_path) -> None:
     assert len(re.findall(r"^[1-6] +\d \d +4\d\d\.", text, re.M)) == 6  # the bodice's seams
     for name in ("lampshade", "bodice"):
         for suffix in ("svg", "dxf", "pdf"):
-            assert (tmp_path / "out" / f"{name}.{suffix}").stat().st_size > 5000
+            assert (tmp_path / "out" / f"{name}.{suffix}").stat().st_size > 1500
     image = pixels(tmp_path / "out" / "pattern.png")[..., :3].astype(int)
     drawn = image[:, image.shape[1] // 2 :].sum(axis=2) < 720
     assert all(half.sum() > 1000 for half in np.split(drawn, 2))
