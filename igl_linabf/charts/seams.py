@@ -218,11 +218,12 @@ def _best(
     none = np.zeros(0, dtype=np.int64)
     with_nets = trade > 0 and not (holes and piece.holes > 1)
     nets = Nets(piece, trade, lambda seam: _log_scale(piece, _open_nodes(piece, seam), piece.curvature))
-    if with_nets and (seam := nets.free()) is not None:
-        return seam if gain is None or nets.expected(none) - nets.expected(seam) >= gain else none
     few = piece.n <= DIRECT
-    seam = _seam(piece, trade, holes)[0] if few else _carried(piece, trade, holes, gain)
     hard = with_nets and (flat_share(component) >= HARD or nets.creased)
+    # on a large surface without planes no net is free, and finding that out takes as long as all the rest
+    if with_nets and (few or hard) and (seam := nets.free()) is not None:
+        return seam if gain is None or nets.expected(none) - nets.expected(seam) >= gain else none
+    seam = _seam(piece, trade, holes)[0] if few else _carried(piece, trade, holes, gain)
 
     def parts(seam: IntArray) -> list[Submesh]:
         return component.cut_along(component.vertices[piece.edges[seam]])
