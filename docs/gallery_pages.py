@@ -21,9 +21,12 @@ FIRST = (
     "boundaries",
     "quads",
     "seams_bunny",
+    "hidden_seams",
     "cones_bunny",
     "even_texels",
     "baking",
+    "polygons",
+    "pattern",
 )
 
 

@@ -102,6 +102,19 @@ def test_holes_close_uncut(tmp_path) -> None:
     assert flipped_in(tmp_path / "out" / "holes.png")[1:3] == [False, False]
 
 
+def test_a_nut_has_a_net_and_the_bunny_hides_its_seams(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "hidden_seams.py")
+    assert re.search(r"nut: \d charts, L2 stretch 1\.00", text)
+    seen = [int(share) for share in re.findall(r"(\d+)% of them seen", text)]
+    assert seen[1] < seen[0] / 2
+    picture = pixels(tmp_path / "out" / "hidden_seams.png").astype(int)
+    red = (picture[..., 0] > 200) & (picture[..., 1:3].max(axis=-1) < 80)
+    middle = picture.shape[1] // 2
+    anywhere, hidden = (red[middle:, :middle].sum(), red[middle:, middle:].sum())
+    assert red[:middle, :middle].sum() > 0
+    assert 0 < hidden < anywhere / 2
+
+
 def test_the_bunny_unwraps_at_three_trades(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "seams_bunny.py")
     parts = text.split("trade ")[1:]
@@ -262,3 +275,23 @@ def test_a_weave_goes_on_across_the_seam_between_quarter_cones(tmp_path) -> None
     assert (
         np.unique(image[1400:, :750].reshape(-1, image.shape[2]), axis=0).shape[0] > 1000
     )  # arcs in colours
+
+
+def test_quadrangles_come_back_from_files_and_seams_are_no_diagonals(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "polygons.py")
+    assert " 0 of them diagonals" in text
+    for suffix in ("obj", "ply", "glb"):
+        assert f"out/polygons.{suffix}: 1,440 faces of 4 corners" in text
+    assert min(colourful(tmp_path / "out" / "polygons.png", 1, 2)) > 5
+
+
+def test_patterns_are_drawn_beside_their_surfaces(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "pattern.py")
+    assert "edges change by 0.00% at most" in text  # the lampshade is a cone
+    assert len(re.findall(r"^[1-6] +\d \d +4\d\d\.", text, re.M)) == 6  # the bodice's seams
+    for name in ("lampshade", "bodice"):
+        for suffix in ("svg", "dxf", "pdf"):
+            assert (tmp_path / "out" / f"{name}.{suffix}").stat().st_size > 1500
+    image = pixels(tmp_path / "out" / "pattern.png")[..., :3].astype(int)
+    drawn = image[:, image.shape[1] // 2 :].sum(axis=2) < 720
+    assert all(half.sum() > 1000 for half in np.split(drawn, 2))

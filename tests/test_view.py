@@ -19,9 +19,11 @@ from high_curvature import crown, rings
 from test_plot import colours, near, squares
 
 from igl_linabf import MeshError
+from igl_linabf.io import read_texture
 from igl_linabf.plot import MARK, SEAM, WARNING, Viewer, view
 
-SIZE = (1400, 700)
+SIZE = (1400, 830)
+SIDES = 700  # pixels from above: below are the sliders and the help
 PATIENCE = 60  # seconds, after which a window that has not changed is given up
 
 
@@ -32,7 +34,7 @@ def server() -> Iterator[str]:
         pytest.skip("Xvfb is not installed")
     pytest.importorskip("Xlib", reason="python-xlib is not installed")
     read, write = os.pipe()
-    command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1400x800x24", "-nolisten", "tcp"]
+    command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1400x900x24", "-nolisten", "tcp"]
     process = subprocess.Popen(command, pass_fds=[write], stderr=subprocess.DEVNULL)
     os.close(write)
     with open(read) as answer:
@@ -148,7 +150,7 @@ def marks(image: np.ndarray) -> list[np.ndarray | None]:
 
 
 def flat(image: np.ndarray) -> np.ndarray:
-    return image[:, SIZE[0] // 2 :]
+    return image[:SIDES, SIZE[0] // 2 :]
 
 
 def coloured(image: np.ndarray) -> bool:
@@ -176,9 +178,11 @@ def test_keys_change_frequency_distortion_help_and_quit(opened) -> None:
         window.key("d")  # conformal, stretch, area: from brown over white to green
     window.until(lambda image: np.isfinite(colours(flat(image)[300:400, 100:600], "BrBG")).mean() > 0.8)
     window.key("d")
-    dark = near(flat(window.until(lambda image: squares(flat(image)) > 5))[:140, :350], "black", 60).sum()
+    before = window.until(lambda image: squares(flat(image)) > 5)
+    assert near(before[SIDES:], "black", 60).sum() > 500
     window.key("h")
-    window.until(lambda image: near(flat(image)[:140, :350], "black", 60).sum() > dark + 500)
+    after = window.until(lambda image: near(image[SIDES:, 600:], "black", 60).sum() < 10)
+    assert (after[:SIDES] == before[:SIDES]).all()  # the help does not lie over the map
     window.key("q")
     assert window.process.wait(timeout=PATIENCE) == 0
     assert window.process.stderr.read() == ""
@@ -220,6 +224,70 @@ def test_a_click_marks_the_same_point_on_both_sides(opened) -> None:
     assert both_marked(window.image())
 
 
+def test_sliders_change_method_iterations_trade_and_colours(opened) -> None:
+    window = opened(*rings(40, crown))
+    y = 772
+    window.drag((77, y), (55, y), (40, y))  # linABF to igl.lscm
+    window.until(lambda image: near(image, WARNING).sum() > 100)
+    window.drag((189, y), (205, y))  # iterations go back to linABF
+    window.until(lambda image: not near(image, WARNING).any())
+    assert not coloured(window.image())
+    window.drag((469, y), (490, y))
+    window.until(coloured)
+    window.drag((334, y), (385, y))
+    window.until(lambda image: near(image[60:SIDES, : SIZE[0] // 2], SEAM).sum() > 100)
+
+
+def test_seams_are_drawn_by_clicks_and_taken_back(opened) -> None:
+    window = opened(*load("bumps"))
+    before = window.image()
+    window.key("s")
+    window.until(lambda image: (image != before)[:60].any())
+    window.drag((250, 400))
+    one = window.until(lambda image: near(image[60:SIDES, :700], SEAM).sum() > 20)
+    window.drag((430, 330))
+    two = window.until(lambda image: near(image[60:SIDES, :700], SEAM).sum() > 300)
+    assert (flat(two) != flat(one)).any(axis=2).mean() > 0.05  # the map is updated
+    window.key("z")
+    window.until(lambda image: near(image[60:SIDES, :700], SEAM).sum() < 300)
+
+
+def test_a_drawn_seam_is_the_shortest_path_and_cuts_the_map() -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 3)
+    V, F, *_ = igl.remove_unreferenced(V, F[V[F].mean(axis=1)[:, 2] < 0.5])
+    viewer = Viewer(V, F, off_screen=True)
+    whole = viewer.shown
+    viewer.toggle_drawing()
+    ends = [int(np.argmin(np.linalg.norm(V - at, axis=1))) for at in ([1, 0, 0], [0, 0, -1], [-1, 0, 0])]
+    for vertex in ends:
+        viewer.drawn.to(vertex)
+    length = sum(np.linalg.norm(V[a] - V[b]) for a, b in viewer.drawn.edges)
+    assert np.pi < length < 1.1 * np.pi  # two quarters of a great circle, along edges
+    cut = viewer.shown
+    assert len(cut.uv) == len(whole.uv) + len(viewer.drawn.edges) - 1  # each vertex within the path twice
+    viewer.take_back()
+    assert len(viewer.drawn.paths) == 1
+    viewer.take_back()
+    assert viewer.drawn.edges == ()
+    assert viewer.shown is whole
+
+
+def test_saved_files_replace_none(tmp_path) -> None:
+    V, F = load("bumps")
+    viewer = Viewer(V, F, off_screen=True, save_as=tmp_path / "bumps")
+    viewer.plotter.show(auto_close=False)
+    assert [viewer.save_mesh().name for _ in range(2)] == ["bumps-1.obj", "bumps-2.obj"]
+    assert pixels(viewer.save_picture()).shape[:2] == SIZE[::-1]
+    TC, FTC = read_texture(tmp_path / "bumps-1.obj")
+    uv = viewer.shown.uv - viewer.shown.uv.min(axis=0)
+    assert np.allclose(TC[FTC], (uv / uv.max())[F])
+    viewer.plotter.close()
+    missing = Viewer(V, F, off_screen=True, save_as=tmp_path / "none" / "bumps")
+    missing.act(missing.save_mesh)  # an error is said in the window
+    assert not (tmp_path / "none").exists()
+    missing.plotter.close()
+
+
 def test_a_closed_surface_is_unwrapped_and_its_seams_drawn(opened) -> None:
     window = opened(*igl.upsample(*igl.icosahedron(), 3))
     image = window.until(lambda image: near(image[60:, : SIZE[0] // 2], SEAM).sum() > 300)
@@ -252,7 +320,7 @@ def test_a_screenshot_needs_no_display(tmp_path) -> None:
     image = pixels(path)
     assert image.shape[:2] == SIZE[::-1]
     assert near(image[60:, : SIZE[0] // 2], SEAM).sum() > 200
-    assert squares(flat(image)[60:]) > 10
+    assert max(squares(flat(image)[row : row + 2]) for row in range(60, SIDES, 40)) > 10
 
 
 def test_maps_are_kept_turned_alike_and_iterations_count(monkeypatch) -> None:

@@ -18,8 +18,10 @@ Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the firs
 class _Corridor:
     """The part of a closed surface's graph in which the seam may move, where valleys are shorter."""
 
-    def __init__(self, piece: ClosedSurface, near: BoolArray) -> None:
+    def __init__(self, piece: ClosedSurface, near: BoolArray, seam: IntArray) -> None:
         self.piece = piece
+        # on a sphere a seam is a tree, whichever way its arcs go; around handles it has to stay what it is
+        self._shape = shape(piece, seam) if piece.genus else None
         self._nodes = np.flatnonzero(near)
         self._place = np.full(piece.n, -1)
         self._place[self._nodes] = np.arange(len(self._nodes))
@@ -28,6 +30,10 @@ class _Corridor:
         self._length = piece.length * piece.valley
         edge = piece.between(self._nodes[self._row], self._nodes[self._graph.indices])
         self._graph.data = self._length[edge]
+
+    def accepts(self, moved: IntArray) -> bool:
+        """Whether a seam that has moved still opens what it opened."""
+        return self._shape is None or shape(self.piece, moved) == self._shape
 
     def total(self, edges: IntArray) -> float:
         """Their length, less in valleys."""
@@ -77,16 +83,11 @@ def tightened(
     reach : float
         How far from a branch point its three arcs may move.
     """
-    corridor, fixed = _Corridor(piece, near), set(kept.tolist())
+    corridor, fixed = _Corridor(piece, near, seam), set(kept.tolist())
     for _ in range(ROUNDS):
         seam = _straight(corridor, seam, fixed)
         seam = _balanced(corridor, seam, fixed, reach)
     return _straight(corridor, seam, fixed)
-
-
-def _accepted(piece: ClosedSurface, seam: IntArray, moved: IntArray) -> bool:
-    """Whether a seam still opens what it opened: on a sphere it is a tree, whichever way its arcs go."""
-    return not piece.genus or shape(piece, moved) == shape(piece, seam)
 
 
 def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
@@ -103,7 +104,7 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
         if len(way) > 1:
             new = piece.between(np.array(way[:-1]), np.array(way[1:]))
             moved = np.concatenate((np.setdiff1d(seam, edges), new))
-            if corridor.total(new) < length * SHORTER and _accepted(piece, seam, moved):
+            if corridor.total(new) < length * SHORTER and corridor.accepts(moved):
                 seam, nodes = moved, way
         barred.update(nodes)
     return seam
@@ -132,7 +133,7 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
             moved = np.concatenate(
                 (np.setdiff1d(seam, own), *(piece.between(way[:-1], way[1:]) for way in ways))
             )
-            if _accepted(piece, seam, moved):
+            if corridor.accepts(moved):
                 seam = moved
     return seam
 

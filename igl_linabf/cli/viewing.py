@@ -17,6 +17,7 @@ def _view(options: argparse.Namespace) -> int:
     V, F = read_mesh(options.mesh)
     settings = {"measure": options.measure, "frequency": options.frequency}
     if options.screenshot is None:
+        settings["save_as"] = options.mesh.stem  # in the present folder
         view(V, F, options.method, title=f"igl_linabf: {options.mesh.name}", **settings)
     else:
         with replacing(options.screenshot) as temporary:

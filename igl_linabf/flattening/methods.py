@@ -201,7 +201,10 @@ class Isometric(Method):
             problem = posed(mesh, None, "auto", LinABF.threshold, self.solver)
             tried = climb(problem, [*_automatic(ONE_SYSTEM_RTOL, ACTIVE_SET_RTOL, TOL), injective_map])
             made = isometric_map(problem, tried, self.weight, pinned)
-            return report(problem, self.name, tried if made is None else (*tried, made), seconds)
+            if made is not None:
+                # the maps before do not know of the pins
+                tried = (made,) if pinned is not None else (*tried, made)
+            return report(problem, self.name, tried, seconds)
 
 
 @dataclass(frozen=True)

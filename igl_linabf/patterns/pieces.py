@@ -6,6 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.spatial import cKDTree
+from shapely import LineString, polygons, unary_union
 
 from .._runtime import aligned
 from .._types import BoolArray, FloatArray, IntArray
@@ -22,6 +24,7 @@ from ..surface import (
     vertex_array,
 )
 
+ARROW = 0.3  # half of its length, as a share of the piece along it
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
 
 
@@ -156,7 +159,7 @@ def pattern_of(
         piece=np.array([label[loop[0]] for loop in loops], dtype=np.int64),
         seams=_seams(surface, flat, loops, label),
         folds=flat[_creases(surface, topology, inner, crease)],
-        grain=_grain(surface, flat, F_flat, label, np.asarray(grain, dtype=float)),
+        grain=_grain(surface, flat, F_flat, label, loops, np.asarray(grain, dtype=float)),
         error=float(np.max(np.abs(length[0] / np.maximum(length[1], 1e-300) - 1), initial=0)),
         units=units,
     )
@@ -232,7 +235,12 @@ def _creases(surface: FloatArray, topology: Topology, inner: BoolArray | None, c
 
 
 def _grain(
-    surface: FloatArray, flat: FloatArray, F: IntArray, label: IntArray, direction: FloatArray
+    surface: FloatArray,
+    flat: FloatArray,
+    F: IntArray,
+    label: IntArray,
+    loops: tuple[IntArray, ...],
+    direction: FloatArray,
 ) -> FloatArray:
     """Arrows: where the direction in space points on each piece, or along it if it points nowhere."""
     if direction.shape != (3,) or not np.linalg.norm(direction) > 0:
@@ -245,6 +253,7 @@ def _grain(
     along = ((de * ff - df * ef) / det)[:, None] * u + ((df * ee - de * ef) / det)[:, None] * v
     area = np.sqrt(det) / 2
     arrows = []
+    outlines, outline_piece = [flat[loop] for loop in loops], [int(label[loop[0]]) for loop in loops]
     for piece in range(int(label.max()) + 1):
         faces = np.flatnonzero(label[F[:, 0]] == piece)
         mean = (along[faces] * area[faces, None]).sum(axis=0) / area[faces].sum() / np.linalg.norm(direction)
@@ -253,8 +262,13 @@ def _grain(
         if np.linalg.norm(mean) < 0.1:
             mean = np.linalg.svd(points - centre, full_matrices=False)[2][0]
         mean = mean / np.linalg.norm(mean)
-        middle = flat[F[faces]].mean(axis=1)
-        at = middle[np.argmin(((middle - centre) ** 2).sum(axis=1))]  # within the piece, whatever its shape
-        half = 0.2 * np.ptp(points @ mean)
+        own = flat[F[faces]].reshape(-1, 3, 2)
+        rim = np.concatenate([line for line, of in zip(outlines, outline_piece, strict=True) if of == piece])
+        room, _ = cKDTree(rim).query(own.mean(axis=1))
+        at = own.mean(axis=1)[np.argmax(room)]  # far from the outline
+        inside = unary_union(polygons(own))
+        half = ARROW * np.ptp(points @ mean)
+        while half > room.max() and not inside.contains(LineString((at - half * mean, at + half * mean))):
+            half *= 0.8
         arrows.append((at - half * mean, at + half * mean))
     return np.array(arrows)

@@ -1,62 +1,56 @@
 """A window with the surface and its flat map side by side. Needs pyvista.
 
-A click on either side marks the same point on both. Keys change the method, the iterations, the
-checkerboard's frequency and the distortion that is shown.
+A click on either side marks the same point on both, or draws a seam. The sliders and keys below change the
+method, its iterations, the trade of seam length for stretch, and the colours.
 """
 
 from __future__ import annotations
 
 import os
 import sys
-import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
+from itertools import count
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyvista as pv
 from numpy.typing import ArrayLike
 
-from .._types import FloatArray, IntArray
-from ..charts import find_seams, unwrap
-from ..errors import OutcomeWarning
-from ..flattening import METHODS, LinABF, flatten
-from ..measures import MEASURES, Measure, Quality, quality
-from ..surface import compact, face_array, topology_of, vertex_array
-from .scene import Scene, add_cut, add_flat, add_surface, board, distortions, face_the_camera, scene
+from .._types import FloatArray
+from ..errors import MeshError
+from ..flattening import METHODS
+from ..io import replacing, unit_square, write_mesh
+from ..measures import MEASURES, Measure
+from ..surface import face_array, vertex_array
+from .drawn_seams import DrawnSeams
+from .kept_maps import Asked, KeptMaps, Shown
+from .scene import SEAM, add_cut, add_flat, add_surface, board, distortions, face_the_camera
+from .sliders import add_sliders
 
 NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
 MARK = "#e815c4"
 NO_DISPLAY = "there is no display to open a window on: set DISPLAY, or write a picture instead (--screenshot)"
 CLICK_MOVES = 4  # pixels at most between press and release of a click
-HELP = """\
-m            igl.lscm, linABF, ABF
-] [          more, fewer iterations of linABF
-right, left  more, fewer squares
-d            checkerboard, distortion: angle, conformal, stretch, area
-x            seams
-click        marks a point on both
-h            this help
-q            quit"""
-
-
-@dataclass(frozen=True, eq=False)
-class Shown:
-    """One flat map as the window shows it.
-
-    Attributes
-    ----------
-    drawn : Scene
-        The surface and its map.
-    quality : Quality
-    charts : int
-        Number of charts.
-    """
-
-    drawn: Scene
-    quality: Quality
-    charts: int
+HELP = (
+    """\
+click  marks a point on both
+s      draws seams by clicks;
+       its end again: ends it
+z      takes a click back""",
+    """\
+m    igl.lscm, linABF, ABF
+] [  more, fewer iterations
+d    board, angle, ... area
+> <  more, fewer squares (arrows)""",
+    """\
+x    seams on, off
+p w  save picture, mesh
+h    help on, off
+q    quit""",
+)
+PANEL = 130  # pixels below the two sides
 
 
 class Viewer:
@@ -75,7 +69,9 @@ class Viewer:
     off_screen : bool
         Open no window.
     window_size : (int, int)
-        Width and height in pixels.
+        Width and height in pixels; the lowest 130 are for the sliders and the help.
+    save_as : path
+        What saved files are called, before their number: igl_linabf-1.png, igl_linabf-1.obj.
     **options
         Options of `pyvista.Plotter`.
 
@@ -84,8 +80,14 @@ class Viewer:
     plotter : pyvista.Plotter
     iterations : int
         Iterations of linABF; 0 is its default, "auto".
+    trade : float or None
+        Of seam length for stretch; None leaves a disk uncut.
     picked : (int, (3,) float64) or None
         Face and barycentric coordinates of the marked point.
+    drawing : bool
+        Whether clicks draw seams.
+    drawn : DrawnSeams
+        The seams that were drawn.
     """
 
     def __init__(
@@ -97,7 +99,8 @@ class Viewer:
         frequency: float = 30.0,
         measure: Measure | None = None,
         off_screen: bool = False,
-        window_size: tuple[int, int] = (1400, 700),
+        window_size: tuple[int, int] = (1400, 700 + PANEL),
+        save_as: str | os.PathLike[str] = "igl_linabf",
         **options: Any,
     ) -> None:
         if method not in METHODS:
@@ -106,15 +109,20 @@ class Viewer:
         self.methods = list(dict.fromkeys((*NAMES, method)))
         self.method, self.iterations, self.frequency = method, 0, frequency
         self.measure: Measure | None = measure
-        self.seams, self.help = True, False
+        self.seams, self.help, self.drawing = True, True, False
+        self.trade: float | None = None
         self.picked: tuple[int, FloatArray] | None = None
-        self._maps: dict[tuple[str, int], Shown] = {}
-        self._seams = _seams_of(self.V, self.F)
+        self.drawn = DrawnSeams(self.V, self.F)
+        self._maps, self._save_as, self._said = KeptMaps(self.V, self.F), Path(save_as), ""
         self._pressed: tuple[int, int] = (0, 0)
         shown = self.shown
         with pv.vtk_verbosity("error"):
             options = {"window_size": list(window_size), "border": False, **options}
-            self.plotter = pv.Plotter(shape=(1, 2), off_screen=off_screen, **options)
+            self._height = int(options["window_size"][1])
+            rows = [max(self._height - PANEL, 1), PANEL]
+            self.plotter = pv.Plotter(
+                shape=(2, 2), groups=[(1, slice(None))], row_weights=rows, off_screen=off_screen, **options
+            )
         kind = self.plotter.render_window.GetClassName()
         if not off_screen and ("EGL" in kind or "OSOpenGL" in kind):
             self.plotter.close()
@@ -124,27 +132,14 @@ class Viewer:
         face_the_camera(self.plotter, shown.drawn.V, shown.drawn.F)
         self.plotter.camera.zoom(0.92)  # below the caption
         if not off_screen:
+            add_sliders(self)
             self._listen()
 
     @property
     def shown(self) -> Shown:
-        """The map of the present method and iterations, computed on first use."""
-        key = (self.method, self.iterations if self.method == "linabf" else 0)
-        if key not in self._maps:
-            self._maps[key] = self._flattened(*key)
-        return self._maps[key]
-
-    def _flattened(self, method: str, iterations: int) -> Shown:
-        chosen = LinABF(iterations=iterations) if iterations else method
-        if self._seams is None:
-            drawn = scene(self.V, self.F, flatten(self.V, self.F, chosen).uv)
-            if self._maps:
-                drawn = drawn.fitted(next(iter(self._maps.values())).drawn)
-            return Shown(drawn, quality(drawn.V, drawn.F, drawn.uv), 1)
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", OutcomeWarning)  # what is flipped is seen, and counted
-            atlas = unwrap(self.V, self.F, self._seams, chosen)
-        return Shown(scene(self.V, self.F, atlas), atlas.quality, len(atlas.charts))
+        """The map of what is set at present, computed on first use."""
+        iterations = self.iterations if self.method == "linabf" else 0
+        return self._maps.shown(Asked(self.method, iterations, self.trade, self.drawn.edges))
 
     def draw(self) -> None:
         """Redraw both sides; the camera of the surface stays."""
@@ -153,7 +148,8 @@ class Viewer:
         self.plotter.suppress_rendering = True  # each addition would render
         for title in tuple(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(title)
-        self.plotter.clear_actors()
+        for side in (0, 1):  # the sliders stay
+            self.plotter.renderers[side].clear_actors()
         self.plotter.subplot(0, 0)
         add_surface(self.plotter, drawn, **colours, show_scalar_bar=False, reset_camera=False)
         if self.seams:
@@ -161,9 +157,18 @@ class Viewer:
         self.plotter.add_text(self.caption, font_size=10)
         self.plotter.subplot(0, 1)
         add_flat(self.plotter, drawn.flat, **colours)
-        if self.help:
-            self.plotter.add_text(HELP, font_size=10, font="courier", position="upper_left")
+        self.plotter.subplot(1, 0)
+        for i, column in enumerate(HELP):
+            self.plotter.add_text(
+                column if self.help else "",
+                font_size=7,
+                font="courier",
+                position=(0.43 + 0.2 * i, 0.2),
+                viewport=True,
+                name=f"help {i}",
+            )
         self._mark()
+        self._mark_drawn()
         self.plotter.suppress_rendering = False
 
     @property
@@ -181,7 +186,9 @@ class Viewer:
             u, v = weights @ drawn.uv[drawn.F[face]]
             x, y, z = weights @ self.V[self.F[face]]
             said += f"\nface {face}: ({x:.4g}, {y:.4g}, {z:.4g}) -> ({u:.4g}, {v:.4g})"
-        return f"{said}\nh: help"
+        if self.drawing:
+            said += "\ndrawing a seam: click vertices; s ends, z takes back"
+        return f"{said}\n{self._said}" if self._said else said
 
     def next_method(self) -> None:
         self.method = self.methods[(self.methods.index(self.method) + 1) % len(self.methods)]
@@ -210,8 +217,51 @@ class Viewer:
         self.help = not self.help
         self.draw()
 
+    def set_trade(self, trade: float | None) -> None:
+        """Find seams anew, with this trade of their length for stretch; None leaves a disk uncut."""
+        self.trade = trade
+        self.draw()
+
+    def toggle_drawing(self) -> None:
+        """Clicks draw seams, or mark points again."""
+        self.drawing, self.drawn.end = not self.drawing, None
+        self.draw()
+
+    def take_back(self) -> None:
+        """Take the last click of a drawn seam back."""
+        self.drawn.back()
+        self.draw()
+
+    def save_picture(self) -> Path:
+        """Save both sides as a PNG that does not replace a file; its path."""
+        path = self._free(".png")
+        with replacing(path) as temporary:
+            self.plotter.screenshot(temporary)
+        return self._told(path)
+
+    def save_mesh(self) -> Path:
+        """Save the surface with its map as an OBJ that does not replace a file; its path."""
+        path = self._free(".obj")
+        write_mesh(path, self.V, self.F, unit_square(self.shown.uv), self.shown.corners)
+        return self._told(path)
+
+    def _free(self, suffix: str) -> Path:
+        numbered = (Path(f"{self._save_as}-{i}{suffix}") for i in count(1))
+        return next(path for path in numbered if not path.exists())
+
+    def _told(self, path: Path) -> Path:
+        self._said = f"saved {path}"
+        self.draw()
+        self._said = ""
+        return path
+
     def pick(self, x: int, y: int) -> None:
-        """Mark the point under a pixel on both sides; pixels count from the lower left."""
+        """Mark the point under a pixel on both sides, or draw a seam to the vertex nearest to it.
+
+        Pixels count from the lower left.
+        """
+        if y < PANEL:
+            return
         drawn = self.shown.drawn
         side = int(x >= self.plotter.window_size[0] / 2)
         points = drawn.flat.V if side else drawn.V
@@ -221,7 +271,11 @@ class Viewer:
         hits, faces = surface.ray_trace(*ends, first_point=False)
         if len(faces):
             i = int(np.argmin(np.linalg.norm(hits - ends[0], axis=1)))
-            self.picked = int(faces[i]), _barycentric(hits[i], points[drawn.F[faces[i]]])
+            face, weights = int(faces[i]), _barycentric(hits[i], points[drawn.F[faces[i]]])
+            if self.drawing:
+                self.drawn.to(int(self.F[face, np.argmax(weights)]))
+            else:
+                self.picked = face, weights
             self.draw()
 
     def _mark(self) -> None:
@@ -236,6 +290,14 @@ class Viewer:
             self.plotter.add_mesh(ball, color=MARK, lighting=False, name="mark", reset_camera=False)
             self.plotter.renderer.reset_camera_clipping_range()
 
+    def _mark_drawn(self) -> None:
+        """The vertex at which the seam goes on."""
+        if self.drawing and self.drawn.end is not None:
+            self.plotter.subplot(0, 0)
+            at, size = self.V[self.drawn.end], np.linalg.norm(np.ptp(self.V, axis=0))
+            ball = pv.Sphere(radius=0.009 * size, center=at)
+            self.plotter.add_mesh(ball, color=SEAM, lighting=False, name="end", reset_camera=False)
+
     def _listen(self) -> None:
         keys = {
             "m": self.next_method,
@@ -246,15 +308,25 @@ class Viewer:
             "d": self.next_measure,
             "x": self.toggle_seams,
             "h": self.toggle_help,
+            "s": self.toggle_drawing,
+            "z": self.take_back,
+            "p": self.save_picture,
+            "w": self.save_mesh,
         }
         for key, action in keys.items():
-            self.plotter.add_key_event(key, partial(self._act, action))
+            self.plotter.add_key_event(key, partial(self.act, action))
         interactor = self.plotter.iren
         interactor.add_observer("LeftButtonPressEvent", self._press)
         interactor.style.add_observer("EndInteractionEvent", self._release)
 
-    def _act(self, action: Callable[[], None]) -> None:
-        action()
+    def act(self, action: Callable[[], object]) -> None:
+        """Run an action of a key or slider, and show what has changed; an error is a line in the caption."""
+        try:
+            action()
+        except (MeshError, OSError) as error:
+            self._said = str(error)
+            self.draw()
+            self._said = ""
         self.plotter.render()
 
     def _press(self, *_: object) -> None:
@@ -263,7 +335,7 @@ class Viewer:
     def _release(self, *_: object) -> None:
         x, y = self.plotter.iren.get_event_position()
         if abs(x - self._pressed[0]) + abs(y - self._pressed[1]) <= CLICK_MOVES:
-            self._act(partial(self.pick, x, y))
+            self.act(partial(self.pick, x, y))
 
 
 def view(
@@ -337,12 +409,6 @@ def has_display() -> bool:
     """
     names = ("DISPLAY", "WAYLAND_DISPLAY")
     return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in names)
-
-
-def _seams_of(V: FloatArray, F: IntArray) -> IntArray | None:
-    """Where to cut the surface; None if it is a disk, with or without holes."""
-    vertices, faces = compact(F, len(V))
-    return None if topology_of(faces, vertices).is_planar else find_seams(V, F)
 
 
 def _world(renderer: Any, x: int, y: int, depth: float) -> FloatArray:

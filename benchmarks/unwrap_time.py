@@ -1,0 +1,124 @@
+"""How long `unwrap` takes: beside the flattening alone, and beside xatlas.
+
+    python benchmarks/unwrap_time.py
+
+The meshes are those of the kinds closed, handles, holes and multi in IGL_LINABF_MESHES, as they are and
+subdivided with bumps, the bunny, 500 mixed pieces and 2,000 cubes. Each runs in a process of its own, with
+one thread. xatlas is added if it is installed. Prints Markdown.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+import warnings
+from collections.abc import Callable
+from functools import partial
+from importlib.util import find_spec
+from time import process_time
+
+import igl
+import numpy as np
+from meshes import shared, stanford
+
+from igl_linabf import flatten, flatten_many, unwrap
+from igl_linabf.surface import compact
+
+Surface = tuple[np.ndarray, np.ndarray]
+
+REPEATS_BELOW = 30_000  # triangles, of which the median of three runs counts
+XATLAS_BELOW = 50_000  # triangles: it takes minutes from there on
+LARGE = {"bunny": 1, "igl_cow": 2, "optcuts_horse_f10000": 3, "igl_3holes": 2, "bff_punctured-torus": 1}
+KINDS = ("closed", "handles", "holes", "multi")
+
+
+def bumpy(V: np.ndarray, F: np.ndarray, times: int, seed: int = 0) -> Surface:
+    """Loop-subdivided, with bumps of a thousandth of the diagonal."""
+    V, F = igl.loop(V, F.astype(np.int64), times)
+    size, rng = float(np.linalg.norm(np.ptp(V, axis=0))), np.random.default_rng(seed)
+    height = sum(np.sin(V @ rng.normal(size=3) * 60 / size + rng.uniform(0, 6)) for _ in range(12))
+    return V + igl.per_vertex_normals(V, F) * (height * size / 3000)[:, None], F
+
+
+def many(count: int, boxes: float, seed: int = 0) -> Surface:
+    """Pieces side by side: a share of them boxes, the others spheres of 20 to 1,280 triangles."""
+    rng = np.random.default_rng(seed)
+    corners = np.array([[x, y, z] for x in (0.0, 1) for y in (0, 1) for z in (0, 1)])
+    quads = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    box = corners, np.array([t for a, b, c, d in quads for t in ([a, b, c], [a, c, d])])
+    kinds = [box, *(igl.loop(*igl.icosahedron(), k) if k else igl.icosahedron() for k in range(4))]
+    chosen = rng.choice(5, size=count, p=[boxes, *[(1 - boxes) / 4] * 4])
+    V = [kinds[k][0] * rng.uniform(0.5, 1.5, size=3) + [4 * i, 0, 0] for i, k in enumerate(chosen)]
+    base = np.cumsum([0, *map(len, V)])
+    return np.concatenate(V), np.concatenate([kinds[k][1] + b for k, b in zip(chosen, base, strict=False)])
+
+
+def models() -> dict[str, Callable[[], Surface]]:
+    """Functions that make the meshes, by name."""
+    given = {name: (V, F) for name, V, F in [stanford(), *shared(*KINDS)]}
+    found: dict[str, Callable[[], Surface]] = {name: partial(tuple, mesh) for name, mesh in given.items()}
+    for name, times in LARGE.items():
+        for k in range(1, times + 1) if name in given else ():
+            found[f"{name}, bumpy, {4**k} x"] = partial(bumpy, *given[name], k)
+    return found | {"500 pieces": partial(many, 500, 0.5), "2,000 cubes": partial(many, 2000, 1.0)}
+
+
+def seconds(run: Callable[[], object], repeats: int) -> float:
+    """Of the process, the median of some runs."""
+    times = []
+    for _ in range(repeats):
+        start = process_time()
+        run()
+        times.append(process_time() - start)
+    return float(np.median(times))
+
+
+def measured(name: str) -> dict[str, float]:
+    """A mesh's triangles, charts, times and memory."""
+    V, F = models()[name]()
+    repeats = 3 if len(F) < REPEATS_BELOW else 1
+    V_disk, F_disk = igl.icosahedron()
+    flatten(V_disk, F_disk[1:], progress=False)  # imports
+    own = seconds(lambda: unwrap(V, F, progress=False), repeats)
+    memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    atlas = unwrap(V, F, progress=False)
+    charts = []
+    for chart in atlas.charts:
+        vertices, packed = compact(atlas.FTC[chart.faces], len(atlas.TC))
+        charts.append((V[atlas.origin[vertices]], packed))
+    alone = seconds(lambda: flatten_many(charts, progress=False), repeats)
+    row = {"triangles": len(F), "charts": len(charts), "s": own, "flatten": alone, "MB": memory / 1024}
+    if find_spec("xatlas") and len(F) < XATLAS_BELOW:
+        import xatlas
+
+        row["xatlas"] = seconds(lambda: xatlas.parametrize(V, F), 1)
+    return row
+
+
+def main() -> None:
+    if len(sys.argv) > 1:
+        warnings.simplefilter("ignore")
+        print(json.dumps(measured(sys.argv[1])))
+        return
+    print(
+        "s: CPU seconds of unwrap, with one thread. flatten: of the charts alone. MB: peak of the process.\n"
+    )
+    heads = ["mesh", "triangles", "charts", "s", "/ flatten", "/ xatlas", "MB", "KB a triangle"]
+    print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
+    env = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
+    for name in models():
+        command = [sys.executable, __file__, name]
+        done = subprocess.run(command, capture_output=True, text=True, check=True, env=env)
+        row = json.loads(done.stdout.splitlines()[-1])
+        cells = [name, f"{row['triangles']:,}", f"{row['charts']:,}", f"{row['s']:.2f}"]
+        cells += [f"{row['s'] / row['flatten']:.1f}"]
+        cells += [f"{row['s'] / row['xatlas']:.2f}" if "xatlas" in row else ""]
+        cells += [f"{row['MB']:,.0f}", f"{1024 * row['MB'] / row['triangles']:.1f}"]
+        print(f"| {' | '.join(cells)} |", flush=True)
+
+
+if __name__ == "__main__":
+    main()

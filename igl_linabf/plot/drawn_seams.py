@@ -1,0 +1,72 @@
+"""Seams drawn by clicks: from vertex to vertex along the shortest path of edges."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.sparse import csr_array
+from scipy.sparse.csgraph import dijkstra
+
+from .._types import FloatArray, IntArray
+from ..surface import NEXT, PREV
+from .kept_maps import Pairs
+
+
+@dataclass
+class DrawnSeams:
+    """Paths of edges on a surface, and the vertex at which the present one goes on.
+
+    Attributes
+    ----------
+    V, F : (#V, 3) float64 and (#F, 3) int64
+    paths : list of (#p,) int64
+        The vertices of each path.
+    end : int or None
+        The vertex from which the next click draws; None begins a new seam.
+    """
+
+    V: FloatArray
+    F: IntArray
+    paths: list[IntArray] = field(default_factory=list)
+    end: int | None = None
+
+    def __post_init__(self) -> None:
+        ends = np.concatenate((self.F[:, [1, 2]], self.F[:, NEXT][:, [1, 2]], self.F[:, PREV][:, [1, 2]]))
+        ends = np.unique(np.sort(ends, axis=1), axis=0)
+        lengths = np.linalg.norm(self.V[ends[:, 0]] - self.V[ends[:, 1]], axis=1)
+        n = len(self.V)
+        self._graph = csr_array((lengths, (ends[:, 0], ends[:, 1])), shape=(n, n))
+
+    @property
+    def edges(self) -> Pairs:
+        """Every edge that was drawn, once."""
+        pairs = [np.column_stack((path[:-1], path[1:])) for path in self.paths]
+        if not pairs:
+            return ()
+        every = np.unique(np.sort(np.concatenate(pairs), axis=1), axis=0)
+        return tuple((int(a), int(b)) for a, b in every)
+
+    def to(self, vertex: int) -> None:
+        """Begin at a vertex, or go on to it; clicking the end again ends the seam."""
+        if self.end is None:
+            self.end = vertex
+        elif vertex == self.end:
+            self.end = None
+        else:
+            _, before = dijkstra(self._graph, directed=False, indices=self.end, return_predecessors=True)
+            path = [vertex]
+            while path[-1] != self.end:
+                if before[path[-1]] < 0:  # in another piece
+                    break
+                path.append(int(before[path[-1]]))
+            else:
+                self.paths.append(np.array(path[::-1], dtype=np.int64))
+            self.end = vertex
+
+    def back(self) -> None:
+        """Take the last path away."""
+        if self.paths:
+            self.end = int(self.paths.pop()[0])
+        else:
+            self.end = None

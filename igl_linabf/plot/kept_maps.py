@@ -1,0 +1,103 @@
+"""The maps of one surface that a window has shown, each computed once."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+
+import numpy as np
+
+from .._types import FloatArray, IntArray
+from ..charts import TRADE, find_seams, unwrap
+from ..errors import OutcomeWarning
+from ..flattening import LinABF, flatten
+from ..measures import Quality, quality
+from ..surface import compact, topology_of
+from .scene import Scene, scene
+
+Pairs = tuple[tuple[int, int], ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Shown:
+    """One flat map as the window shows it.
+
+    Attributes
+    ----------
+    drawn : Scene
+        The surface and its map.
+    quality : Quality
+    charts : int
+        Number of charts.
+    uv : (#V or #TC, 2) float64
+        The map, or the atlas's texture coordinates.
+    corners : (#F, 3) int64
+        Its rows at the corners of the faces.
+    """
+
+    drawn: Scene
+    quality: Quality
+    charts: int
+    uv: FloatArray
+    corners: IntArray
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What a map depends on.
+
+    Attributes
+    ----------
+    method : str
+    iterations : int
+        Of linABF; 0 is its default, "auto".
+    trade : float or None
+        Of seam length for stretch; None leaves a disk uncut, and finds seams as `find_seams` does.
+    drawn : tuple of vertex pairs
+        Edges that the user has drawn as seams; the rest that the surface needs is found.
+    """
+
+    method: str
+    iterations: int
+    trade: float | None = None
+    drawn: Pairs = ()
+
+
+class KeptMaps:
+    """The maps of a surface by what was asked for."""
+
+    def __init__(self, V: FloatArray, F: IntArray) -> None:
+        self.V, self.F = V, F
+        vertices, faces = compact(F, len(V))
+        self.planar = topology_of(faces, vertices).is_planar
+        self._maps: dict[Asked, Shown] = {}
+        self._seams: dict[float, IntArray] = {}
+
+    def shown(self, asked: Asked) -> Shown:
+        """The map, computed where it is asked for the first time."""
+        if asked not in self._maps:
+            self._maps[asked] = self._made(asked)
+        return self._maps[asked]
+
+    def _made(self, asked: Asked) -> Shown:
+        method = LinABF(iterations=asked.iterations) if asked.iterations else asked.method
+        if self.planar and asked.trade is None and not asked.drawn:
+            uv = flatten(self.V, self.F, method).uv
+            drawn = scene(self.V, self.F, uv)
+            if self._maps:  # turned alike
+                drawn = drawn.fitted(next(iter(self._maps.values())).drawn)
+            return Shown(drawn, quality(drawn.V, drawn.F, drawn.uv), 1, uv, self.F)
+        trade = TRADE if asked.trade is None else asked.trade
+        seams = np.array(asked.drawn, dtype=np.int64) if asked.drawn else self._found(trade)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", OutcomeWarning)  # what is flipped is seen, and counted
+            atlas = unwrap(
+                self.V, self.F, seams, method, trade=trade, complete=bool(asked.drawn) and not self.planar
+            )
+        drawn = scene(self.V, self.F, atlas)
+        return Shown(drawn, atlas.quality, len(atlas.charts), atlas.TC, np.asarray(atlas.FTC))
+
+    def _found(self, trade: float) -> IntArray:
+        if trade not in self._seams:
+            self._seams[trade] = find_seams(self.V, self.F, trade=trade, disks=True)
+        return self._seams[trade]

@@ -1,0 +1,90 @@
+"""The sliders below the window's two sides."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from ..measures import MEASURES
+
+if TYPE_CHECKING:
+    from .window import Viewer
+
+MOST_ITERATIONS, LARGEST_TRADE = 8, 60.0
+LETTERS = 0.1  # of the height of the row
+
+
+def add_sliders(viewer: Viewer) -> None:
+    """Method, iterations, trade and colouring, in the window's lowest row."""
+    viewer.plotter.subplot(1, 0)
+    colours = ("board", *MEASURES)
+
+    def method(name: str) -> None:
+        viewer.method = name
+        viewer.draw()
+
+    def iterate(value: float) -> None:
+        viewer.iterate(round(value) - viewer.iterations)
+
+    def trade(value: float) -> None:
+        viewer.set_trade(value)
+
+    def colour(name: str) -> None:
+        viewer.measure = None if name == "board" else next(m for m in MEASURES if m == name)
+        viewer.draw()
+
+    _choice(viewer, 0, viewer.methods, viewer.method, method)
+    _number(viewer, 1, "iterations, 0: auto", 0, MOST_ITERATIONS, viewer.iterations, "%.0f", iterate)
+    _number(viewer, 2, "trade", 0.0, LARGEST_TRADE, 6.0, "%.0f", trade)
+    _choice(viewer, 3, colours, viewer.measure or colours[0], colour)
+
+
+def _place(i: int) -> dict[str, tuple[float, float]]:
+    """The ends of the i-th slider, in shares of the row."""
+    return {"pointa": (0.015 + 0.1 * i, 0.45), "pointb": (0.095 + 0.1 * i, 0.45)}
+
+
+def _choice(viewer: Viewer, i: int, names: Sequence[str], now: str, chosen: Callable[[str], None]) -> None:
+    slider = viewer.plotter.add_text_slider_widget(
+        _changed(viewer, now, chosen), list(names), value=list(names).index(now), **_place(i), **_LOOK
+    )
+    slider.GetRepresentation().SetTitleHeight(LETTERS)
+
+
+def _number(
+    viewer: Viewer,
+    i: int,
+    title: str,
+    low: float,
+    high: float,
+    now: float,
+    form: str,
+    chosen: Callable[[float], None],
+) -> None:
+    slider = viewer.plotter.add_slider_widget(
+        _changed(viewer, float(now), chosen),
+        (low, high),
+        value=now,
+        title=title,
+        fmt=form,
+        title_height=LETTERS,
+        **_place(i),
+        **_LOOK,
+    )
+    slider.GetRepresentation().SetLabelHeight(LETTERS)
+
+
+_LOOK = {"style": "modern", "interaction_event": "end"}
+
+
+def _changed(viewer: Viewer, now: object, chosen: Callable) -> Callable:  # type: ignore[type-arg]
+    """Calls `chosen` with each value that is another one: pyvista calls at once with the first, too."""
+    last = [now]
+
+    def call(value: object) -> None:
+        if value != last[0]:
+            last[0] = value
+            viewer.act(partial(chosen, value))
+
+    return call

@@ -1,0 +1,98 @@
+"""Seams of large surfaces: clusters keep handles and holes, and what is found on them is as good."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+from conftest import load
+
+from igl_linabf.charts import cut, find_seams, seams
+from igl_linabf.charts.coarse import clusters, contracted
+from igl_linabf.charts.cut_graph import closed_surface, shape
+from igl_linabf.charts.seams import _cost, _seam
+from igl_linabf.surface import Submesh
+
+NAMES = (
+    "nut",
+    "double_torus",
+    "punctured_nut",
+    "closed__igl_3holes.off",
+    "closed__optcuts_horse_f10000.obj",
+    "handles__bff_punctured-torus.obj",
+    "holes__igl_beetle.off",
+)
+
+
+def surface(name: str) -> Submesh:
+    return max(Submesh.checked_manifold(*load(name)).components(), key=lambda part: len(part.F))
+
+
+def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Subdivided until seams are sought on clusters."""
+    V, F = load(name)
+    while len(V) <= seams.DIRECT:
+        V, F = igl.upsample(V, F, 1)
+    return V, F
+
+
+@pytest.mark.parametrize("hops", [1, 2, 5])
+@pytest.mark.parametrize("name", NAMES)
+def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) -> None:
+    piece = closed_surface(surface(name))
+    coarse = contracted(piece, clusters(piece, hops)).coarse
+    assert coarse.n < piece.n / 2
+    assert coarse.n - len(coarse.ends) + coarse.n_faces == 2 - 2 * piece.genus
+    assert (coarse.holes, coarse.genus) == (piece.holes, piece.genus)
+    assert np.isclose(coarse.area.sum(), piece.area.sum())
+    assert np.isclose(coarse.curvature.sum(), piece.curvature.sum())
+
+
+@pytest.mark.parametrize("hops", [1, 3])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_seam_of_clusters_opens_the_surface_as_it_opened_them(name: str, hops: int) -> None:
+    piece = closed_surface(surface(name))
+    smaller = contracted(piece, clusters(piece, hops))
+    seam, leaves = _seam(smaller.coarse, 6.0, False)
+    carried, drawn = smaller.carried(seam), smaller.drawn(seam, leaves)
+    assert shape(smaller.coarse, seam) == shape(piece, carried) == shape(piece, drawn)
+    assert shape(piece, carried)[2]
+    assert piece.total(carried) <= smaller.coarse.total(seam) * (1 + 1e-9)  # ways in a cluster may be shared
+    way = piece.length * piece.valley
+    assert way[drawn].sum() <= way[carried].sum() * (1 + 1e-9)
+    assert set(smaller.roots[leaves][np.isin(leaves, smaller.coarse.ends[seam])]) <= set(
+        piece.ends[drawn].ravel()
+    )
+
+
+def test_the_scale_of_clusters_is_that_of_their_nodes() -> None:
+    piece = closed_surface(surface("closed__optcuts_horse_f10000.obj"))
+    smaller = contracted(piece, clusters(piece, 1))
+    fixed = np.array([0])
+    u = piece.zero_at_nodes.solve(fixed, -piece.curvature)
+    coarse = smaller.coarse.zero_at_nodes.solve(smaller.label[fixed], -smaller.coarse.curvature)
+    mean = np.bincount(smaller.label, u * piece.area) / smaller.coarse.area
+    assert np.corrcoef(mean, coarse)[0, 1] >= 0.995
+
+
+@pytest.mark.parametrize("name", ["double_torus", "closed__igl_cow.off"])
+def test_large_surfaces_are_opened_wherever_they_are_and_whatever_is_beside_them(name: str) -> None:
+    V, F = fine(name)
+    found = find_seams(V, F)
+    F_cut = cut(V, F, found)[1]
+    assert igl.euler_characteristic(F_cut) == len(igl.boundary_loop_all(F_cut)) == 1
+    moved = V * [-4, -4, 4]  # half a turn at another scale: without rounding, for equal ways are common here
+    assert np.array_equal(find_seams(moved, F), found)
+    small_V, small_F = igl.icosahedron()
+    both = find_seams(np.concatenate((V, small_V + 2 * np.ptp(V))), np.concatenate((F, small_F + len(V))))
+    assert np.array_equal(both[(both < len(V)).all(axis=1)], found)
+
+
+@pytest.mark.parametrize("name", ["closed__optcuts_horse_f10000.obj", "handles__bff_punctured-torus.obj"])
+def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str, monkeypatch) -> None:
+    part = Submesh.checked_manifold(*fine(name))
+    piece, costs = closed_surface(part), []
+    for direct in (piece.n, piece.n - 1):
+        monkeypatch.setattr(seams, "DIRECT", direct)
+        costs.append(_cost(piece, seams._best(part, piece, 6.0, False, None), 6.0))
+    assert costs[1] <= 1.03 * costs[0]
