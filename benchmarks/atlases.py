@@ -1,8 +1,9 @@
 """Atlases beside those of other programs: distortion, seams, packing and time.
 
-    python benchmarks/atlases.py
+    python benchmarks/atlases.py [--all]
 
-The meshes are a cortex and those in IGL_LINABF_MESHES that are sound. xatlas and uvunwrap are
+The meshes are a cortex and those of the kinds closed, handles and multi in IGL_LINABF_MESHES, or of all
+sound kinds. xatlas and uvunwrap are
 added if they are installed (extra `peers`), and Blender's Smart UV Project if bpy is, here or in the Python
 that BPY_PYTHON names. Prints Markdown.
 """
@@ -31,7 +32,8 @@ sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from carried import pial
 
 RESOLUTION, PADDING = 1024, 2
-KINDS = ("closed", "handles", "multi", "holes", "disk", "stress", "flat2d")
+KINDS = ("closed", "handles", "multi")
+ALL = (*KINDS, "holes", "disk", "stress", "flat2d")
 Made = tuple[np.ndarray, np.ndarray, np.ndarray, float, float]  # TC in texels, FTC, origin, page, seconds
 
 SMART = f"""
@@ -187,7 +189,7 @@ def main() -> None:
     heads = "mesh | by | charts | seams | L2 stretch | spread | fill | touching | s"
     print(f"| {heads} |\n|{'---|' * (heads.count('|') + 1)}")
     tables: dict[str, list[list[float]]] = {}
-    for name, V, F in [("pial", *pial()), *shared(*KINDS)]:
+    for name, V, F in [("pial", *pial()), *shared(*(ALL if "--all" in sys.argv else KINDS))]:
         for program, run in programs().items():
             try:
                 values = figures(V, F, run(V, F))

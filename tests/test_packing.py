@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 import pytest
 import shapely
 from conftest import bumps
 from scipy.spatial import cKDTree
 
-from igl_linabf import MeshError
+from igl_linabf import MeshError, unwrap
 from igl_linabf.charts import pack
 from igl_linabf.charts.packing import Placed
 from igl_linabf.surface import complex_positions, signed_double_areas
@@ -247,3 +248,19 @@ def test_what_cannot_be_packed_is_refused() -> None:
         pack([good], margin=0.2)
     with pytest.raises(MeshError, match="100 charts do not fit"):
         pack(stars(np.ones(100)), margin=0.1)
+
+
+def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam() -> None:
+    # four long limbs on a hub: a flat cross
+    V, F = igl.triangulated_grid(41, 41)
+    V = np.column_stack((V * 40 - 20, np.zeros(len(V))))
+    inside = (np.abs(V[F].mean(axis=1)[:, :2]) < 2).any(axis=1)
+    V, F = igl.remove_unreferenced(V, F[inside])[:2]
+    whole, cut = (unwrap(V, F, trade=trade, resolution=256) for trade in (0, 6))
+    assert len(whole.charts) == 1
+    assert len(cut.charts) > 1
+    assert cut.good
+    gain = whole.fill**-0.5 - cut.fill**-0.5
+    size = np.sqrt(igl.doublearea(V, F).sum() / 2)
+    assert 6 * gain > (cut.seam_length - whole.seam_length) / size > 0
+    assert cut.fill > 1.5 * whole.fill

@@ -72,7 +72,7 @@ class Atlas:
     seam_length : float
         Their length.
     seam_mismatch : float
-        The largest |log(a / b)| of the lengths a and b of the two sides of a seam edge in the map. With
+        The largest `|log(a / b)|` of the lengths a and b of the two sides of a seam edge in the map. With
         cones it is that of rounding.
     splits : int
         How many charts were split because they overlapped themselves.

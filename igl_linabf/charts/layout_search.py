@@ -123,6 +123,15 @@ def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | Non
     return best
 
 
+def coarse_fill(charts: Charts, spacing: Spacing) -> float:
+    """The share of one page that charts will cover, of which the small ones are expected to leave no more."""
+    shaped = charts.shaped()
+    if not len(shaped):
+        return SHARE
+    reached = _coarse(charts, shaped, spacing, quickly=True)[0].reached
+    return float(charts.areas[shaped].sum() / reached**2)
+
+
 @dataclass(frozen=True, eq=False)
 class _Grown:
     """A layout on one page, how it came about, and the side of the square that holds its charts.
@@ -139,13 +148,15 @@ class _Grown:
         return self.reached <= self.layout.side
 
 
-def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_Grown]:
-    """Layouts on one page, the best one first."""
+def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing, quickly: bool = False) -> list[_Grown]:
+    """Layouts on one page, the best one first; of one order only, if it is to be quick."""
     n = len(shaped)
-    turns = charts.turns(1 if n == 1 else 16 if n <= FEW else 8)
+    turns = charts.turns(1 if n == 1 else 16 if n <= FEW and not quickly else 8)
     areas, sizes = charts.areas[shaped], charts.sizes[shaped]
     keys = (areas, sizes.max(axis=1), sizes.prod(axis=1))
-    orders = [shaped[np.argsort(-key, kind="stable")] for key in keys[: 3 if n <= SOME else 2]]
+    orders = [
+        shaped[np.argsort(-key, kind="stable")] for key in keys[: 1 if quickly else 3 if n <= SOME else 2]
+    ]
     found: list[_Grown] = []
     for order in orders:
         side = float(np.sqrt(areas.sum() / SHARE))

@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull
 from .._types import ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
 from ..surface import Parts, Submesh, complex_positions, coordinates, signed_double_areas
-from .layout_search import Charts, Layout, fixed_layout, largest_layout
+from .layout_search import Charts, Layout, coarse_fill, fixed_layout, largest_layout
 from .outlines import outlines
 from .shelves import areas, extents, narrowest_turns
 from .spacing import Spacing
@@ -155,17 +155,7 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
     """`pack` of charts that are checked; every vertex has a face."""
     if not maps:
         return []
-    vertices, faces = (Parts.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
-    F = np.concatenate([F for _, F in maps]) + faces.spread(vertices.start[:-1])[:, None]
-    z, area = _checked(maps, F, vertices, faces)
-    if len(maps) == 1:
-        turn = np.array([_squarest_turn(z)])
-    else:
-        turn = np.ones(len(maps), np.complex128) if wish.upright else narrowest_turns(z, vertices)
-    z = z * vertices.spread(turn)
-    origin, extent = extents(z, vertices)
-    z -= vertices.spread(origin)
-    charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent), wish.upright)
+    z, area, turn, origin, vertices, charts = _prepared(maps, wish)
     layout = _layout(charts, wish)
     # the layout's own turn, then to the page; the gaps only become wider
     z = z * vertices.spread(layout.turn) + vertices.spread(layout.corner)
@@ -183,6 +173,29 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
         Placed(by, to, uv[slice(*span)], size, on)
         for span, (by, to, size, on) in zip(bounds, rows, strict=True)
     ]
+
+
+def expected_fill(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> float:
+    """The share of one page that charts will cover, by a quick search."""
+    return coarse_fill(_prepared(maps, wish)[-1], wish.spacing)
+
+
+def _prepared(
+    maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish
+) -> tuple[ComplexArray, FloatArray, ComplexArray, ComplexArray, Parts, Charts]:
+    """Vertices of the turned charts, their corners at 0; areas, turns, what came to 0; parts; charts."""
+    vertices, faces = (Parts.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
+    F = np.concatenate([F for _, F in maps]) + faces.spread(vertices.start[:-1])[:, None]
+    z, area = _checked(maps, F, vertices, faces)
+    if len(maps) == 1:
+        turn = np.array([_squarest_turn(z)])
+    else:
+        turn = np.ones(len(maps), np.complex128) if wish.upright else narrowest_turns(z, vertices)
+    z = z * vertices.spread(turn)
+    origin, extent = extents(z, vertices)
+    z -= vertices.spread(origin)
+    charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent), wish.upright)
+    return z, area, turn, origin, vertices, charts
 
 
 def _layout(charts: Charts, wish: Wish) -> Layout:

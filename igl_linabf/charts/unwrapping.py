@@ -36,6 +36,7 @@ from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, sides_of_cleaned, without_charts
 from .given_seams import textured_seams
 from .halving import halves
+from .limbs import Flat, cut_for_fill
 from .overlap_seams import MAX_SPLITS, seams_between
 from .packing import Wish, pack_maps
 from .pieces import flattened
@@ -50,6 +51,7 @@ MANY = 8  # charts from which they are flattened and measured together
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 MAX_LEAF_ROUNDS = 8  # of more seams for that, before it is halved
 MARGINS = 0.64  # share of the square that margins around all charts may take
+MOST_TO_CUT = 30  # charts, from which on none is cut to fill a page
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 
 
@@ -112,7 +114,8 @@ def unwrap(
         Distance between charts, and to the border, as a share of the unit square's side. If there are
         too many charts for it, a smaller one is used, with a warning.
     resolution : int, optional
-        Texels along a page's side. Distances are then given by `padding`, not by `margin`.
+        Texels along a page's side. Distances are then given by `padding`, not by `margin`, and charts of
+        many limbs are cut further where a fuller page is worth the seam, as `trade` says.
     padding : float
         Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
         charts share a texel of a bilinear lookup.
@@ -219,6 +222,8 @@ def unwrap(
         with part("packing", 1.0):
             wish = replace(wish.in_units(2.0**cleaned.power), upright=cone_angles is not None)
             atlas = _packed(surface, made.charts, wish)
+            if resolution is not None and task.may_find_seams and cones is None:
+                atlas = _fuller(surface, atlas, made.charts, wish, task)
     atlas = replace(atlas, max_stretch=max_stretch, cones=made.cones, cone_angles=made.angles)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)
@@ -384,6 +389,23 @@ def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, flo
     outcome = Outcome.FLIPPED if len(flipped) else result.outcome
     message = f"{result.message}; moved apart to be bijective: F/3nt {before:.4g} -> {after:.4g}"
     return replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message), after - before
+
+
+def _fuller(
+    surface: Submesh, atlas: Atlas, done: list[tuple[Chart, Submesh]], wish: Wish, task: _Task
+) -> Atlas:
+    """The atlas, or one with charts of many limbs cut further, if the fuller page is worth its seams."""
+    given = [Flat(piece, chart.result.uv, i) for i, (chart, piece) in enumerate(done)]
+    parts = cut_for_fill(given, wish, task.trade) if len(given) <= MOST_TO_CUT else given
+    if len(parts) == len(given):
+        return atlas
+    numbers = np.bincount([part.parent for part in parts])
+    waiting = [part.piece for part in parts if numbers[part.parent] > 1]
+    kept = [pair for pair, number in zip(done, numbers, strict=True) if number == 1]
+    fuller = _packed(surface, kept + _charts(waiting, task), wish)
+    size = np.sqrt(sum(float(chart.piece.measured[0].sum()) / 2 for chart in given))
+    seam = (fuller.seam_length - atlas.seam_length) / size
+    return fuller if task.trade * (atlas.fill**-0.5 - fuller.fill**-0.5) > seam else atlas
 
 
 def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> Atlas:

@@ -1,0 +1,172 @@
+"""Charts of many limbs, cut further where that pays: a page is filled better, for some more seam.
+
+Charts that fill a share f of the page have texels 1 / sqrt(f) times as wide as those of a full one. That is
+what an L2 stretch of 1 / sqrt(f) would do. So `trade` says here, too, how much seam lowering it is worth.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from .._types import BoolArray, FloatArray, IntArray
+from ..surface import Submesh, connected_labels, sum_by
+from .packing import Wish, expected_fill
+
+MOST_CUTS, MOST_IDLE = 8, 1  # of all cuts, and of those in a row that do not pay yet
+DIRECTIONS, OFFSETS = 8, 7  # of the lines that are tried
+TRIED = 4  # of them are packed
+LOOSE = 1.25  # of the area of their convex hulls is what charts take on a page
+SHORTEST = 0.7  # of a chart's diameter is the side of a page that has room for it
+BAND = 0.04  # of the chart's width: within it the shortest seam is sought
+OUTWARDS = np.stack((np.cos(np.pi / 16 * np.arange(32)), np.sin(np.pi / 16 * np.arange(32))))
+UNITS = 1 << 20  # of length: flows are integers
+
+
+@dataclass(frozen=True, eq=False)
+class Flat:
+    """A chart with its map.
+
+    Attributes
+    ----------
+    piece : Submesh
+    uv : (#V, 2) float64
+    parent : int
+        The chart that it is a part of.
+    """
+
+    piece: Submesh
+    uv: FloatArray
+    parent: int
+
+
+def cut_for_fill(charts: list[Flat], wish: Wish, trade: float) -> list[Flat]:
+    """The charts, some of them cut along short seams, one after the other.
+
+    One cut alone may not pay where two do: so some more are tried before the best ones so far are taken.
+    """
+
+    def filled(tried: list[Flat]) -> float:
+        return expected_fill([(chart.uv, chart.piece.F) for chart in tried], wish)
+
+    fill = filled(charts)
+    chosen, most, worth, idle = charts, 0.0, 0.0, 0
+    for _ in range(MOST_CUTS):
+        best: tuple[float, float, list[Flat]] | None = None
+        for k, label, seam in _promising(charts, fill, trade):
+            parts = _parts(charts[k], label)
+            if len(parts) < 2:
+                continue
+            after = [*charts[:k], *parts, *charts[k + 1 :]]
+            then = filled(after)
+            gain = trade * (fill**-0.5 - then**-0.5) - seam
+            if best is None or gain > best[0]:
+                best = gain, then, after
+        if best is None or idle > MOST_IDLE:
+            break
+        gain, fill, charts = best
+        worth, idle = worth + gain, idle + 1
+        if worth > most:
+            chosen, most, idle = charts, worth, 0
+    return chosen
+
+
+def _promising(charts: list[Flat], fill: float, trade: float) -> Iterator[tuple[int, BoolArray, float]]:
+    """Chart, side of each cell, and seam length over the square root of all area, of the best lines' cuts."""
+    areas = np.array([_area(chart.uv[chart.piece.F]) for chart in charts])
+    hulls = np.array([_hull(chart.uv) for chart in charts])
+    wide = np.array([_diameter(chart.uv) for chart in charts])
+    k = int(np.argmax(np.maximum(LOOSE * hulls, SHORTEST**2 * wide**2) - areas))
+    chart, total = charts[k], float(areas.sum())
+    cell, inside = chart.piece.cells
+    m = int(cell.max()) + 1
+    right, left = cell[chart.piece.topology.sides[:, inside] % len(chart.piece.F)]
+    ends = chart.piece.topology.edges[inside]
+    length = np.linalg.norm(chart.piece.V[ends[:, 0]] - chart.piece.V[ends[:, 1]], axis=1) / np.sqrt(total)
+    count = np.bincount(cell)
+    centre = np.stack([sum_by(cell, x, m) for x in chart.uv[chart.piece.F].mean(axis=1).T], axis=1)
+    centre /= count[:, None]
+    rest_hull, rest_wide = float(np.delete(hulls, k).sum()), float(np.delete(wide, k).max(initial=0.0))
+    ranked: list[tuple[float, FloatArray, float]] = []
+    for angle in np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
+        along = centre @ [np.cos(angle), np.sin(angle)]
+        low, high = along.min(), along.max()
+        for share in (np.arange(OFFSETS) + 1) / (OFFSETS + 1):
+            at = low + share * (high - low)
+            side = along > at
+            same = side[right] == side[left]
+            label = connected_labels(np.column_stack((right[same], left[same])), m)
+            hull, widest = rest_hull, rest_wide
+            for part in range(int(label.max()) + 1):
+                points = centre[label == part]
+                hull += _hull(points)
+                widest = max(widest, _diameter(points))
+            page = max(LOOSE * hull, SHORTEST**2 * widest**2, total)
+            gain = trade * (fill**-0.5 - (total / page) ** -0.5) - float(length[~same].sum())
+            ranked.append((gain, along - at, high - low))
+    ranked.sort(key=lambda entry: -entry[0])
+    for _, along, width in ranked[:TRIED]:
+        side = _shortest_between(along, BAND * width, right, left, length)
+        yield k, side, float(length[side[right] != side[left]].sum())
+
+
+def _shortest_between(
+    along: FloatArray, band: float, right: IntArray, left: IntArray, length: FloatArray
+) -> BoolArray:
+    """Cells on one side of the shortest seam in a band around a line: a minimum cut."""
+    m = len(along)
+    first, last = np.flatnonzero(along < -band), np.flatnonzero(along > band)
+    if not len(first) or not len(last):
+        return along > 0
+    capacity = np.maximum(np.rint(length / length.max() * UNITS).astype(np.int64), 1)
+    much = np.full(len(first) + len(last), min(int(capacity.sum()), np.iinfo(np.int32).max), dtype=np.int64)
+    rows = np.concatenate((right, left, np.full(len(first), m), last))
+    columns = np.concatenate((left, right, first, np.full(len(last), m + 1)))
+    values = np.concatenate((capacity, capacity, much))
+    graph = sparse.csr_array((values, (rows, columns)), shape=(m + 2, m + 2)).astype(np.int32)
+    flow = csgraph.maximum_flow(graph, m, m + 1).flow
+    left_over = sparse.csr_array(graph - flow)
+    left_over.data[left_over.data <= 0] = 0
+    left_over.eliminate_zeros()
+    reached = csgraph.breadth_first_order(left_over, m, return_predecessors=False)
+    side = np.ones(m + 2, dtype=bool)
+    side[reached] = False
+    return np.asarray(side[:m])
+
+
+def _parts(chart: Flat, side: BoolArray) -> list[Flat]:
+    """The chart cut between its cells of two sides."""
+    piece = chart.piece
+    cell, inside = piece.cells
+    sides = piece.topology.sides[:, inside]
+    right, left = cell[sides % len(piece.F)]
+    mask = np.zeros((len(piece.F), 3), dtype=bool)
+    half_edge = sides[:, side[right] != side[left]].ravel()
+    mask[half_edge % len(piece.F), (half_edge // len(piece.F) + 1) % 3] = True
+    place = np.zeros(int(piece.faces.max()) + 1, dtype=np.int64)
+    place[piece.faces] = np.arange(len(piece.faces))
+    made = []
+    for part in piece.cut(mask):
+        uv = np.empty((len(part.V), 2))
+        uv[part.F] = chart.uv[piece.F[place[part.faces]]]
+        made.append(Flat(part, uv, chart.parent))
+    return made
+
+
+def _hull(points: FloatArray) -> float:
+    """The area of the convex hull of those points that are farthest out in 32 directions."""
+    x, y = points[(points @ OUTWARDS).argmax(axis=0)].T
+    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2
+
+
+def _diameter(points: FloatArray) -> float:
+    return float(np.linalg.norm(np.ptp(points, axis=0)))
+
+
+def _area(corner: FloatArray) -> float:
+    a, b = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
+    return float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
