@@ -18,6 +18,7 @@ FIRST = (
     "greedy",
     "stretch",
     "holes",
+    "boundaries",
     "quads",
     "seams_bunny",
     "hidden_seams",

@@ -160,6 +160,20 @@ def test_the_isometric_map_has_even_texels_on_the_same_few_seams(tmp_path) -> No
     assert picture.shape[0] == 1000
 
 
+def test_boundaries_to_order(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "boundaries.py")
+    assert len(re.findall(r", 0 flipped", text)) == 6
+    for name in ("cortex", "sleeve"):
+        picture = pixels(tmp_path / "out" / f"{name}_shapes.png")[..., :3].astype(int)
+        assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
+        coloured = (picture.min(axis=2) < 200)[510:]  # the maps are below
+        circle, rectangle = (coloured[:, k * 500 : (k + 1) * 500].nonzero() for k in (1, 2))
+        height, width = (np.ptp(part) + 1 for part in circle)
+        assert abs(height - width) <= 4  # a circle, of which about half is blue
+        share = len(rectangle[0]) / np.prod([np.ptp(part) + 1 for part in rectangle])
+        assert 0.4 < share < 0.62
+
+
 def test_greedy_layout_breaks_far_from_its_seed_and_least_squares_does_not(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "greedy.py")
     one, converged = text.split("converged\n")
