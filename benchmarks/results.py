@@ -21,6 +21,7 @@ Times are ratios to `igl.lscm` within one process: medians, with the checks of t
 SECTIONS = [
     ("The paper's Table 1", "table1.py"),
     ("Holes, uncut", "uncut.py"),
+    ("Boundaries to order", "boundaries.py"),
     ("Any surface", "unwrap.py"),
     ("Even texels", "isometric.py"),
     ("Many at once", "many.py"),

@@ -162,7 +162,7 @@ def test_unreferenced_vertices_and_degenerate_faces() -> None:
         unwrap(np.where(np.arange(len(V))[:, None] == F[3, 0], V[F[3, 1]], V), F, strict=True)
 
 
-@pytest.mark.parametrize(("name", "charts"), [("stress__flipfree_deer.obj", 3), ("limb", 10)])
+@pytest.mark.parametrize(("name", "charts"), [("stress__flipfree_deer.obj", 3), ("limb", 15)])
 def test_a_disk_that_double_precision_does_not_hold_is_cut_open(name: str, charts: int) -> None:
     V, F = load(name)
     assert len(flatten(V, F).flipped) > 0

@@ -102,6 +102,19 @@ def test_holes_close_uncut(tmp_path) -> None:
     assert flipped_in(tmp_path / "out" / "holes.png")[1:3] == [False, False]
 
 
+def test_a_nut_has_a_net_and_the_bunny_hides_its_seams(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "hidden_seams.py")
+    assert re.search(r"nut: \d charts, L2 stretch 1\.00", text)
+    seen = [int(share) for share in re.findall(r"(\d+)% of them seen", text)]
+    assert seen[1] < seen[0] / 2
+    picture = pixels(tmp_path / "out" / "hidden_seams.png").astype(int)
+    red = (picture[..., 0] > 200) & (picture[..., 1:3].max(axis=-1) < 80)
+    middle = picture.shape[1] // 2
+    anywhere, hidden = (red[middle:, :middle].sum(), red[middle:, middle:].sum())
+    assert red[:middle, :middle].sum() > 0
+    assert 0 < hidden < anywhere / 2
+
+
 def test_the_bunny_unwraps_at_three_trades(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "seams_bunny.py")
     parts = text.split("trade ")[1:]
@@ -145,6 +158,20 @@ def test_the_isometric_map_has_even_texels_on_the_same_few_seams(tmp_path) -> No
     picture = pixels(tmp_path / "out" / "even_texels.png")[..., :3].astype(int)
     assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
     assert picture.shape[0] == 1000
+
+
+def test_boundaries_to_order(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "boundaries.py")
+    assert len(re.findall(r", 0 flipped", text)) == 6
+    for name in ("cortex", "sleeve"):
+        picture = pixels(tmp_path / "out" / f"{name}_shapes.png")[..., :3].astype(int)
+        assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
+        coloured = (picture.min(axis=2) < 200)[510:]  # the maps are below
+        circle, rectangle = (coloured[:, k * 500 : (k + 1) * 500].nonzero() for k in (1, 2))
+        height, width = (np.ptp(part) + 1 for part in circle)
+        assert abs(height - width) <= 4  # a circle, of which about half is blue
+        share = len(rectangle[0]) / np.prod([np.ptp(part) + 1 for part in rectangle])
+        assert 0.4 < share < 0.62
 
 
 def test_greedy_layout_breaks_far_from_its_seed_and_least_squares_does_not(tmp_path) -> None:

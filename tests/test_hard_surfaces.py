@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
+
 import igl
 import numpy as np
 import pytest
 from conftest import load
 from hard_surfaces import DEVELOPABLE, box
 
-from igl_linabf import cut, find_seams, unwrap
+from igl_linabf import MeshError, OutcomeWarning, cut, find_seams, unwrap
 
 
 @pytest.mark.parametrize("name", DEVELOPABLE)
@@ -45,6 +47,33 @@ def test_a_net_does_not_depend_on_position_size_or_numbering() -> None:
         atlas = unwrap(V_other, F_other)
         assert atlas.quality.stretch_l2 < 1.001
         assert atlas.seam_length == pytest.approx(scale * length, rel=1e-5)
+
+
+@pytest.mark.parametrize("name", ["pial", "nut", "double_torus", "ball", "ant", "cuboid, fine"])
+def test_seams_that_are_a_beginning_are_completed(name: str) -> None:
+    V, F = DEVELOPABLE[name]() if name in DEVELOPABLE else load(name)
+    found = find_seams(V, F)
+    for mine in (found[:0], F[:1, :2], found[: len(found) // 3], ring(V, F)):
+        atlas = unwrap(V, F, mine, complete=True)
+        assert atlas.good
+        assert atlas.quality.stretch_l2 < 1.5
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", OutcomeWarning)
+            try:
+                alone = unwrap(V, F, mine)
+            except MeshError as refused:
+                assert "complete=True" in str(refused)
+            else:
+                stretched = any(chart.quality.stretch_l2 > 10 for chart in alone.charts)
+                assert bool(alone.troubles) >= stretched
+
+
+def ring(V: np.ndarray, F: np.ndarray) -> np.ndarray:
+    """The edges between the faces above and below the middle."""
+    above = V[F].mean(axis=1)[:, 2] > np.median(V[:, 2])
+    sides = [np.sort(F[part][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1) for part in (above, ~above)]
+    upper, lower = ({tuple(pair) for pair in side.tolist()} for side in sides)
+    return np.array(sorted(upper & lower))
 
 
 def test_a_net_is_the_shortest_tree_through_the_corners() -> None:

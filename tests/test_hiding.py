@@ -9,10 +9,12 @@ from carried import of_pyvista, pial
 from conftest import load
 from nasty_meshes import NASTY, sphere
 from numpy.testing import assert_allclose
+from scipy.spatial import cKDTree
 from test_cli import run
 
-from igl_linabf import MeshError, find_seams, unwrap
+from igl_linabf import MeshError, clean, find_seams, unwrap
 from igl_linabf.io import read_texture, write_mesh
+from igl_linabf.surface import face_components
 
 FIGURES = ("closed__igl_cow.off", "stress__optcuts_dragon_i_f10000.obj", "pial")
 
@@ -110,3 +112,39 @@ def test_valleys_of_a_closed_surface_attract_its_seams() -> None:
         moved = module._shorter(piece, seam, 6.0)
         share = [(piece.length * piece.valley)[s].sum() / piece.length[s].sum() for s in (seam, moved)]
         assert share[1] <= share[0] + 1e-9
+
+
+def mirrored_half(V: np.ndarray, F: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
+    """One half of a body and its mirror image, joined in the plane; the largest piece of it."""
+    import pyvista
+
+    middle = V.mean(axis=0)
+    body = pyvista.PolyData(V, np.column_stack((np.full(len(F), 3), F)))
+    half = body.clip(normal=np.eye(3)[axis], origin=middle, invert=False).triangulate()
+    P, G = np.array(half.points, dtype=float) - middle, half.faces.reshape(-1, 4)[:, 1:]
+    P[np.abs(P[:, axis]) < 1e-6 * np.ptp(V), axis] = 0
+    P = np.vstack((P, P * (1 - 2 * np.eye(3)[axis])))
+    G = np.vstack((G, G[:, ::-1] + len(P) // 2)).astype(np.int64)
+    P, G, _, _ = clean(P, G, weld=1e-6 * np.ptp(V))
+    label = face_components(G, len(P))
+    return igl.remove_unreferenced(P, G[label == np.bincount(label).argmax()])[:2]
+
+
+@pytest.mark.parametrize(
+    ("name", "axis"), [(FIGURES[0], 0), ("closed__optcuts_horse_f10000.obj", 0), ("pial", 1)]
+)
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_symmetric_body_is_cut_alike_on_both_sides(name: str, axis: int, turned: bool) -> None:
+    V, F = mirrored_half(*load(name), axis)
+    normal = np.eye(3)[axis]
+    if turned:
+        turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+        V, normal = 3 * V @ turn + 1, normal @ turn
+    seams = find_seams(V, F)
+    in_plane = np.full(3, float(turned))  # a point of it
+    image = V - 2 * np.outer((V - in_plane) @ normal, normal)
+    vertex = cKDTree(V).query(image)[1]
+    there = set(map(frozenset, seams.tolist()))
+    alike = [frozenset(pair) in there for pair in vertex[seams].tolist()]
+    assert len(seams) > 20
+    assert np.mean(alike) > 0.85  # where two ways are equally long, one is taken

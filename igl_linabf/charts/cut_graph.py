@@ -123,6 +123,10 @@ class ClosedSurface:
                 node = steps[node]
         return self.between(*np.array([*steps.items()], dtype=np.int64).reshape(-1, 2).T)
 
+    def on(self, seam: IntArray) -> IntArray:
+        """The nodes on a seam, and the holes."""
+        return np.union1d(self.ends[seam], np.arange(self.holes))
+
     @cached_property
     def _dual(self) -> tuple[IntArray, IntArray, IntArray]:
         """The faces beside each face, row by row; the rows' starts; the places of each edge's sides."""

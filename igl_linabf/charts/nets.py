@@ -26,6 +26,7 @@ HARD = 0.5  # share of the area that lies flat, from which a surface has planes,
 LEVELS = (0.0, 0.02, 0.2)  # radians of curvature at a crease, from which on a net goes through it
 TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
 SHARP_SHARE = 0.15  # of its length: what a sharp crease counts, beyond what is free
+LEFT = 0.05  # of stretch and shear that a net leaves at most: more is a smooth surface with some creases
 EXACT = 1e-3  # of stretch and bend that a net may leave
 
 
@@ -132,9 +133,9 @@ class Nets:
                 continue
             if self.expected(net) > 1 + EXACT:
                 net = grow(net)
-            cost = distortion(parts(net)) + self._price(net)
-            if cost < least:
-                best, least = net, cost
+            left = distortion(parts(net))
+            if left < 1 + LEFT and left + self._price(net) < least:
+                best, least = net, left + self._price(net)
         return best
 
     def _through(self, nodes: IntArray, most: float = EXACT) -> Seam | None:

@@ -23,11 +23,13 @@ from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shorte
 from .nets import HARD, Nets
 from .routes import rerouted
 from .small_seams import SmallBodies
+from .symmetry import Mirror, mirrored
 from .visibility import hiding
 
 TRADE = 6.0
 MAX_LEAVES = 100  # on a component
 MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
+SYMMETRIC = 0.05  # of cost that the same seam on both sides of a body may be worth
 ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 DIRECT = 10_000  # nodes up to which seams are found on the surface itself
@@ -216,11 +218,12 @@ def _best(
     none = np.zeros(0, dtype=np.int64)
     with_nets = trade > 0 and not (holes and piece.holes > 1)
     nets = Nets(piece, trade, lambda seam: _log_scale(piece, _open_nodes(piece, seam), piece.curvature))
-    if with_nets and (seam := nets.free()) is not None:
-        return seam if gain is None or nets.expected(none) - nets.expected(seam) >= gain else none
     few = piece.n <= DIRECT
-    seam = _seam(piece, trade, holes)[0] if few else _carried(piece, trade, holes, gain)
     hard = with_nets and (flat_share(component) >= HARD or nets.creased)
+    # on a large surface without planes no net is free, and finding that out takes as long as all the rest
+    if with_nets and (few or hard) and (seam := nets.free()) is not None:
+        return seam if gain is None or nets.expected(none) - nets.expected(seam) >= gain else none
+    seam = _seam(piece, trade, holes)[0] if few else _carried(piece, trade, holes, gain)
 
     def parts(seam: IntArray) -> list[Submesh]:
         return component.cut_along(component.vertices[piece.edges[seam]])
@@ -232,6 +235,8 @@ def _best(
     if not few:
         return seam
     seam = _shorter(piece, seam, trade)
+    if trade > 0 and not piece.genus:
+        seam = _alike_on_both_sides(component, piece, seam, trade, holes)
     return none if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain else seam
 
 
@@ -286,11 +291,31 @@ def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
     return rerouted(piece, seam, lambda moved: cost(moved) < most)
 
 
-def _slit(piece: ClosedSurface) -> Grown:
-    """A path to open a sphere, between the two points that would shrink most."""
+def _alike_on_both_sides(
+    component: Submesh, piece: ClosedSurface, seam: IntArray, trade: float, holes: bool
+) -> IntArray:
+    """A seam that is its own mirror image, if there is a mirror and it costs little more; else the seam."""
+    known = mirrored(component, piece)
+    if known is None:
+        return seam
+    surface, mirror = known
+    other = join(surface, seam[:0]) if not holes else seam[:0]
+    if not piece.holes:
+        other = _slit(surface, mirror)[0]
+    other = _grow(surface, other, trade, mirror)[0]
+    return other if _cost(piece, other, trade) < _cost(piece, seam, trade) + SYMMETRIC else seam
+
+
+def _slit(piece: ClosedSurface, mirror: Mirror | None = None) -> Grown:
+    """A path to open a sphere, between the two points that would shrink most.
+
+    With a mirror, between one of them and its image, or in the plane.
+    """
     extra = piece.curvature - 4 * np.pi * piece.area / piece.area.sum()
     start = int(np.argmin(_log_scale(piece, np.array([0]), extra)))
     end = int(np.argmin(_log_scale(piece, np.array([start]), piece.curvature)))
+    if mirror is not None:
+        start, end = mirror.pair(start, end)
     distance, before, _ = piece.search(np.array([start]))
     path = piece.paths(before, [end])
     if len(path) == 1:  # a single edge opens nothing
@@ -299,8 +324,8 @@ def _slit(piece: ClosedSurface) -> Grown:
     return path, np.array([start, end])
 
 
-def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> Grown:
-    """Add branches one by one; return the seam of least cost, and its leaves."""
+def _grow(piece: ClosedSurface, seam: IntArray, trade: float, mirror: Mirror | None = None) -> Grown:
+    """Add branches one by one, or with mirror images; return the seam of least cost, and its leaves."""
     leaves: list[int] = []
     best, least, in_vain, in_best = seam, np.inf, 0, 0
     for _ in range(MAX_LEAVES):
@@ -314,7 +339,8 @@ def _grow(piece: ClosedSurface, seam: IntArray, trade: float) -> Grown:
         if in_vain == MAX_LEAVES_IN_VAIN or u[leaf] == 0:
             break
         _, before, _ = piece.search(_open_nodes(piece, seam))
-        seam = np.append(seam, piece.paths(before, [leaf]))
+        way = piece.paths(before, [leaf])
+        seam = np.append(seam, way) if mirror is None else mirror.with_both(piece, seam, leaf, way)
         leaves.append(leaf)
     return best, np.array(leaves[:in_best], dtype=np.int64)
 
@@ -332,7 +358,7 @@ def _cost(piece: ClosedSurface, seam: IntArray, trade: float, u: FloatArray | No
 
 def _open_nodes(piece: ClosedSurface, seam: IntArray) -> IntArray:
     """The nodes on the seam and the holes."""
-    return np.union1d(piece.ends[seam], np.arange(piece.holes))
+    return piece.on(seam)
 
 
 def _log_scale(piece: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:

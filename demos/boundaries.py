@@ -1,0 +1,97 @@
+"""Boundaries to order
+===================
+
+The cortex on a circle and on a rectangle, and a sleeve unrolled to a rectangle, beside their free maps::
+
+    python demos/boundaries.py [MESH]
+
+Only the angle sums at the boundary change: half circles at straight sides, right angles at corners, those
+of the inscribed polygon on a circle. Inside, each map is the one that changes the angles least. A tailor
+wants the sleeve's seam to be two straight sides: its corners are given.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+from cortex import cortex
+
+from igl_linabf import Flattening, flatten, quality, split_chords
+from igl_linabf.io import read_mesh, replacing
+from igl_linabf.plot import plot_checkerboard, plot_uv
+
+SHAPES = ("free", "circle", "rectangle")
+
+
+def sleeve(around: int = 48, along: int = 60) -> tuple[np.ndarray, np.ndarray, list[int]]:
+    """A bent, tapered tube, open along its seam; and the four ends of the seam."""
+    u, v = np.meshgrid(np.linspace(0, 2 * np.pi, around + 1), np.linspace(0, 1, along + 1))
+    radius, bend = 1.2 - 0.5 * v, 1.2 * v**2
+    z, x = 4 * v - radius * np.cos(u) * np.sin(bend), 3 * v**2 + radius * np.cos(u) * np.cos(bend)
+    V = np.column_stack([part.ravel() for part in (x, radius * np.sin(u), z)])
+    i, j = (k.ravel() for k in np.meshgrid(np.arange(along), np.arange(around), indexing="ij"))
+    a, b = i * (around + 1) + j, i * (around + 1) + j + 1
+    c, d = b + around + 1, a + around + 1
+    F = np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
+    last = along * (around + 1)
+    return V, F, [0, around, last + around, last]
+
+
+def on_shape(result: Flattening, loop: np.ndarray) -> float:
+    """How far the loop is from its circle or its upright rectangle, over the map's size."""
+    z = result.uv[loop]
+    if result.boundary == "circle":
+        system = np.column_stack((z, np.ones(len(z))))
+        centre = np.linalg.lstsq(system, (z**2).sum(axis=1), rcond=None)[0][:2] / 2
+        radius = np.linalg.norm(z - centre, axis=1)
+        return float(np.ptp(radius) / radius.mean())
+    low, high = z.min(axis=0), z.max(axis=0)
+    return float(np.minimum(z - low, high - z).min(axis=1).max() / np.linalg.norm(high - low))
+
+
+def show(name: str, V: np.ndarray, F: np.ndarray, corners: list[int] | None = None) -> dict[str, Flattening]:
+    """Print and draw the free map and those on a circle and on a rectangle."""
+    results = {}
+    for shape in SHAPES:
+        chosen = corners if shape == "rectangle" else None
+        results[shape] = result = flatten(V, F, boundary=shape, corners=chosen)
+        q = quality(V, F, result.uv)
+        said = f"{name}, {shape}: {result.outcome.value}, F/3nt {q.angle_distortion:.2e}"
+        print(f"{said}, L2 stretch {q.stretch_l2:.3g}, {q.flips} flipped, {result.iterations} solves")
+        assert q.flips == 0
+    path = Path("out") / f"{name}_shapes.png"
+    path.parent.mkdir(exist_ok=True)
+    with pv.vtk_verbosity("error"):
+        plotter = pv.Plotter(shape=(2, 3), off_screen=True, window_size=[1500, 1000], border=False)
+    for i, (shape, result) in enumerate(results.items()):
+        plotter.subplot(0, i)
+        plot_checkerboard(V, F, result.uv, plotter=plotter)
+        plotter.add_text(shape, font_size=12, color="black")
+        plotter.camera.zoom(1.7)
+        plotter.subplot(1, i)
+        plot_uv(result.uv, F, plotter=plotter)
+    with replacing(path) as temporary:
+        plotter.show(screenshot=temporary)
+    plotter.close()
+    print(f"wrote {path}")
+    return results
+
+
+if __name__ == "__main__":
+    if len(sys.argv) > 1:
+        show(Path(sys.argv[1]).stem, *split_chords(*read_mesh(sys.argv[1])))
+    else:
+        import igl
+
+        V, F = split_chords(*cortex()[:2])  # ears cannot be straight
+        brain = show("cortex", V, F)
+        V, F, corners = sleeve()
+        arm = show("sleeve", V, F, corners)
+        for results, faces in ((brain, split_chords(*cortex()[:2])[1]), (arm, F)):
+            for shape in SHAPES[1:]:
+                assert on_shape(results[shape], igl.boundary_loop(faces)) < 1e-6
+        # the two sides that are sewn together are straight, and the sleeve shrinks but little
+        assert quality(V, F, arm["rectangle"].uv).stretch_l2 < 1.3
