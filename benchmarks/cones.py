@@ -24,7 +24,7 @@ import numpy as np
 from meshes import shared, stanford
 
 from igl_linabf import OutcomeWarning, find_cones, quality, unwrap
-from igl_linabf.charts.seams import textured_seams
+from igl_linabf.charts.given_seams import textured_seams
 from igl_linabf.io import read_mesh, read_texture
 from igl_linabf.surface import Submesh
 
