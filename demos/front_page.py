@@ -2,8 +2,8 @@
 ===========================
 
 The picture of the first page: the Stanford bunny, unwrapped along seams that `unwrap` finds, with a texture
-of coloured squares. On the right is its atlas, the image that an artist paints on. The squares have one size all
-over the body: `method="isometric"` keeps areas, too.
+of coloured squares. On the right is its atlas, the image that an artist paints on. The squares have one size
+all over the body: `method="isometric"` keeps areas, too.
 """
 
 import sys
