@@ -21,6 +21,8 @@ author = "the igl_linabf developers"
 copyright = author
 release = version = metadata.version("igl-linabf")
 
+REPOSITORY = "https://github.com/igl-linabf/igl_linabf"
+
 extensions = [
     "myst_nb",  # Markdown, and the notebook
     "numpydoc",
@@ -47,7 +49,7 @@ autosummary_generate = True
 # file systems that do not tell quality.html from Quality.html
 autosummary_filename_map = {"igl_linabf.Quality": "igl_linabf.Quality-class"}
 templates_path = ["_templates"]
-autodoc_typehints = "none"  # the docstrings have them, with shapes
+autodoc_typehints = "signature"
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 default_role = "code"  # single backticks, as in the docstrings
@@ -81,6 +83,8 @@ html_sidebars = {"results": []}  # it has no pages below
 html_theme_options = {
     "show_prev_next": True,
     "navbar_align": "left",
+    "logo": {"text": f"igl_linabf {version}"},
+    "icon_links": [{"name": "Source", "url": REPOSITORY, "icon": "fa-brands fa-github"}],
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": [],
