@@ -41,7 +41,7 @@ SURFACES = {  # what, squares along the map, seen from, up
     "spiky": (lambda: rings(40, spiky), 20, (0.3, -1, 0.9), Z),
     "crown": (lambda: rings(40, crown), 40, (0.3, -1, 1.2), Z),
     "seven holes": (crown_without_tips, 40, (0.3, -1, 1.2), Z),
-    "Stanford bunny": (bunny, 60, (0.2, -1, 0.2), Z),
+    "Stanford bunny": (bunny, 60, (0.2, 1, 0.2), Z),
     "double torus": (double_torus, 60, (0.5, -0.8, 1), Y),
 }
 

@@ -80,4 +80,4 @@ def test_the_paper_s_full_system_and_least_squares_give_the_same_map(name: str) 
     z[free] = splu(E[free][:, free]).solve(-(E[free][:, pins] @ z[pins]))
     uv = np.column_stack((z.real, z.imag))
     assert best_fit_distance(exact, uv) <= 1e-7
-    assert best_fit_distance(default, uv) <= 5e-3  # at the default tolerance of the inner solver
+    assert best_fit_distance(default, uv) <= 1.5e-2  # at the default tolerance of the inner solver
