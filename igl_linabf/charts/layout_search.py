@@ -75,6 +75,11 @@ class Charts:
         """(#C,) float64."""
         return np.array([outline.area for outline in self.outlines], dtype=np.float64)
 
+    @property
+    def least_side(self) -> float:
+        """No smaller square holds each of them, however they are turned."""
+        return float(max(self.sizes.min(axis=1).max(), self.sizes.max() / np.sqrt(2)))
+
     def turns(self, directions: int) -> ComplexArray:
         """(#C, #T): by equal steps, as many as are asked for or allowed."""
         steps = min(directions, 4) if self.upright else directions
@@ -91,6 +96,8 @@ class Charts:
 
 def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
     """Charts on pages of this side, as many as it takes or is allowed; None if that does not do."""
+    if charts.least_side > side:
+        return None  # before its mask is drawn, which may not fit into memory
     shaped = charts.shaped()
     return _on_pages(charts, shaped, charts.turns(8), side, spacing, pages)
 
@@ -107,7 +114,7 @@ def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | Non
             return _fine(charts, found, spacing)
         turns[shaped] = found[0].layout.turn[shaped, None]
     low = float(np.sqrt(charts.areas.sum() / pages)) / spacing.inner
-    low = max(low, float(charts.sizes.min(axis=1).max()) / spacing.inner)
+    low = max(low, charts.least_side / spacing.inner)
     best, high = None, 1.5 * low
     while best is None and high < MOST_SIDE * low:
         best = _on_pages(charts, shaped, turns, high, spacing, pages)
@@ -159,7 +166,7 @@ def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing, quickly: bool = 
     ]
     found: list[_Grown] = []
     for order in orders:
-        side = float(np.sqrt(areas.sum() / SHARE))
+        side = max(float(np.sqrt(areas.sum() / SHARE)), charts.least_side)
         for _ in range(2):
             found.append(_grown(charts, order, turns, side, COARSE, spacing))
             side *= 0.985 if abs(found[-1].reached / side - 1) < 0.005 else found[-1].reached / side
