@@ -34,7 +34,11 @@ extensions = [
     "sphinx_design",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_build", "sg_execution_times.rst", "gallery/sg_execution_times.rst", "gallery/*.ipynb"]
+exclude_patterns = [
+    "_build",
+    "sg_execution_times.rst",
+    *(f"{made}/{name}" for made in ("gallery", "recipes") for name in ("sg_execution_times.rst", "*.ipynb")),
+]
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 240
@@ -56,8 +60,8 @@ copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
 sphinx_gallery_conf = {
-    "examples_dirs": "../demos",
-    "gallery_dirs": "gallery",
+    "examples_dirs": ["../demos", "../recipes"],
+    "gallery_dirs": ["gallery", "recipes"],
     "filename_pattern": r"/(?!compare_lscm)\w+\.py$",  # it is a command, and wants a mesh
     "within_subsection_order": "gallery_pages.order",
     "image_scrapers": ("pyvista", "gallery_pages.scenes"),

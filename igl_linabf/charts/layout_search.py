@@ -77,8 +77,8 @@ class Charts:
 
     @property
     def least_side(self) -> float:
-        """No smaller square holds each of them, however they are turned."""
-        return float(max(self.sizes.min(axis=1).max(), self.sizes.max() / np.sqrt(2)))
+        """Smaller pages cannot hold the longest chart: nothing in a square is longer than its diagonal."""
+        return float(self.sizes.max() / np.sqrt(2))
 
     def turns(self, directions: int) -> ComplexArray:
         """(#C, #T): by equal steps, as many as are asked for or allowed."""
@@ -96,10 +96,9 @@ class Charts:
 
 def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
     """Charts on pages of this side, as many as it takes or is allowed; None if that does not do."""
-    if charts.least_side > side:
-        return None  # before its mask is drawn, which may not fit into memory
-    shaped = charts.shaped()
-    return _on_pages(charts, shaped, charts.turns(8), side, spacing, pages)
+    if charts.least_side > side * spacing.inner:
+        return None
+    return _on_pages(charts, charts.shaped(), charts.turns(8), side, spacing, pages)
 
 
 def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
@@ -114,7 +113,7 @@ def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | Non
             return _fine(charts, found, spacing)
         turns[shaped] = found[0].layout.turn[shaped, None]
     low = float(np.sqrt(charts.areas.sum() / pages)) / spacing.inner
-    low = max(low, charts.least_side / spacing.inner)
+    low = max(low, float(charts.sizes.min(axis=1).max()) / spacing.inner, charts.least_side / spacing.inner)
     best, high = None, 1.5 * low
     while best is None and high < MOST_SIDE * low:
         best = _on_pages(charts, shaped, turns, high, spacing, pages)
