@@ -225,7 +225,7 @@ def _spread(changed: Change, faces: Parts) -> FloatArray:
     ]
     most, least = (log_ratio[order][index] for index in at)
     with np.errstate(invalid="ignore"):
-        return np.exp(most - least)
+        return np.where(np.isfinite(least), np.exp(most - least), np.inf)
 
 
 def _percentile_99(sides: FloatArray, faces: Parts) -> FloatArray:
