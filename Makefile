@@ -51,4 +51,4 @@ blender: .venv/ready
 	$(PY) -m pytest -q tests/test_blender.py
 
 clean:
-	rm -rf .venv out demos/out docs/_build docs/gallery docs/api/generated docs/_static/scenes build dist *.egg-info
+	rm -rf .venv out demos/out recipes/out docs/_build docs/gallery docs/recipes docs/api/generated docs/_static/scenes build dist *.egg-info

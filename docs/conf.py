@@ -21,6 +21,8 @@ author = "the igl_linabf developers"
 copyright = author
 release = version = metadata.version("igl-linabf")
 
+REPOSITORY = "https://github.com/igl-linabf/igl_linabf"
+
 extensions = [
     "myst_nb",  # Markdown, and the notebook
     "numpydoc",
@@ -32,7 +34,11 @@ extensions = [
     "sphinx_design",
     "sphinx_gallery.gen_gallery",
 ]
-exclude_patterns = ["_build", "sg_execution_times.rst", "gallery/sg_execution_times.rst", "gallery/*.ipynb"]
+exclude_patterns = [
+    "_build",
+    "sg_execution_times.rst",
+    *(f"{made}/{name}" for made in ("gallery", "recipes") for name in ("sg_execution_times.rst", "*.ipynb")),
+]
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 240
@@ -43,7 +49,7 @@ autosummary_generate = True
 # file systems that do not tell quality.html from Quality.html
 autosummary_filename_map = {"igl_linabf.Quality": "igl_linabf.Quality-class"}
 templates_path = ["_templates"]
-autodoc_typehints = "none"  # the docstrings have them, with shapes
+autodoc_typehints = "signature"
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 default_role = "code"  # single backticks, as in the docstrings
@@ -54,8 +60,8 @@ copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
 
 sphinx_gallery_conf = {
-    "examples_dirs": "../demos",
-    "gallery_dirs": "gallery",
+    "examples_dirs": ["../demos", "../recipes"],
+    "gallery_dirs": ["gallery", "recipes"],
     "filename_pattern": r"/(?!compare_lscm)\w+\.py$",  # it is a command, and wants a mesh
     "within_subsection_order": "gallery_pages.order",
     "image_scrapers": ("pyvista", "gallery_pages.scenes"),
@@ -77,6 +83,8 @@ html_sidebars = {"results": []}  # it has no pages below
 html_theme_options = {
     "show_prev_next": True,
     "navbar_align": "left",
+    "logo": {"text": f"igl_linabf {version}"},
+    "icon_links": [{"name": "Source", "url": REPOSITORY, "icon": "fa-brands fa-github"}],
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": [],

@@ -1,4 +1,4 @@
-"""What the gallery takes from the demos beside pyvista's pictures, and their order."""
+"""What the galleries take from demos and recipes beside pyvista's pictures, and their order."""
 
 from __future__ import annotations
 
@@ -27,11 +27,19 @@ FIRST = (
     "baking",
     "polygons",
     "pattern",
+    "colours_into_glb",
+    "flat_cortex",
+    "sheet_metal",
+    "quads_from_scan",
+    "folder_of_meshes",
+    "deforming_mesh",
+    "differentiable_renderer",
+    "blender_python",
 )
 
 
 def order(filename: str) -> tuple[int, str]:
-    """The paper's figures in its order, then what goes beyond it."""
+    """The paper's figures in its order, then what goes beyond it; the recipes from files to programs."""
     name = Path(filename).stem
     return (FIRST.index(name) if name in FIRST else len(FIRST), name)
 

@@ -30,18 +30,22 @@ FOR_TESTS = (
     "pymeshfix",
 )
 LEFT_OUT = (  # they need a clone, or an extra that the fresh environments do not have
+    "test_blender.py",
     "test_bootstrap.py",
     "test_demos.py",
     "test_docs.py",
     "test_docstrings.py",
     "test_fuzz.py",
     "test_names.py",
+    "test_performance.py",
+    "test_recipes.py",
     "test_release.py",
+    "test_results.py",
     "test_rooms.py",
     "test_view.py",
 )
 IN_THE_ARCHIVE = ("README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "Makefile")
-FOLDERS_IN_THE_ARCHIVE = ("docs", "demos", "tests", "benchmarks", "scripts")
+FOLDERS_IN_THE_ARCHIVE = ("docs", "demos", "recipes", "tests", "benchmarks", "scripts")
 
 
 def say(text: str) -> None:

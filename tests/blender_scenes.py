@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import json
 import os
+import runpy
 import sys
 import tempfile
 import traceback
+from pathlib import Path
 
 os.environ["BLENDER_USER_RESOURCES"] = tempfile.mkdtemp(prefix="igl_linabf-blender-")
 
@@ -227,6 +229,14 @@ def test_the_panel_passes_its_settings_on() -> None:
     assert bpy.types.VIEW3D_PT_linabf.poll(bpy.context)
     names = set(bpy.ops.uv.linabf_unwrap.get_rna_type().properties.keys()) - {"rna_type"}
     assert names == set(chosen.bl_rna.properties.keys()) - {"rna_type", "name"}
+
+
+def test_the_recipe_writes_the_layer_of_the_active_object() -> None:
+    thing = monkey()
+    fresh(thing)
+    recipe = Path(__file__).parents[1] / "recipes" / "blender_python.py"
+    runpy.run_path(str(recipe))  # it asserts its numbers
+    assert (np.abs(polygon_areas(bpy.context.active_object)) > 0).all()
 
 
 def refused(text: str, **settings: object) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections import Counter
+from importlib.util import find_spec
 from pathlib import Path
 
 import igl
@@ -22,6 +23,8 @@ from igl_linabf.surface import complex_positions, signed_double_areas
 
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / "demos"), str(ROOT / "benchmarks")]
+collect_ignore = ["blender_scenes.py"]  # for Blender's Python, in which test_blender.py runs it
+OWN_BLENDER = ROOT / ".venv" / "blender" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
 FOLDER = os.environ.get("IGL_LINABF_MESHES")
 NO_FOLDER = "IGL_LINABF_MESHES is not set: no "  # a mesh
@@ -103,6 +106,18 @@ def load(name: str) -> Surface:
     if FOLDER is None:
         pytest.skip(f"{NO_FOLDER}{name}")
     return read_mesh(Path(FOLDER) / name)
+
+
+def python_of_blender() -> Path:
+    """The Python with bpy that IGL_LINABF_BPY names, this one, or that of `make blender`; else skips."""
+    named = os.environ.get("IGL_LINABF_BPY")
+    if named:
+        return Path(named)
+    if find_spec("bpy") is not None:
+        return Path(sys.executable)
+    if not OWN_BLENDER.exists():
+        pytest.skip("no Python with bpy is there: `make blender` makes one")
+    return OWN_BLENDER
 
 
 def not_tested(reasons: list[str]) -> list[str]:

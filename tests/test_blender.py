@@ -10,29 +10,15 @@ import os
 import subprocess
 import sys
 import zipfile
-from importlib.util import find_spec
 from pathlib import Path
 
 import pytest
+from conftest import ROOT, python_of_blender
 
 if sys.version_info >= (3, 11):
     import tomllib
 else:
     import tomli as tomllib
-
-ROOT = Path(__file__).parents[1]
-OWN = ROOT / ".venv" / "blender" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
-
-
-def python_of_blender() -> Path:
-    named = os.environ.get("IGL_LINABF_BPY")
-    if named:
-        return Path(named)
-    if find_spec("bpy") is not None:
-        return Path(sys.executable)
-    if not OWN.exists():
-        pytest.skip("no Python with bpy is there: `make blender` makes one")
-    return OWN
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,8 @@ import shlex
 import shutil
 import subprocess
 import sys
+from importlib import metadata
+from itertools import chain
 
 import igl
 import numpy as np
@@ -19,6 +21,7 @@ from conftest import load, pixels
 from igl_linabf import linabf, quality
 from igl_linabf.cli import main
 from igl_linabf.cli.commands import Command
+from igl_linabf.cli.doctor import EXTRAS
 from igl_linabf.cli.parser import COMMANDS, command_parser
 
 
@@ -167,8 +170,16 @@ def test_warnings_are_a_line(tmp_path) -> None:
 def test_doctor_tells_what_is_installed() -> None:
     process = run("doctor")
     assert process.returncode == 0
-    assert f"numpy {np.__version__}" in process.stdout
+    assert f"  numpy {np.__version__}\n" in process.stdout
     assert "CHOLMOD: " in process.stdout
+    extras = re.search(r"^Extras.*:\n((?:  .*\n)+)", process.stdout, re.MULTILINE)[1]
+    assert [line.partition(":")[0].strip() for line in extras.splitlines()] == sorted(EXTRAS)
+    for name in chain.from_iterable(EXTRAS.values()):
+        try:
+            found = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            found = "not installed"
+        assert f" {name} {found}" in extras
 
 
 def options_of(command: str) -> set[str]:

@@ -87,8 +87,8 @@ def test_citation_and_changelog_are_of_this_version() -> None:
 def site(tmp_path_factory) -> Path:
     """The pages, of the gallery's demos only the one with an interactive scene being run."""
     folder = tmp_path_factory.mktemp("site")
-    made = shutil.ignore_patterns("_build", "gallery", "generated", "scenes", "out", "__pycache__")
-    for name in ("docs", "demos"):
+    made = shutil.ignore_patterns("_build", "gallery", "recipes", "generated", "scenes", "out", "__pycache__")
+    for name in ("docs", "demos", "recipes"):
         shutil.copytree(ROOT / name, folder / name, ignore=made)
     for name in ("CONTRIBUTING.md", "CHANGELOG.md"):
         shutil.copy(ROOT / name, folder)
@@ -127,8 +127,9 @@ def test_every_page_of_the_folder_is_in_the_site(site) -> None:
     names = {path.relative_to(ROOT / "docs").with_suffix(".html") for path in (ROOT / "docs").glob("*.md")}
     assert all((site / name).is_file() for name in names)
     assert "igl_linabf.linabf" in (site / "api" / "index.html").read_text()
-    for demo in (ROOT / "demos").glob("*.py"):
-        assert (site / "gallery" / f"{demo.stem}.html").is_file()
+    for folder, pages in (("demos", "gallery"), ("recipes", "recipes")):
+        for script in (ROOT / folder).glob("*.py"):
+            assert (site / pages / f"{script.stem}.html").is_file()
 
 
 @needs_chromium

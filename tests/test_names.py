@@ -17,7 +17,9 @@ import igl_linabf
 from igl_linabf import Atlas, Chart, Flattening
 
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "docs" / "api" / "index.rst"]
-SOURCES = [path for name in ("igl_linabf", "demos", "benchmarks") for path in (ROOT / name).rglob("*.py")]
+SOURCES = [
+    path for name in ("igl_linabf", "demos", "recipes", "benchmarks") for path in (ROOT / name).rglob("*.py")
+]
 OBJECTS = {"result": Flattening, "atlas": Atlas, "chart": Chart}  # what the docs call one of them
 FILE = re.compile(r"\.(md|py|toml|cff|yml|yaml|obj|off|ply|stl|glb|png|html|csv)")
 

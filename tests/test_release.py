@@ -18,6 +18,7 @@ import yaml
 from conftest import ROOT
 
 import igl_linabf
+from igl_linabf.cli.doctor import EXTRAS, NEEDED
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -151,6 +152,34 @@ def test_the_page_of_the_index_links_to_files_that_are_there() -> None:
     assert any(path.endswith(".png") for path in here)
     assert all((ROOT / path.partition("#")[0]).is_file() for path in here)
     assert all(link.startswith("https://") for link in links)
+
+
+def names_of(requirements: list[str]) -> list[str]:
+    return [re.match(r"[\w-]+", text)[0] for text in requirements]
+
+
+def test_the_doctor_knows_every_package_that_a_user_may_have() -> None:
+    optional = PROJECT["optional-dependencies"]
+    for_developers = {"all", "demos", "docs", "peers", "test"}
+    assert list(NEEDED) == names_of(PROJECT["dependencies"])
+    assert {
+        extra: tuple(names_of(packages))
+        for extra, packages in optional.items()
+        if extra not in for_developers
+    } == EXTRAS
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/install.md"])
+def test_the_pages_name_every_extra_and_every_package_that_is_needed(page: str) -> None:
+    text = (ROOT / page).read_text(encoding="utf-8")
+    shown = set(re.findall(r"^\| `(\w+)` \|", text, re.MULTILINE))
+    assert set(PROJECT["optional-dependencies"] if page.startswith("docs") else EXTRAS) <= shown
+    assert ", ".join(NEEDED[:-1]) + f" and {NEEDED[-1]}" in " ".join(text.split())
+
+
+def test_what_the_release_check_leaves_out_is_there() -> None:
+    left_out = script("release_check.py").LEFT_OUT
+    assert [name for name in left_out if not (ROOT / "tests" / name).is_file()] == []
 
 
 def test_the_version_is_one() -> None:

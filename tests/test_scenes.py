@@ -14,12 +14,11 @@ import igl
 import numpy as np
 import pytest
 from carried import dual, hemisphere, quads
+from conftest import python_of_blender
 
 from igl_linabf import MeshError, MeshWarning, flatten, unwrap
 from igl_linabf.cli import main
 from igl_linabf.io import MeshFile, read_file, read_mesh, write_file, write_mesh
-
-BLENDER = Path("/tmp/bpyenv/bin/python")
 
 
 def corners(mesh: MeshFile) -> np.ndarray:
@@ -217,9 +216,9 @@ def test_pygltflib_and_trimesh_open_the_scene(tmp_path: Path) -> None:
     assert opened.to_geometry().area == pytest.approx(4 * (2 * 9.574541 + 9 / 20 * 9.574541), rel=1e-3)
 
 
-@pytest.mark.skipif(not BLENDER.exists(), reason="no Python with bpy")
 @pytest.mark.parametrize("suffix", [".glb", ".obj", ".ply"])
 def test_blender_opens_what_is_written(tmp_path: Path, suffix: str) -> None:
+    blender = python_of_blender()
     V, F = quads()
     atlas = unwrap(V, F, progress=False)
     write_mesh(tmp_path / f"mesh{suffix}", V, F, atlas.TC, atlas.FTC)
@@ -233,7 +232,7 @@ def test_blender_opens_what_is_written(tmp_path: Path, suffix: str) -> None:
     )
     environment = {k: v for k, v in os.environ.items() if k != "PYTHONPATH"}
     said = subprocess.run(
-        [BLENDER, "-c", script], capture_output=True, text=True, timeout=120, env=environment
+        [blender, "-c", script], capture_output=True, text=True, timeout=120, env=environment
     )
     line = next(line for line in said.stdout.splitlines() if line.startswith("read"))
     _, faces, layers, mean = line.split()

@@ -73,6 +73,11 @@ class Charts:
         """(#C,) float64."""
         return np.array([outline.area for outline in self.outlines], dtype=np.float64)
 
+    @property
+    def least_side(self) -> float:
+        """Smaller pages cannot hold the longest chart: nothing in a square is longer than its diagonal."""
+        return float(self.sizes.max() / np.sqrt(2))
+
     def turns(self, directions: int) -> ComplexArray:
         """(#C, #T): by equal steps, as many as are asked for or allowed."""
         steps = min(directions, 4) if self.upright else directions
@@ -89,8 +94,9 @@ class Charts:
 
 def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
     """Charts on pages of this side, as many as it takes or is allowed; None if that does not do."""
-    shaped = charts.shaped()
-    return _on_pages(charts, shaped, charts.turns(8), side, spacing, pages)
+    if charts.least_side > side * spacing.inner:
+        return None
+    return _on_pages(charts, charts.shaped(), charts.turns(8), side, spacing, pages)
 
 
 def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
@@ -105,7 +111,7 @@ def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | Non
             return _fine(charts, found, spacing)
         turns[shaped] = found[0].layout.turn[shaped, None]
     low = float(np.sqrt(charts.areas.sum() / pages)) / spacing.inner
-    low = max(low, float(charts.sizes.min(axis=1).max()) / spacing.inner)
+    low = max(low, float(charts.sizes.min(axis=1).max()) / spacing.inner, charts.least_side / spacing.inner)
     best, high = None, 1.5 * low
     while best is None and high < MOST_SIDE * low:
         best = _on_pages(charts, shaped, turns, high, spacing, pages)
@@ -156,7 +162,7 @@ def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing, quickly: bool = 
     tried = 1 if quickly or not all_shaped else 3 if n <= SOME else 2
     orders = [shaped[np.argsort(-key, kind="stable")] for key in keys[:tried]]
     found: list[_Grown] = []
-    side = float(np.sqrt(areas.sum() / SHARE))
+    side = max(float(np.sqrt(areas.sum() / SHARE)), charts.least_side)
     for _ in range(2 if all_shaped else 1):
         known: dict[int, list[Mask]] = {}  # of the charts; all orders share them
         found += [_grown(charts, order, turns, side, COARSE, spacing, known) for order in orders]

@@ -5,24 +5,45 @@ from __future__ import annotations
 import argparse
 import platform
 from importlib import metadata
-from importlib.util import find_spec
 
 from ..kernels import fast_by
 from ..linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .commands import GOOD, Command
 
+NEEDED = (
+    "libigl",
+    "numpy",
+    "scipy",
+    "pyamg",
+    "shapely",
+    "pillow",
+    "psutil",
+    "rich",
+    "threadpoolctl",
+    "shtab",
+)
+EXTRAS = {  # packages that a user may install; README and docs/install.md say what for
+    "batch": ("distributed", "bokeh"),
+    "cholmod": ("scikit-sparse",),
+    "fast": ("numba",),
+    "formats": ("trimesh", "lxml", "networkx", "nibabel", "pyvista"),
+    "patterns": ("svgwrite", "ezdxf", "matplotlib"),
+    "viz": ("pyvista",),
+}
+
 
 def _doctor(options: argparse.Namespace) -> int:
     print(f"igl-linabf {version('igl-linabf')}, Python {platform.python_version()}, {platform.platform()}")
-    for name in ("libigl", "numpy", "scipy", "pyamg", "scikit-sparse", "numba", "pyvista"):
+    for name in NEEDED:
         print(f"  {name} {version(name)}")
+    print("Extras, each installed by pip install 'igl-linabf[EXTRA]':")
+    for extra, packages in EXTRAS.items():
+        print(f"  {extra}: {', '.join(f'{name} {version(name)}' for name in packages)}")
     if has_cholmod():
         print(f"CHOLMOD: yes, with {blas_of_cholmod() or 'an unknown BLAS'}")
     else:
         print(f"CHOLMOD: no; libigl's Cholesky and PyAMG's multigrid are used. To get it, {HOW_TO_GET}")
     print(f"Kernels: {fast_by()}")
-    if find_spec("pyvista") is None:
-        print("Pictures: no; pip install 'igl-linabf[viz]'")
     return GOOD
 
 

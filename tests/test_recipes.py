@@ -1,0 +1,47 @@
+"""The recipes run as they are shown, and their files and pictures hold what they say."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+from conftest import ROOT
+from test_demos import colourful, run
+
+SCRIPTS = sorted(path.stem for path in (ROOT / "recipes").glob("*.py"))
+
+
+def test_each_has_a_title_a_test_and_its_place_in_the_gallery() -> None:
+    order = (ROOT / "docs" / "gallery_pages.py").read_text()
+    for name in SCRIPTS:
+        text = (ROOT / "recipes" / f"{name}.py").read_text()
+        assert re.match(r'"""\n(.+)\n=+\n', text), name
+        assert f'"{name}"' in order
+        assert name in WHAT
+
+
+# panels of each picture, (rows, columns), and a pattern of what is printed
+WHAT = {
+    "blender_python": ((1, 2), r"all +576 .* 0 +0"),
+    "colours_into_glb": ((1, 2), r"off by [0-2] of 255 in the median"),
+    "deforming_mesh": ((2, 3), r"(F/3nt [\d.]+, 0 flipped triangles\s+){3}"),
+    "differentiable_renderer": ((1, 2), r"step 20: root mean square error 0\.0[0-4]"),
+    "flat_cortex": ((1, 2), r"flipped triangles +0\noverlapping pairs +0"),
+    "folder_of_meshes": ((1, 3), r"(?s)airplane \| valid.*damaged \| refused.*cannot be read as PLY"),
+    "quads_from_scan": ((1, 2), r"[\d,]+ of [\d,]+ cells are whole quadrangles"),
+    "sheet_metal": ((1, 2), r"edges change by 0\.00% at most"),
+}
+
+
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_it_runs_and_fills_its_picture(tmp_path: Path, name: str) -> None:
+    (rows, columns), said = WHAT[name]
+    assert re.search(said, run(tmp_path, ROOT / "recipes" / f"{name}.py"))
+    assert min(colourful(tmp_path / "out" / f"{name}.png", rows, columns)) >= 1
+
+
+def test_tensors_are_those_of_the_mesh(tmp_path: Path) -> None:
+    pytest.importorskip("torch")
+    text = run(tmp_path, ROOT / "recipes" / "differentiable_renderer.py")
+    assert "tensors of torch.float32 and torch.int32 on cpu" in text
