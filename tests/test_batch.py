@@ -354,6 +354,25 @@ def test_the_command_prints_the_dashboard_and_a_summary(scheduler: str, tmp_path
     assert igl.read_triangle_mesh(str(tmp_path / "out/0.ply"))[1].shape[1] == 3
 
 
+def test_boundaries_cones_and_texels_are_those_of_flatten_and_unwrap(scheduler: str, tmp_path: Path) -> None:
+    folder = tmp_path / "in"
+    folder.mkdir()
+    ball = igl.upsample(*igl.icosahedron(), 2)
+    dome = igl.remove_unreferenced(ball[0], ball[1][ball[0][ball[1]].mean(axis=1)[:, 2] > -0.2])[:2]
+    igl.writeOBJ(str(folder / "dome.obj"), *dome)
+    options = {"how": "flatten", "boundary": "circle"}
+    assert batch(folder, tmp_path / "flat", scheduler=scheduler, progress=False, **options).good
+    rim = read_texture(tmp_path / "flat/dome.obj")[0][igl.boundary_loop(dome[1])]
+    radius = np.linalg.norm(rim - 0.5, axis=1)
+    assert np.ptp(radius) < 1e-5 * radius.max()
+    igl.writeOBJ(str(folder / "ball.obj"), *ball)
+    options = {"cones": 8, "cone_angles": "quarter", "resolution": 256, "padding": 4}
+    assert batch(folder, tmp_path / "coned", scheduler=scheduler, progress=False, **options).good
+    written = read_texture(tmp_path / "coned/ball.obj")
+    expected = unwrap(*read_mesh(folder / "ball.obj"), **options)
+    assert all(np.allclose(a, b) for a, b in zip(written, (expected.TC, expected.FTC), strict=True))
+
+
 def test_what_cannot_be_is_said_before_any_work(tmp_path: Path, monkeypatch) -> None:
     disks(tmp_path / "in", [100])
     (tmp_path / "empty").mkdir()
@@ -363,6 +382,15 @@ def test_what_cannot_be_is_said_before_any_work(tmp_path: Path, monkeypatch) -> 
         ({"method": "lscmm"}, "method is 'lscmm'"),
         ({"how": "fold"}, "how is 'fold'"),
         ({"how": "flatten", "holes": True}, "mean nothing to flatten"),
+        ({"how": "flatten", "cones": 8}, "mean nothing to flatten"),
+        ({"boundary": "circle"}, "charts have a free boundary"),
+        ({"how": "flatten", "boundary": "star"}, "boundary is 'star'"),
+        ({"how": "flatten", "boundary": "circle", "method": "lscm"}, "the method 'lscm'"),
+        ({"cones": "many"}, "cones is 'many'"),
+        ({"cone_angles": "quarter"}, "cone_angles is 'quarter'"),
+        ({"cones": 8, "holes": True}, "do not go together"),
+        ({"resolution": 0}, "resolution is 0"),
+        ({"padding": -1.0}, "padding is -1.0"),
         ({"memory": "much"}, "memory is 'much'"),
         ({"memory": 0}, "memory is 0"),
         ({"workers": 0}, "workers is 0"),

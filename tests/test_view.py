@@ -16,6 +16,7 @@ import pytest
 import pyvista as pv
 from conftest import load, pixels
 from high_curvature import crown, rings
+from test_boundaries import off_circle
 from test_plot import colours, near, squares
 
 from igl_linabf import MeshError
@@ -344,6 +345,27 @@ def test_maps_are_kept_turned_alike_and_iterations_count(monkeypatch) -> None:
     viewer.iterate(-2)
     assert viewer.shown is maps["linabf"]
     viewer.plotter.close()
+
+
+def test_boundaries_and_cones_are_shown_by_the_methods_that_make_them() -> None:
+    V, F = load("bumps")
+    viewer = Viewer(V, F, "lscm", boundary="circle", off_screen=True)
+    loop = igl.boundary_loop(F)
+    off = {}
+    for _ in range(2):
+        off[viewer.method] = off_circle(viewer.shown.uv[loop])
+        viewer.next_method()
+    viewer.plotter.close()
+    assert off["linabf"] < 1e-6 < off["lscm"]
+    ball = Viewer(*igl.upsample(*igl.icosahedron(), 2), cones=4, off_screen=True)
+    coned = ball.shown.drawn
+    assert len(coned.cones) == 4
+    assert coned.sides is not None
+    ball.set_trade(1.0)
+    assert len(ball.shown.drawn.cones) == 0
+    ball.plotter.close()
+    with pytest.raises(ValueError, match="leave out boundary or cones"):
+        Viewer(V, F, boundary="circle", cones=4, off_screen=True)
 
 
 def test_what_cannot_be_viewed_is_refused() -> None:

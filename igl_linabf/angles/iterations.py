@@ -11,6 +11,7 @@ from .linearised import AngleProblem, Direction, Iterate, Kind, Linearised, Step
 
 FIRST_RTOL = 0.1  # relative residual to which the first step towards prescribed sums is solved
 CHORD_BELOW = 2e-3  # residual below which the last system is as good as a new one
+CIRCLE_CHORD_BELOW = 1e-2  # and for one circle, where the sums limit what a step gains
 SLOW = 30  # inner steps from which a new factor pays
 MEMORY, MIX_BELOW = 5, 0.1  # of the circle's extrapolation: earlier steps, residual from which on
 
@@ -89,12 +90,13 @@ def prescribed_steps(state: State, rtol: float, tol: float, most: int) -> State:
     on_circles = [constraints.row[constraints.topology.loops[i]] for i in constraints.circles]
     rows = np.concatenate(on_circles) if on_circles else np.empty(0, dtype=np.int64)
     sought = _Sought(rows[rows >= 0])
+    chord_below = CIRCLE_CHORD_BELOW if len(constraints.circles) == 1 else CHORD_BELOW
     for _ in range(most):
         missing = state.at.residual.largest
         if missing <= tol:
             break
         first = not state.steps
-        chord = len(state.steps) > 1 and not state.steps[-1].limited and missing < CHORD_BELOW
+        chord = len(state.steps) > 1 and not state.steps[-1].limited and missing < chord_below
         sought, towards = sought.extrapolated(state)
         here = replace(state, at=towards)
         if chord:

@@ -19,7 +19,7 @@ import psutil
 from .._types import FloatArray
 from ..charts import unwrap
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
-from ..flattening import Method, Outcome, flatten
+from ..flattening import BoundaryName, Method, Outcome, flatten
 from ..io import MeshFile, read_file, unit_square, write_file
 from ..measures import Quality, quality
 from . import places
@@ -40,6 +40,11 @@ class Settings:
     trade: float
     holes: bool
     bijective: bool
+    boundary: BoundaryName
+    cones: int | Literal["auto"] | None
+    cone_angles: Literal["quarter"] | None
+    resolution: int | None
+    padding: float
     memory: int | None
 
     def key(self, version: str) -> str:
@@ -114,6 +119,10 @@ def _unwrapped(mesh: MeshFile, row: Row, settings: Settings) -> _Made:
         "trade": settings.trade,
         "holes": settings.holes,
         "bijective": settings.bijective,
+        "cones": settings.cones,
+        "cone_angles": settings.cone_angles,
+        "resolution": settings.resolution,
+        "padding": settings.padding,
     }
     atlas = unwrap(mesh.V, mesh.F, method=settings.method, progress=False, **chosen)
     flipped = any(not chart.result.outcome.good for chart in atlas.charts)
@@ -124,7 +133,7 @@ def _unwrapped(mesh: MeshFile, row: Row, settings: Settings) -> _Made:
 
 def _flattened(mesh: MeshFile, row: Row, settings: Settings) -> _Made:
     V, F = mesh.V, mesh.triangles
-    result = flatten(V, F, settings.method, progress=False)
+    result = flatten(V, F, settings.method, boundary=settings.boundary, progress=False)
     uv = unit_square(result.uv)
     measured = quality(V, F, uv)
     outcome, message = result.outcome, "" if result.outcome.good else result.message

@@ -14,11 +14,11 @@ from hashlib import sha256
 from importlib.util import find_spec
 from itertools import islice
 from time import perf_counter
-from typing import Any, get_args
+from typing import Any, Literal, get_args
 
 from .._runtime import Progress, counting, undone_at_once
 from ..charts import TRADE
-from ..flattening import Method, method_of
+from ..flattening import BoundaryName, Method, method_of
 from ..io import SUFFIXES
 from . import places
 from .clusters import client_of, local_client
@@ -27,6 +27,16 @@ from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, Row, Table, sh
 
 AHEAD = 8  # meshes that are handed out for each thread, and
 AT_LEAST = 64  # in all
+PADDING = 2.0  # texels
+OF_UNWRAP = {
+    "trade": TRADE,
+    "holes": False,
+    "bijective": False,
+    "cones": None,
+    "cone_angles": None,
+    "resolution": None,
+    "padding": PADDING,
+}
 Paths = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 
 
@@ -81,6 +91,11 @@ def batch(
     trade: float = TRADE,
     holes: bool = False,
     bijective: bool = False,
+    boundary: BoundaryName = "free",
+    cones: int | Literal["auto"] | None = None,
+    cone_angles: Literal["quarter"] | None = None,
+    resolution: int | None = None,
+    padding: float = PADDING,
     retry: bool = False,
     progress: Progress = None,
 ) -> Batch:
@@ -116,6 +131,14 @@ def batch(
         What one mesh may take: bytes, or a text like "2 GiB". By default the processes share what there is.
     trade, holes, bijective : see `unwrap`
         As in `unwrap`.
+    boundary : {"free", "circle", "circles", "rectangle"}
+        As in `flatten`, for `how="flatten"`.
+    cones : int or "auto", optional
+        How many cones each component gets, as in `unwrap`.
+    cone_angles : "quarter", optional
+        As in `unwrap`.
+    resolution, padding : see `unwrap`
+        Texels along the side of a map's texture, and between two charts.
     retry : bool
         Do again, too, what died, ran out of memory or failed in an earlier run.
     progress : callable or False, optional
@@ -146,7 +169,19 @@ def batch(
     >>> [(row.output, row.outcome, row.triangles) for row in done.rows]
     [('ball.obj', 'valid', 20)]
     """
-    settings = _checked(method, how, format, memory, trade, holes, bijective)
+    shaped = {"boundary": boundary, "cones": cones, "cone_angles": cone_angles}
+    settings = _checked(
+        how,
+        format,
+        memory,
+        method=method_of(method),
+        trade=trade,
+        holes=holes,
+        bijective=bijective,
+        resolution=resolution,
+        padding=padding,
+        **shaped,
+    )
     if workers is not None and scheduler is not None:
         raise ValueError("workers are those of the scheduler: give one of the two")
     if workers is not None and workers < 1:
@@ -178,15 +213,7 @@ def batch(
     return Batch(tuple(row for row in rows if row), places.joined(folder, CSV), len(tasks), seconds)
 
 
-def _checked(
-    method: str | Method,
-    how: How,
-    format: str,
-    memory: int | str | None,
-    trade: float,
-    holes: bool,
-    bijective: bool,
-) -> Settings:
+def _checked(how: How, format: str, memory: int | str | None, **asked: Any) -> Settings:
     if find_spec("distributed") is None:
         raise ImportError("batch needs Dask: pip install 'igl-linabf[batch]'")
     from dask.utils import parse_bytes
@@ -195,15 +222,40 @@ def _checked(
         raise ValueError(f"how is {how!r}: use 'unwrap' or 'flatten'")
     if f".{format}" not in SUFFIXES:
         raise ValueError(f"format is {format!r}: use {', '.join(suffix[1:] for suffix in SUFFIXES)}")
-    if how == "flatten" and (trade, holes, bijective) != (TRADE, False, False):
-        raise ValueError("trade, holes and bijective mean nothing to flatten: leave them out, or unwrap")
+    if how == "flatten" and any(asked[name] != value for name, value in OF_UNWRAP.items()):
+        raise ValueError(f"{', '.join(OF_UNWRAP)} mean nothing to flatten: leave them out, or unwrap")
+    if how == "unwrap" and asked["boundary"] != "free":
+        raise ValueError("charts have a free boundary: leave boundary out, or flatten")
+    _check_shape(asked)
     try:
         limit = None if memory is None else int(parse_bytes(memory))
     except ValueError:
         limit = 0
     if limit is not None and limit < 1:
         raise ValueError(f"memory is {memory!r}: use a number of bytes, or a text like '2 GiB'")
-    return Settings(how, method_of(method), format, trade, holes, bijective, limit)
+    return Settings(how=how, format=format, memory=limit, **asked)
+
+
+def _check_shape(asked: dict[str, Any]) -> None:
+    """Refuse here what would be wrong with every mesh."""
+    boundary, cones, angles, method = (asked[key] for key in ("boundary", "cones", "cone_angles", "method"))
+    if boundary not in get_args(BoundaryName):
+        names = ", ".join(map(repr, get_args(BoundaryName)))
+        raise ValueError(f"boundary is {boundary!r}: use one of {names}")
+    if (boundary != "free" or cones is not None) and not method.shapes:
+        raise ValueError(
+            f"the method {method.name!r} makes no boundaries or cones to order: use 'linabf' or 'abf'"
+        )
+    if not (cones is None or cones == "auto" or (type(cones) is int and cones >= 0)):
+        raise ValueError(f"cones is {cones!r}: give 'auto', or a number of them for each component")
+    if angles not in (None, "quarter") or (angles and cones is None):
+        raise ValueError(f"cone_angles is {angles!r}: use None, or with cones 'quarter'")
+    if cones is not None and (asked["holes"] or asked["bijective"]):
+        raise ValueError("cones do not go together with holes or bijective: seams run through the cones")
+    if asked["resolution"] is not None and asked["resolution"] < 1:
+        raise ValueError(f"resolution is {asked['resolution']}: give texels, from 1 on")
+    if not asked["padding"] >= 0:
+        raise ValueError(f"padding is {asked['padding']}: give texels, from 0 on")
 
 
 def _planned(found: list[places.Found], table: Table, settings: Settings, retry: bool) -> list[Task]:

@@ -6,12 +6,14 @@ import argparse
 
 from ..batch_runs import batch
 from ..io import SUFFIXES
-from .commands import GOOD, METHOD, NOT_VALID, Command
+from .commands import BOUNDARY, CONES, GOOD, METHOD, NOT_VALID, Command, count_of_cones
+from .packing import PACKING
 from .unwrapping import BIJECTIVE, HOLES, TRADED
 
 
 def _batch(options: argparse.Namespace) -> int:
-    chosen = {name: getattr(options, name) for name in BATCH.arguments if name not in ("inputs", "folder")}
+    names = [name.replace("-", "_") for name in BATCH.arguments if name not in ("inputs", "folder", "cones")]
+    chosen = {name: getattr(options, name) for name in names} | {"cones": count_of_cones(options.cones)}
     done = batch(options.inputs, options.output, **chosen)
     print(done, flush=True)
     options.settled()
@@ -46,6 +48,11 @@ BATCH = Command(
         "trade": TRADED,
         "holes": HOLES,
         "bijective": BIJECTIVE,
+        "boundary": BOUNDARY,
+        "cones": CONES,
+        "cone-angles": {"choices": ("quarter",), "help": "in quarter turns (default: of one scale)"},
+        "resolution": PACKING["resolution"],
+        "padding": PACKING["padding"],
         "retry": {"action": "store_true", "help": "do again what died, ran out of memory or failed before"},
     },
     "Unwrap many files, with Dask. Exit code 1: done, but not every mesh has a map without flips and "
@@ -53,7 +60,9 @@ BATCH = Command(
     (
         "scans/ -o maps/",
         "scans/ 'more/**/*.ply' -o maps/ --workers 4 --format glb --memory 4GiB",
-        "heads/ -o maps/ --how flatten --method abf",
+        "heads/ -o maps/ --how flatten --method abf --boundary circle",
+        "bodies/ -o maps/ --cones auto --cone-angles quarter",
+        "scans/ -o maps/ --resolution 1024 --padding 4    # charts at least 4 texels apart",
         "scans/ -o maps/ --trade 30 --holes --bijective",
         "scans/ -o maps/ --retry    # what died before",
         "scans/ -o maps/ --scheduler tcp://10.0.0.1:8786",

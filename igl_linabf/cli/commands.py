@@ -6,7 +6,7 @@ import argparse
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any, get_args
+from typing import Any, Literal, get_args
 
 from ..flattening import METHODS, BoundaryName, Method
 
@@ -43,6 +43,16 @@ BOUNDARY: Argument = {
     "default": "free",
     "help": "shape of the map's boundary, for linabf and abf (circles: holes as well; default: free)",
 }
+CONES: Argument = {
+    "metavar": "N",
+    "help": "leave the curvature at so many vertices of each component, or at auto: as many as pay",
+}
+CORNERS: Argument = {
+    "metavar": "VERTEX",
+    "type": int,
+    "nargs": 4,
+    "help": "boundary vertices at the corners of the rectangle (default: where it turns most)",
+}
 
 
 @dataclass(frozen=True)
@@ -67,6 +77,17 @@ class Command:
     description: str | None = None
     examples: tuple[str, ...] = ()
     each: bool = False
+
+
+def count_of_cones(text: str | None) -> int | Literal["auto"] | None:
+    """How many cones `--cones` asks for."""
+    if text is None:
+        return None
+    if text == "auto":
+        return "auto"
+    if not text.isdecimal():
+        raise ValueError(f"--cones is {text!r}: use auto, or a number")
+    return int(text)
 
 
 def method_with(name: str, asked: Mapping[str, Any]) -> Method:

@@ -7,7 +7,7 @@ import argparse
 from .._runtime import part, reporting
 from ..flattening import METHODS, compare
 from ..io import read_mesh
-from .commands import BOUNDARY, GOOD, JSON, MESHES, PICTURE, QUIET, Command
+from .commands import BOUNDARY, CORNERS, GOOD, JSON, MESHES, PICTURE, QUIET, Command
 from .outputs import check_outputs, hand_out, progress_of
 
 
@@ -16,7 +16,8 @@ def _compare(options: argparse.Namespace) -> int:
     check_outputs(None, options.picture)
     with reporting(progress_of(options)), part("reading", 1.0):
         V, F = read_mesh(options.mesh)
-    comparison = compare(V, F, methods, repeat=options.repeat, boundary=options.boundary)
+    shape = {"boundary": options.boundary, "corners": options.corners}
+    comparison = compare(V, F, methods, repeat=options.repeat, **shape)
     hand_out(options, str(comparison), {"comparison": comparison}, (V, F, comparison.maps))
     return GOOD
 
@@ -32,6 +33,7 @@ COMPARE = Command(
             "help": f"some of {', '.join(METHODS)}, separated by commas (default: %(default)s)",
         },
         "boundary": BOUNDARY,
+        "corners": CORNERS,
         "picture": PICTURE,
         "repeat": {
             "metavar": "N",
@@ -47,6 +49,7 @@ COMPARE = Command(
         "camelhead.off --methods lscm,linabf,abf --repeat 11",
         "camelhead.off --picture side_by_side.png --quiet",
         "camelhead.off --methods linabf,abf --boundary circle",
+        "face.obj --boundary rectangle --corners 12 3 840 77",
         "'heads/*.off' --json > figures.jsonl    # one line a mesh",
     ),
     each=True,

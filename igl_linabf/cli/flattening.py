@@ -13,6 +13,7 @@ from ..io import SUFFIXES, read_file, unit_square, write_file
 from ..measures import quality
 from .commands import (
     BOUNDARY,
+    CORNERS,
     GOOD,
     JSON,
     MESHES,
@@ -80,12 +81,7 @@ FLATTEN = Command(
         "layout": {"choices": ("auto", "boundary", "least-squares", "greedy"), "default": "auto"},
         "outer": {"metavar": "VERTEX", "type": int, "help": "a vertex of the outer boundary loop"},
         "boundary": BOUNDARY,
-        "corners": {
-            "metavar": "VERTEX",
-            "type": int,
-            "nargs": 4,
-            "help": "boundary vertices at the corners of the rectangle (default: where it turns most)",
-        },
+        "corners": CORNERS,
         "solver": {"choices": ("auto", "cholmod", "multigrid", "direct"), "default": "auto"},
         "guarantee": {
             "choices": ("injective",),

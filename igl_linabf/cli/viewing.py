@@ -6,7 +6,7 @@ import argparse
 
 from ..io import read_mesh, replacing
 from ..measures import MEASURES
-from .commands import GOOD, MESH, METHOD, PICTURE, Command
+from .commands import BOUNDARY, CONES, GOOD, MESH, METHOD, PICTURE, Command, count_of_cones
 from .outputs import check_outputs
 
 
@@ -15,7 +15,8 @@ def _view(options: argparse.Namespace) -> int:
     from ..plot import view
 
     V, F = read_mesh(options.mesh)
-    settings = {"measure": options.measure, "frequency": options.frequency}
+    settings = {"measure": options.measure, "frequency": options.frequency, "boundary": options.boundary}
+    settings["cones"] = count_of_cones(options.cones)
     if options.screenshot is None:
         settings["save_as"] = options.mesh.stem  # in the present folder
         view(V, F, options.method, title=f"igl_linabf: {options.mesh.name}", **settings)
@@ -33,6 +34,8 @@ VIEW = Command(
     {
         "mesh": MESH,
         "method": METHOD,
+        "boundary": BOUNDARY,
+        "cones": CONES,
         "measure": {"choices": MEASURES, "help": "distortion to show instead of the checkerboard"},
         "frequency": {
             "metavar": "N",
@@ -46,6 +49,8 @@ VIEW = Command(
     (
         "bunny.obj",
         "bunny.obj --method abf --frequency 60",
+        "face.obj --boundary circle",
+        "bunny.obj --cones auto    # the cones as spheres, both sides of a seam in one colour",
         "bunny.obj --measure area --screenshot bunny.png    # opens no window",
     ),
 )

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..charts import TRADE, find_seams, unwrap
+from ..charts import TRADE, Atlas, find_seams, unwrap
 from ..errors import OutcomeWarning
-from ..flattening import LinABF, flatten
+from ..flattening import BoundaryName, LinABF, flatten, method_of
 from ..measures import Quality, quality
 from ..surface import compact, topology_of
 from .scene import Scene, scene
@@ -64,10 +65,21 @@ class Asked:
 
 
 class KeptMaps:
-    """The maps of a surface by what was asked for."""
+    """The maps of a surface by what was asked for.
 
-    def __init__(self, V: FloatArray, F: IntArray) -> None:
-        self.V, self.F = V, F
+    Those of methods that can have the `boundary`, or the `cones`, until seams are drawn or found anew.
+    """
+
+    def __init__(
+        self,
+        V: FloatArray,
+        F: IntArray,
+        boundary: BoundaryName = "free",
+        cones: int | Literal["auto"] | None = None,
+    ) -> None:
+        if boundary != "free" and cones is not None:
+            raise ValueError("a surface with cones has a free boundary: leave out boundary or cones")
+        self.V, self.F, self._boundary, self._cones = V, F, boundary, cones
         vertices, faces = compact(F, len(V))
         self.planar = topology_of(faces, vertices).is_planar
         self._maps: dict[Asked, Shown] = {}
@@ -81,8 +93,13 @@ class KeptMaps:
 
     def _made(self, asked: Asked) -> Shown:
         method = LinABF(iterations=asked.iterations) if asked.iterations else asked.method
-        if self.planar and asked.trade is None and not asked.drawn:
-            uv = flatten(self.V, self.F, method).uv
+        plain, shapes = asked.trade is None and not asked.drawn, method_of(method).shapes
+        if plain and self._cones is not None and shapes:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", OutcomeWarning)
+                return self._of(unwrap(self.V, self.F, method=method, cones=self._cones))
+        if plain and (self.planar or self._boundary != "free"):
+            uv = flatten(self.V, self.F, method, boundary=self._boundary if shapes else "free").uv
             drawn = scene(self.V, self.F, uv)
             if self._maps:  # turned alike
                 drawn = drawn.fitted(next(iter(self._maps.values())).drawn)
@@ -94,6 +111,9 @@ class KeptMaps:
             atlas = unwrap(
                 self.V, self.F, seams, method, trade=trade, complete=bool(asked.drawn) and not self.planar
             )
+        return self._of(atlas)
+
+    def _of(self, atlas: Atlas) -> Shown:
         drawn = scene(self.V, self.F, atlas)
         return Shown(drawn, atlas.quality, len(atlas.charts), atlas.TC, np.asarray(atlas.FTC))
 

@@ -12,7 +12,7 @@ from collections.abc import Callable
 from functools import partial
 from itertools import count
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pyvista as pv
@@ -20,7 +20,7 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray
 from ..errors import MeshError
-from ..flattening import METHODS
+from ..flattening import METHODS, BoundaryName
 from ..io import replacing, unit_square, write_mesh
 from ..measures import MEASURES, Measure
 from ..surface import face_array, vertex_array
@@ -66,6 +66,11 @@ class Viewer:
         Squares of the checkerboard along the longer side of the map.
     measure : {"angle", "conformal", "stretch", "area"}, optional
         Distortion to show instead of the checkerboard.
+    boundary : {"free", "circle", "circles", "rectangle"}
+        Of the maps of methods that can shape it, as in `flatten`.
+    cones : int or "auto", optional
+        How many cones each component gets, as in `unwrap`, by the methods that can. With seams of another
+        trade, or drawn ones, there are none.
     off_screen : bool
         Open no window.
     window_size : (int, int)
@@ -98,6 +103,8 @@ class Viewer:
         *,
         frequency: float = 30.0,
         measure: Measure | None = None,
+        boundary: BoundaryName = "free",
+        cones: int | Literal["auto"] | None = None,
         off_screen: bool = False,
         window_size: tuple[int, int] = (1400, 700 + PANEL),
         save_as: str | os.PathLike[str] = "igl_linabf",
@@ -113,7 +120,7 @@ class Viewer:
         self.trade: float | None = None
         self.picked: tuple[int, FloatArray] | None = None
         self.drawn = DrawnSeams(self.V, self.F)
-        self._maps, self._save_as, self._said = KeptMaps(self.V, self.F), Path(save_as), ""
+        self._maps, self._save_as, self._said = KeptMaps(self.V, self.F, boundary, cones), Path(save_as), ""
         self._pressed: tuple[int, int] = (0, 0)
         shown = self.shown
         with pv.vtk_verbosity("error"):
@@ -363,7 +370,8 @@ def view(
     title : str
         Title of the window.
     **options
-        Options of `Viewer` (`frequency`, `measure`, `window_size`) and of `pyvista.Plotter`.
+        Options of `Viewer` (`frequency`, `measure`, `boundary`, `cones`, `window_size`) and of
+        `pyvista.Plotter`.
 
     Returns
     -------
