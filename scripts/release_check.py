@@ -39,7 +39,6 @@ LEFT_OUT = (  # they need a clone, or an extra that the fresh environments do no
     "test_names.py",
     "test_performance.py",
     "test_recipes.py",
-    "test_recipes.py",
     "test_release.py",
     "test_results.py",
     "test_rooms.py",
