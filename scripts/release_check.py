@@ -39,13 +39,14 @@ LEFT_OUT = (  # they need a clone, or an extra that the fresh environments do no
     "test_names.py",
     "test_performance.py",
     "test_recipes.py",
+    "test_recipes.py",
     "test_release.py",
     "test_results.py",
     "test_rooms.py",
     "test_view.py",
 )
 IN_THE_ARCHIVE = ("README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "Makefile")
-FOLDERS_IN_THE_ARCHIVE = ("docs", "demos", "recipes", "tests", "benchmarks", "scripts")
+FOLDERS_IN_THE_ARCHIVE = ("docs", "demos", "recipes", "tests", "benchmarks", "scripts", "blender", "conda")
 
 
 def say(text: str) -> None:
