@@ -45,7 +45,7 @@ LEFT_OUT = (  # they need a clone, or an extra that the fresh environments do no
     "test_view.py",
 )
 IN_THE_ARCHIVE = ("README.md", "LICENSE", "CHANGELOG.md", "CITATION.cff", "CONTRIBUTING.md", "Makefile")
-FOLDERS_IN_THE_ARCHIVE = ("docs", "demos", "recipes", "tests", "benchmarks", "scripts")
+FOLDERS_IN_THE_ARCHIVE = ("docs", "demos", "recipes", "tests", "benchmarks", "scripts", "blender", "conda")
 
 
 def say(text: str) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 import igl
 import numpy as np
 import pytest
-from carried import ball, pial
+from carried import ball
 from conftest import load
 from scipy.ndimage import map_coordinates
 
@@ -36,7 +36,7 @@ def several() -> Surface:
 
 
 def cortex() -> Surface:
-    V, F = pial()
+    V, F = load("pial")
     return V, F, unwrap(V, F, resolution=RESOLUTION)
 
 
@@ -174,7 +174,7 @@ def test_a_glb_file_shows_its_texture(tmp_path: Path) -> None:
 @pytest.mark.parametrize("kind", ["colors", "normals", "position"])
 def test_the_command_bakes(kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     pygltflib = pytest.importorskip("pygltflib")
-    V, F = pial()
+    V, F = load("pial")
     colours = (V - V.min(axis=0)) / np.ptp(V, axis=0)
     lines = [f"v {' '.join(map(str, (*v, *c)))}" for v, c in zip(V.tolist(), colours.tolist(), strict=True)]
     lines += [f"f {a} {b} {c}" for a, b, c in (F + 1).tolist()]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import igl
 import numpy as np
 import pytest
-from carried import of_pyvista, pial
+from carried import of_pyvista
 from conftest import load
 from nasty_meshes import NASTY, sphere
 from numpy.testing import assert_allclose
@@ -39,7 +39,7 @@ def test_seams_move_to_the_side_that_is_not_seen(name: str) -> None:
 
 
 def test_a_weight_a_face_hides_as_a_direction_does() -> None:
-    V, F = pial()
+    V, F = load("pial")
     cosine = np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])[:, 2] / igl.doublearea(V, F)
     by_direction, by_weight = (unwrap(V, F, hide=h) for h in ([0, 0, 1.0], 5 + 2 * cosine))
     up = np.array([0, 0, 1.0])
@@ -76,7 +76,7 @@ def test_what_is_no_direction_and_no_weights_is_refused(hide: object, says: str)
 
 
 def test_the_command_hides_seams_and_says_what_is_no_direction(tmp_path) -> None:
-    V, F = pial()
+    V, F = load("pial")
     mesh = tmp_path / "in.obj"
     igl.write_triangle_mesh(str(mesh), V, F)
     process = run("unwrap", mesh, "-o", tmp_path / "out.obj", "--hide=0,0,-1")
@@ -106,7 +106,7 @@ def test_valleys_of_a_closed_surface_attract_its_seams() -> None:
     from igl_linabf.charts.cut_graph import closed_surface
     from igl_linabf.surface import Submesh
 
-    for V, F in (pial(), of_pyvista("nut")):
+    for V, F in (load("pial"), of_pyvista("nut")):
         piece = closed_surface(Submesh.checked_manifold(V, F))
         seam = module._seam(piece, 6.0, False)[0]
         moved = module._shorter(piece, seam, 6.0)

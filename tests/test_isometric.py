@@ -113,6 +113,7 @@ def test_weight_leads_from_angles_to_areas(name: str) -> None:
 
 
 def test_the_cortex_is_flatter_than_the_map_that_ships_with_it() -> None:
+    pytest.importorskip("nilearn")
     from cortex import cortex
 
     V, F, shipped = cortex()

@@ -245,6 +245,7 @@ def test_blender_opens_what_is_written(tmp_path: Path, suffix: str) -> None:
 
 
 def test_a_cortex_goes_from_gifti_to_a_flat_gifti(tmp_path: Path) -> None:
+    pytest.importorskip("nilearn")
     nibabel = pytest.importorskip("nibabel")
     V, F = hemisphere("flat_left")
     meta = nibabel.gifti.GiftiMetaData({"AnatomicalStructurePrimary": "CortexLeft"})

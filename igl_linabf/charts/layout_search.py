@@ -13,24 +13,22 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._types import ComplexArray, FloatArray, IntArray
-from .outlines import Outline, mask_of
+from .outlines import Mask, Outline, masks_of
 from .page import Page
 from .shelves import on_shelves
 from .spacing import Spacing
 
 FEW, SOME = 24, 40  # charts up to which as many turns and layouts are tried as for few, or for some
-MOST_SHAPED = 100  # charts that are placed by their shape; of more, the largest ones
+MOST_SHAPED, LARGEST = 100, 60  # charts that are placed by their shape; of more, how many of the largest ones
 SMALL = 1 / 400  # of the area of all: of more charts than that, those below are placed as rectangles
-COARSE, FINE, FIXED = 128, 512, 384  # cells along a page's side
+COARSE, FINE, FIXED = 64, 512, 384  # cells along a page's side
 ROOM = 1.3  # side of the page that a layout grows on, of the one it is meant for
 SHARE = 0.62  # of a page that charts are expected to cover
-HALVINGS = 10  # of the interval of sides
+HALVINGS = 7  # of the interval of sides
 MOST_SIDE = 1e3  # of the least side: beyond it, gaps leave no room
 TIGHTER = 1.03  # how much smaller a page the fine grid may make possible
-MOST_TRIALS, SLACK = (
-    8,
-    0.002,
-)  # on the fine grid, and the share by which the page is larger, doubled each time
+MOST_TRIALS = 8  # on the fine grid
+SLACK = 0.002  # share by which the page is larger at the next one, doubled each time
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +88,7 @@ class Charts:
         areas: FloatArray = self.areas
         if len(areas) <= MOST_SHAPED:
             return np.arange(len(areas))
-        largest = np.argsort(-areas, kind="stable")[:MOST_SHAPED]
+        largest = np.argsort(-areas, kind="stable")[:LARGEST]
         return np.asarray(largest[areas[largest] > SMALL * areas.sum()])
 
 
@@ -160,15 +158,16 @@ def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing, quickly: bool = 
     turns = charts.turns(1 if n == 1 else 16 if n <= FEW and not quickly else 8)
     areas, sizes = charts.areas[shaped], charts.sizes[shaped]
     keys = (areas, sizes.max(axis=1), sizes.prod(axis=1))
-    orders = [
-        shaped[np.argsort(-key, kind="stable")] for key in keys[: 1 if quickly else 3 if n <= SOME else 2]
-    ]
+    all_shaped = n == len(charts.outlines)  # else the small ones fill what gaps these leave
+    tried = 1 if quickly or not all_shaped else 3 if n <= SOME else 2
+    orders = [shaped[np.argsort(-key, kind="stable")] for key in keys[:tried]]
     found: list[_Grown] = []
-    for order in orders:
-        side = max(float(np.sqrt(areas.sum() / SHARE)), charts.least_side)
-        for _ in range(2):
-            found.append(_grown(charts, order, turns, side, COARSE, spacing))
-            side *= 0.985 if abs(found[-1].reached / side - 1) < 0.005 else found[-1].reached / side
+    side = max(float(np.sqrt(areas.sum() / SHARE)), charts.least_side)
+    for _ in range(2 if all_shaped else 1):
+        known: dict[int, list[Mask]] = {}  # of the charts; all orders share them
+        found += [_grown(charts, order, turns, side, COARSE, spacing, known) for order in orders]
+        least = min(entry.reached for entry in found)
+        side *= 0.985 if abs(least / side - 1) < 0.005 else least / side
     return sorted(found, key=lambda entry: entry.reached)
 
 
@@ -178,7 +177,7 @@ def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing) -> Layout | No
     for entry in coarse[: 2 if len(charts.outlines) <= SOME else 1]:
         side, turns = entry.reached / TIGHTER, entry.layout.turn[:, None]
         for trial in range(MOST_TRIALS):
-            found.append(_grown(charts, entry.order, turns, side, FINE, spacing))
+            found.append(_grown(charts, entry.order, turns, side, FINE, spacing, {}))
             if found[-1].serves:
                 break
             side = max(side, found[-1].reached) * (1 + SLACK * 2**trial)
@@ -190,12 +189,18 @@ def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing) -> Layout | No
 
 
 def _grown(
-    charts: Charts, order: IntArray, turns: ComplexArray, side: float, grid: int, spacing: Spacing
+    charts: Charts,
+    order: IntArray,
+    turns: ComplexArray,
+    side: float,
+    grid: int,
+    spacing: Spacing,
+    known: dict[int, list[Mask]],
 ) -> _Grown:
-    """Charts on one page whose gaps are those of a page of this side."""
+    """Charts on one page whose gaps are those of a page of this side; `known` are masks, by chart."""
     room, pages = ROOM, None
     while pages is None:
-        pages = _placed(charts, order, turns, grid / side, spacing.gap * grid, int(room * grid), 1)
+        pages = _placed(charts, order, turns, grid / side, spacing.gap * grid, int(room * grid), 1, known)
         room *= ROOM
     (page,) = pages.sheets
     extent = max(page.width, page.height) - spacing.gap * grid
@@ -221,6 +226,7 @@ def _placed(
     gap: float,
     side: int,
     most: int | None,
+    known: dict[int, list[Mask]],
 ) -> _Pages | None:
     """Charts one after the other, each on the first page that has room for it.
 
@@ -230,14 +236,16 @@ def _placed(
     turn, corner = np.ones(n, dtype=np.complex128), np.zeros(n, dtype=np.complex128)
     number, sheets = np.zeros(n, dtype=np.int64), list[Page]()
     for i in order.tolist():
-        masks = [mask_of(charts.outlines[i].turned(by), cells, gap) for by in turns[i].tolist()]
+        if i not in known:
+            known[i] = masks_of(charts.outlines[i], turns[i], cells, gap)
+        masks = known[i]
         found, at = None, 0
         while found is None:
             if at == len(sheets):
                 if at == most or (at and not sheets[-1].width):
                     return None
                 sheets.append(Page.empty(side))
-            found = sheets[at].best_place([mask.cells for mask in masks])
+            found = sheets[at].best_place(masks)
             at += 1
         k, x, y = found
         sheets[at - 1] = sheets[at - 1].with_mask(masks[k].cells, x, y)
@@ -258,7 +266,7 @@ def _on_pages(
     gap, cells = spacing.gap * FIXED, FIXED / side
     inner = int(spacing.inner * FIXED + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
-    placed = _placed(charts, order, turns, cells, gap, inner, pages)
+    placed = _placed(charts, order, turns, cells, gap, inner, pages, {})
     if placed is None:
         return None
     turn, number, corner, sheets = placed.turn, placed.number, placed.corner, placed.sheets

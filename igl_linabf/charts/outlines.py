@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -49,6 +50,22 @@ class Mask:
     cells: BoolArray
     origin: complex
 
+    @cached_property
+    def runs(self) -> list[tuple[int, int, int]]:
+        """Row, first column and length of each run of cells."""
+        rows, columns = self.cells.shape
+        padded = np.zeros((rows, columns + 2), dtype=np.int8)
+        padded[:, 1:-1] = self.cells
+        change = padded[:, 1:] - padded[:, :-1]
+        row, begin = np.nonzero(change == 1)
+        length = np.nonzero(change == -1)[1] - begin
+        return list(zip(row.tolist(), begin.tolist(), length.tolist(), strict=True))
+
+    def quarter_turned(self, cells_per_unit: float) -> Mask:
+        """That of the chart times i."""
+        # the cell (x, y) of R rows comes to (R - 1 - y, x)
+        return Mask(self.cells[::-1].T, self.origin * 1j - len(self.cells) / cells_per_unit)
+
 
 def outlines(z: ComplexArray, F: IntArray, vertices: Parts, faces: Parts, area: FloatArray) -> list[Outline]:
     """The outlines of charts whose vertices and faces stand one after the other."""
@@ -88,6 +105,17 @@ def mask_of(outline: Outline, cells_per_unit: float, gap: float) -> Mask:
     )
     cells[row, column] = True
     return Mask(cells, low / cells_per_unit)
+
+
+def masks_of(outline: Outline, turns: ComplexArray, cells_per_unit: float, gap: float) -> list[Mask]:
+    """`mask_of` the turned chart; a fourth of the turns is enough where they are equal steps all around."""
+    steps = len(turns) // 4
+    if not steps or not np.allclose(turns[steps:], 1j * turns[:-steps]):
+        return [mask_of(outline.turned(turn), cells_per_unit, gap) for turn in turns.tolist()]
+    masks = [mask_of(outline.turned(turn), cells_per_unit, gap) for turn in turns[:steps].tolist()]
+    for _ in range(3):
+        masks += [mask.quarter_turned(cells_per_unit) for mask in masks[-steps:]]
+    return masks
 
 
 def _inside(a: ComplexArray, b: ComplexArray, weight: IntArray, rows: int, columns: int) -> BoolArray:

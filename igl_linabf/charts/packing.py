@@ -213,9 +213,9 @@ def _layout(charts: Charts, wish: Wish) -> Layout:
     largest = int(charts.sizes.min(axis=1).argmax())
     wide, high = charts.sizes[largest] * density
     allowed = "a page" if wish.pages in (None, 1) else f"{wish.pages} pages"
-    remedy = "" if wish.pages is None else ", or more pages"
+    remedy, verb = "" if wish.pages is None else ", or more pages", "do" if n > 1 else "does"
     raise MeshError(
-        f"{n} chart{'s' * (n > 1)} at a texel density of {density:g} do not fit on {allowed} of "
+        f"{n} chart{'s' * (n > 1)} at a texel density of {density:g} {verb} not fit on {allowed} of "
         f"{wish.resolution} x {wish.resolution} texels (chart {largest} takes {wide:.0f} x {high:.0f}): "
         f"use a smaller density, a larger resolution{remedy}"
     )

@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._types import BoolArray, IntArray
+from .outlines import Mask
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,18 +43,16 @@ class Page:
             self, taken=taken, width=max(self.width, x + columns), height=max(self.height, y + rows)
         )
 
-    def best_place(self, masks: Sequence[BoolArray]) -> tuple[int, int, int] | None:
+    def best_place(self, masks: Sequence[Mask]) -> tuple[int, int, int] | None:
         """Which mask, and where (x, y), so that the square of all grows least; None if none has room."""
         square = max(self.width, self.height)
         within = self._best_within(masks, square, square) if square else None
         if within is not None:  # which is all the same to the square: no larger one is searched
             return within
-        rows, columns = (max(mask.shape[axis] for mask in masks) for axis in (0, 1))
+        rows, columns = (max(mask.cells.shape[axis] for mask in masks) for axis in (0, 1))
         return self._best_within(masks, self.width + columns, self.height + rows)
 
-    def _best_within(
-        self, masks: Sequence[BoolArray], columns: int, rows: int
-    ) -> tuple[int, int, int] | None:
+    def _best_within(self, masks: Sequence[Mask], columns: int, rows: int) -> tuple[int, int, int] | None:
         side = len(self.taken)
         gaps = _Gaps(self.taken[:rows, :columns])
         best: tuple[float, int, int, int] | None = None
@@ -61,7 +60,7 @@ class Page:
             x, y = gaps.free(mask)
             if not len(x):
                 continue
-            high, wide = mask.shape
+            high, wide = mask.cells.shape
             square = np.maximum(np.maximum(x + wide, self.width), np.maximum(y + high, self.height))
             cost = square * (8.0 * side**2) + (x + wide / 2) ** 2 + (y + high / 2) ** 2
             at = int(cost.argmin())
@@ -77,35 +76,50 @@ class _Gaps:
         self._rows, self._columns = taken.shape
         bits = np.ones((self._rows, self._columns + 1), dtype=bool)  # a last column ends each row
         bits[:, :-1] = taken
-        packed = np.packbits(bits, bitorder="little").tobytes()
-        self._runs = [int.from_bytes(packed, "little")]  # where a run of 1, 2, 4, ... cells is not free
+        self._runs = [_number(bits)]  # where a run of 1, 2, 4, ... cells is not free
+        self._of_length: dict[int, int] = {}
 
-    def _taken_from(self, power: int) -> int:
-        while len(self._runs) <= power:
-            last = self._runs[-1]
-            self._runs.append(last | (last >> (1 << (len(self._runs) - 1))))
-        return self._runs[power]
+    def _taken_from(self, length: int) -> int:
+        """Where a run of this length is not free."""
+        known = self._of_length.get(length)
+        if known is None:
+            power = length.bit_length() - 1
+            while len(self._runs) <= power:
+                last = self._runs[-1]
+                self._runs.append(last | (last >> (1 << (len(self._runs) - 1))))
+            known = self._runs[power]
+            if length > 1 << power:
+                known |= known >> (length - (1 << power))
+            self._of_length[length] = known
+        return known
 
-    def free(self, cells: BoolArray) -> tuple[IntArray, IntArray]:
-        """All places (x, y) for the lower left corner of a mask."""
-        rows, columns = cells.shape
+    def free(self, mask: Mask) -> tuple[IntArray, IntArray]:
+        """Places (x, y) for the lower left corner of a mask, from which it goes no further left or down.
+
+        The others are never the best: each is farther out than one of these.
+        """
+        rows, columns = mask.cells.shape
         up, across = self._rows - rows + 1, self._columns - columns + 1
         if up <= 0 or across <= 0:
             none = np.zeros(0, dtype=np.int64)
             return none, none
         stride = self._columns + 1
-        change = np.diff(np.pad(cells, ((0, 0), (1, 1))).astype(np.int8), axis=1)
-        row, begin = np.nonzero(change == 1)
-        length = np.nonzero(change == -1)[1] - begin
         bad = 0
-        for first, n in zip((row * stride + begin).tolist(), length.tolist(), strict=True):
-            power = n.bit_length() - 1
-            taken = self._taken_from(power)
-            bad |= taken >> first
-            if n > 1 << power:
-                bad |= taken >> (first + n - (1 << power))
+        for row, begin, length in mask.runs:
+            bad |= self._taken_from(length) >> (row * stride + begin)
         bits = up * stride
-        data = (bad & ((1 << bits) - 1)).to_bytes((bits + 7) // 8, "little")
-        found = np.unpackbits(np.frombuffer(data, np.uint8), count=bits, bitorder="little")
-        y, x = np.nonzero(found.reshape(up, stride)[:, :across] == 0)
+        outside = np.zeros((up, stride), dtype=bool)
+        outside[:, across:] = True
+        every = (1 << bits) - 1
+        free = every ^ ((bad | _number(outside)) & every)
+        corner = free ^ (free & (free << 1 | free << stride))
+        data = np.frombuffer(corner.to_bytes((bits + 7) // 8, "little"), np.uint8)
+        byte = np.flatnonzero(data)
+        of_byte, bit = np.nonzero(np.unpackbits(data[byte, None], axis=1, bitorder="little"))
+        y, x = np.divmod(8 * byte[of_byte] + bit, stride)
         return x, y
+
+
+def _number(bits: BoolArray) -> int:
+    """Bits as one integer, row after row."""
+    return int.from_bytes(np.packbits(bits, bitorder="little").tobytes(), "little")

@@ -32,6 +32,8 @@ MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
 SYMMETRIC = 0.05  # of cost that the same seam on both sides of a body may be worth
 ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
+MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
+SMOOTH = 0.1  # share of the area that lies flat, below which that is so
 DIRECT = 10_000  # nodes up to which seams are found on the surface itself
 CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
 TWO_HOPS = 20_000  # nodes from which the roots of clusters are two edges apart, not one
@@ -177,7 +179,7 @@ def seams_of(
     for component, loops, genus in shapes:
         open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
         if not open_ or (disks and trade > 0):
-            if genus == 0 and len(component.F) <= SMALL and len(shapes) >= MANY:
+            if genus == 0 and _is_small(component, len(shapes)):
                 small += [component.faces] if not (open_ and gain) else []
             else:
                 piece = closed_surface(component, hidden)
@@ -188,6 +190,13 @@ def seams_of(
         bodies = SmallBodies(surface.of_faces(rows), _log_scale, hidden)
         found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN))
     return np.concatenate(found)
+
+
+def _is_small(component: Submesh, number: int) -> bool:
+    """Whether its seams are found together with those of others, `number` in all."""
+    if len(component.F) <= SMALL:
+        return number >= MANY
+    return len(component.F) <= MEDIUM and number >= HUNDREDS and flat_share(component) < SMOOTH
 
 
 def _shapes(surface: Submesh) -> list[tuple[Submesh, int, int]]:

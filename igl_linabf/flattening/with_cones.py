@@ -116,7 +116,7 @@ def _matched(problem: Problem, rtol: float | None, tol: float, most: int) -> Sta
         residual = state.at.residual.largest
         if residual <= tol:
             break
-        enough = min(FIRST_RTOL, max(residual, tol / (4 * residual))) if rtol is None else rtol
+        enough = min(FIRST_RTOL, max(residual, tol / (2 * residual))) if rtol is None else rtol
         same = bool(state.steps) and not state.steps[-1].limited
         lin = linearise(problem.angles, state.at, reuse=state.lin, same_factor=same)
         state = state.advanced(solve(lin, state.at, enough), "step")

@@ -5,7 +5,7 @@ a format; `files` has the public functions, `parsing` is shared by the readers.
 """
 
 from .._runtime import replacing
-from .corners import textured
+from .corners import textured as textured
 from .files import (
     read_file,
     read_mesh,
@@ -17,9 +17,10 @@ from .files import (
     write_obj,
 )
 from .formats import READERS, WRITERS
-from .images import embed_texture, write_image, write_textured
+from .images import embed_texture as embed_texture
+from .images import write_image, write_textured
 from .mesh_file import MeshFile
-from .one_index import split_at_seams
+from .one_index import split_at_seams as split_at_seams
 from .parsing import Extras
 
 SUFFIXES = tuple(WRITERS)
@@ -30,13 +31,10 @@ __all__ = [
     "SUFFIXES",
     "Extras",
     "MeshFile",
-    "embed_texture",
     "read_file",
     "read_mesh",
     "read_texture",
     "replacing",
-    "split_at_seams",
-    "textured",
     "unit_square",
     "write_file",
     "write_grid",

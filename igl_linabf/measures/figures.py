@@ -157,7 +157,7 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
 
 def quality_of(surface: Submesh, map_: FloatArray) -> Quality:
     """`quality` of a checked map of a checked surface."""
-    changed = change_of(surface, map_)
+    changed, whole = change_of(surface, map_), Parts.of_sizes([len(surface.F)])
     weight, conformal = changed.double_area / changed.double_area.sum(), changed.conformal
     return Quality(
         angle_distortion=float(changed.angle_distortion.mean()),
@@ -169,8 +169,8 @@ def quality_of(surface: Submesh, map_: FloatArray) -> Quality:
         stretch_linf=float(changed.largest_stretch.max()),
         symmetric_dirichlet=float(weight @ changed.symmetric_dirichlet),
         edge_change=float(changed.edge_change.mean()),
-        edge_change_99=float(np.percentile(changed.edge_change, 99)),
-        texel_spread=float(_spread(changed, Parts.of_sizes([len(surface.F)]))[0]),
+        edge_change_99=float(_percentile_99(changed.edge_change, whole)[0]),
+        texel_spread=float(_spread(changed, whole)[0]),
         flips=int(np.count_nonzero(changed.flipped)),
         overlaps=len(overlapping_pairs(map_, surface.F)),
         faces=len(surface.F),
@@ -225,7 +225,7 @@ def _spread(changed: Change, faces: Parts) -> FloatArray:
     ]
     most, least = (log_ratio[order][index] for index in at)
     with np.errstate(invalid="ignore"):
-        return np.exp(most - least)
+        return np.where(np.isfinite(least), np.exp(most - least), np.inf)
 
 
 def _percentile_99(sides: FloatArray, faces: Parts) -> FloatArray:
@@ -235,7 +235,9 @@ def _percentile_99(sides: FloatArray, faces: Parts) -> FloatArray:
     place = 3 * faces.start[:-1] + 0.99 * (3 * faces.sizes - 1)
     low = np.floor(place).astype(np.int64)
     high = np.minimum(low + 1, 3 * faces.start[1:] - 1)
-    return np.asarray(ordered[low] + (place - low) * (ordered[high] - ordered[low]))
+    with np.errstate(invalid="ignore"):
+        between = (place - low) * (ordered[high] - ordered[low])
+    return np.where(np.isinf(ordered[low]), np.inf, ordered[low] + between)
 
 
 def _joined(surfaces: Sequence[Submesh], vertices: Parts, faces: Parts) -> Submesh:

@@ -121,12 +121,15 @@ class Change:
     @property
     def symmetric_dirichlet(self) -> FloatArray:
         """A quarter of s1^2 + s2^2 + s1^-2 + s2^-2, with the map scaled to the area of the surface."""
-        return np.asarray(((self.major**2 + self.minor**2) / self.scale / 2 + self.squared_stretch) / 2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            squared = (self.major**2 + self.minor**2) / self.scale / 2  # 0 / 0 in a map without area
+            return np.where(self.minor > 0, (squared + self.squared_stretch) / 2, np.inf)
 
     @property
     def edge_change(self) -> FloatArray:
         """(3, #F) float64: relative change of the sides' lengths, with the map scaled likewise."""
-        return np.asarray(np.abs(self.sides / np.sqrt(self.scale) - 1))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(self.scale > 0, np.abs(self.sides / np.sqrt(self.scale) - 1), np.inf)
 
     @property
     def log_area_ratio(self) -> FloatArray:
