@@ -53,8 +53,13 @@ autodoc_typehints = "signature"
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 default_role = "code"  # single backticks, as in the docstrings
-# array-like and other libraries' types in signatures; there is no network to look them up in
-nitpick_ignore_regex = [("py:.*", r"(numpy|np|pv|pyvista|pathlib|os|collections|typing)\..*")]
+# types in signatures: other libraries', which there is no network to look up, and the package's own that the
+# reference describes where they are used
+nitpick_ignore_regex = [
+    ("py:.*", r"(numpy|np|pv|pyvista|pathlib|os|collections|typing|torch|trimesh|open3d|meshio)\..*"),
+    ("py:.*", r"(ArrayLike|FloatArray|IntArray)"),
+    ("py:.*", r"igl_linabf\.(surface|flattening\.methods|flattening\.shapes|plot\.scene|angles)\..*"),
+]
 
 copybutton_prompt_text = r">>> |\.\.\. |\$ "
 copybutton_prompt_is_regexp = True
