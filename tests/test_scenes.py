@@ -14,11 +14,11 @@ import igl
 import numpy as np
 import pytest
 from carried import dual, hemisphere, quads
-from conftest import python_of_blender
+from conftest import load, python_of_blender
 
-from igl_linabf import MeshError, MeshWarning, flatten, unwrap
+from igl_linabf import MeshError, MeshWarning, flatten, linabf, unwrap
 from igl_linabf.cli import main
-from igl_linabf.io import MeshFile, read_file, read_mesh, write_file, write_mesh
+from igl_linabf.io import MeshFile, read_file, read_mesh, read_texture, write_file, write_mesh
 
 
 def corners(mesh: MeshFile) -> np.ndarray:
@@ -350,3 +350,17 @@ def test_units_scale_the_node_of_a_glb(tmp_path: Path) -> None:
     before, after = unwrapped(tmp_path / "box.3mf", tmp_path / "box.glb")
     assert before.extras.units == "millimeter"
     assert np.allclose(np.ptp(after.V, axis=0), [0.2, 0.1, 0.05])
+
+
+@pytest.mark.parametrize("names", ["s t", "u v", "texture_u texture_v"])
+def test_texture_coordinates_of_a_ply_file_come_in(names: str, tmp_path) -> None:
+    V, F = load("bumps")
+    uv = linabf(V, F)
+    path = tmp_path / "bumps.ply"
+    write_mesh(path, V, F, uv)
+    head, _, body = path.read_bytes().partition(b"end_header")
+    for old, new in zip((b" s\n", b" t\n"), names.encode().split(), strict=True):
+        head = head.replace(old, b" " + new + b"\n")
+    path.write_bytes(head + b"end_header" + body)
+    TC, FTC = read_texture(path)
+    assert np.allclose(TC[FTC], uv[F], atol=1e-6 * np.ptp(uv))

@@ -172,7 +172,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     Raises
     ------
     MeshError
-        It is not an OBJ file, it is damaged, or a corner has no texture coordinates.
+        It is not an OBJ or PLY file, it is damaged, or a corner has no texture coordinates.
     OSError
         The file does not exist or cannot be read.
 
@@ -186,8 +186,8 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]
     """
     path = Path(path)
-    if path.suffix.lower() != ".obj":
-        raise MeshError(f"{path} is not an OBJ file: only OBJ files are read for texture coordinates")
+    if path.suffix.lower() not in (".obj", ".ply"):
+        raise MeshError(f"{path} is not an OBJ file, nor PLY: only these are read for texture coordinates")
     found = parsed(path)
     (F, FTC), TC = found.triangles(), found.TC
     if not len(F):

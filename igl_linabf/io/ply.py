@@ -37,6 +37,7 @@ TYPES = {
 }
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 WHOLE = [name for name, kind in TYPES.items() if kind[0] != "f"]
+TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # of vertices, as programs write them
 ROW_DIGITS = 12  # of a number of rows, at most
 
 
@@ -82,7 +83,12 @@ def parse_ply(data: bytes) -> Parsed:
     outside = faces.outside(len(V))
     if len(outside):
         raise Damaged(f"faces {some(outside)} name vertices outside 0..{len(V) - 1}")
-    return untextured(V, faces, _extras(vertex, faces, PlyTables(elements, tables, comments)))
+    extras = _extras(vertex, faces, PlyTables(elements, tables, comments))
+    for u, v in TEXTURE_NAMES:
+        if all(name in vertex and vertex[name].sizes is None for name in (u, v)):
+            TC = np.column_stack([vertex[name].values.astype(np.float64) for name in (u, v)])
+            return Parsed(V, faces, TC, faces.corners, extras)
+    return untextured(V, faces, extras)
 
 
 def _extras(vertex: Columns, faces: Polygons, source: PlyTables) -> Extras:
