@@ -75,7 +75,7 @@ except AttributeError as error:
 """
     assert python("-c", code) == "module 'igl_linabf' has no attribute 'lin_abf'\n"
     listed = {name for names in igl_linabf._NAMES.values() for name in names.split()}
-    assert listed | {"io"} == set(igl_linabf.__all__)
+    assert listed | {"adapters", "io"} == set(igl_linabf.__all__)
 
 
 def test_a_type_checker_sees_every_name_and_no_other(tmp_path) -> None:

@@ -57,6 +57,11 @@ class Constraints:
         """Number of rows."""
         return len(self.target)
 
+    @property
+    def made_to_order(self) -> bool:
+        """Whether other sums are asked for than 2 pi inside."""
+        return bool((self.sums[~np.isnan(self.sums)] != 2 * np.pi).any())
+
     @cached_property
     def pattern(self) -> Pattern:
         """The graph of the rows."""

@@ -133,7 +133,7 @@ class System:
         """Rows of the triangles in which P_t and s_t K_t differ so much that a correction saves time."""
         side_by_side = self.topology.n_outer > 1  # small disks
         largest = SLIVER_OF_SMALL if side_by_side or self.constraints.n < SMALL else SLIVER
-        if self.constraints.n >= SMALL and not np.isnan(self.constraints.sums).all():
+        if self.constraints.n >= SMALL and self.constraints.made_to_order:
             largest = SLIVER_OF_MANY_STEPS
         disparity = kernels.disparity(self.w, self.d, self.cot)
         faces = np.flatnonzero(disparity > largest + 1 / largest)

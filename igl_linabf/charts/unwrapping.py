@@ -172,7 +172,7 @@ def unwrap(
     >>> len(atlas.charts), atlas.good, atlas.FTC.shape
     (1, True, (20, 3))
     >>> atlas = unwrap(V, F, cones=4, cone_angles="quarter")
-    >>> bool(atlas.seam_mismatch < 1e-6), atlas.cone_angles.sum() / np.pi  # 4 cones, 2 pi each, less 4 pi
+    >>> bool(atlas.seam_mismatch < 1e-6), float(atlas.cone_angles.sum() / np.pi)  # 4 x 2 pi, less 4 pi
     (True, 4.0)
 
     A cube of quadrangles comes back as quadrangles:
