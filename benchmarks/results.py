@@ -23,6 +23,7 @@ SECTIONS = [
     ("Holes, uncut", "uncut.py"),
     ("Boundaries to order", "boundaries.py"),
     ("Any surface", "unwrap.py"),
+    ("Atlases beside other programs", "atlases.py"),
     ("Even texels", "isometric.py"),
     ("Many at once", "many.py"),
     ("Distortion", "distortion.py"),
