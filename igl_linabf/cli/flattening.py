@@ -7,9 +7,8 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from .._runtime import part, reporting
 from ..flattening import flatten
-from ..io import SUFFIXES, read_file, unit_square, write_file
+from ..io import SUFFIXES, unit_square, write_file
 from ..measures import quality
 from .commands import (
     BOUNDARY,
@@ -25,6 +24,7 @@ from .commands import (
     Command,
     method_with,
 )
+from .jobs import given_mesh
 from .outputs import check_outputs, hand_out, progress_of
 
 
@@ -33,8 +33,7 @@ def _flatten(options: argparse.Namespace) -> int:
     asked = {name: getattr(options, name) for name in ("layout", "solver", "guarantee", "weight")}
     asked["iterations"] = _iterations(options.iterations)
     method = method_with(options.method, asked)
-    with reporting(progress_of(options)), part("reading", 1.0):
-        mesh = read_file(options.mesh)
+    mesh = given_mesh(options)
     V, F = mesh.V, mesh.triangles
     shape = {"outer": options.outer, "boundary": options.boundary, "corners": options.corners}
     result = flatten(V, F, method, progress=progress_of(options), **shape)

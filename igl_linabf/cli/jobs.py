@@ -7,17 +7,15 @@ import contextlib
 import glob
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from .._runtime import undone_at_once
-from ..errors import MeshError
-from .commands import ERROR
-
-STANDARD = "-"  # input or output
-
-Run = Callable[[argparse.Namespace], int]
+from .._runtime import part, reporting, undone_at_once
+from ..io import MeshFile, read_file
+from .commands import STANDARD, Run
+from .outputs import progress_of
+from .sentences import told
 
 
 def run_each(options: argparse.Namespace, run: Run) -> int:
@@ -44,28 +42,18 @@ def run_each(options: argparse.Namespace, run: Run) -> int:
             title = "standard input" if name == STANDARD else name
             called = {"title": title, "of": "" if len(names) == 1 else f"{title}: "}
             one = argparse.Namespace(**{**vars(options), **own, **called, "mesh": mesh, "settled": settled})
-            code = max(code, run(one) if len(names) == 1 else _told(one, run))
+            code = max(code, told(run, one))
     return code
+
+
+def given_mesh(options: argparse.Namespace) -> MeshFile:
+    """What the file of `options.mesh` holds."""
+    with reporting(progress_of(options)), part("reading", 1.0):
+        return read_file(options.mesh)
 
 
 def _not_settled() -> None:
     """More is to come: Ctrl-C still ends it."""
-
-
-def _told(options: argparse.Namespace, run: Run) -> int:
-    """Run; an error of this mesh is a line that names it, and not the end."""
-    try:
-        return run(options)
-    except OSError as error:
-        place = "" if error.filename in (None, str(options.mesh)) else f"{error.filename}: "
-        said = f"{place}{error.strerror or error}"
-    except MemoryError:
-        said = "not enough memory: decimate the mesh"
-    except (MeshError, ValueError) as error:
-        said = str(error)
-    begin = "" if said.startswith(options.title) else options.of
-    print(f"igl-linabf: {begin}{said}", file=sys.stderr)
-    return ERROR
 
 
 def _expanded(given: Sequence[str]) -> list[str]:

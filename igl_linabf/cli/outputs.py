@@ -14,7 +14,7 @@ from typing import Literal
 from .._runtime import part, reporting
 from .._types import FloatArray, IntArray
 from ..io import replacing
-from .jobs import STANDARD
+from .commands import STANDARD
 from .plain_data import as_json
 
 

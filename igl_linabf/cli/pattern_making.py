@@ -8,20 +8,19 @@ import warnings
 from functools import partial
 from pathlib import Path
 
-from .._runtime import part, reporting
 from ..charts import unwrap
 from ..errors import OutcomeWarning
-from ..io import read_file, replacing
+from ..io import replacing
 from ..patterns import PAPERS, PATTERN_SUFFIXES, UNITS, write_pattern
 from .commands import GOOD, MESH, METHOD, NOT_VALID, QUIET, Command
+from .jobs import given_mesh
 from .outputs import check_outputs, progress_of
 from .unwrapping import TRADED, direction
 
 
 def _pattern(options: argparse.Namespace) -> int:
     check_outputs(options.output, None, PATTERN_SUFFIXES)
-    with reporting(progress_of(options)), part("reading", 1.0):
-        mesh = read_file(options.mesh)
+    mesh = given_mesh(options)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         atlas = unwrap(

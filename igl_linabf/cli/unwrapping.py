@@ -12,11 +12,10 @@ from typing import Any
 
 import numpy as np
 
-from .._runtime import part, reporting
 from .._types import IntArray
 from ..charts import TRADE, Atlas, texture_sides, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, MeshFile, embed_texture, read_file, write_file
+from ..io import SUFFIXES, MeshFile, embed_texture, write_file
 from .baking import BAKE, RESOLUTION, baked, check_bake
 from .commands import (
     GOOD,
@@ -31,6 +30,7 @@ from .commands import (
     Command,
     method_with,
 )
+from .jobs import given_mesh
 from .outputs import check_outputs, hand_out, progress_of
 from .packing import NAMES, PACKING
 
@@ -49,8 +49,7 @@ BIJECTIVE: Argument = {
 def _unwrap(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, SUFFIXES)
     method = method_with(options.method, {"weight": options.weight})
-    with reporting(progress_of(options)), part("reading", 1.0):
-        mesh = read_file(options.mesh)
+    mesh = given_mesh(options)
     check_bake(options.bake, mesh, options.output, options.pages)
     if options.bake and options.resolution is None:
         options.resolution = RESOLUTION
