@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import argparse
 
+from .._runtime import part
 from ..flattening import METHODS, compare
 from .commands import BOUNDARY, CORNERS, GOOD, JSON, MESHES, PICTURE, QUIET, Command
-from .jobs import given_mesh
+from .jobs import COMPUTED, given_mesh
 from .outputs import check_outputs, hand_out
 
 
@@ -16,7 +17,8 @@ def _compare(options: argparse.Namespace) -> int:
     mesh = given_mesh(options)
     V, F = mesh.V, mesh.triangles
     shape = {"boundary": options.boundary, "corners": options.corners}
-    comparison = compare(V, F, methods, repeat=options.repeat, **shape)
+    with part("comparing", COMPUTED):
+        comparison = compare(V, F, methods, repeat=options.repeat, **shape)
     hand_out(options, str(comparison), {"comparison": comparison}, (V, F, comparison.maps))
     return GOOD
 

@@ -7,6 +7,7 @@ import sys
 from functools import partial
 from pathlib import Path
 
+from .._runtime import part
 from ..flattening import flatten
 from ..io import SUFFIXES, unit_square, write_file
 from ..measures import quality
@@ -24,8 +25,8 @@ from .commands import (
     Command,
     method_with,
 )
-from .jobs import given_mesh
-from .outputs import check_outputs, hand_out, progress_of
+from .jobs import COMPUTED, given_mesh
+from .outputs import check_outputs, hand_out
 
 
 def _flatten(options: argparse.Namespace) -> int:
@@ -36,9 +37,10 @@ def _flatten(options: argparse.Namespace) -> int:
     mesh = given_mesh(options)
     V, F = mesh.V, mesh.triangles
     shape = {"outer": options.outer, "boundary": options.boundary, "corners": options.corners}
-    result = flatten(V, F, method, progress=progress_of(options), **shape)
-    uv = unit_square(result.uv) if options.units == "square" else result.uv
-    measured = quality(V, F, uv)
+    with part("flattening", COMPUTED):
+        result = flatten(V, F, method, **shape)
+        uv = unit_square(result.uv) if options.units == "square" else result.uv
+        measured = quality(V, F, uv)
     pictured = V, F, {options.method: result.uv}
     figures = {"quality": measured, "result": result}
     hand_out(options, f"{measured}\n\n{result}", figures, pictured, partial(write_file, mesh=mesh, TC=uv))

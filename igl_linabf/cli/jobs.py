@@ -8,14 +8,16 @@ import glob
 import os
 import sys
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from .._runtime import part, reporting, undone_at_once
 from ..io import MeshFile, read_file
 from .commands import STANDARD, Run
-from .outputs import progress_of
 from .sentences import told
+
+READ, COMPUTED = 0.1, 0.8  # of the whole: the bar when the mesh is read, and when its map is made
 
 
 def run_each(options: argparse.Namespace, run: Run) -> int:
@@ -42,13 +44,19 @@ def run_each(options: argparse.Namespace, run: Run) -> int:
             title = "standard input" if name == STANDARD else name
             called = {"title": title, "of": "" if len(names) == 1 else f"{title}: "}
             one = argparse.Namespace(**{**vars(options), **own, **called, "mesh": mesh, "settled": settled})
-            code = max(code, told(run, one))
+            code = max(code, told(partial(_in_one_bar, run=run), one))
     return code
+
+
+def _in_one_bar(options: argparse.Namespace, run: Run) -> int:
+    """Run with one progress bar over all that it does, which ends before anything is printed."""
+    with reporting(False if options.quiet or options.json else None):
+        return run(options)
 
 
 def given_mesh(options: argparse.Namespace) -> MeshFile:
     """What the file of `options.mesh` holds."""
-    with reporting(progress_of(options)), part("reading", 1.0):
+    with part("reading", READ):
         return read_file(options.mesh)
 
 
