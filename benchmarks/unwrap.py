@@ -3,9 +3,9 @@
     python benchmarks/unwrap.py [--all]
 
 The meshes are the bunny, a cortex and those of the kinds closed, handles and multi in IGL_LINABF_MESHES, or
-of all sound kinds. xatlas and uvunwrap are added if they are installed (extra `peers`), and Blender's Smart UV
-Project if bpy is, here or in the Python that BPY_PYTHON names. igl.lscm maps the charts of `unwrap`. Prints
-Markdown.
+of all sound kinds. xatlas and uvunwrap are added if they are installed (extra `peers`), and Blender's Smart
+UV Project if bpy is, here or in the Python that BPY_PYTHON names. igl.lscm maps the charts of `unwrap`.
+Prints Markdown.
 """
 
 from __future__ import annotations
