@@ -7,6 +7,7 @@ loops, which numba compiles where it is installed (the extra `fast`).
 from .choice import fast_by, is_fast, numpy_only
 from .connectivity import connected_labels, entries, in_one_piece, undirected
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
+from .supernodes import Supernodes, supernodal_factor, supernodal_solve, supernodes
 from .systems import (
     at_edges,
     block_product,

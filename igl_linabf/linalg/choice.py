@@ -8,11 +8,23 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Literal, get_args
 
+import numpy as np
 from scipy import sparse
 
 from ..errors import FallbackWarning, MemoryLimitError, stack_level
+from ..kernels import is_fast
 from . import memory
-from .factors import SIMPLICIAL_UP_TO, Analysis, Cholmod, IglCholesky, Multigrid, has_cholmod
+from .factors import (
+    COMPILED_FROM,
+    COMPILED_UP_TO,
+    SIMPLICIAL_UP_TO,
+    Analysis,
+    Cholmod,
+    Compiled,
+    IglCholesky,
+    Multigrid,
+    has_cholmod,
+)
 
 SolverName = Literal["auto", "cholmod", "multigrid", "direct"]
 
@@ -53,6 +65,9 @@ class Solvers:
         ):
             return Multigrid()
         if self.direct or memory.fits(wanted):
+            compiled = is_fast() and has_cholmod() and self.solver != "multigrid"
+            if compiled and lower.dtype == np.float64 and COMPILED_FROM <= n <= COMPILED_UP_TO:
+                return Compiled(lower)
             return self._factoring(lower)
         warnings.warn(
             f"the factor of {n:,} rows would take about {memory.gigabytes(wanted)} of "
