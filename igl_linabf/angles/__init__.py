@@ -5,7 +5,7 @@ Zayer, Levy, Seidel 2007; converged ABF is Sheffer and de Sturler 2001, with the
 """
 
 from .closure import ClosingRows
-from .conformal_steps import CONFORMAL_BELOW, conformal_steps
+from .conformal_steps import conformal_steps
 from .constraints import Constraints, Residual, constraints_of, residual
 from .converged import LEAST_SHARE, AbfResult, converge, converge_feasibly
 from .estimate import CAP_ANGLE, corner_angles, initial_estimate, opened

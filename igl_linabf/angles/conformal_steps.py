@@ -12,14 +12,14 @@ from .linearised import Direction, Linearised, right_side
 from .preconditioner import conformal_inverse, laplacian_inverse
 from .reduced import System
 
-CONFORMAL_BELOW = 6e-2  # residual from which on they start: F/3nt stays the same in four digits
+SMALL = 6e-2  # residual below which they begin: F/3nt stays the same in four digits
 SLOW = 0.05  # share of the residual left by a correction, above which a new factor pays
 IN_VAIN = 0.5  # and above which corrections do not help
 MOST = 12
 
 
 def conformal_steps(state: State, tol: float) -> State:
-    """Correct the angles until the residual is at most `tol`, or corrections no longer help.
+    """Correct the angles, if their residual is small, until it is at most `tol` or that does not help.
 
     A least-norm step is e = P M^T x with (M P M^T) x = r. Let the cotangent element matrices K stand for P.
     Then M K M^T is diag(L+, L) itself, of which there is a factor: e = K M^T x fulfils the linearised
@@ -33,6 +33,8 @@ def conformal_steps(state: State, tol: float) -> State:
         Largest residual.
     """
     least_norm, conformal = state.lin, None
+    if not state.at.residual.largest < SMALL:
+        return state
     for _ in range(MOST):
         missing = state.at.residual.largest
         if missing <= tol or state.steps[-1].limited:
@@ -60,7 +62,10 @@ def conformal_steps(state: State, tol: float) -> State:
 
 
 def _factored(state: State) -> Linearised | None:
-    """The constraints linearised at the present angles, with the conformal metric's inverse; None: singular."""
+    """The constraints linearised at the present angles, with the inverse in the conformal metric.
+
+    None if that is singular, or where no Laplacian preconditions.
+    """
     lin, at, constraints = state.lin, state.at, state.problem.constraints
     if lin is None or lin.laplacian is None:
         return None

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._runtime import stopwatch
 from .._types import FloatArray
-from ..angles import CONFORMAL_BELOW, ClosedPath, State, active_set, conformal_steps, constraints_of, linearise, solve
+from ..angles import ClosedPath, State, active_set, conformal_steps, constraints_of, linearise, solve
 from ..surface import Mesh, Topology
 from .ladder import (
     ACTIVE_SET_RTOL,
@@ -114,7 +114,7 @@ def _matched(problem: Problem, rtol: float | None, tol: float, most: int) -> Sta
     """
     state = problem.start
     for _ in range(most):
-        if state.steps and rtol is None and state.at.residual.largest < CONFORMAL_BELOW:
+        if state.steps and rtol is None:
             state = conformal_steps(state, tol)
         residual = state.at.residual.largest
         if residual <= tol:
