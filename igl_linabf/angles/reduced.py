@@ -61,7 +61,7 @@ class System:
 
     def projection(self, faces: IntArray) -> FloatArray:
         """P_t of some faces, (#faces, 3, 3)."""
-        return self._from_pairs(self._pairs[:, faces])
+        return self._from_pairs(self.pairs[:, faces])
 
     def conformal(self, faces: IntArray) -> FloatArray:
         """s_t K_t of some faces, (#faces, 3, 3)."""
@@ -80,7 +80,7 @@ class System:
         return K
 
     @cached_property
-    def _pairs(self) -> FloatArray:
+    def pairs(self) -> FloatArray:
         """w_i w_j / d, (3, #F), k opposite to i and j: y^T P y sums this times (y_i - y_j)^2 over pairs.
 
         Near an angle of pi, w - w^2 / d would be rounding error only.
@@ -96,7 +96,7 @@ class System:
 
     def matrix(self) -> Symmetric:
         """S, (2 #rows, 2 #rows)."""
-        t, pair, pattern = self.topology, self._pairs, self.pattern
+        t, pair, pattern = self.topology, self.pairs, self.pattern
         own = kernels.own_blocks(t.corner, self.cot, pair, t.n)
         vertex, mixed, wheel = (self.constraints.sum_at_rows(values) for values in own)
         diagonal = np.stack((vertex, mixed, mixed, wheel))

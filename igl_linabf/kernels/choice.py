@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache, wraps
+from types import FunctionType
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
@@ -67,8 +68,20 @@ def with_loops(loops: Callable[..., T]) -> Callable[[Callable[P, T]], Callable[P
 
 @cache
 def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
-    """The loops compiled: once for a machine, as the code is kept on disk; other threads run meanwhile."""
+    """The loops compiled: once for a machine, as the code is kept on disk; other threads run meanwhile.
+
+    So are the functions of their module that they call.
+    """
     options = {"nogil": True, "error_model": "numpy"}
+    called = {
+        name: compiled(function)
+        for name in loops.__code__.co_names
+        if isinstance(function := loops.__globals__.get(name), FunctionType)
+        and function.__module__ == loops.__module__
+    }
+    if called:
+        names = {**loops.__globals__, **called}
+        loops = wraps(loops)(FunctionType(loops.__code__, names, loops.__name__, loops.__defaults__))
     try:
         made: Callable[..., Any] = _numba().njit(cache=True, **options)(loops)
     except RuntimeError:  # there is no folder where the code could be kept

@@ -124,13 +124,12 @@ def half_edge_blocks(cot: FloatArray, pair: FloatArray) -> FloatArray:
 
 
 def _at_edges(values: FloatArray, sides: IntArray) -> FloatArray:
-    m, size = values.shape[1], sides.shape[1]
+    flat, size = values.ravel(), sides.shape[1]
     made = np.empty(size)
     for i in range(size):
-        h, r = sides[0, i], sides[1, i]
-        made[i] = values[h // m, h % m]
-        if r >= 0:
-            made[i] += values[r // m, r % m]
+        made[i] = flat[sides[0, i]]
+        if sides[1, i] >= 0:
+            made[i] += flat[sides[1, i]]
     return made
 
 

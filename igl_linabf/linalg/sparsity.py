@@ -12,6 +12,7 @@ from ..kernels import block_product, degrees, filled_blocks, is_fast
 from ..surface import Topology, sum_by
 from .choice import Solvers
 from .factors import Analysis, Multigrid
+from .small_blocks import SMALL
 
 
 class Symmetric:
@@ -149,6 +150,7 @@ class Pattern:
 
     def __init__(self, topology: Topology, row: IntArray, n: int) -> None:
         self._analyses: dict[Solvers, Analysis] = {}
+        self._small = topology.corner.shape[1] <= SMALL * topology.n_outer
         self.n, self.ends, self._sides = n, row[topology.edges.T], topology.sides
         i, j = self.ends
         self.pairs = np.flatnonzero((i >= 0) & (j >= 0) & (i != j))
@@ -183,7 +185,7 @@ class Pattern:
     def analysis(self, solvers: Solvers, laplacian: sparse.csc_array) -> Analysis:
         """Of the Laplacians of this pattern, given one of them; made once for each choice of solvers."""
         if solvers not in self._analyses:
-            made = solvers.laplacian(laplacian)
+            made = solvers.laplacian(laplacian, self._small)
             if isinstance(made, Multigrid):  # no analysis; another time there may be memory for one
                 return made
             self._analyses[solvers] = made

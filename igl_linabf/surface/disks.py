@@ -9,11 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import NEXT, PREV, products, undirected
+from ..kernels import NEXT, PREV, boundary_loops, connected_labels, products, undirected
 from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE
-from .components import connected_labels
 from .parts import Parts
-from .topology import Topology, cycles
+from .topology import Topology
 
 Arrays = tuple[FloatArray, IntArray]  # V (#V, 3) float64 and F (#F, 3) int64
 
@@ -103,25 +102,28 @@ def _topologies(corner: IntArray, vertices: Parts, faces: Parts) -> tuple[Topolo
     tail, head = corner[NEXT], corner[PREV]
     first, second, count = undirected(tail, head, n)[1:]
     t, h = tail.ravel(), head.ravel()
-    edges = np.column_stack((t[first], h[first]))
-    turned = (t[second] == edges[:, 0]) & (second >= 0)
-    of_vertex = vertices.spread(np.arange(len(vertices)))
-    of_edge = of_vertex[edges[:, 0]]
-    good = np.ones(len(faces), dtype=bool)
-    good[of_edge[(count > 2) | turned]] = False
-    rim = np.sort(t[first[count == 1]])
-    good[of_vertex[rim[1:][rim[1:] == rim[:-1]]]] = False  # two boundary edges leave one vertex
+    ends = t[first], h[first]
+    of_edge = Parts(np.searchsorted(np.minimum(*ends), vertices.start))  # edges come by their lower ends
+    turned = (t[second] == ends[0]) & (second >= 0)
+    good = ~of_edge.any((count > 2) | turned)
     if not good.all():
         return None, good
-    boundary = first[count == 1]
-    start, order = rim, np.argsort(t[boundary], kind="stable")
-    loops = tuple(start[cycle] for cycle in cycles(np.searchsorted(start, h[boundary][order])))
-    holes = np.bincount(of_vertex[[loop[0] for loop in loops]], minlength=len(faces))
-    characteristic = vertices.sizes - np.bincount(of_edge, minlength=len(faces)) + faces.sizes
-    good = (holes == 1) & (characteristic == 1)
-    inside = second >= 0
-    label = connected_labels(np.column_stack((first[inside] % m, second[inside] % m)), m)
+    boundary = first[second < 0]
+    around, sizes, twice = boundary_loops(t[boundary], h[boundary], n)
+    good[np.searchsorted(vertices.start, twice, side="right") - 1] = False
+    if not good.all():
+        return None, good
+    rim = Parts.of_sizes(sizes)
+    holes = np.diff(np.searchsorted(around[rim.start[:-1]], vertices.start))  # by loops' first vertices
+    inside = np.flatnonzero(second >= 0)
+    pairs = np.column_stack((first[inside], second[inside]))
+    pairs -= m * ((pairs >= m).astype(np.int64) + (pairs >= 2 * m))  # the faces, without a division
+    label = connected_labels(pairs, m)
+    good = (holes == 1) & (vertices.sizes - of_edge.sizes + faces.sizes == 1)
     good &= faces.min(label) == faces.max(label)
     if not good.all():
         return None, good
-    return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops, len(loops)), good
+    loops = tuple(rim.split(around))
+    return Topology(
+        n, corner, tail, head, np.column_stack(ends), np.stack((first, second)), loops, len(loops)
+    ), good

@@ -11,8 +11,9 @@ import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import NEXT, PREV, at_edges, connected_labels, in_one_piece, sum_by, undirected
+from ..kernels import NEXT, PREV, at_edges, boundary_loops, connected_labels, in_one_piece, sum_by, undirected
 from .components import vertex_components
+from .parts import Parts
 
 T = TypeVar("T")
 
@@ -135,7 +136,7 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     edges = np.column_stack((t[first], h[first]))
     _check_edges(F, edges, edge, (t[second] == edges[:, 0]) & (second >= 0), count, vertices)
     boundary = first[count == 1]
-    loops = _trace_loops(t[boundary], h[boundary])
+    loops = _trace_loops(t[boundary], h[boundary], n)
     if loops is None:
         check_fans(F, np.stack((first, second)), vertices)
     return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops or ())
@@ -167,27 +168,12 @@ def with_outer(topology: Topology, outer: int) -> Topology:
     return replace(topology, loops=loops)
 
 
-def _trace_loops(tail: IntArray, head: IntArray) -> tuple[IntArray, ...] | None:
+def _trace_loops(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, ...] | None:
     """Chain boundary half-edges into loops, the longest first; None if two leave one vertex."""
-    start, index = np.unique(tail, return_index=True)
-    if len(start) < len(tail):
+    vertices, sizes, twice = boundary_loops(tail, head, n)
+    if len(twice):
         return None
-    loops = [start[cycle] for cycle in cycles(np.searchsorted(start, head)[index])]
-    return tuple(sorted(loops, key=len, reverse=True))
-
-
-def cycles(following: IntArray) -> list[list[int]]:
-    """The cycles of a permutation, in the order of their first elements."""
-    after, seen, found = following.tolist(), bytearray(len(following)), []
-    for i in range(len(after)):
-        cycle = []
-        while not seen[i]:
-            seen[i] = 1
-            cycle.append(i)
-            i = after[i]
-        if cycle:
-            found.append(cycle)
-    return found
+    return tuple(sorted(Parts.of_sizes(sizes).split(vertices), key=len, reverse=True))
 
 
 def _check_edges(
