@@ -119,7 +119,7 @@ def _solver(problem: AngleProblem, rows: Parts, flat: BoolArray) -> tuple[_Solve
     S is needed as a matrix for slivers only, or to be factored: a few products take less time than that.
     So disks without slivers do not wait for those that have some. Disks that are `flat` take no step.
     """
-    fans = _Fans(System(problem.constraints, problem.start.alpha))
+    fans = _Fans(System(problem.constraints, problem.start.alpha, cot=problem.start.cot))
     sliver = np.zeros(problem.constraints.n, dtype=bool)
     sliver[fans.system.sliver_rows()] = True
     thin = rows.any(sliver) & ~flat
@@ -148,6 +148,7 @@ class _Fans:
         self.system, self._n = system, system.constraints.n
         row = system.constraints.row[system.topology.corner]
         self._row = np.where(row < 0, self._n, row)  # one more row for those on the boundary
+        self._pair = kernels.pair_weights(system.w, system.d)
 
     def errors(self, x: FloatArray) -> FloatArray:
         """P M^T x, (3, #F)."""
@@ -162,16 +163,14 @@ class _Fans:
 
     def product(self, x: FloatArray) -> FloatArray:
         """S x = M P M^T x."""
-        s = self.system
-        return kernels.fan_product(self._row, s.pairs, s.cot, x)
+        return kernels.fan_product(self._row, self._pair, self.system.cot, x)
 
     def conjugate_gradients(
         self, b: FloatArray, factor: kernels.Factor, rows: Parts, faces: Parts, rtol: float
     ) -> tuple[FloatArray, IntArray, BoolArray]:
         """As `block_conjugate_gradients`, by compiled loops: x, the steps of each disk, and who converged."""
-        s = self.system
         return kernels.fan_gradients(
-            rows.start, faces.start, self._row, s.pairs, s.cot, b, factor, rtol, MOST_STEPS
+            rows.start, faces.start, self._row, self._pair, self.system.cot, b, factor, rtol, MOST_STEPS
         )
 
 

@@ -14,6 +14,7 @@ from typing import Any, ParamSpec, TypeVar
 P = ParamSpec("P")
 T = TypeVar("T")
 
+_parts: set[Callable[..., Any]] = set()
 _numpy_only: ContextVar[bool] = ContextVar("numpy_only", default=False)
 
 
@@ -66,22 +67,20 @@ def with_loops(loops: Callable[..., T]) -> Callable[[Callable[P, T]], Callable[P
     return decorate
 
 
+def inlined(part: Callable[P, T]) -> Callable[P, T]:
+    """Mark a part of loops, which is compiled with them."""
+    _parts.add(part)
+    return part
+
+
 @cache
 def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
-    """The loops compiled: once for a machine, as the code is kept on disk; other threads run meanwhile.
-
-    So are the functions of their module that they call.
-    """
+    """The loops compiled: once for a machine, as the code is kept on disk; other threads run meanwhile."""
     options = {"nogil": True, "error_model": "numpy"}
-    called = {
-        name: compiled(function)
-        for name in loops.__code__.co_names
-        if isinstance(function := loops.__globals__.get(name), FunctionType)
-        and function.__module__ == loops.__module__
-    }
-    if called:
-        names = {**loops.__globals__, **called}
-        loops = wraps(loops)(FunctionType(loops.__code__, names, loops.__name__, loops.__defaults__))
+    named = {name: loops.__globals__.get(name) for name in loops.__code__.co_names}
+    parts = {name: compiled(part) for name, part in named.items() if part in _parts}
+    if parts:
+        loops = FunctionType(loops.__code__, {**loops.__globals__, **parts}, loops.__name__)
     try:
         made: Callable[..., Any] = _numba().njit(cache=True, **options)(loops)
     except RuntimeError:  # there is no folder where the code could be kept

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
-from .choice import compiled
+from .choice import compiled, inlined
 
 Index = NDArray[np.uint32]  # unsigned, as the compiled loops then need not look for negative ones
 Bits = NDArray[np.uint64]
@@ -62,6 +62,7 @@ def blocks_of(indptr: IntArray, indices: IntArray) -> IntArray:
     return np.concatenate(([0], np.flatnonzero(reach == np.arange(n)) + 1))
 
 
+@inlined
 def _ones(word: np.uint64) -> np.int64:
     """How many bits are set."""
     word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
@@ -70,6 +71,7 @@ def _ones(word: np.uint64) -> np.int64:
     return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
 
 
+@inlined
 def _eliminated(near: Bits, order: Index) -> None:
     """Fill `order` by minimum degree; `near` keeps the neighbours of each row from when it is eliminated.
 
@@ -107,6 +109,7 @@ def _eliminated(near: Bits, order: Index) -> None:
                 degree[u] = count
 
 
+@inlined
 def _linked(near: Bits, first: int, indptr: IntArray, indices: IntArray) -> None:
     """Set the bits of the neighbours in the block that begins at row `first`."""
     for j in range(len(near)):

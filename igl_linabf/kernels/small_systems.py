@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from .choice import compiled, with_loops
+from .choice import compiled, inlined, with_loops
 from .cholesky import Factor, Index
 from .triangles import NEXT, PREV, row_sums
 
 
+@inlined
 def _substituted(
     first: int,
     last: int,
@@ -55,6 +56,7 @@ def solved(factor: Factor, b: FloatArray) -> FloatArray:
     return x
 
 
+@inlined
 def _fan_sums(
     first: int, last: int, row: IntArray, pair: FloatArray, cot: FloatArray, x: FloatArray, y: FloatArray
 ) -> None:

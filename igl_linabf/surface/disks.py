@@ -9,10 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import NEXT, PREV, boundary_loops, connected_labels, products, undirected
+from ..kernels import boundary_loops, connected_labels, products, undirected
 from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE
 from .parts import Parts
-from .topology import Topology
+from .topology import Topology, faults
 
 Arrays = tuple[FloatArray, IntArray]  # V (#V, 3) float64 and F (#F, 3) int64
 
@@ -99,24 +99,20 @@ def _joined(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
 def _topologies(corner: IntArray, vertices: Parts, faces: Parts) -> tuple[Topology | None, BoolArray]:
     """Connectivity of disks side by side; None, and which of them are disks so far, where not all are."""
     n, m = int(vertices.start[-1]), corner.shape[1]
-    tail, head = corner[NEXT], corner[PREV]
-    first, second, count = undirected(tail, head, n)[1:]
-    t, h = tail.ravel(), head.ravel()
-    ends = t[first], h[first]
-    of_edge = Parts(np.searchsorted(np.minimum(*ends), vertices.start))  # edges come by their lower ends
-    turned = (t[second] == ends[0]) & (second >= 0)
-    good = ~of_edge.any((count > 2) | turned)
-    if not good.all():
-        return None, good
-    boundary = first[second < 0]
-    around, sizes, twice = boundary_loops(t[boundary], h[boundary], n)
+    edges, sides, sound = undirected(corner, n)
+    of_edge = Parts(np.searchsorted(edges.min(axis=1), vertices.start))  # they come by their lower ends
+    good = np.ones(len(faces), dtype=bool)
+    if not sound:
+        _, crowded, turned = faults(corner, edges)
+        good = ~of_edge.any(crowded | turned)
+    tail, head = edges[sides[1] < 0].T
+    around, sizes, twice = boundary_loops(tail, head, n)
     good[np.searchsorted(vertices.start, twice, side="right") - 1] = False
     if not good.all():
         return None, good
     rim = Parts.of_sizes(sizes)
     holes = np.diff(np.searchsorted(around[rim.start[:-1]], vertices.start))  # by loops' first vertices
-    inside = np.flatnonzero(second >= 0)
-    pairs = np.column_stack((first[inside], second[inside]))
+    pairs = sides.T[sides[1] >= 0]
     pairs -= m * ((pairs >= m).astype(np.int64) + (pairs >= 2 * m))  # the faces, without a division
     label = connected_labels(pairs, m)
     good = (holes == 1) & (vertices.sizes - of_edge.sizes + faces.sizes == 1)
@@ -124,6 +120,4 @@ def _topologies(corner: IntArray, vertices: Parts, faces: Parts) -> tuple[Topolo
     if not good.all():
         return None, good
     loops = tuple(rim.split(around))
-    return Topology(
-        n, corner, tail, head, np.column_stack(ends), np.stack((first, second)), loops, len(loops)
-    ), good
+    return Topology(n, corner, edges, sides, loops, len(loops)), good
