@@ -5,11 +5,14 @@ import sys
 import tempfile
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import pyvista as pv
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "demos")]  # gallery_pages; the demos import each other
+
+import gallery_pages  # noqa: E402  # of this folder
 
 pv.BUILDING_GALLERY = True  # keeps the plotters for the scraper
 pv.OFF_SCREEN = True
@@ -50,6 +53,12 @@ autosummary_generate = True
 autosummary_filename_map = {"igl_linabf.Quality": "igl_linabf.Quality-class"}
 templates_path = ["_templates"]
 autodoc_typehints = "signature"
+# by their names, not by what they stand for
+autodoc_type_aliases = {
+    name: name for name in ("ArrayLike", "FloatArray", "IntArray", "BoolArray", "Faces", "Progress")
+}
+python_maximum_signature_line_length = 80  # else a parameter a line
+python_trailing_comma_in_multi_line_signatures = False
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 default_role = "code"  # single backticks, as in the docstrings
@@ -57,7 +66,7 @@ default_role = "code"  # single backticks, as in the docstrings
 # reference describes where they are used
 nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|pv|pyvista|pathlib|os|collections|typing|torch|trimesh|open3d|meshio)\..*"),
-    ("py:.*", r"(ArrayLike|FloatArray|IntArray)"),
+    ("py:.*", r"(ArrayLike|FloatArray|IntArray|BoolArray|Faces|Progress)"),
     ("py:.*", r"igl_linabf\.(surface|flattening\.methods|flattening\.shapes|plot\.scene|angles)\..*"),
 ]
 
@@ -94,3 +103,7 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": [],
 }
+
+
+def setup(app: Any) -> None:
+    app.connect("builder-inited", gallery_pages.wide_thumbnails, priority=900)  # once the galleries are made
