@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pyvista as pv
+from sphinx.util.inspect import TypeAliasForwardRef
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "demos")]  # gallery_pages; the demos import each other
@@ -53,9 +54,12 @@ autosummary_generate = True
 autosummary_filename_map = {"igl_linabf.Quality": "igl_linabf.Quality-class"}
 templates_path = ["_templates"]
 autodoc_typehints = "signature"
-# by their names, not by what they stand for
-autodoc_type_aliases = {
-    name: name for name in ("ArrayLike", "FloatArray", "IntArray", "BoolArray", "Faces", "Progress")
+# names of arrays as they are written, not what they stand for
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "FloatArray", "IntArray", "BoolArray")}
+autodoc_type_aliases |= {
+    "GivenCones": "Literal['auto'] | ArrayLike",
+    "ConeAngles": "Literal['quarter'] | ArrayLike | None",
+    "Values": "ArrayLike | Callable[[FloatArray], ArrayLike]",
 }
 python_maximum_signature_line_length = 80  # else a parameter a line
 python_trailing_comma_in_multi_line_signatures = False
@@ -66,7 +70,7 @@ default_role = "code"  # single backticks, as in the docstrings
 # reference describes where they are used
 nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|pv|pyvista|pathlib|os|collections|typing|torch|trimesh|open3d|meshio)\..*"),
-    ("py:.*", r"(ArrayLike|FloatArray|IntArray|BoolArray|Faces|Progress)"),
+    ("py:.*", r"(ArrayLike|FloatArray|IntArray|BoolArray)"),
     ("py:.*", r"igl_linabf\.(surface|flattening\.methods|flattening\.shapes|plot\.scene|angles)\..*"),
 ]
 
@@ -105,5 +109,11 @@ html_theme_options = {
 }
 
 
+def _named(self: TypeAliasForwardRef, name: str) -> None:
+    self.name = self.__name__ = self.__qualname__ = name
+    self.__module__ = "builtins"
+
+
 def setup(app: Any) -> None:
+    TypeAliasForwardRef.__init__ = _named  # within a union, Sphinx 9.0 prints the class of an alias
     app.connect("builder-inited", gallery_pages.wide_thumbnails, priority=900)  # once the galleries are made
