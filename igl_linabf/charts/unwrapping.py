@@ -33,6 +33,7 @@ from ..surface import (
 )
 from .atlas import BEYOND_USE, ROUNDING, Atlas, Chart
 from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
+from .crease_cuts import parted
 from .given import given_back, sides_of_cleaned, without_charts
 from .given_seams import textured_seams
 from .halving import halves
@@ -341,7 +342,7 @@ def _chart(piece: Submesh, splits: int, task: _Task, known: Known | None) -> Cha
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
             return piece.cut_along(seams_of(piece, trade=0, hidden=task.hidden))
-        parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
+        parts = parted(piece, result.uv, pairs) or piece.cut_along(seams_between([piece], piece.faces[pairs]))
         if len(parts) > 1:
             return parts
     quality = quality_of(piece, result.uv) if known is None else known[2]
