@@ -2,8 +2,8 @@
 
 The cells are the bits of one integer, row after row: a shift moves the whole page. A run of n cells of the
 mask is free where n bits in a row are. `page | page >> 1` has a bit where one of two is taken, the same again
-with a shift of 2 where one of four is: so a run takes two shifts, however long it is. Equal runs one above the
-other are one block, by shifts of rows.
+with a shift of 2 where one of four is: so a run takes two shifts, however long it is. Equal runs one above
+the other are one block, by shifts of rows.
 """
 
 from __future__ import annotations
