@@ -39,7 +39,7 @@ def _is_isometric(piece: Submesh, uv: FloatArray) -> bool:
     changed = change_of(piece, uv)
     weight = changed.double_area / changed.double_area.sum()
     stretch, shear = float(weight @ changed.squared_stretch) ** 0.5, float(weight @ changed.conformal)
-    return max(stretch, shear) < ISOMETRIC
+    return bool(max(stretch, shear) < ISOMETRIC)
 
 
 def _regions(piece: Submesh) -> tuple[IntArray, IntArray, FloatArray]:

@@ -28,4 +28,4 @@ def halves(piece: Submesh) -> list[Submesh]:
     second = int(np.argmax(from_first))
     label = from_first <= distance(second)
     label[second] = False
-    return piece.divided(label[cell])
+    return piece.divided(label[cell].astype(np.int64))

@@ -30,7 +30,7 @@ MOST_SIDE = 1e3  # of the least side: beyond it, gaps leave no room
 MOST_TRIALS = 8  # on the fine grid
 SLACK = 0.002  # share by which the page is larger at the next one, doubled each time
 
-Turns = Sequence[ComplexArray]  # of each chart
+Turns = Sequence[ComplexArray] | ComplexArray  # of each chart
 
 
 @dataclass(frozen=True, eq=False)
