@@ -33,11 +33,21 @@ class System:
     wheel constraint, S has the identity in its place, and the multiplier is zero.
     """
 
-    def __init__(self, constraints: Constraints, alpha: FloatArray, w: FloatArray | None = None) -> None:
+    def __init__(
+        self,
+        constraints: Constraints,
+        alpha: FloatArray,
+        w: FloatArray | None = None,
+        cot: FloatArray | None = None,
+        *,
+        scaled: bool = True,
+    ) -> None:
+        """With `scaled`, the conformal metric is s_t K_t, and else K_t alone."""
         self.constraints, self.topology, self.pattern = constraints, constraints.topology, constraints.pattern
+        self._scaled = scaled
         self.w = alpha**2 if w is None else w
         self.d = self.w.sum(axis=0)
-        self.cot = 1 / np.tan(alpha)
+        self.cot = kernels.cotangents(alpha) if cot is None else cot
 
     def at_vertices(self, x: FloatArray) -> FloatArray:
         """Multipliers of each vertex, (#V, 2), from the multipliers of the rows, (#rows, 2)."""
@@ -59,15 +69,19 @@ class System:
         """P y: (3, #F) angles that sum to zero in each triangle."""
         return kernels.projected(self.w, self.d, y)
 
+    def conformally(self, y: FloatArray) -> FloatArray:
+        """s K y, or K y: (3, #F) angles that sum to zero in each triangle."""
+        across = self._conformal * (y[NEXT] - y[PREV])
+        return np.asarray(across[PREV] - across[NEXT])
+
     def projection(self, faces: IntArray) -> FloatArray:
         """P_t of some faces, (#faces, 3, 3)."""
-        return self._from_pairs(self._pairs[:, faces])
+        # near an angle of pi, w - w^2 / d would be rounding error only
+        return self._from_pairs(kernels.pair_weights(self.w[:, faces], self.d[faces]))
 
     def conformal(self, faces: IntArray) -> FloatArray:
         """s_t K_t of some faces, (#faces, 3, 3)."""
-        return self._from_pairs(
-            kernels.conformal_weights(self.w[:, faces], self.d[faces], self.cot[:, faces]) / 2
-        )
+        return self._from_pairs(self._conformal[:, faces])
 
     @staticmethod
     def _from_pairs(weight: FloatArray) -> FloatArray:
@@ -80,12 +94,11 @@ class System:
         return K
 
     @cached_property
-    def _pairs(self) -> FloatArray:
-        """w_i w_j / d, (3, #F), k opposite to i and j: y^T P y sums this times (y_i - y_j)^2 over pairs.
-
-        Near an angle of pi, w - w^2 / d would be rounding error only.
-        """
-        return kernels.pair_weights(self.w, self.d)
+    def _conformal(self) -> FloatArray:
+        """What the half-edges give to s K or K, (3, #F), k opposite to i and j."""
+        if not self._scaled:
+            return self.cot / 2
+        return kernels.conformal_weights(self.w, self.d, self.cot) / 2
 
     def rows(self, e: FloatArray) -> FloatArray:
         """M e: (#rows, 2) sums of (3, #F) angles."""
@@ -96,22 +109,7 @@ class System:
 
     def matrix(self) -> Symmetric:
         """S, (2 #rows, 2 #rows)."""
-        t, pair, pattern = self.topology, self._pairs, self.pattern
-        own = kernels.own_blocks(t.corner, self.cot, pair, t.n)
-        vertex, mixed, wheel = (self.constraints.sum_at_rows(values) for values in own)
-        diagonal = np.stack((vertex, mixed, mixed, wheel))
-        block = kernels.edge_blocks(self.cot, pair, pattern.upward)
-        if pattern.loops:  # edges within a hole's row
-            vv, vw, wv, ww = kernels.half_edge_blocks(self.cot, pair).reshape(4, -1)
-            for side, rows in pattern.loops:
-                for k, values in enumerate((2 * vv, vw + wv, vw + wv, 2 * ww)):
-                    diagonal[k] += pattern.row_sums(rows, values[side])
-        if self.constraints.wheels < self.constraints.n:
-            low, high = pattern.lows_and_highs >= self.constraints.wheels
-            block[1, high] = block[2, low] = block[3, high] = 0.0
-            diagonal[1:3, self.constraints.wheels :] = 0.0
-            diagonal[3, self.constraints.wheels :] = 1.0
-        return pattern.symmetric(block, diagonal)
+        return self.pattern.system(self.constraints.wheels, self.w, self.d, self.cot)
 
     def laplacian(self) -> sparse.csc_array:
         """Lower triangle of L_s = sum_t s_t K_t, K_t the cotangent element matrix.
@@ -121,9 +119,7 @@ class System:
         triangle's shape. s_t = 2 sqrt(w0 w1 w2 / d) is the geometric mean of the two
         eigenvalue ratios of P_t and K_t.
         """
-        return self.pattern.laplacian(
-            self.topology.sum_at_edges(kernels.conformal_weights(self.w, self.d, self.cot)) / 2
-        )
+        return self.pattern.laplacian(self.topology.sum_at_edges(self._conformal))
 
     def wheel_laplacian(self, lower: sparse.csc_array) -> sparse.csc_array:
         """Lower triangle of L_s over the rows with a wheel constraint, the identity on the others."""

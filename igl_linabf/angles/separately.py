@@ -9,7 +9,7 @@ import numpy as np
 from .. import kernels
 from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray
-from ..linalg import Analysis, Factored, Multigrid, block_conjugate_gradients
+from ..linalg import Analysis, Factored, Multigrid, SmallBlocks, block_conjugate_gradients
 from ..surface import Disks, Parts
 from .constraints import Constraints
 from .linearised import AngleProblem, Iterate, cut_short, linearise
@@ -35,6 +35,8 @@ class Separate:
         Whose angles were not flat from the start.
     good : (#disks,) bool
         Whose two solves came to an end with no triangle cut short.
+    thin : (#disks,) bool
+        Those among others that have slivers: to be solved with each other.
     inner_steps : (2, #disks) int64
         Of the step and of the chord.
     residual : (3, #disks) float64
@@ -46,6 +48,7 @@ class Separate:
     how: str
     stepped: BoolArray
     good: BoolArray
+    thin: BoolArray
     inner_steps: IntArray
     residual: FloatArray
 
@@ -65,14 +68,14 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
     residual = [largest_of(at, rows, disks.faces)]
     stepped = residual[0] > tol
     good = ~stepped | (rows.sizes > 0)
-    inner_steps = np.zeros((2, len(disks)), dtype=np.int64)
+    inner_steps, thin = np.zeros((2, len(disks)), dtype=np.int64), np.zeros(len(disks), dtype=bool)
     if (stepped & good).any():
-        solver = _solver(problem)
+        solver, thin = _solver(problem, rows, ~stepped)
         if isinstance(solver.laplacian, Multigrid):
             return None
         moving = disks.faces.spread(np.where(stepped, 1.0, 0.0))
         for k in range(2):
-            e, inner_steps[k], converged = _errors(solver, at, rows, rtol)
+            e, inner_steps[k], converged = _errors(solver, at, rows, disks.faces, rtol)
             with timed("assembly"):
                 e, cut = cut_short(at.alpha, e * moving)
                 good &= ~stepped | (converged & ~disks.faces.any(cut))
@@ -80,7 +83,7 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
             residual.append(largest_of(at, rows, disks.faces))
     residual += residual[-1:] * (3 - len(residual))
     laplacian, how = (None, "none") if solver is None else (solver.laplacian, solver.how)
-    return Separate(at, laplacian, how, stepped, good, inner_steps, np.array(residual))
+    return Separate(at, laplacian, how, stepped, good & ~thin, thin, inner_steps, np.array(residual))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +96,8 @@ class _Solver:
     product : callable
         S times x.
     precondition : callable or None
+    factor : kernels.Factor or None
+        That of `precondition`, if it is all there is to it.
     whole : Factored or None
         Of S, where that was asked for.
     laplacian : Analysis or None
@@ -102,28 +107,38 @@ class _Solver:
     fans: _Fans
     product: Solve
     precondition: Solve | None
+    factor: kernels.Factor | None
     whole: Factored | None
     laplacian: Analysis | None
     how: str
 
 
-def _solver(problem: AngleProblem) -> _Solver:
-    """Linearise at the start.
+def _solver(problem: AngleProblem, rows: Parts, flat: BoolArray) -> tuple[_Solver, BoolArray]:
+    """Linearise at the start; which disks are not to be solved with it, as they have slivers.
 
     S is needed as a matrix for slivers only, or to be factored: a few products take less time than that.
+    So disks without slivers do not wait for those that have some. Disks that are `flat` take no step.
     """
-    fans = _Fans(System(problem.constraints, problem.start.alpha))
-    if problem.solvers.direct or len(fans.system.sliver_rows()):
+    fans = _Fans(System(problem.constraints, problem.start.alpha, cot=problem.start.cot))
+    sliver = np.zeros(problem.constraints.n, dtype=bool)
+    sliver[fans.system.sliver_rows()] = True
+    thin = rows.any(sliver) & ~flat
+    none = np.zeros(len(rows), dtype=bool)
+    if problem.solvers.direct or (thin | flat).all():
         lin = linearise(problem, problem.start, fall_back=False)
-        return _Solver(fans, lin.product, lin.precondition, lin.whole, lin.laplacian, lin.how)
+        solver = _Solver(fans, lin.product, lin.precondition, None, lin.whole, lin.laplacian, lin.how)
+        return solver, none
     with timed("assembly"):
         lower = fans.system.laplacian()
     with timed("analysis"):
-        laplacian = problem.solvers.laplacian(lower)
-    with timed("factor"):
-        precondition = conformal_inverse(fans.system, None, laplacian.preconditioner(lower))
+        laplacian = problem.constraints.pattern.analysis(problem.solvers, lower)
     how = f"conjugate gradients, {laplacian.name}"
-    return _Solver(fans, fans.product, precondition, None, laplacian, how)
+    with timed("factor"):
+        if isinstance(laplacian, SmallBlocks):
+            factor = laplacian.numeric(lower)
+            return _Solver(fans, fans.product, None, factor, None, laplacian, how), thin
+        precondition = conformal_inverse(fans.system, None, laplacian.preconditioner(lower))
+    return _Solver(fans, fans.product, precondition, None, None, laplacian, how), thin
 
 
 class _Fans:
@@ -133,6 +148,7 @@ class _Fans:
         self.system, self._n = system, system.constraints.n
         row = system.constraints.row[system.topology.corner]
         self._row = np.where(row < 0, self._n, row)  # one more row for those on the boundary
+        self._pair = kernels.pair_weights(system.w, system.d)
 
     def errors(self, x: FloatArray) -> FloatArray:
         """P M^T x, (3, #F)."""
@@ -147,8 +163,15 @@ class _Fans:
 
     def product(self, x: FloatArray) -> FloatArray:
         """S x = M P M^T x."""
-        s = self.system
-        return kernels.fan_product(self._row, s.w, s.d, s.cot, x)
+        return kernels.fan_product(self._row, self._pair, self.system.cot, x)
+
+    def conjugate_gradients(
+        self, b: FloatArray, factor: kernels.Factor, rows: Parts, faces: Parts, rtol: float
+    ) -> tuple[FloatArray, IntArray, BoolArray]:
+        """As `block_conjugate_gradients`, by compiled loops: x, the steps of each disk, and who converged."""
+        return kernels.fan_gradients(
+            rows.start, faces.start, self._row, self._pair, self.system.cot, b, factor, rtol, MOST_STEPS
+        )
 
 
 def rows_of(constraints: Constraints, disks: Disks) -> Parts:
@@ -169,7 +192,9 @@ def largest_of(at: Iterate, rows: Parts, faces: Parts) -> FloatArray:
     return np.asarray(families_of(at, rows, faces).max(axis=0))
 
 
-def _errors(solver: _Solver, at: Iterate, rows: Parts, rtol: float) -> tuple[FloatArray, IntArray, BoolArray]:
+def _errors(
+    solver: _Solver, at: Iterate, rows: Parts, faces: Parts, rtol: float
+) -> tuple[FloatArray, IntArray, BoolArray]:
     """The errors that the linearised constraints ask for, the inner steps, and who converged."""
     b, fans = at.residual, solver.fans
     with timed("assembly"):
@@ -179,6 +204,8 @@ def _errors(solver: _Solver, at: Iterate, rows: Parts, rtol: float) -> tuple[Flo
         if solver.whole is not None:
             x = solver.whole.solve(rhs)
             steps, converged = np.zeros(len(rows), dtype=np.int64), rows.min(np.isfinite(x[::2]))
+        elif solver.factor is not None:
+            x, steps, converged = fans.conjugate_gradients(rhs, solver.factor, rows, faces, rtol)
         else:
             assert solver.precondition is not None
             x, steps, converged = block_conjugate_gradients(

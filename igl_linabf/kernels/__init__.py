@@ -5,27 +5,27 @@ loops, which numba compiles where it is installed (the extra `fast`).
 """
 
 from .choice import fast_by, is_fast, numpy_only
-from .connectivity import connected_labels, in_one_piece, undirected
+from .cholesky import Factor, analysed, factored
+from .connectivity import boundary_loops, connected_labels, cycles, entries, in_one_piece, undirected
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
+from .small_systems import fan_gradients, fan_product, solved
 from .systems import (
     at_edges,
     block_product,
     conformal_weights,
-    degrees,
     disparity,
-    edge_blocks,
-    filled_blocks,
-    half_edge_blocks,
-    own_blocks,
+    laplacian_entries,
     pair_weights,
+    pulled,
+    system_blocks,
 )
 from .triangles import (
     NEXT,
     PREV,
     angle_sums,
+    cotangents,
     cut_short,
     errors,
-    fan_product,
     log_sines,
     products,
     projected,

@@ -9,11 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import NEXT, PREV, products, undirected
+from ..kernels import boundary_loops, connected_labels, products, undirected
 from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE
-from .components import connected_labels
 from .parts import Parts
-from .topology import Topology, cycles
+from .topology import Topology, faults
 
 Arrays = tuple[FloatArray, IntArray]  # V (#V, 3) float64 and F (#F, 3) int64
 
@@ -100,28 +99,25 @@ def _joined(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
 def _topologies(corner: IntArray, vertices: Parts, faces: Parts) -> tuple[Topology | None, BoolArray]:
     """Connectivity of disks side by side; None, and which of them are disks so far, where not all are."""
     n, m = int(vertices.start[-1]), corner.shape[1]
-    tail, head = corner[NEXT], corner[PREV]
-    first, second, count = undirected(tail, head, n)[1:]
-    t, h = tail.ravel(), head.ravel()
-    edges = np.column_stack((t[first], h[first]))
-    turned = (t[second] == edges[:, 0]) & (second >= 0)
-    of_vertex = vertices.spread(np.arange(len(vertices)))
-    of_edge = of_vertex[edges[:, 0]]
+    edges, sides, sound = undirected(corner, n)
+    of_edge = Parts(np.searchsorted(edges.min(axis=1), vertices.start))  # they come by their lower ends
     good = np.ones(len(faces), dtype=bool)
-    good[of_edge[(count > 2) | turned]] = False
-    rim = np.sort(t[first[count == 1]])
-    good[of_vertex[rim[1:][rim[1:] == rim[:-1]]]] = False  # two boundary edges leave one vertex
+    if not sound:
+        _, crowded, turned = faults(corner, edges)
+        good = ~of_edge.any(crowded | turned)
+    tail, head = edges[sides[1] < 0].T
+    around, sizes, twice = boundary_loops(tail, head, n)
+    good[np.searchsorted(vertices.start, twice, side="right") - 1] = False
     if not good.all():
         return None, good
-    boundary = first[count == 1]
-    start, order = rim, np.argsort(t[boundary], kind="stable")
-    loops = tuple(start[cycle] for cycle in cycles(np.searchsorted(start, h[boundary][order])))
-    holes = np.bincount(of_vertex[[loop[0] for loop in loops]], minlength=len(faces))
-    characteristic = vertices.sizes - np.bincount(of_edge, minlength=len(faces)) + faces.sizes
-    good = (holes == 1) & (characteristic == 1)
-    inside = second >= 0
-    label = connected_labels(np.column_stack((first[inside] % m, second[inside] % m)), m)
+    rim = Parts.of_sizes(sizes)
+    holes = np.diff(np.searchsorted(around[rim.start[:-1]], vertices.start))  # by loops' first vertices
+    pairs = sides.T[sides[1] >= 0]
+    pairs -= m * ((pairs >= m).astype(np.int64) + (pairs >= 2 * m))  # the faces, without a division
+    label = connected_labels(pairs, m)
+    good = (holes == 1) & (vertices.sizes - of_edge.sizes + faces.sizes == 1)
     good &= faces.min(label) == faces.max(label)
     if not good.all():
         return None, good
-    return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops, len(loops)), good
+    loops = tuple(rim.split(around))
+    return Topology(n, corner, edges, sides, loops, len(loops)), good

@@ -170,6 +170,13 @@ class Submesh:
         """The components after a cut along edges, (#E, 2) of the caller's vertices."""
         return self.cut(sides_along(edges, self.named_faces, self.n_given))
 
+    def cut_at(self, rows: IntArray) -> list[Submesh]:
+        """The components after a cut along these rows of the topology's edges."""
+        corner, face = np.divmod(self.topology.sides[:, rows], len(self.F))
+        seams = np.zeros(self.F.shape, dtype=bool)
+        seams[face, np.array(NEXT)[corner]] = True  # half-edge (k, t) is the side k + 1 of t
+        return self.cut(seams)
+
     def scatter(self, values: FloatArray) -> FloatArray:
         """Values of these vertices as rows for the caller's vertices; NaN for the others."""
         return scatter(values, self.vertices, self.n_given)
