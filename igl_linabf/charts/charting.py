@@ -158,14 +158,22 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         pairs, known = overlapping_pairs(result.uv, piece.F), None
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
-            return piece.cut_along(replace(task, trade=0.0, holes=False).seams_of(piece))
-        parts = parted(piece, result.uv, pairs) or piece.cut_along(seams_between([piece], piece.faces[pairs]))
+            return _disks(piece, task)
+        parts = [disk for part in parted(piece, result.uv, pairs) for disk in _disks(part, task)]
+        parts = parts or piece.cut_along(seams_between([piece], piece.faces[pairs]))
         if len(parts) > 1:
             return parts
     quality = quality_of(piece, result.uv, len(pairs)) if known is None else known[2]
     if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
         return parts
     return Chart(piece.faces, result, quality, splits, len(pairs), cost)
+
+
+def _disks(piece: Submesh, task: Task) -> list[Submesh]:
+    """The piece with its holes joined by the shortest seams."""
+    if len(piece.topology.loops) == 1:
+        return [piece]
+    return piece.cut_along(replace(task, trade=0.0, holes=False).seams_of(piece))
 
 
 def _less_stretched(piece: Submesh, splits: int, task: Task) -> list[Submesh]:
