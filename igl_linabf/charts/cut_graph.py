@@ -21,6 +21,7 @@ CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a righ
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
 FIRST_BASES = 4  # base points for the loops around handles, far from each other
 BASE_ROUNDS = 3  # of such points
+MOST_BASES = 16  # of a round, evenly along the loops
 BRANCH_ROUNDS = 4  # of moving branch points
 SHORTER = 1 - 1e-9  # times a length: what is shorter by less is equal
 
@@ -58,6 +59,8 @@ class ClosedSurface:
         Of each node; that of a loop is any of its vertices.
     size : float
         Square root of the area.
+    isometric : bool
+        Whether the map is to keep lengths, not angles.
     """
 
     n: int
@@ -82,6 +85,7 @@ class ClosedSurface:
     laplacian: sparse.csr_array
     position: FloatArray
     size: float
+    isometric: bool = False
 
     @cached_property
     def zero_at_nodes(self) -> ZeroAtNodes:
@@ -149,7 +153,9 @@ class ClosedSurface:
         return float(self.length[seam].sum())
 
 
-def closed_surface(component: Submesh, hidden: FloatArray | None = None) -> ClosedSurface:
+def closed_surface(
+    component: Submesh, hidden: FloatArray | None = None, isometric: bool = False
+) -> ClosedSurface:
     """Contract the boundary loops of a surface in one piece; `hidden` as `hiding` returns it."""
     V, F, topology = component.V, component.F, component.topology
     holes = len(topology.loops)
@@ -199,6 +205,7 @@ def closed_surface(component: Submesh, hidden: FloatArray | None = None) -> Clos
         laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
         position=V[vertex],
         size=size,
+        isometric=isometric,
     )
 
 
@@ -216,6 +223,7 @@ def open_handles(piece: ClosedSurface) -> IntArray:
         tried.update(bases)
         # a loop is short as seen from a point on it
         bases = sorted(set(piece.ends[best].ravel().tolist()) - tried)
+        bases = bases[:: -(-len(bases) // MOST_BASES) or 1]
     return shortest
 
 

@@ -25,6 +25,7 @@ from .factors import (
     Multigrid,
     has_cholmod,
 )
+from .small_blocks import SmallBlocks
 
 SolverName = Literal["auto", "cholmod", "multigrid", "direct"]
 
@@ -39,7 +40,8 @@ class Solvers:
     ----------
     solver : {"auto", "cholmod", "multigrid", "direct"}
         "cholmod" and "multigrid" precondition conjugate gradients by a CHOLMOD factor or a PyAMG
-        V-cycle. "auto" is "cholmod" where scikit-sparse is installed. Where it is not, it is the
+        V-cycle. "auto" is "cholmod" where scikit-sparse is installed; small meshes get compiled loops
+        where numba is. Where scikit-sparse is not, it is the
         Cholesky factor of libigl's wheel, and multigrid from `MULTIGRID_FROM` rows on. "direct"
         factors the whole system.
     """
@@ -57,16 +59,18 @@ class Solvers:
         """Whether the angle system is factored as a whole."""
         return self.solver == "direct"
 
-    def laplacian(self, lower: sparse.csc_array) -> Analysis:
-        """For the scalar Laplacians: the preconditioner and the harmonic layout."""
+    def laplacian(self, lower: sparse.csc_array, small: bool = False) -> Analysis:
+        """For the scalar Laplacians: the preconditioner and the harmonic layout; `small`: of small meshes."""
+        if small and self.solver == "auto" and is_fast():
+            return SmallBlocks(lower)
         n, wanted = lower.shape[0], _bytes_of(lower)
         if self.solver == "multigrid" or (
             self.solver == "auto" and not has_cholmod() and n >= MULTIGRID_FROM
         ):
             return Multigrid()
         if self.direct or memory.fits(wanted):
-            compiled = is_fast() and has_cholmod() and self.solver != "multigrid"
-            if compiled and lower.dtype == np.float64 and COMPILED_FROM <= n <= COMPILED_UP_TO:
+            real = lower.dtype == np.float64
+            if is_fast() and has_cholmod() and real and COMPILED_FROM <= n <= COMPILED_UP_TO:
                 return Compiled(lower)
             return self._factoring(lower)
         warnings.warn(
