@@ -1,7 +1,8 @@
 """Charts of many limbs, cut further where that pays: a page is filled better, for some more seam.
 
-Charts that fill a share f of the page have texels 1 / sqrt(f) times as wide as those of a full one. That is
-what an L2 stretch of 1 / sqrt(f) would do. So `trade` says here, too, how much seam lowering it is worth.
+Charts that cover a share f of a page need 1 / f as many texels as they use. `trade` is the seam length that
+lowering this by one is worth, as it is for the L2 stretch. The parts keep the chart's map, each at the scale
+of its own area: so what is packed is what was tried.
 """
 
 from __future__ import annotations
@@ -63,7 +64,7 @@ def cut_for_fill(charts: list[Flat], wish: Wish, trade: float) -> list[Flat]:
                 continue
             after = [*charts[:k], *parts, *charts[k + 1 :]]
             then = filled(after)
-            gain = trade * (fill**-0.5 - then**-0.5) - seam
+            gain = trade * (1 / fill - 1 / then) - seam
             if best is None or gain > best[0]:
                 best = gain, then, after
         if best is None or idle > MOST_IDLE:
@@ -106,7 +107,7 @@ def _promising(charts: list[Flat], fill: float, trade: float) -> Iterator[tuple[
                 hull += _hull(points)
                 widest = max(widest, _diameter(points))
             page = max(LOOSE * hull, SHORTEST**2 * widest**2, total)
-            gain = trade * (fill**-0.5 - (total / page) ** -0.5) - float(length[~same].sum())
+            gain = trade * (1 / fill - page / total) - float(length[~same].sum())
             ranked.append((gain, along - at, high - low))
     ranked.sort(key=lambda entry: -entry[0])
     for _, along, width in ranked[:TRIED]:
@@ -153,6 +154,7 @@ def _parts(chart: Flat, side: BoolArray) -> list[Flat]:
     for part in piece.cut(mask):
         uv = np.empty((len(part.V), 2))
         uv[part.F] = chart.uv[piece.F[place[part.faces]]]
+        uv *= np.sqrt(float(part.measured[0].sum()) / 2 / _area(uv[part.F]))
         made.append(Flat(part, uv, chart.parent))
     return made
 

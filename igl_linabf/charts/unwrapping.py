@@ -39,7 +39,7 @@ from .halving import halves
 from .limbs import Flat, cut_for_fill
 from .overlap_seams import MAX_SPLITS, seams_between
 from .packing import Wish, pack_maps
-from .pieces import flattened
+from .pieces import cut_out, flattened
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .scaf import moved_apart
 from .seams import TRADE, seams_of
@@ -405,12 +405,22 @@ def _fuller(
     if len(parts) == len(given):
         return atlas
     numbers = np.bincount([part.parent for part in parts])
-    waiting = [part.piece for part in parts if numbers[part.parent] > 1]
-    kept = [pair for pair, number in zip(done, numbers, strict=True) if number == 1]
-    fuller = _packed(surface, kept + _charts(waiting, task), wish)
+    cut = [
+        (_cut_out(*done[flat.parent], flat), flat.piece) if numbers[flat.parent] > 1 else done[flat.parent]
+        for flat in parts
+    ]
+    fuller = _packed(surface, cut, wish)
     size = np.sqrt(sum(float(chart.piece.measured[0].sum()) / 2 for chart in given))
     seam = (fuller.seam_length - atlas.seam_length) / size
-    return fuller if task.trade * (atlas.fill**-0.5 - fuller.fill**-0.5) > seam else atlas
+    return fuller if task.trade * (1 / atlas.fill - 1 / fuller.fill) > seam else atlas
+
+
+def _cut_out(chart: Chart, piece: Submesh, flat: Flat) -> Chart:
+    """A part of a chart, with the chart's map."""
+    result = cut_out(chart.result, piece, flat.piece, flat.uv)
+    overlapping = len(overlapping_pairs(flat.uv, flat.piece.F)) if chart.overlapping else 0
+    quality = quality_of(flat.piece, flat.uv)
+    return replace(chart, faces=flat.piece.faces, result=result, quality=quality, overlapping=overlapping)
 
 
 def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> Atlas:
