@@ -36,10 +36,10 @@ from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, sides_of_cleaned, without_charts
 from .given_seams import textured_seams
 from .halving import halves
-from .limbs import Flat, cut_for_fill
+from .limbs import cut_for_fill, cut_to_fit
 from .overlap_seams import MAX_SPLITS, seams_between
 from .packing import Wish, pack_maps
-from .pieces import cut_out, flattened
+from .pieces import flattened
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .scaf import moved_apart
 from .seams import TRADE, seams_of
@@ -221,9 +221,11 @@ def unwrap(
             made = coned(surface, wanted, task.method, (SEAMS_END, CHARTS_END))
         with part("packing", 1.0):
             wish = replace(wish.in_units(2.0**cleaned.power), upright=cone_angles is not None)
-            atlas = _packed(surface, made.charts, wish)
-            if resolution is not None and task.may_find_seams and cones is None:
-                atlas = _fuller(surface, atlas, made.charts, wish, task)
+            may_cut = resolution is not None and task.may_find_seams and cones is None
+            charts = cut_to_fit(made.charts, wish) if may_cut and wish.side is not None else made.charts
+            atlas = _packed(surface, charts, wish)
+            if may_cut and wish.side is None:
+                atlas = _fuller(surface, atlas, charts, wish, task)
     atlas = replace(atlas, max_stretch=max_stretch, cones=made.cones, cone_angles=made.angles)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)
@@ -400,27 +402,13 @@ def _fuller(
     surface: Submesh, atlas: Atlas, done: list[tuple[Chart, Submesh]], wish: Wish, task: _Task
 ) -> Atlas:
     """The atlas, or one with charts of many limbs cut further, if the fuller page is worth its seams."""
-    given = [Flat(piece, chart.result.uv, i) for i, (chart, piece) in enumerate(done)]
-    parts = cut_for_fill(given, wish, task.trade) if len(given) <= MOST_TO_CUT else given
-    if len(parts) == len(given):
+    parts = cut_for_fill(done, wish, task.trade) if len(done) <= MOST_TO_CUT else done
+    if len(parts) == len(done):
         return atlas
-    numbers = np.bincount([part.parent for part in parts])
-    cut = [
-        (_cut_out(*done[flat.parent], flat), flat.piece) if numbers[flat.parent] > 1 else done[flat.parent]
-        for flat in parts
-    ]
-    fuller = _packed(surface, cut, wish)
-    size = np.sqrt(sum(float(chart.piece.measured[0].sum()) / 2 for chart in given))
+    fuller = _packed(surface, parts, wish)
+    size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in done))
     seam = (fuller.seam_length - atlas.seam_length) / size
     return fuller if task.trade * (1 / atlas.fill - 1 / fuller.fill) > seam else atlas
-
-
-def _cut_out(chart: Chart, piece: Submesh, flat: Flat) -> Chart:
-    """A part of a chart, with the chart's map."""
-    result = cut_out(chart.result, piece, flat.piece, flat.uv)
-    overlapping = len(overlapping_pairs(flat.uv, flat.piece.F)) if chart.overlapping else 0
-    quality = quality_of(flat.piece, flat.uv)
-    return replace(chart, faces=flat.piece.faces, result=result, quality=quality, overlapping=overlapping)
 
 
 def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> Atlas:
