@@ -69,8 +69,8 @@ class Solvers:
         ):
             return Multigrid()
         if self.direct or memory.fits(wanted):
-            real = lower.dtype == np.float64
-            if is_fast() and has_cholmod() and real and COMPILED_FROM <= n <= COMPILED_UP_TO:
+            compiled = self.solver == "auto" and has_cholmod() and is_fast() and lower.dtype == np.float64
+            if compiled and COMPILED_FROM <= n <= COMPILED_UP_TO:
                 return Compiled(lower)
             return self._factoring(lower)
         warnings.warn(
