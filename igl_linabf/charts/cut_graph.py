@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
+from typing import TypeVar
 
 import numpy as np
 from scipy import sparse
@@ -20,11 +21,18 @@ from .visibility import Smoothing, shown, valleys
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
 FIRST_BASES = 4  # base points for the loops around handles, far from each other
+MORE_BASES = 6  # on the loops found, in a round
 BASE_ROUNDS = 3  # of such points
-BRANCH_ROUNDS = 4  # of moving branch points
+MOST_TRIES = 12  # of moving some of these together
+BRANCH_ROUNDS = 3  # of moving branch points, on average
+MOST_MOVED = 24  # branch points or arcs, so that the time does not grow with the number of handles
 SHORTER = 1 - 1e-9  # times a length: what is shorter by less is equal
 
+Item = TypeVar("Item")  # of a seam: a branch point or an arc
 Cost = Callable[[IntArray], float]  # of a seam
+Steps = dict[int, list[tuple[int, int]]]  # from each node: the seam's edges, and where they lead
+Arc = tuple[IntArray, int]  # edges in a row, and the node at their end
+Shape = tuple[int, int, bool]  # what a seam goes on to be when it moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -216,6 +224,7 @@ def open_handles(piece: ClosedSurface) -> IntArray:
         tried.update(bases)
         # a loop is short as seen from a point on it
         bases = sorted(set(piece.ends[best].ravel().tolist()) - tried)
+        bases = bases[:: -(-len(bases) // MORE_BASES) or 1]
     return shortest
 
 
@@ -267,23 +276,62 @@ def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -
 
 
 def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
-    """Move the branch points, one after another, to where their arcs are shortest, if `cost` falls."""
-    for _ in range(BRANCH_ROUNDS):
-        before = piece.total(seam)
-        degree = np.bincount(piece.ends[seam].ravel(), minlength=piece.n)
-        for branch in np.flatnonzero(degree >= 3).tolist():
-            seam = _moved(piece, seam, branch, cost)
-        if not piece.total(seam) < before * SHORTER:
+    """Move the branch points, one after another, to where their arcs are shortest, if `cost` falls.
+
+    A branch point is tried again when an arc of it has moved. If there are very many, those of the longest
+    arcs are.
+    """
+    kept, steps = shape(piece, seam), steps_along(piece, seam)
+    waiting = _longest(piece, steps, [node for node in sorted(steps) if len(steps[node]) >= 3])
+    for _ in range(BRANCH_ROUNDS * len(waiting)):
+        if not waiting:
             break
+        branch = waiting.pop(0)
+        if len(steps.get(branch, ())) >= 3:
+            moved, ends = _moved(piece, seam, arcs_at(piece, steps, branch), branch, kept, cost)
+            replaced(piece, steps, np.setdiff1d(seam, moved), np.setdiff1d(moved, seam))
+            seam = moved
+            waiting += sorted(ends.difference(waiting))
     return seam
 
 
-def _moved(piece: ClosedSurface, seam: IntArray, branch: int, cost: Cost) -> IntArray:
-    """The seam with the arcs at `branch` rerouted to the point from which they are shortest.
+def _longest(piece: ClosedSurface, steps: Steps, branches: list[int]) -> list[int]:
+    """The branch points of the longest arcs, in their order."""
+    if len(branches) <= MOST_MOVED:
+        return branches
+    at = [np.concatenate([arc for arc, _ in arcs_at(piece, steps, branch)]) for branch in branches]
+    return [branches[k] for k in longest([piece.total(arcs) for arcs in at])]
+
+
+def longest(lengths: list[float]) -> IntArray:
+    """The indices of those that are moved, in their order."""
+    return np.sort(np.argsort(-np.array(lengths), kind="stable")[:MOST_MOVED])
+
+
+def in_groups(
+    items: list[Item], seam: IntArray, moved: Callable[[list[Item], IntArray], IntArray | None]
+) -> IntArray:
+    """The seam with all items moved together; where that is not accepted, halves of them, and so on."""
+    waiting = [items]
+    for _ in range(MOST_TRIES):
+        if not waiting:
+            break
+        group = waiting.pop()
+        new = moved(group, seam)
+        if new is not None:
+            seam = new
+        elif len(group) > 1:
+            waiting += [group[len(group) // 2 :], group[: len(group) // 2]]
+    return seam
+
+
+def _moved(
+    piece: ClosedSurface, seam: IntArray, arcs: list[Arc], branch: int, kept: Shape, cost: Cost
+) -> tuple[IntArray, set[int]]:
+    """The seam with the arcs at `branch` rerouted to the point from which they are shortest; their ends.
 
     If more than three arcs meet, or at a hole, two of them may share a new branch.
     """
-    arcs = arcs_at(piece, seam, branch)
     free = len(arcs) == 3 and branch >= piece.holes
     for chosen in [tuple(arcs)] if free else combinations(arcs, 2):
         own = np.concatenate([arc for arc, _ in chosen])
@@ -301,28 +349,45 @@ def _moved(piece: ClosedSurface, seam: IntArray, branch: int, cost: Cost) -> Int
         ways = [piece.paths(before, [centre]) for _, before, _ in searches]
         moved = np.unique(np.concatenate((rest, *ways)))
         shorter = piece.total(moved) < piece.total(seam) * SHORTER
-        if shorter and shape(piece, moved) == shape(piece, seam) and cost(moved) < cost(seam):
-            return moved
-    return seam
+        if shorter and shape(piece, moved) == kept and cost(moved) < cost(seam):
+            return moved, {*tips, centre}
+    return seam, set()
 
 
-def arcs_at(piece: ClosedSurface, seam: IntArray, branch: int) -> list[tuple[IntArray, int]]:
-    """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
-    around: dict[int, list[tuple[int, int]]] = {}
+def steps_along(piece: ClosedSurface, seam: IntArray) -> Steps:
+    """From each node of the seam: its edges, and where they lead."""
+    steps: Steps = {}
     for edge, (i, j) in zip(seam.tolist(), piece.ends[seam].tolist(), strict=True):
-        around.setdefault(i, []).append((edge, j))
-        around.setdefault(j, []).append((edge, i))
+        steps.setdefault(i, []).append((edge, j))
+        steps.setdefault(j, []).append((edge, i))
+    return steps
+
+
+def replaced(piece: ClosedSurface, steps: Steps, old: IntArray, new: IntArray) -> None:
+    """Change the steps along a seam to those of one with other edges."""
+    for edge, (i, j) in zip(old.tolist(), piece.ends[old].tolist(), strict=True):
+        for a, b in ((i, j), (j, i)):
+            steps[a].remove((edge, b))
+            if not steps[a]:
+                del steps[a]
+    for edge, (i, j) in zip(new.tolist(), piece.ends[new].tolist(), strict=True):
+        steps.setdefault(i, []).append((edge, j))
+        steps.setdefault(j, []).append((edge, i))
+
+
+def arcs_at(piece: ClosedSurface, steps: Steps, branch: int) -> list[Arc]:
+    """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
     arcs = []
-    for edge, node in around.get(branch, []):
+    for edge, node in steps.get(branch, []):
         arc = [edge]
-        while len(around[node]) == 2 and node >= piece.holes:
-            edge, node = next(step for step in around[node] if step[0] != arc[-1])
+        while len(steps[node]) == 2 and node >= piece.holes:
+            edge, node = next(step for step in steps[node] if step[0] != arc[-1])
             arc.append(edge)
         arcs.append((np.array(arc), node))
     return arcs
 
 
-def shape(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, bool]:
+def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
     """Numbers of components and cycles of the seam with the holes; whether the surface stays in one piece."""
     nodes, place = np.unique(
         np.concatenate((np.arange(piece.holes), piece.ends[seam].ravel())), return_inverse=True
