@@ -9,71 +9,42 @@ are added if they are installed. The last table has the cortex by both methods. 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
-from importlib.util import find_spec
 from statistics import median
 from time import perf_counter
 
 import igl
 import numpy as np
 from meshes import shared, stanford
+from peers import Maker, charts_of, ours, programs, relative_seams
 
-from igl_linabf import MeshWarning, OutcomeWarning, flatten, overlaps, quality, texture_seams, unwrap
+from igl_linabf import MeshWarning, OutcomeWarning, flatten, overlaps, quality
 
-Made = tuple[np.ndarray, np.ndarray, np.ndarray]  # origin, FTC, TC
 HEADS = ("charts", "seam / sqrt(area)", "L2 stretch", "texels 99 : 1 %", "overlaps, flips", "s")
 
 
-def ours(V: np.ndarray, F: np.ndarray, method: str, trade: float = 6.0) -> Made:
-    atlas = unwrap(V, F, method=method, trade=trade)
-    return atlas.origin, atlas.FTC, atlas.TC
-
-
-def by_uvunwrap(V: np.ndarray, F: np.ndarray) -> Made:
-    import uvunwrap
-
-    (mesh,) = uvunwrap.generate(
-        [uvunwrap.Mesh(V.astype(np.float32).ravel().tolist(), F.ravel().tolist())]
-    ).meshes
-    corners = np.array(mesh.indices, dtype=np.int64).reshape(-1, 3)
-    return np.array(mesh.xref, dtype=np.int64), corners, np.array(mesh.uv, dtype=float).reshape(-1, 2)
-
-
-def by_xatlas(V: np.ndarray, F: np.ndarray) -> Made:
-    import xatlas
-
-    origin, corners, uv = xatlas.parametrize(V, F)
-    return origin.astype(np.int64), corners.astype(np.int64), uv.astype(float)
-
-
-def methods() -> Mapping[str, Callable[[np.ndarray, np.ndarray], Made]]:
-    found: dict[str, Callable[[np.ndarray, np.ndarray], Made]] = {
+def makers() -> Mapping[str, Maker]:
+    """`unwrap` by its methods, and the installed peers but Blender."""
+    mine: dict[str, Maker] = {
         "linabf": partial(ours, method="linabf"),
         "isometric": partial(ours, method="isometric"),
         "isometric, trade 30": partial(ours, method="isometric", trade=30.0),
     }
-    if find_spec("uvunwrap"):
-        found["uvunwrap"] = by_uvunwrap
-    if find_spec("xatlas"):
-        found["xatlas"] = by_xatlas
-    return found
+    return mine | {name: make for name, make in programs().items() if name in ("xatlas", "uvunwrap")}
 
 
-def measured(V: np.ndarray, F: np.ndarray, make: Callable[[np.ndarray, np.ndarray], Made]) -> list[float]:
+def measured(V: np.ndarray, F: np.ndarray, make: Maker) -> list[float]:
     """The figures of one atlas, as `HEADS` has them; overlaps and flips added."""
-    start = perf_counter()
-    origin, corners, uv = make(V, F)
-    seconds = perf_counter() - start
-    chart = igl.vertex_components(corners)[corners[:, 0]]
-    areas = igl.doublearea(uv, corners)
+    made = make(V, F)
+    chart = charts_of(made.FTC)
+    areas = igl.doublearea(made.TC, made.FTC)
     mirrored = np.bincount(chart, areas) < 0  # xatlas turns some charts over
     flips = np.count_nonzero((areas > 0) == mirrored[chart])
-    a, b = V[texture_seams(F, corners).T]
-    seam = np.linalg.norm(a - b, axis=1).sum() / np.sqrt(igl.doublearea(V, F).sum() / 2)
-    q = quality(V[origin], corners, uv)
-    wrong = len(overlaps(uv, corners)) + flips
-    return [len(mirrored), seam, q.stretch_l2, q.texel_spread, wrong, seconds]
+    q = quality(V[made.origin], made.FTC, made.TC)
+    wrong = len(overlaps(made.TC, made.FTC)) + flips
+    seam = relative_seams(V, F, made.FTC)
+    return [len(mirrored), seam, q.stretch_l2, q.texel_spread, wrong, made.seconds]
 
 
 def line(name: str, triangles: str, of: str, values: list[float]) -> str:
@@ -104,11 +75,11 @@ def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
     warnings.simplefilter("ignore", MeshWarning)
     print(f"| mesh | triangles | atlas | {' | '.join(HEADS)} |\n|{'---|' * (3 + len(HEADS))}")
-    makers, rows = methods(), {}
+    rows: dict[str, list[list[float]]] = {}
     for name, V, F in [stanford(), *shared("closed", "handles", "holes", "multi")]:
         if len(F) < 100:
             continue
-        for of, make in makers.items():
+        for of, make in makers().items():
             values = measured(V, F, make)
             rows.setdefault(of, []).append(values)
             print(line(name, f"{len(F):,}", of, values), flush=True)

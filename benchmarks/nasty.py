@@ -15,6 +15,8 @@ from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
+import peers
+from peers import charts_of
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -50,19 +52,13 @@ def ours(name: str) -> str:
 
 def by_xatlas(name: str) -> str:
     """What xatlas makes of it; a face in no chart is lost."""
-    import xatlas
-
     V, F = NASTY[name]()
-    _, FTC, TC = xatlas.parametrize(V.astype(np.float32), F.astype(np.uint32))
+    made = peers.by_xatlas(V, F)
     # xatlas keeps the order of faces, and gives those that it leaves out of its charts the point (0, 0)
-    corner = TC[FTC]
-    lost = int((corner == 0).all(axis=(1, 2)).sum()) + len(F) - len(FTC)
-    from igl_linabf.surface import face_components
-
-    kept = FTC[~(corner == 0).all(axis=(1, 2))].astype(np.int64)
-    charts = len(np.unique(face_components(kept, len(TC)))) if len(kept) else 0
-    figures = measured(len(kept), charts, TC.astype(float), kept).split(" | ")
-    return f"{charts} | {lost} | {figures[2]}"
+    kept = made.FTC[(made.TC[made.FTC] != 0).any(axis=(1, 2))]
+    charts = int(charts_of(kept).max()) + 1 if len(kept) else 0
+    overlapping = measured(len(kept), charts, made.TC, kept).split(" | ")[2]
+    return f"{charts} | {len(F) - len(kept)} | {overlapping}"
 
 
 def in_a_child(name: str) -> str:

@@ -1,81 +1,124 @@
-"""Atlases of any surfaces: distortion, seams and time, beside xatlas.
+"""Atlases beside those of other programs: distortion, seams, packing and time.
 
-    python benchmarks/unwrap.py
+    python benchmarks/unwrap.py [--all]
 
-The meshes are the bunny and those of the kinds closed, handles and multi in IGL_LINABF_MESHES. xatlas is
-added if it is installed. Prints Markdown.
+The meshes are the bunny, a cortex and those of the kinds closed, handles and multi in IGL_LINABF_MESHES, or
+of all sound kinds. xatlas and uvunwrap are added if they are installed (extra `peers`), and Blender's Smart
+UV Project if bpy is, here or in the Python that BPY_PYTHON names. igl.lscm maps the charts of `unwrap`.
+Prints Markdown.
 """
 
 from __future__ import annotations
 
+import sys
 import warnings
-from importlib.util import find_spec
+from pathlib import Path
 from time import perf_counter
 
+import igl
 import numpy as np
 from meshes import shared, stanford
+from peers import PADDING, RESOLUTION, Made, charts_of, programs, relative_seams
 
-from igl_linabf import OutcomeWarning, flatten, quality, texture_seams, unwrap
+from igl_linabf import OutcomeWarning, flatten, quality
+from igl_linabf.surface import compact
+from igl_linabf.textures import covered, near_sides
 
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
-def seam_length(V: np.ndarray, F: np.ndarray, FTC: np.ndarray) -> float:
-    """Seam length of texture coordinates, relative to the diagonal of the bounding box."""
-    a, b = V[texture_seams(F, FTC).T]
-    return float(np.linalg.norm(a - b, axis=1).sum() / np.linalg.norm(np.ptp(V, axis=0)))
+from carried import pial
 
-
-def lscm_on(V: np.ndarray, F: np.ndarray, FTC: np.ndarray, origin: np.ndarray) -> str:
-    """F/3nt and flips of igl.lscm on the charts of an atlas."""
-    total, flips = 0.0, 0
-    _, chart = np.unique(components(FTC), return_inverse=True)
-    for i in range(chart.max() + 1):
-        used, own = np.unique(FTC[chart == i], return_inverse=True)
-        own, points = own.reshape(-1, 3), V[origin[used]]
-        q = quality(points, own, flatten(points, own, "lscm").uv)
-        total += q.angle_distortion * len(own)
-        flips += q.flips
-    return f"{total / len(F):.3g}, {flips}"
+KINDS = ("closed", "handles", "multi")
+ALL = (*KINDS, "holes", "disk", "stress", "flat2d")
+HEADS = "charts | seams | F/3nt | L2 stretch | spread | flips | fill | touching | s"
+FORMATS = (".0f", ".1f", ".3g", ".3f", ".1f", ".0f", ".2f", ".0f", ".2f")
 
 
-def components(FTC: np.ndarray) -> np.ndarray:
-    """The chart of each face."""
-    from igl_linabf.surface import face_components
+def touching(TC: np.ndarray, FTC: np.ndarray, chart: np.ndarray) -> int:
+    """Charts that share a texel of a bilinear lookup with another one."""
+    texels = TC[FTC] - 0.5
+    inner = covered(texels, RESOLUTION)
+    n = len(TC)
+    tail, head = FTC, np.roll(FTC, -1, axis=1)
+    face, k = np.nonzero(~np.isin(tail * n + head, head * n + tail, kind="sort"))
+    near = near_sides(texels[face, k], texels[face, (k + 1) % 3], RESOLUTION)
+    index = np.concatenate((inner.index, near.index))
+    of = np.concatenate((chart[inner.face], chart[face[near.side]]))
+    pairs = np.unique(np.column_stack((index, of)), axis=0)
+    several = np.isin(pairs[:, 0], pairs[1:, 0][np.diff(pairs[:, 0]) == 0])
+    return len(np.unique(pairs[several, 1]))
 
-    return face_components(FTC, int(FTC.max()) + 1)
+
+def doubled(TC: np.ndarray, FTC: np.ndarray) -> np.ndarray:
+    """Twice the signed areas in the map."""
+    a, b = TC[FTC[:, 1]] - TC[FTC[:, 0]], TC[FTC[:, 2]] - TC[FTC[:, 0]]
+    return a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]
 
 
-def by_xatlas(V: np.ndarray, F: np.ndarray) -> str:
-    """Charts, seam length and F/3nt of xatlas."""
-    import xatlas
+def figures(V: np.ndarray, F: np.ndarray, made: Made) -> list[float]:
+    """What HEADS names."""
+    areas = doubled(made.TC, made.FTC)
+    keep = np.abs(areas) > 0  # faces that a program leaves out, or that have no area
+    chart = charts_of(made.FTC[keep])
+    mirrored = np.bincount(chart, areas[keep]) < 0  # xatlas turns some charts over
+    flips = np.count_nonzero((areas[keep] > 0) == mirrored[chart])
+    q = quality(V[made.origin], made.FTC[keep & (igl.doublearea(V, F) > 0)], made.TC)
+    fill = np.abs(areas).sum() / 2 / made.page
+    touch = touching(made.TC, made.FTC[keep], chart)
+    seams = relative_seams(V, F, made.FTC)
+    values = [len(mirrored), seams, q.angle_distortion, q.stretch_l2, q.texel_spread, flips]
+    return [*values, fill, touch, made.seconds]
 
+
+def by_lscm(V: np.ndarray, F: np.ndarray, made: Made) -> list[float]:
+    """igl.lscm on the charts of an atlas, which are not packed then: weighed by triangles."""
     start = perf_counter()
-    origin, FTC, TC = xatlas.parametrize(V, F)
+    chart, of_charts = charts_of(made.FTC), []
+    for i in range(chart.max() + 1):
+        used, own = compact(made.FTC[chart == i], len(made.TC))
+        points = V[made.origin[used]]
+        q = quality(points, own, flatten(points, own, "lscm").uv)
+        of_charts.append((len(own), q.angle_distortion, q.flips))
+    triangles, distortion, flips = np.array(of_charts).T
+    seams, unknown = relative_seams(V, F, made.FTC), float("nan")
     seconds = perf_counter() - start
-    FTC = FTC.astype(np.int64)
-    q = quality(V[origin], FTC, TC.astype(float))
-    charts = len(np.unique(components(FTC)))
-    return f"{charts} | {seam_length(V, F, FTC):.2f} | {q.angle_distortion:.3g} | {seconds:.1f}"
+    mean = triangles @ distortion / triangles.sum()
+    return [len(of_charts), seams, mean, unknown, unknown, flips.sum(), unknown, unknown, seconds]
+
+
+def row(name: str, program: str, values: list[float]) -> str:
+    cells = [
+        "" if np.isnan(value) else f"{value:{form}}" for value, form in zip(values, FORMATS, strict=True)
+    ]
+    return f"| {name} | {program} | {' | '.join(cells)} |"
 
 
 def main() -> None:
     warnings.simplefilter("ignore", OutcomeWarning)
-    print("Seams: length over the diagonal of the bounding box. s: seconds. igl.lscm: F/3nt, flips.\n")
-    heads = "mesh | triangles | charts | splits | overlaps | seams | F/3nt | L2 stretch | flips | s"
-    other = " | igl.lscm, same cut"
-    if find_spec("xatlas"):
-        other += " | xatlas: charts | seams | F/3nt | s"
-    print(f"| {heads}{other} |\n|{'---|' * (heads + other).count('|')}---|")
-    for name, V, F in [stanford(), *shared("closed", "handles", "multi")]:
-        start = perf_counter()
-        atlas = unwrap(V, F)
-        seconds = perf_counter() - start
-        q = atlas.quality
-        cells = [name, f"{len(F):,}", str(len(atlas.charts)), str(atlas.splits), str(q.overlaps)]
-        cells += [f"{seam_length(V, F, atlas.FTC):.2f}", f"{q.angle_distortion:.3g}", f"{q.stretch_l2:.4g}"]
-        cells += [str(q.flips), f"{seconds:.1f}", lscm_on(V, F, atlas.FTC, atlas.origin)]
-        if find_spec("xatlas"):
-            cells.append(by_xatlas(V, F))
-        print(f"| {' | '.join(cells)} |", flush=True)
+    print(
+        f"At {RESOLUTION} x {RESOLUTION} with {PADDING} texels of padding. Seams: length over the square\n"
+        "root of the area. Spread: texel areas, 99th over 1st percentile. Fill: share of the page; those\n"
+        "of xatlas and uvunwrap need not be square. Touching: charts that share a texel of a bilinear\n"
+        "lookup with another one. s: seconds. igl.lscm: on the charts of unwrap, not packed.\n"
+    )
+    print(f"| mesh | by | {HEADS} |\n|{'---|' * (HEADS.count('|') + 3)}")
+    tables: dict[str, list[list[float]]] = {}
+    for name, V, F in [stanford(), ("pial", *pial()), *shared(*(ALL if "--all" in sys.argv else KINDS))]:
+        for program, run in programs().items():
+            try:
+                made = run(V, F)
+                found = {program: figures(V, F, made)}
+                if program == "unwrap":
+                    found["igl.lscm"] = by_lscm(V, F, made)
+            except Exception as error:  # another program's, or our own: the table says so
+                print(f"| {name} | {program} | {type(error).__name__} |{' |' * HEADS.count('|')}", flush=True)
+                print(name, program, error, file=sys.stderr)
+                continue
+            for of, values in found.items():
+                tables.setdefault(of, []).append(values)
+                print(row(name, of, values), flush=True)
+    for program, values in tables.items():
+        print(row(f"median of {len(values)}", program, np.median(values, axis=0).tolist()))
 
 
 if __name__ == "__main__":

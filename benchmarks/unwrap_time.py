@@ -23,6 +23,7 @@ from time import process_time
 import igl
 import numpy as np
 from meshes import shared, stanford
+from peers import by_xatlas
 
 from igl_linabf import flatten, flatten_many, unwrap
 from igl_linabf.surface import compact
@@ -92,9 +93,7 @@ def measured(name: str) -> dict[str, float]:
     alone = seconds(lambda: flatten_many(charts, progress=False), repeats)
     row = {"triangles": len(F), "charts": len(charts), "s": own, "flatten": alone, "MB": memory / 1024}
     if find_spec("xatlas") and len(F) < XATLAS_BELOW:
-        import xatlas
-
-        row["xatlas"] = seconds(lambda: xatlas.parametrize(V, F), 1)
+        row["xatlas"] = seconds(lambda: by_xatlas(V, F), 1)
     return row
 
 

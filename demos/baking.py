@@ -83,6 +83,6 @@ if __name__ == "__main__":
             plotter.view_xy()
             plotter.camera.zoom(1.3)
         with replacing("out/baking.png") as temporary:
-            plotter.screenshot(temporary)
+            plotter.show(screenshot=temporary)
         plotter.close()
     print("wrote out/baking.glb, .png and baking_texture.png")

@@ -113,6 +113,6 @@ if __name__ == "__main__":
         assert all(abs(seam.change) < (1e-6 if name == "lampshade" else 0.05) for seam in pattern.seams)
         show(plotter, row, surface, atlas, pattern)
     with replacing("out/pattern.png") as temporary:
-        plotter.screenshot(temporary)
+        plotter.show(screenshot=temporary)
     plotter.close()
     print("wrote out/pattern.png, and each pattern as SVG, DXF and PDF")

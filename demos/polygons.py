@@ -88,6 +88,6 @@ if __name__ == "__main__":
     plotter.view_xy()
     plotter.camera.zoom(1.3)
     with replacing("out/polygons.png") as temporary:
-        plotter.screenshot(temporary)
+        plotter.show(screenshot=temporary)
     plotter.close()
     print("wrote out/polygons.png")

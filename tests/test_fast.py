@@ -31,22 +31,29 @@ def cases():
     rng = np.random.default_rng(1)
     w, cot = alpha**2, 1 / np.tan(alpha)
     d, e = w.sum(axis=0), rng.normal(size=alpha.shape)
-    pair = kernels.pair_weights(w, d)
-    pattern = constraints_of(t).pattern
+    constraints = constraints_of(t)
+    pattern, row = constraints.pattern, constraints.row
+    at = kernels.entries(pattern.ends, pattern.n)
     z, start = mesh.V[:, :2] @ [1, 1j], np.array([0, 7, len(mesh.double_area)])
-    block = rng.normal(size=(len(pattern._high), 4))
+    block = rng.normal(size=(len(at[1]), 4))
+    merged = np.minimum(row, 20)  # many vertices share the last row, as around holes
+    outer = np.where(t.interior, 0, z)
     return {
-        "undirected": (t.tail, t.head, t.n),
+        "undirected": (t.corner, t.n),
+        "entries": (merged[t.edges.T], 21),
         "products": (mesh.V, t.corner),
-        "angle_sums": (t.corner, alpha, np.log(np.sin(alpha)), t.n),
+        "angle_sums": (t.corner, alpha, np.where(rng.random(cot.shape) < 0.1, 1e70, cot), t.n),
         "row_sums": (t.corner, cot, e, t.n),
         "errors": (t.corner, w, d, cot, *rng.normal(size=(2, t.n))),
         "cut_short": (alpha, e, 0.7),
         "pair_weights": (w, d),
-        "own_blocks": (t.corner, cot, pair, t.n),
-        "edge_blocks": (cot, pair, pattern.upward),
+        "system_blocks": (
+            kernels.entries(merged[t.edges.T], 21),
+            *(merged[t.edges.T], t.sides, t.corner, merged, 18, w, d, cot),
+        ),
         "at_edges": (cot, t.sides),
-        "degrees": (pattern.ends, rng.normal(size=len(t.edges)), pattern.n),
+        "laplacian_entries": (at[0], at[2], pattern.ends, rng.normal(size=len(t.edges))),
+        "pulled": (pattern.ends, t.edges, rng.normal(size=len(t.edges)), outer, pattern.n),
         "disparity": (w, d, cot),
         "conformal_weights": (w, d, cot),
         "signed_double_areas": (z, t.corner),
@@ -58,11 +65,10 @@ def cases():
             *(w, d, cot, rng.normal(size=2 * t.interior.sum())),
         ),
         "in_one_piece": (t.sides, t.corner.shape[1]),
-        "filled_blocks": (9, np.arange(5), rng.normal(size=(4, 5)), np.arange(5, 9), rng.normal(size=(4, 4))),
         "connected_labels": (t.edges[::3], t.n),
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
-        "block_product": (pattern._indptr, pattern._high, block, rng.normal(size=2 * pattern.n)),
+        "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
     }
 
 

@@ -10,8 +10,9 @@ import igl
 import numpy as np
 import pytest
 from carried import quads
+from nasty_meshes import NASTY
 
-from igl_linabf import MeshError, linabf, unwrap, write_pattern
+from igl_linabf import MeshError, MeshWarning, linabf, unwrap, write_pattern
 from igl_linabf.cli import main
 from igl_linabf.patterns import Pattern
 
@@ -190,3 +191,31 @@ def test_what_cannot_be_drawn_is_refused(tmp_path: Path) -> None:
     with pytest.raises(MeshError, match="uv has 3 rows for 8 vertices"):
         write_pattern(tmp_path / "p.svg", V, F, np.zeros((3, 2)))
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize("name", ["a one sided band", "a bottle without an inside", "a projective plane"])
+def test_one_sided_surfaces_are_drawn_and_both_sides_of_their_cuts_are_numbered(
+    tmp_path: Path, name: str
+) -> None:
+    V, F = NASTY[name]()
+    with pytest.warns(MeshWarning):
+        atlas = unwrap(V, F, progress=False)
+    pattern = write_pattern(tmp_path / "p.svg", V, F, atlas)
+    assert any(seam.twisted for seam in pattern.seams)
+    edges = igl.boundary_facets(F)[0]
+    rim = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1).sum()
+    # all of the outline is the surface's own rim, or a side of a numbered seam
+    flat = igl.boundary_facets(atlas.FTC)[0]
+    around = V[atlas.origin[flat]]
+    outline = np.linalg.norm(around[:, 0] - around[:, 1], axis=1).sum()
+    assert outline == pytest.approx(rim + 2 * sum(seam.length for seam in pattern.seams))
+
+
+@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")
+@pytest.mark.parametrize("name", sorted(NASTY.keys() - {"all on a line", "coordinates of 1e200"}))
+def test_what_unwrap_repairs_can_be_drawn(tmp_path: Path, name: str) -> None:
+    V, F = NASTY[name]()
+    atlas = unwrap(V, F, progress=False)
+    pattern = write_pattern(tmp_path / "p.svg", V, F, atlas)
+    assert pattern.pieces == len(atlas.charts)
+    assert all(len(line) >= 3 for line in pattern.outlines)

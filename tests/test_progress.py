@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pathlib import Path
 
 import igl
 import pytest
@@ -59,12 +60,14 @@ def test_what_a_callback_raises_ends_the_work() -> None:
     assert told.stages == []
 
 
-@pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no pseudo-terminals")
-@pytest.mark.parametrize(("patience", "shown"), [(0, True), (1e9, False)])
-def test_a_bar_on_a_terminal_after_a_while(patience: float, shown: bool) -> None:
+def on_a_terminal(script: str, *arguments: str) -> tuple[str, str]:
+    """What a script shows on its terminal, and what it prints into a pipe."""
     ours, theirs = os.openpty()
     process = subprocess.Popen(
-        [sys.executable, "-c", SCRIPT, str(patience)], stderr=theirs, env={**os.environ, "TERM": "xterm"}
+        [sys.executable, "-c", script, *arguments],
+        stdout=subprocess.PIPE,
+        stderr=theirs,
+        env={**os.environ, "TERM": "xterm"},
     )
     os.close(theirs)
     text = b""
@@ -73,8 +76,63 @@ def test_a_bar_on_a_terminal_after_a_while(patience: float, shown: bool) -> None
             text += chunk
     except OSError:  # so Linux says that the other end was closed
         pass
-    assert process.wait(timeout=60) == 0
-    assert (b"seams" in text and b"%" in text) == shown
+    printed, _ = process.communicate(timeout=60)
+    assert process.returncode == 0
+    return text.decode(), printed.decode()
+
+
+terminals = pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no pseudo-terminals")
+
+
+@terminals
+@pytest.mark.parametrize(("patience", "shown"), [(0, True), (1e9, False)])
+def test_a_bar_on_a_terminal_after_a_while(patience: float, shown: bool) -> None:
+    text, _ = on_a_terminal(SCRIPT, str(patience))
+    assert ("seams" in text and "%" in text) == shown
+
+
+COMMAND = """
+import sys
+from igl_linabf._runtime import progress
+from igl_linabf.cli import main
+progress.PATIENCE = 0
+shown = []
+show = progress._Bar.__call__
+def told(bar, stage, done):
+    shown.append((bar, stage, done))
+    show(bar, stage, done)
+progress._Bar.__call__ = told
+code = main(sys.argv[1:])
+if shown:
+    print("BARS", len({id(bar) for bar, _, _ in shown}))
+for _, stage, done in shown:
+    print("SHOWN", stage, done)
+sys.exit(code)
+"""
+
+
+@terminals
+def test_one_bar_from_reading_to_writing(tmp_path: Path) -> None:
+    mesh, out = tmp_path / "disk.obj", tmp_path / "map.obj"
+    igl.writeOBJ(str(mesh), *load("bumps"))
+    stages = {
+        "flatten": ["reading", "flattening", "layout", "writing"],
+        "unwrap": ["reading", "seams", "packing", "writing"],
+    }
+    for command, expected in stages.items():
+        text, printed = on_a_terminal(COMMAND, command, str(mesh), "-o", str(out))
+        assert "reading" in text and "%" in text
+        told = [line.split() for line in printed.splitlines() if line.startswith("SHOWN")]
+        assert "BARS 1" in printed
+        seen = list(dict.fromkeys(stage for _, stage, _ in told))
+        assert [stage for stage in seen if stage in expected] == expected
+        fractions = [float(done) for _, _, done in told]
+        assert fractions == sorted(fractions)
+        assert fractions[-1] == 1
+        assert printed.index("F/3nt") < printed.index("SHOWN")  # the table is in the pipe, not on the bar
+        for silent in ("--quiet", "--json"):
+            text, printed = on_a_terminal(COMMAND, command, str(mesh), "-o", str(out), silent)
+            assert "%" not in text and "SHOWN" not in printed
 
 
 def test_nothing_in_a_log() -> None:

@@ -26,12 +26,13 @@ class _Report:
         self._show, self._done, self._end = show, 0.0, 1.0
 
     def advance(self, stage: str, share: float) -> None:
-        self._done += share * (self._end - self._done)
+        self._done = self._end if share == 1 else self._done + share * (self._end - self._done)
         self._show(stage, self._done)
 
     @contextmanager
     def part(self, stage: str, end: float) -> Iterator[None]:
         whole, self._end = self._end, min(max(end, self._done), self._end)
+        self._show(stage, self._done)
         try:
             yield
             self.advance(stage, 1.0)
@@ -40,13 +41,18 @@ class _Report:
 
 
 class _Bar:
-    """A bar of rich on stderr, from `PATIENCE` seconds on."""
+    """A bar of rich on stderr, from `PATIENCE` seconds on until all is done."""
 
     def __init__(self) -> None:
         self._start = perf_counter()
         self._bar: Any = None  # rich's, imported when it is needed
+        self._ended = False
 
     def __call__(self, stage: str, done: float) -> None:
+        if done >= 1:  # what follows may print
+            self.close()
+        if self._ended:
+            return
         if self._bar is None:
             if perf_counter() - self._start < PATIENCE:
                 return
@@ -59,11 +65,12 @@ class _Bar:
         self._bar.update(self._task, description=stage, completed=done)
 
     def close(self) -> None:
-        if self._bar is not None:
+        if self._bar is not None and not self._ended:
             self._bar.stop()
+        self._ended = True
 
     def wipe(self) -> None:
-        if self._bar is not None:
+        if self._bar is not None and not self._ended:
             wipe()
 
 
@@ -81,14 +88,13 @@ def reporting(progress: Progress) -> Iterator[None]:
 
     A callable gets the name of the stage and the fraction done. None shows a bar if stderr is a
     terminal, in the main thread of the main process; False shows nothing. Inside another
-    `reporting`, None continues that one.
+    `reporting`, also a silent one, None continues that one.
     """
     if progress is None and _current.get() is not None:
         yield
         return
     bar = _Bar() if progress is None and on_terminal() else None
-    show = bar or progress or None
-    token = _current.set(None if show is None else _Report(show))
+    token = _current.set(_Report(bar or progress or _silent))
     try:
         with nullcontext() if bar is None else undone_at_once(bar.wipe):
             yield
@@ -97,6 +103,10 @@ def reporting(progress: Progress) -> Iterator[None]:
         _current.reset(token)
         if bar is not None:
             bar.close()
+
+
+def _silent(stage: str, done: float) -> None:
+    """Show nothing."""
 
 
 def advance(stage: str, share: float) -> None:

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import angle_sums, log_sines
+from ..kernels import angle_sums, cotangents, log_sines
 from ..linalg import Pattern
 from ..surface import NEXT, PREV, Topology
 from .inscribed import inscribed_sums
@@ -179,21 +179,22 @@ class Residual:
     log_ratio: FloatArray
     closure: Closure
 
-    @property
+    @cached_property
     def largest(self) -> float:
         """Largest absolute value: radians, logarithms, relative gaps of holes."""
         families = (self.vertex, self.wheel, self.triangle, self.closure.gap)
         return float(max(np.abs(r).max(initial=0.0) for r in families))
 
 
-def residual(constraints: Constraints, alpha: FloatArray) -> Residual:
-    """Residuals of the angle constraints at `alpha`, (3, #F) radians."""
+def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None = None) -> Residual:
+    """Residuals of the angle constraints at `alpha`, (3, #F) radians, whose cotangents may be known."""
     topology, paths = constraints.topology, constraints.paths
-    log_sin = log_sines(alpha)  # eq. 7: the wheel constraint in logarithms
-    total, log_ratio = angle_sums(topology.corner, alpha, log_sin, topology.n)
+    cot = cotangents(alpha) if cot is None else cot
+    total, log_ratio = angle_sums(topology.corner, alpha, cot, topology.n)  # eq. 7: logarithms of sines
     turning = np.pi - total
     drawn = None
     if paths:
+        log_sin = log_sines(cot)
         ratio = log_sin[PREV] - log_sin[NEXT]
         both = ratio.ravel() + 1j * alpha.ravel()
         drawn = np.array([both[path.corner].sum() for path in paths])

@@ -68,7 +68,7 @@ class AngleProblem:
 
     def at(self, alpha: FloatArray) -> Iterate:
         """The iterate at given angles, (3, #F) radians."""
-        return Iterate(alpha, residual(self.constraints, alpha))
+        return Iterate.of(self.constraints, alpha)
 
     def invalid(self, at: Iterate) -> BoolArray:
         """(#F,) bool: triangles with an angle outside (0, pi); none with the safeguard."""
@@ -79,10 +79,16 @@ class AngleProblem:
 
 @dataclass(frozen=True, eq=False)
 class Iterate:
-    """Present angles, (3, #F) radians, and their residuals."""
+    """Present angles, (3, #F) radians, their cotangents, and their residuals."""
 
     alpha: FloatArray
+    cot: FloatArray
     residual: Residual
+
+    @classmethod
+    def of(cls, constraints: Constraints, alpha: FloatArray) -> Iterate:
+        cot = kernels.cotangents(alpha)
+        return cls(alpha, cot, residual(constraints, alpha, cot))
 
 
 @dataclass(frozen=True)
@@ -229,7 +235,7 @@ def linearise(
         The preconditioner is singular, and there is no falling back.
     """
     with timed("assembly"):
-        system = System(problem.constraints, at.alpha, weights)
+        system = System(problem.constraints, at.alpha, weights, at.cot)
         S = system.matrix() if problem.constraints.n else Symmetric(sparse.csr_array((0, 0)))
         closure, paths = at.residual.closure, problem.constraints.paths
         if not close:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import cached_property
-
 import numpy as np
 from scipy import sparse
 
@@ -33,11 +31,17 @@ class System:
     wheel constraint, S has the identity in its place, and the multiplier is zero.
     """
 
-    def __init__(self, constraints: Constraints, alpha: FloatArray, w: FloatArray | None = None) -> None:
+    def __init__(
+        self,
+        constraints: Constraints,
+        alpha: FloatArray,
+        w: FloatArray | None = None,
+        cot: FloatArray | None = None,
+    ) -> None:
         self.constraints, self.topology, self.pattern = constraints, constraints.topology, constraints.pattern
         self.w = alpha**2 if w is None else w
         self.d = self.w.sum(axis=0)
-        self.cot = 1 / np.tan(alpha)
+        self.cot = kernels.cotangents(alpha) if cot is None else cot
 
     def at_vertices(self, x: FloatArray) -> FloatArray:
         """Multipliers of each vertex, (#V, 2), from the multipliers of the rows, (#rows, 2)."""
@@ -61,7 +65,8 @@ class System:
 
     def projection(self, faces: IntArray) -> FloatArray:
         """P_t of some faces, (#faces, 3, 3)."""
-        return self._from_pairs(self._pairs[:, faces])
+        # near an angle of pi, w - w^2 / d would be rounding error only
+        return self._from_pairs(kernels.pair_weights(self.w[:, faces], self.d[faces]))
 
     def conformal(self, faces: IntArray) -> FloatArray:
         """s_t K_t of some faces, (#faces, 3, 3)."""
@@ -79,14 +84,6 @@ class System:
             K[:, k, k] = weight[i] + weight[j]
         return K
 
-    @cached_property
-    def _pairs(self) -> FloatArray:
-        """w_i w_j / d, (3, #F), k opposite to i and j: y^T P y sums this times (y_i - y_j)^2 over pairs.
-
-        Near an angle of pi, w - w^2 / d would be rounding error only.
-        """
-        return kernels.pair_weights(self.w, self.d)
-
     def rows(self, e: FloatArray) -> FloatArray:
         """M e: (#rows, 2) sums of (3, #F) angles."""
         sums = kernels.row_sums(self.topology.corner, self.cot, e, self.topology.n)
@@ -96,22 +93,7 @@ class System:
 
     def matrix(self) -> Symmetric:
         """S, (2 #rows, 2 #rows)."""
-        t, pair, pattern = self.topology, self._pairs, self.pattern
-        own = kernels.own_blocks(t.corner, self.cot, pair, t.n)
-        vertex, mixed, wheel = (self.constraints.sum_at_rows(values) for values in own)
-        diagonal = np.stack((vertex, mixed, mixed, wheel))
-        block = kernels.edge_blocks(self.cot, pair, pattern.upward)
-        if pattern.loops:  # edges within a hole's row
-            vv, vw, wv, ww = kernels.half_edge_blocks(self.cot, pair).reshape(4, -1)
-            for side, rows in pattern.loops:
-                for k, values in enumerate((2 * vv, vw + wv, vw + wv, 2 * ww)):
-                    diagonal[k] += pattern.row_sums(rows, values[side])
-        if self.constraints.wheels < self.constraints.n:
-            low, high = pattern.lows_and_highs >= self.constraints.wheels
-            block[1, high] = block[2, low] = block[3, high] = 0.0
-            diagonal[1:3, self.constraints.wheels :] = 0.0
-            diagonal[3, self.constraints.wheels :] = 1.0
-        return pattern.symmetric(block, diagonal)
+        return self.pattern.system(self.constraints.wheels, self.w, self.d, self.cot)
 
     def laplacian(self) -> sparse.csc_array:
         """Lower triangle of L_s = sum_t s_t K_t, K_t the cotangent element matrix.

@@ -112,7 +112,7 @@ def _solver(problem: AngleProblem) -> _Solver:
 
     S is needed as a matrix for slivers only, or to be factored: a few products take less time than that.
     """
-    fans = _Fans(System(problem.constraints, problem.start.alpha))
+    fans = _Fans(System(problem.constraints, problem.start.alpha, cot=problem.start.cot))
     if problem.solvers.direct or len(fans.system.sliver_rows()):
         lin = linearise(problem, problem.start, fall_back=False)
         return _Solver(fans, lin.product, lin.precondition, lin.whole, lin.laplacian, lin.how)

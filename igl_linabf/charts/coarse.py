@@ -172,6 +172,7 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
         laplacian=_flow(piece, label, roots, forest.distance),
         position=piece.position[roots],
         size=piece.size,
+        isometric=piece.isometric,
     )
     return Contracted(piece, coarse, forest, label, roots, edge)
 

@@ -66,6 +66,8 @@ class ClosedSurface:
         Of each node; that of a loop is any of its vertices.
     size : float
         Square root of the area.
+    isometric : bool
+        Whether the map is to keep lengths, not angles.
     """
 
     n: int
@@ -90,6 +92,7 @@ class ClosedSurface:
     laplacian: sparse.csr_array
     position: FloatArray
     size: float
+    isometric: bool = False
 
     @cached_property
     def zero_at_nodes(self) -> ZeroAtNodes:
@@ -157,7 +160,9 @@ class ClosedSurface:
         return float(self.length[seam].sum())
 
 
-def closed_surface(component: Submesh, hidden: FloatArray | None = None) -> ClosedSurface:
+def closed_surface(
+    component: Submesh, hidden: FloatArray | None = None, isometric: bool = False
+) -> ClosedSurface:
     """Contract the boundary loops of a surface in one piece; `hidden` as `hiding` returns it."""
     V, F, topology = component.V, component.F, component.topology
     holes = len(topology.loops)
@@ -207,6 +212,7 @@ def closed_surface(component: Submesh, hidden: FloatArray | None = None) -> Clos
         laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
         position=V[vertex],
         size=size,
+        isometric=isometric,
     )
 
 

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import advance
 from .._types import FloatArray, IntArray
+from ..flattening import Isometric, Method, method_of
 from ..surface import (
     Submesh,
     compact,
@@ -20,6 +21,7 @@ from ..surface import (
 from .coarse import Contracted, clusters, contracted
 from .creases import flat_share
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
+from .expected import expected, log_scale
 from .nets import HARD, Nets
 from .routes import rerouted
 from .small_seams import SmallBodies
@@ -38,7 +40,6 @@ DIRECT = 10_000  # nodes up to which seams are found on the surface itself
 CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
 TWO_HOPS = 20_000  # nodes from which the roots of clusters are two edges apart, not one
 DRAWN_SHORTER = 1.6  # times the trade: a seam of clusters gets shorter when it is drawn tight
-MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
@@ -90,6 +91,7 @@ def find_seams(
     V: ArrayLike,
     F: ArrayLike,
     *,
+    method: str | Method = "linabf",
     trade: float = TRADE,
     holes: bool = False,
     disks: bool = False,
@@ -116,6 +118,9 @@ def find_seams(
         Vertex positions.
     F : (#F, 3) int
         Oriented triangles of any number of components, loops and handles.
+    method : str or method object
+        Of `unwrap`, that the seams are for. With "isometric" what counts is the stretch of that map, times
+        6: it has about a sixth of the conformal one's, and who asks for it wants little of that.
     trade : float
         Seam length, in units of the square root of the component's area, that lowering the L2
         stretch by 1 is worth. Edges along a crease of a right angle or more count half, and sharp
@@ -154,7 +159,8 @@ def find_seams(
     """
     surface = Submesh.checked_manifold(V, F)
     hidden = hiding(surface, hide, np.arange(len(surface.F)))
-    return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden)
+    isometric = isinstance(method_of(method), Isometric)
+    return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
 
 
 def seams_of(
@@ -165,11 +171,13 @@ def seams_of(
     disks: bool = False,
     gain: float = 0.0,
     hidden: FloatArray | None = None,
+    isometric: bool = False,
 ) -> IntArray:
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
     A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
     With a `gain`, small components among many get none if they need none. `hidden` as of `hiding`.
+    `isometric`: for maps that keep lengths; the small ones among many are found as for others.
     """
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
@@ -182,12 +190,12 @@ def seams_of(
             if genus == 0 and _is_small(component, len(shapes)):
                 small += [component.faces] if not (open_ and gain) else []
             else:
-                piece = closed_surface(component, hidden)
+                piece = closed_surface(component, hidden, isometric)
                 seam = _best(component, piece, trade, holes, gain if open_ else None)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
-        bodies = SmallBodies(surface.of_faces(rows), _log_scale, hidden)
+        bodies = SmallBodies(surface.of_faces(rows), log_scale, hidden)
         found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN))
     return np.concatenate(found)
 
@@ -226,7 +234,7 @@ def _best(
     """
     none = np.zeros(0, dtype=np.int64)
     with_nets = trade > 0 and not (holes and piece.holes > 1)
-    nets = Nets(piece, trade, lambda seam: _log_scale(piece, _open_nodes(piece, seam), piece.curvature))
+    nets = Nets(piece, trade, lambda seam: log_scale(piece, _open_nodes(piece, seam), piece.curvature))
     few = piece.n <= DIRECT
     hard = with_nets and (flat_share(component) >= HARD or nets.creased)
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
@@ -321,8 +329,8 @@ def _slit(piece: ClosedSurface, mirror: Mirror | None = None) -> Grown:
     With a mirror, between one of them and its image, or in the plane.
     """
     extra = piece.curvature - 4 * np.pi * piece.area / piece.area.sum()
-    start = int(np.argmin(_log_scale(piece, np.array([0]), extra)))
-    end = int(np.argmin(_log_scale(piece, np.array([start]), piece.curvature)))
+    start = int(np.argmin(log_scale(piece, np.array([0]), extra)))
+    end = int(np.argmin(log_scale(piece, np.array([start]), piece.curvature)))
     if mirror is not None:
         start, end = mirror.pair(start, end)
     distance, before, _ = piece.search(np.array([start]))
@@ -338,8 +346,8 @@ def _grow(piece: ClosedSurface, seam: IntArray, trade: float, mirror: Mirror | N
     leaves: list[int] = []
     best, least, in_vain, in_best = seam, np.inf, 0, 0
     for _ in range(MAX_LEAVES):
-        u = _log_scale(piece, _open_nodes(piece, seam), piece.curvature)
-        cost = _cost(piece, seam, trade, u)
+        stretch, u = expected(piece, _open_nodes(piece, seam))
+        cost = stretch + piece.total(seam) / piece.size / trade
         advance("seams", 0.1)
         in_vain = 0 if cost < least else in_vain + 1
         if in_vain == 0:
@@ -354,23 +362,12 @@ def _grow(piece: ClosedSurface, seam: IntArray, trade: float, mirror: Mirror | N
     return best, np.array(leaves[:in_best], dtype=np.int64)
 
 
-def _cost(piece: ClosedSurface, seam: IntArray, trade: float, u: FloatArray | None = None) -> float:
+def _cost(piece: ClosedSurface, seam: IntArray, trade: float) -> float:
     """The expected L2 stretch plus the length over `trade`."""
     length = piece.total(seam) / piece.size
-    if trade == 0:
-        return length
-    if u is None:
-        u = _log_scale(piece, _open_nodes(piece, seam), piece.curvature)
-    weight = piece.area / piece.area.sum()
-    return float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u)))) + length / trade
+    return length if trade == 0 else expected(piece, _open_nodes(piece, seam))[0] + length / trade
 
 
 def _open_nodes(piece: ClosedSurface, seam: IntArray) -> IntArray:
     """The nodes on the seam and the holes."""
     return piece.on(seam)
-
-
-def _log_scale(piece: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
-    """Logarithm of the conformal scale that removes `curvature`; zero at the nodes `fixed`."""
-    u = piece.zero_at_nodes.solve(fixed, -curvature)
-    return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._runtime import Progress, part, reporting
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, some, stack_level
-from ..flattening import Flattening, Method, Outcome, flatten_together, guaranteed, method_of
+from ..flattening import Flattening, Isometric, Method, Outcome, flatten_together, guaranteed, method_of
 from ..measures import (
     Quality,
     change_of,
@@ -245,6 +245,14 @@ class _Task:
     max_stretch: float | None
     hidden: FloatArray | None
 
+    def seams_of(self, piece: Submesh, *, disks: bool = False, gain: float = 0.0) -> IntArray:
+        """`seams_of` a piece, as the task wants them."""
+        isometric = isinstance(self.method, Isometric)
+        hidden, holes = self.hidden, self.holes
+        return seams_of(
+            piece, self.trade, holes=holes, disks=disks, gain=gain, hidden=hidden, isometric=isometric
+        )
+
     @property
     def most_stretch(self) -> float:
         """Of a chart, in L2, from which on it is cut further."""
@@ -277,13 +285,10 @@ def _pieces(
 def _seams_worth(piece: Submesh, task: _Task) -> IntArray:
     """The seams that its components need, and those that their stretch is worth; of disks, too."""
     if not task.holes:
-        return seams_of(piece, task.trade, disks=True, gain=DISK_GAIN, hidden=task.hidden)
+        return task.seams_of(piece, disks=True, gain=DISK_GAIN)
     parts = piece.components()
     disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
-    found = [
-        seams_of(part, task.trade, holes=True, disks=disk, gain=DISK_GAIN, hidden=task.hidden)
-        for part, disk in zip(parts, disks, strict=True)
-    ]
+    found = [task.seams_of(part, disks=disk, gain=DISK_GAIN) for part, disk in zip(parts, disks, strict=True)]
     return np.concatenate(found)
 
 
@@ -340,7 +345,7 @@ def _chart(piece: Submesh, splits: int, task: _Task, known: Known | None) -> Cha
         pairs, known = overlapping_pairs(result.uv, piece.F), None
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
-            return piece.cut_along(seams_of(piece, trade=0, hidden=task.hidden))
+            return piece.cut_along(replace(task, trade=0.0, holes=False).seams_of(piece))
         parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
         if len(parts) > 1:
             return parts
@@ -360,7 +365,7 @@ def _less_stretched(piece: Submesh, splits: int, task: _Task) -> list[Submesh]:
 def _more_leaves(piece: Submesh, task: _Task) -> IntArray:
     """More seams for a piece with flips: `trade` is doubled until `find_seams` finds some."""
     trades = max(task.trade, 1.0) * 2.0 ** np.arange(TRADE_DOUBLINGS)
-    found = (seams_of(piece, t, holes=task.holes, disks=True, hidden=task.hidden) for t in trades)
+    found = (replace(task, trade=t).seams_of(piece, disks=True) for t in trades)
     return next((seams for seams in found if len(seams)), np.zeros((0, 2), dtype=np.int64))
 
 

@@ -11,6 +11,7 @@ from typing import Any, Literal, get_args
 from ..flattening import METHODS, BoundaryName, Method
 
 GOOD, NOT_VALID, ERROR = 0, 1, 2
+STANDARD = "-"  # input or output
 
 Argument = Mapping[str, Any]
 """What `argparse.ArgumentParser.add_argument` takes, the flags aside."""
@@ -55,6 +56,9 @@ CORNERS: Argument = {
 }
 
 
+Run = Callable[[argparse.Namespace], int]
+
+
 @dataclass(frozen=True)
 class Command:
     """One command of the command line.
@@ -71,7 +75,7 @@ class Command:
     """
 
     name: str
-    run: Callable[[argparse.Namespace], int]
+    run: Run
     help: str
     arguments: Mapping[str, Argument]
     description: str | None = None

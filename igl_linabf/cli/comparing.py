@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import argparse
 
-from .._runtime import part, reporting
+from .._runtime import part
 from ..flattening import METHODS, compare
-from ..io import read_mesh
 from .commands import BOUNDARY, CORNERS, GOOD, JSON, MESHES, PICTURE, QUIET, Command
-from .outputs import check_outputs, hand_out, progress_of
+from .jobs import COMPUTED, given_mesh
+from .outputs import check_outputs, hand_out
 
 
 def _compare(options: argparse.Namespace) -> int:
     methods = [method.strip() for method in options.methods.split(",")]
     check_outputs(None, options.picture)
-    with reporting(progress_of(options)), part("reading", 1.0):
-        V, F = read_mesh(options.mesh)
+    mesh = given_mesh(options)
+    V, F = mesh.V, mesh.triangles
     shape = {"boundary": options.boundary, "corners": options.corners}
-    comparison = compare(V, F, methods, repeat=options.repeat, **shape)
+    with part("comparing", COMPUTED):
+        comparison = compare(V, F, methods, repeat=options.repeat, **shape)
     hand_out(options, str(comparison), {"comparison": comparison}, (V, F, comparison.maps))
     return GOOD
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 
-from ..errors import MeshError
-from .commands import ERROR
 from .parser import command_parser
+from .sentences import told
 
 
 def main(arguments: Sequence[str] | None = None, *, settled: Callable[[], object] = lambda: None) -> int:
@@ -21,27 +19,9 @@ def main(arguments: Sequence[str] | None = None, *, settled: Callable[[], object
     """
     options = command_parser().parse_args(arguments)
     options.settled = settled
+    options.title, options.of = str(getattr(options, "mesh", "the batch")), ""
     with _warnings_in_a_line():
-        try:
-            return int(options.run(options))
-        except OSError as error:
-            place = f"{error.filename}: " if error.filename else ""
-            said = f"{place}{error.strerror or error}"
-            _give_up_stdout()
-        except MemoryError:
-            said = f"{getattr(options, 'mesh', 'the batch')}: not enough memory: decimate the mesh"
-        except (MeshError, ImportError, ValueError) as error:
-            said = str(error)
-        print(f"igl-linabf: {said}", file=sys.stderr)
-        return ERROR
-
-
-def _give_up_stdout() -> None:
-    """If stdout is broken, do not flush it again at the end of the process."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return told(options.run, options)
 
 
 @contextlib.contextmanager

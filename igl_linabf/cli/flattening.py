@@ -7,9 +7,9 @@ import sys
 from functools import partial
 from pathlib import Path
 
-from .._runtime import part, reporting
+from .._runtime import part
 from ..flattening import flatten
-from ..io import SUFFIXES, read_file, unit_square, write_file
+from ..io import SUFFIXES, unit_square, write_file
 from ..measures import quality
 from .commands import (
     BOUNDARY,
@@ -25,7 +25,8 @@ from .commands import (
     Command,
     method_with,
 )
-from .outputs import check_outputs, hand_out, progress_of
+from .jobs import COMPUTED, given_mesh
+from .outputs import check_outputs, hand_out
 
 
 def _flatten(options: argparse.Namespace) -> int:
@@ -33,13 +34,13 @@ def _flatten(options: argparse.Namespace) -> int:
     asked = {name: getattr(options, name) for name in ("layout", "solver", "guarantee", "weight")}
     asked["iterations"] = _iterations(options.iterations)
     method = method_with(options.method, asked)
-    with reporting(progress_of(options)), part("reading", 1.0):
-        mesh = read_file(options.mesh)
+    mesh = given_mesh(options)
     V, F = mesh.V, mesh.triangles
     shape = {"outer": options.outer, "boundary": options.boundary, "corners": options.corners}
-    result = flatten(V, F, method, progress=progress_of(options), **shape)
-    uv = unit_square(result.uv) if options.units == "square" else result.uv
-    measured = quality(V, F, uv)
+    with part("flattening", COMPUTED):
+        result = flatten(V, F, method, **shape)
+        uv = unit_square(result.uv) if options.units == "square" else result.uv
+        measured = quality(V, F, uv)
     pictured = V, F, {options.method: result.uv}
     figures = {"quality": measured, "result": result}
     hand_out(options, f"{measured}\n\n{result}", figures, pictured, partial(write_file, mesh=mesh, TC=uv))

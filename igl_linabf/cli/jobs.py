@@ -7,17 +7,17 @@ import contextlib
 import glob
 import os
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from .._runtime import undone_at_once
-from ..errors import MeshError
-from .commands import ERROR
+from .._runtime import part, reporting, undone_at_once
+from ..io import MeshFile, read_file
+from .commands import STANDARD, Run
+from .sentences import told
 
-STANDARD = "-"  # input or output
-
-Run = Callable[[argparse.Namespace], int]
+READ, COMPUTED = 0.1, 0.8  # of the whole: the bar when the mesh is read, and when its map is made
 
 
 def run_each(options: argparse.Namespace, run: Run) -> int:
@@ -44,28 +44,24 @@ def run_each(options: argparse.Namespace, run: Run) -> int:
             title = "standard input" if name == STANDARD else name
             called = {"title": title, "of": "" if len(names) == 1 else f"{title}: "}
             one = argparse.Namespace(**{**vars(options), **own, **called, "mesh": mesh, "settled": settled})
-            code = max(code, run(one) if len(names) == 1 else _told(one, run))
+            code = max(code, told(partial(_in_one_bar, run=run), one))
     return code
+
+
+def _in_one_bar(options: argparse.Namespace, run: Run) -> int:
+    """Run with one progress bar over all that it does, which ends before anything is printed."""
+    with reporting(False if options.quiet or options.json else None):
+        return run(options)
+
+
+def given_mesh(options: argparse.Namespace) -> MeshFile:
+    """What the file of `options.mesh` holds."""
+    with part("reading", READ):
+        return read_file(options.mesh)
 
 
 def _not_settled() -> None:
     """More is to come: Ctrl-C still ends it."""
-
-
-def _told(options: argparse.Namespace, run: Run) -> int:
-    """Run; an error of this mesh is a line that names it, and not the end."""
-    try:
-        return run(options)
-    except OSError as error:
-        place = "" if error.filename in (None, str(options.mesh)) else f"{error.filename}: "
-        said = f"{place}{error.strerror or error}"
-    except MemoryError:
-        said = "not enough memory: decimate the mesh"
-    except (MeshError, ValueError) as error:
-        said = str(error)
-    begin = "" if said.startswith(options.title) else options.of
-    print(f"igl-linabf: {begin}{said}", file=sys.stderr)
-    return ERROR
 
 
 def _expanded(given: Sequence[str]) -> list[str]:

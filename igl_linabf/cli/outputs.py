@@ -9,18 +9,14 @@ import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Literal
 
-from .._runtime import part, reporting
+from .._runtime import part
 from .._types import FloatArray, IntArray
 from ..io import replacing
-from .jobs import STANDARD
+from .commands import STANDARD
 from .plain_data import as_json
 
-
-def progress_of(options: argparse.Namespace) -> Literal[False] | None:
-    """No bar if it is to be quiet."""
-    return False if options.quiet else None
+WRITTEN = 0.9  # of the whole, where a picture follows
 
 
 def check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] = (".obj",)) -> None:
@@ -40,22 +36,24 @@ def hand_out(
     options: argparse.Namespace,
     text: str,
     figures: Mapping[str, object],
-    pictured: tuple[FloatArray, IntArray, Mapping[str, FloatArray]],
+    pictured: tuple[FloatArray, IntArray, Mapping[str, FloatArray]] | None = None,
     write: Callable[[str], None] | None = None,
 ) -> None:
     """Write all files under temporary names, print text or figures, and only then rename the files."""
+    picture = None if pictured is None else options.picture
     to_stdout = write is not None and options.output == Path(STANDARD)
     with contextlib.ExitStack() as stack:
         if write is not None:
             place = _spooled(options) if to_stdout else replacing(options.output)
             written = stack.enter_context(place)
-            with reporting(progress_of(options)), part("writing", 1.0):
+            with part("writing", WRITTEN if picture else 1.0):
                 write(written)
-        if options.picture is not None:
+        if pictured is not None and picture is not None:
             from ..plot import plot_compare
 
-            path = stack.enter_context(replacing(options.picture))
-            plot_compare(*pictured, off_screen=True, screenshot=path).close()
+            path = stack.enter_context(replacing(picture))
+            with part("picture", 1.0):
+                plot_compare(*pictured, off_screen=True, screenshot=path).close()
         try:
             if to_stdout:
                 sys.stdout.flush()

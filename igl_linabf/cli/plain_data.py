@@ -10,7 +10,7 @@ from enum import Enum
 
 import numpy as np
 
-MAPS = {"FTC", "split"}  # of an atlas of polygons
+MAPS = {"FTC", "split", "outlines", "sides"}  # of an atlas of polygons, and of a pattern
 LISTED = {"flipped", "repaired", "first"}  # the arrays of indices that say where something is wrong
 
 

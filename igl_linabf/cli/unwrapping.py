@@ -12,11 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from .._runtime import part, reporting
+from .._runtime import part
 from .._types import IntArray
 from ..charts import TRADE, Atlas, texture_sides, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, MeshFile, embed_texture, read_file, write_file
+from ..io import SUFFIXES, MeshFile, embed_texture, write_file
 from .baking import BAKE, RESOLUTION, baked, check_bake
 from .commands import (
     GOOD,
@@ -31,7 +31,8 @@ from .commands import (
     Command,
     method_with,
 )
-from .outputs import check_outputs, hand_out, progress_of
+from .jobs import COMPUTED, given_mesh
+from .outputs import check_outputs, hand_out
 from .packing import NAMES, PACKING
 
 TRADED: Argument = {
@@ -49,8 +50,7 @@ BIJECTIVE: Argument = {
 def _unwrap(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, SUFFIXES)
     method = method_with(options.method, {"weight": options.weight})
-    with reporting(progress_of(options)), part("reading", 1.0):
-        mesh = read_file(options.mesh)
+    mesh = given_mesh(options)
     check_bake(options.bake, mesh, options.output, options.pages)
     if options.bake and options.resolution is None:
         options.resolution = RESOLUTION
@@ -76,8 +76,8 @@ def _unwrap(options: argparse.Namespace) -> int:
     settings = {name: getattr(options, name) for name in names}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
-        settings |= {"cones": cones, "cone_angles": angles, "progress": progress_of(options)}
-        atlas = unwrap(V, F, seams, method, **settings)
+        with part("unwrapping", COMPUTED):
+            atlas = unwrap(V, F, seams, method, cones=cones, cone_angles=angles, **settings)
     pictured = V[atlas.origin], atlas.triangles, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     write: Callable[[str], None] = partial(write_file, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC)

@@ -13,7 +13,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from .._notebook import html_table, map_svg, side_by_side
-from .._runtime import aligned
+from .._runtime import advance, aligned, part
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, stack_level
 from ..measures import Quality, quality
@@ -152,7 +152,10 @@ def compare(
         raise ValueError(f"repeat is {repeat!r}: use a positive integer")
     shaped: dict[str, Any] = {"outer": outer, "boundary": boundary, "corners": corners}
     options = [shaped if method.shapes else {"outer": outer} for method in chosen]
-    first = [flatten(V, F, method, **given) for method, given in zip(chosen, options, strict=True)]
+    first = list[Flattening]()
+    for i, (method, given) in enumerate(zip(chosen, options, strict=True), 1):
+        with part(method.name, i / len(chosen) / (1 + repeat)):
+            first.append(flatten(V, F, method, **given))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # they were given for the runs above
         mesh = planar(V, F, outer)
@@ -184,9 +187,10 @@ def compare(
 def medians(calls: Sequence[Callable[[], object]], repeat: int) -> list[float]:
     """Median seconds of each call, the calls taking turns."""
     seconds: list[list[float]] = [[] for _ in calls]
-    for _ in range(repeat):
+    for done in range(repeat):
         for call, taken in zip(calls, seconds, strict=True):
             start = perf_counter()
             call()
             taken.append(perf_counter() - start)
+        advance("timing", 1 / (repeat - done))
     return [statistics.median(taken) for taken in seconds]

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._runtime import stopwatch, timed
 from .._types import FloatArray, IntArray
-from ..angles import Iterate, constraints_of, families_of, residual, rows_of
+from ..angles import Iterate, constraints_of, families_of, rows_of
 from ..layouts import isometric_together
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import (
@@ -43,7 +43,7 @@ def lengthened(
     except NotPositiveDefiniteError:
         return
     alpha, constraints = flat_angles(z, corner), constraints_of(disks.topology)
-    at = Iterate(alpha, residual(constraints, alpha))
+    at = Iterate.of(constraints, alpha)
     after = families_of(at, rows_of(constraints, disks), faces).T
     scale = signed_double_areas(z, corner) / disks.double_area
     ratio = area_ratio(faces.max(scale), faces.min(scale))

@@ -5,24 +5,23 @@ loops, which numba compiles where it is installed (the extra `fast`).
 """
 
 from .choice import fast_by, is_fast, numpy_only
-from .connectivity import connected_labels, in_one_piece, undirected
+from .connectivity import connected_labels, entries, in_one_piece, undirected
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
 from .systems import (
     at_edges,
     block_product,
     conformal_weights,
-    degrees,
     disparity,
-    edge_blocks,
-    filled_blocks,
-    half_edge_blocks,
-    own_blocks,
+    laplacian_entries,
     pair_weights,
+    pulled,
+    system_blocks,
 )
 from .triangles import (
     NEXT,
     PREV,
     angle_sums,
+    cotangents,
     cut_short,
     errors,
     fan_product,

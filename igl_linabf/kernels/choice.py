@@ -8,11 +8,13 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache, wraps
+from types import FunctionType
 from typing import Any, ParamSpec, TypeVar
 
 P = ParamSpec("P")
 T = TypeVar("T")
 
+_parts: set[Callable[..., Any]] = set()
 _numpy_only: ContextVar[bool] = ContextVar("numpy_only", default=False)
 
 
@@ -65,10 +67,20 @@ def with_loops(loops: Callable[..., T]) -> Callable[[Callable[P, T]], Callable[P
     return decorate
 
 
+def inlined(part: Callable[P, T]) -> Callable[P, T]:
+    """Mark a part of loops, which is compiled with them."""
+    _parts.add(part)
+    return part
+
+
 @cache
 def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
     """The loops compiled: once for a machine, as the code is kept on disk; other threads run meanwhile."""
     options = {"nogil": True, "error_model": "numpy"}
+    named = {name: loops.__globals__.get(name) for name in loops.__code__.co_names}
+    parts = {name: compiled(part) for name, part in named.items() if part in _parts}
+    if parts:
+        loops = FunctionType(loops.__code__, {**loops.__globals__, **parts}, loops.__name__)
     try:
         made: Callable[..., Any] = _numba().njit(cache=True, **options)(loops)
     except RuntimeError:  # there is no folder where the code could be kept

@@ -7,86 +7,166 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .._types import IntArray
-from .choice import with_loops
+from .choice import inlined, with_loops
+from .triangles import NEXT, PREV
 
-Joined = tuple[IntArray, IntArray, IntArray, IntArray]
+Joined = tuple[IntArray, IntArray, bool]
+Entries = tuple[IntArray, IntArray, IntArray]
+LOW_BITS = 2**32 - 1
 
 
-def _undirected(tail: IntArray, head: IntArray, n: int) -> Joined:
-    t, h = tail.ravel(), head.ravel()
-    size = len(t)
-    # sorted by the higher end, then by the lower one: each time in the order of before
-    begin = np.zeros(n + 1, dtype=np.int64)
-    for i in range(size):
-        begin[max(t[i], h[i]) + 1] += 1
+@inlined
+def _sort(keys: IntArray, begin: int, end: int) -> None:
+    """Sort a part of an array where it is (Shell 1959); most parts have a few entries."""
+    gap = 1
+    while 3 * gap < end - begin:
+        gap = 3 * gap + 1
+    while gap:
+        for i in range(begin + gap, end):
+            key, j = keys[i], i
+            while j >= begin + gap and keys[j - gap] > key:
+                keys[j] = keys[j - gap]
+                j -= gap
+            keys[j] = key
+        gap //= 3
+
+
+@inlined
+def _root(parent: IntArray, i: int) -> int:
+    """The root of node i in a forest (union-find), whose paths are halved on the way."""
+    while parent[i] != i:
+        parent[i] = parent[parent[i]]
+        i = parent[i]
+    return i
+
+
+def _undirected(corner: IntArray, n: int) -> Joined:
+    m = corner.shape[1]
+    # half-edges by their lower end; begin[v + 1] goes from the first to the last of v
+    begin = np.zeros(n + 2, dtype=np.int64)
+    for k in range(3):
+        tail, head = corner[(k + 1) % 3], corner[(k + 2) % 3]
+        for t in range(m):
+            begin[min(tail[t], head[t]) + 2] += 1
     for v in range(n):
-        begin[v + 1] += begin[v]
-    by_high = np.empty(size, dtype=np.int32)  # there is no memory for 2^31 half-edges
-    for i in range(size):
-        v = max(t[i], h[i])
-        by_high[begin[v]] = i
-        begin[v] += 1
-    begin[:] = 0
-    for i in range(size):
-        begin[min(t[i], h[i]) + 1] += 1
+        begin[v + 2] += begin[v + 1]
+    keys = np.empty(3 * m, dtype=np.int64)  # the higher end, the half-edge, and whether that leaves it
+    for k in range(3):
+        tail, head = corner[(k + 1) % 3], corner[(k + 2) % 3]
+        for t in range(m):
+            low, high, down = tail[t], head[t], 0
+            if high < low:
+                low, high, down = high, low, 1
+            keys[begin[low + 1]] = (high << 32) | (2 * (k * m + t) + down)
+            begin[low + 1] += 1
+    size = 0
     for v in range(n):
-        begin[v + 1] += begin[v]
-    order = np.empty(size, dtype=np.int32)
-    for k in range(size):
-        i = by_high[k]
-        v = min(t[i], h[i])
-        order[begin[v]] = i
-        begin[v] += 1
-    edge = np.empty(size, dtype=np.int64)
-    first = np.empty(size, dtype=np.int64)
-    second = np.full(size, -1, dtype=np.int64)
-    count = np.zeros(size, dtype=np.int64)
-    e, low, high = -1, np.int64(-1), np.int64(-1)
-    for k in range(size):
-        i = order[k]
-        a, b = min(t[i], h[i]), max(t[i], h[i])
-        if a != low or b != high:
-            e += 1
-            low, high = a, b
-            first[e] = i
-        elif count[e] == 1:
-            second[e] = i
-        count[e] += 1
-        edge[i] = e
-    e += 1
-    return edge, first[:e].copy(), second[:e].copy(), count[:e].copy()
+        _sort(keys, begin[v], begin[v + 1])
+        last = np.int64(-1)
+        for i in range(begin[v], begin[v + 1]):
+            size += keys[i] >> 32 != last
+            last = keys[i] >> 32
+    edges, sides = np.empty((size, 2), dtype=np.int64), np.full((2, size), -1, dtype=np.int64)
+    e, sound = -1, True
+    for v in range(n):
+        last = np.int64(-1)
+        for i in range(begin[v], begin[v + 1]):
+            high, h, down = keys[i] >> 32, (keys[i] & LOW_BITS) >> 1, keys[i] & 1
+            if high != last:
+                e += 1
+                last = high
+                edges[e, down], edges[e, 1 - down] = v, high
+                sides[0, e] = h
+            elif sides[1, e] >= 0 or edges[e, down] == v:
+                sound = False
+            else:
+                sides[1, e] = h
+    return edges, sides, sound
 
 
 @with_loops(_undirected)
-def undirected(tail: IntArray, head: IntArray, n: int) -> Joined:
-    """The edge of each half-edge; the first two half-edges of each edge (or -1), and how many it has."""
-    key = (np.minimum(tail, head) * n + np.maximum(tail, head)).ravel()
+def undirected(corner: IntArray, n: int) -> Joined:
+    """The edges of triangles, (3, #F): their ends, (#E, 2), sides, (2, #E), and whether they are sound.
+
+    Ends and sides are as in `Topology`, the edges sorted by their lower and higher ends. They are sound where
+    none has more than two sides, or two that run the same way.
+    """
+    tail, head = corner[NEXT].ravel(), corner[PREV].ravel()
+    key = np.minimum(tail, head) * n + np.maximum(tail, head)
     order = np.argsort(key, kind="stable")
     key = key[order]
     starts = np.ones(len(key), dtype=bool)
     np.not_equal(key[1:], key[:-1], out=starts[1:])
     begin = np.flatnonzero(starts)
     count = np.diff(begin, append=len(key))
-    second = np.where(count > 1, order[np.minimum(begin + 1, len(key) - 1)], -1)
-    edge = np.empty_like(order)
-    edge[order] = np.cumsum(starts) - 1
-    return edge, order[begin], second, count
+    first, second = order[begin], order[np.minimum(begin + 1, len(key) - 1)]
+    same_way = tail[first] == tail[second]
+    sides = np.stack((first, np.where((count > 1) & ~same_way, second, -1)))
+    sound = not (count > 2).any() and not (same_way & (count == 2)).any()
+    return np.column_stack((tail[first], head[first])), sides, sound
+
+
+def _entries(ends: IntArray, n: int) -> Entries:
+    size = ends.shape[1]
+    begin = np.zeros(n + 2, dtype=np.int64)
+    for e in range(size):
+        low = min(ends[0, e], ends[1, e])
+        if low >= 0 and ends[0, e] != ends[1, e]:
+            begin[low + 2] += 1
+    for v in range(n):
+        begin[v + 2] += begin[v + 1]
+    keys = np.empty(begin[n + 1], dtype=np.int64)  # the higher row, and the edge
+    for e in range(size):
+        low, high = min(ends[0, e], ends[1, e]), max(ends[0, e], ends[1, e])
+        if low >= 0 and low != high:
+            keys[begin[low + 1]] = (high << 32) | e
+            begin[low + 1] += 1
+    indptr, indices = np.empty(n + 1, dtype=np.int64), np.empty(n + len(keys), dtype=np.int64)
+    slot, at = np.full(size, -1, dtype=np.int64), np.int64(-1)
+    for v in range(n):
+        at += 1
+        indptr[v] = at
+        indices[at] = v
+        _sort(keys, begin[v], begin[v + 1])
+        for i in range(begin[v], begin[v + 1]):
+            high = keys[i] >> 32
+            if high != indices[at]:
+                at += 1
+                indices[at] = high
+            slot[keys[i] & LOW_BITS] = at
+    indptr[n] = at + 1
+    return indptr, indices[: at + 1].copy(), slot
+
+
+@with_loops(_entries)
+def entries(ends: IntArray, n: int) -> Entries:
+    """The upper triangle of symmetric matrices over a graph of n rows; its edges join rows `ends`, (2, #E).
+
+    Returns indptr and indices as in CSR, the diagonal first in each row, and each edge's place among the
+    entries; -1 where it joins a row to itself, or to none.
+    """
+    low, high = ends.min(axis=0), ends.max(axis=0)
+    pairs = np.flatnonzero((low >= 0) & (low != high))
+    key, rows = low[pairs] * n + high[pairs], np.arange(n)
+    if (key[1:] > key[:-1]).all():  # the edges come in this order
+        low, high = low[pairs], high[pairs]
+        place = np.arange(len(pairs)) + low + 1
+        indices = np.empty(n + len(pairs), dtype=np.int64)
+        indptr = np.append(0, np.cumsum(np.bincount(low, minlength=n) + 1))
+        indices[indptr[:-1]], indices[place] = rows, high
+    else:
+        key, place = np.unique(np.concatenate((rows * n + rows, key)), return_inverse=True)
+        indptr, indices, place = np.searchsorted(key, n * np.arange(n + 1)), key % n, place[n:]
+    slot = np.full(ends.shape[1], -1, dtype=np.int64)
+    slot[pairs] = place
+    return indptr, indices, slot
 
 
 def _connected_labels(edges: IntArray, n: int) -> IntArray:
     parent = np.arange(n)
     for e in range(len(edges)):
-        i, j = edges[e, 0], edges[e, 1]
-        while parent[i] != i:
-            parent[i] = parent[parent[i]]
-            i = parent[i]
-        while parent[j] != j:
-            parent[j] = parent[parent[j]]
-            j = parent[j]
-        if i < j:  # the first node of a component is its root
-            parent[j] = i
-        else:
-            parent[i] = j
+        i, j = _root(parent, edges[e, 0]), _root(parent, edges[e, 1])
+        parent[max(i, j)] = min(i, j)  # the first node of a component is its root
     label, count = np.empty(n, dtype=np.int64), 0
     for i in range(n):
         if parent[i] == i:
@@ -110,15 +190,12 @@ def connected_labels(edges: IntArray, n: int) -> IntArray:
 def _in_one_piece(sides: IntArray, n_faces: int) -> bool:
     parent, pieces = np.arange(n_faces), n_faces
     for e in range(sides.shape[1]):
-        if sides[1, e] < 0:
+        i, j = sides[0, e], sides[1, e]
+        if j < 0:
             continue
-        i, j = sides[0, e] % n_faces, sides[1, e] % n_faces
-        while parent[i] != i:
-            parent[i] = parent[parent[i]]
-            i = parent[i]
-        while parent[j] != j:
-            parent[j] = parent[parent[j]]
-            j = parent[j]
+        # no division, which takes longer than the rest
+        i = _root(parent, i - n_faces * (np.int64(i >= n_faces) + np.int64(i >= 2 * n_faces)))
+        j = _root(parent, j - n_faces * (np.int64(j >= n_faces) + np.int64(j >= 2 * n_faces)))
         if i != j:
             pieces -= 1
             parent[max(i, j)] = min(i, j)

@@ -5,9 +5,11 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from .._types import FloatArray, IntArray
-from .choice import with_loops
+from .._types import ComplexArray, FloatArray, IntArray
+from .choice import inlined, with_loops
 from .triangles import NEXT, PREV, sum_by
+
+Block = tuple[float, float, float, float]
 
 
 def _pair_weights(w: FloatArray, d: FloatArray) -> FloatArray:
@@ -39,76 +41,6 @@ def conformal_weights(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArr
     return np.asarray(cot * np.asarray(2 * np.sqrt(w.prod(axis=0) / d)))
 
 
-def _own_blocks(corner: IntArray, cot: FloatArray, pair: FloatArray, n: int) -> FloatArray:
-    made = np.zeros((3, n))
-    for t in range(corner.shape[1]):
-        for k in range(3):
-            i, j = (k + 1) % 3, (k + 2) % 3
-            v, cn, cp = corner[k, t], cot[i, t], cot[j, t]
-            opposite, beside_p, beside_n = pair[k, t], pair[i, t], pair[j, t]
-            made[0, v] += beside_n + beside_p
-            made[1, v] += beside_p * cp - beside_n * cn
-            made[2, v] += opposite * (cn + cp) ** 2 + beside_n * cn**2 + beside_p * cp**2
-    return made
-
-
-@with_loops(_own_blocks)
-def own_blocks(corner: IntArray, cot: FloatArray, pair: FloatArray, n: int) -> FloatArray:
-    """What the corners of each vertex give to its own block of S, (3, n).
-
-    The rows are (vertex, vertex), (vertex, wheel), (wheel, wheel).
-    """
-    cn, cp, opposite = cot[NEXT], cot[PREV], pair
-    beside_p, beside_n = pair[NEXT], pair[PREV]  # of corners k and k - 1, of k and k + 1
-    own = (
-        beside_n + beside_p,
-        beside_p * cp - beside_n * cn,
-        opposite * (cn + cp) ** 2 + beside_n * cn**2 + beside_p * cp**2,
-    )
-    return np.stack([sum_by(corner, values, n) for values in own])
-
-
-def _edge_blocks(cot: FloatArray, pair: FloatArray, upward: IntArray) -> FloatArray:
-    m, size = cot.shape[1], upward.shape[1]
-    made = np.empty((4, size))
-    for p in range(size):
-        vv = vw = wv = ww = 0.0
-        for s in range(2):
-            h = upward[s, p]
-            if h < 0:
-                continue
-            k = h // m
-            t = h - k * m
-            i, j = (k + 1) % 3, (k + 2) % 3
-            c, cn, cp, opposite = cot[k, t], cot[i, t], cot[j, t], pair[k, t]
-            to_a, to_b = pair[j, t] * (c + cn), pair[i, t] * (c + cp)
-            first, last = -opposite * cn - to_a, opposite * cp + to_b
-            vv += -opposite
-            if s == 0:
-                vw += first
-                wv += last
-            else:
-                vw += last
-                wv += first
-            ww += opposite * cn * cp - c * (to_a + to_b)
-        made[0, p], made[1, p], made[2, p], made[3, p] = vv, vw, wv, ww
-    return made
-
-
-@with_loops(_edge_blocks)
-def edge_blocks(cot: FloatArray, pair: FloatArray, upward: IntArray) -> FloatArray:
-    """Blocks of S between the ends of edges, by their half-edges `upward`, (2, #P), -1 for a missing one.
-
-    Returns (4, #P): (vertex, vertex), (vertex, wheel), (wheel, vertex), (wheel, wheel), the first at the
-    tail of the first half-edge.
-    """
-    across = half_edge_blocks(cot, pair).reshape(4, -1)
-    if upward.min(initial=0) < 0:  # edges of the boundary between two rows
-        across = np.column_stack((across, np.zeros(4)))
-    (vv, vw, wv, ww), (h, r) = across, upward  # r runs the other way, where the block is transposed
-    return np.stack((vv[h] + vv[r], vw[h] + wv[r], wv[h] + vw[r], ww[h] + ww[r]))
-
-
 def half_edge_blocks(cot: FloatArray, pair: FloatArray) -> FloatArray:
     """The blocks between tail and head of each half-edge, that opposite to corner k, (4, 3, #F)."""
     cn, cp, opposite = cot[NEXT], cot[PREV], pair
@@ -124,13 +56,12 @@ def half_edge_blocks(cot: FloatArray, pair: FloatArray) -> FloatArray:
 
 
 def _at_edges(values: FloatArray, sides: IntArray) -> FloatArray:
-    m, size = values.shape[1], sides.shape[1]
+    flat, size = values.ravel(), sides.shape[1]
     made = np.empty(size)
     for i in range(size):
-        h, r = sides[0, i], sides[1, i]
-        made[i] = values[h // m, h % m]
-        if r >= 0:
-            made[i] += values[r // m, r % m]
+        made[i] = flat[sides[0, i]]
+        if sides[1, i] >= 0:
+            made[i] += flat[sides[1, i]]
     return made
 
 
@@ -141,24 +72,53 @@ def at_edges(values: FloatArray, sides: IntArray) -> FloatArray:
     return np.asarray(first + second)
 
 
-def _degrees(ends: IntArray, weight: FloatArray, n: int) -> FloatArray:
-    made = np.zeros(n)
+def _laplacian_entries(indptr: IntArray, slot: IntArray, ends: IntArray, weight: FloatArray) -> FloatArray:
+    made = np.zeros(indptr[-1])
     for e in range(ends.shape[1]):
         i, j = ends[0, e], ends[1, e]
-        if i != j:
-            if i >= 0:
-                made[i] += weight[e]
-            if j >= 0:
-                made[j] += weight[e]
+        if i == j:
+            continue
+        if i >= 0:
+            made[indptr[i]] += weight[e]
+        if j >= 0:
+            made[indptr[j]] += weight[e]
+        if slot[e] >= 0:
+            made[slot[e]] -= weight[e]
     return made
 
 
-@with_loops(_degrees)
-def degrees(ends: IntArray, weight: FloatArray, n: int) -> FloatArray:
-    """The diagonal of the Laplacian with `weight` at the edges between rows `ends`, (2, #E), -1 for none."""
-    i, j = ends
-    across = np.where(i == j, 0.0, weight)
-    return sum_by(i + 1, across, n + 1)[1:] + sum_by(j + 1, across, n + 1)[1:]
+@with_loops(_laplacian_entries)
+def laplacian_entries(indptr: IntArray, slot: IntArray, ends: IntArray, weight: FloatArray) -> FloatArray:
+    """The entries of the Laplacian with `weight` at the edges between rows `ends`, (2, #E), -1 for none.
+
+    `indptr` and `slot` are those of `entries`.
+    """
+    n, across = len(indptr) - 1, np.where(ends[0] == ends[1], 0.0, weight)
+    made = -sum_by(slot + 1, weight, indptr[-1] + 1)[1:]
+    made[indptr[:-1]] = sum(sum_by(rows + 1, across, n + 1)[1:] for rows in ends)
+    return made
+
+
+def _pulled(ends: IntArray, edges: IntArray, weight: FloatArray, z: ComplexArray, n: int) -> FloatArray:
+    made = np.zeros((n, 2))
+    for e in range(ends.shape[1]):
+        for s in range(2):
+            i, fixed = ends[s, e], z[edges[e, 1 - s]]
+            if i >= 0:
+                made[i, 0] += weight[e] * fixed.real
+                made[i, 1] += weight[e] * fixed.imag
+    return made
+
+
+@with_loops(_pulled)
+def pulled(ends: IntArray, edges: IntArray, weight: FloatArray, z: ComplexArray, n: int) -> FloatArray:
+    """What fixed vertices add to L x: sum of weight z over the edges to them, (n, 2); z is zero at others."""
+    at = z[edges]
+    near = np.flatnonzero(at.any(axis=1))
+    (a, b), weight, rows = at[near].T, weight[near], ends[:, near] + 1
+    parts = ((weight * a.real, weight * b.real), (weight * a.imag, weight * b.imag))
+    sums = [sum_by(rows[0], to, n + 1) + sum_by(rows[1], of, n + 1) for of, to in parts]
+    return np.column_stack(sums)[1:]
 
 
 def _disparity(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
@@ -186,28 +146,120 @@ def disparity(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
     return np.asarray(trace**2 * d / (4 * w.prod(axis=0)) - 2)
 
 
-def _filled_blocks(
-    size: int, slot: IntArray, block: FloatArray, own: IntArray, diagonal: FloatArray
+@inlined
+def _half_edge_block(w: FloatArray, d: FloatArray, cot: FloatArray, k: int, t: int) -> Block:
+    """`half_edge_blocks` of one of them."""
+    i, j = (k + 1) % 3, (k + 2) % 3
+    a, b, c = w[k, t], w[i, t], w[j, t]
+    x, y, z = cot[k, t], cot[i, t], cot[j, t]
+    share = 1 / d[t]
+    opposite, to_a, to_b = b * c * share, a * b * share * (x + y), a * c * share * (x + z)
+    return -opposite, -opposite * y - to_a, opposite * z + to_b, opposite * y * z - x * (to_a + to_b)
+
+
+def _system_blocks(
+    at: tuple[IntArray, IntArray, IntArray],
+    ends: IntArray,
+    sides: IntArray,
+    corner: IntArray,
+    row: IntArray,
+    wheels: int,
+    w: FloatArray,
+    d: FloatArray,
+    cot: FloatArray,
 ) -> FloatArray:
-    made = np.zeros((size, 4))
-    for p in range(len(slot)):
-        for k in range(4):
-            made[slot[p], k] += block[k, p]
-    for i in range(len(own)):
-        for k in range(4):
-            made[own[i], k] += diagonal[k, i] / 2
+    indptr, indices, slot = at
+    n, m = len(indptr) - 1, corner.shape[1]
+    made = np.zeros((len(indices), 4))
+    for e in range(len(slot)):
+        i, j = ends[0, e], ends[1, e]
+        if i < 0 or j < 0:
+            continue
+        vv = vw = wv = ww = 0.0
+        for s in range(2):
+            h = sides[s, e]
+            if h < 0:
+                continue
+            k = int(h >= m) + int(h >= 2 * m)
+            block = _half_edge_block(w, d, cot, k, h - k * m)
+            vv += block[0]
+            vw += block[1 + s]  # the second side runs the other way
+            wv += block[2 - s]
+            ww += block[3]
+        p = slot[e]
+        if i == j:
+            p, vw = indptr[i], (vw + wv) / 2
+            wv = vw
+        elif i > j:
+            vw, wv = wv, vw
+        made[p, 0] += vv
+        made[p, 1] += vw
+        made[p, 2] += wv
+        made[p, 3] += ww
+    for t in range(m):
+        share = 1 / d[t]
+        for k in range(3):
+            if row[corner[k, t]] < 0:
+                continue
+            i, j = (k + 1) % 3, (k + 2) % 3
+            a, b, c, y, z = w[k, t] * share, w[i, t], w[j, t], cot[i, t], cot[j, t]
+            opposite, beside_n, beside_p = b * c * share, a * b, a * c
+            p = indptr[row[corner[k, t]]]
+            mixed = (beside_p * z - beside_n * y) / 2
+            made[p, 0] += (beside_n + beside_p) / 2
+            made[p, 1] += mixed
+            made[p, 2] += mixed
+            made[p, 3] += (opposite * (y + z) ** 2 + beside_n * y**2 + beside_p * z**2) / 2
+    if wheels < n:
+        for i in range(n):
+            for p in range(indptr[i], indptr[i + 1]):
+                if i >= wheels:
+                    made[p, 2] = 0.0
+                if indices[p] >= wheels:
+                    made[p, 1] = made[p, 3] = 0.0
+            if i >= wheels:
+                made[indptr[i], 3] = 0.5
     return made
 
 
-@with_loops(_filled_blocks)
-def filled_blocks(
-    size: int, slot: IntArray, block: FloatArray, own: IntArray, diagonal: FloatArray
+@with_loops(_system_blocks)
+def system_blocks(
+    at: tuple[IntArray, IntArray, IntArray],
+    ends: IntArray,
+    sides: IntArray,
+    corner: IntArray,
+    row: IntArray,
+    wheels: int,
+    w: FloatArray,
+    d: FloatArray,
+    cot: FloatArray,
 ) -> FloatArray:
-    """Blocks, (size, 4): `block`, (4, #slots), summed at `slot`, and half of `diagonal`, (4, n), at `own`."""
-    made = np.zeros((size, 4))
-    np.add.at(made, slot, block.T)
-    made[own] += diagonal.T / 2
-    return made
+    """The blocks of S = sum_t M_t P_t M_t^T, (#blocks, 4), in the places `at` of `entries`.
+
+    Those on the diagonal are halved. A block holds (vertex, vertex), (vertex, wheel), (wheel, vertex) and
+    (wheel, wheel). From row `wheels` on, the wheel rows are those of the identity. `ends` has the rows of the
+    edges, `sides` their half-edges, `row` that of each vertex.
+    """
+    indptr, indices, slot = at
+    n, size, pair = len(indptr) - 1, len(indices), pair_weights(w, d)
+    # a missing side reads the zero at the end; the second side runs the other way: its block is transposed
+    vv, vw, wv, ww = (np.append(values, 0.0)[sides] for values in half_edge_blocks(cot, pair))
+    block = np.stack((vv.sum(axis=0), vw[0] + wv[1], wv[0] + vw[1], ww.sum(axis=0)))
+    down, same = ends[0] > ends[1], (ends[0] == ends[1]) & (ends[0] >= 0)
+    block[1:3, down] = block[2:0:-1, down]
+    block[1:3, same] = block[1:3, same].mean(axis=0)
+    place = slot + 1
+    place[same] = indptr[ends[0, same]] + 1
+    made = np.stack([sum_by(place, values, size + 1)[1:] for values in block])
+    cn, cp, beside_p, beside_n = cot[NEXT], cot[PREV], pair[NEXT], pair[PREV]
+    mixed = beside_p * cp - beside_n * cn
+    own = (beside_n + beside_p, mixed, mixed, pair * (cn + cp) ** 2 + beside_n * cn**2 + beside_p * cp**2)
+    made[:, indptr[:-1]] += np.stack([sum_by(row[corner] + 1, values, n + 1)[1:] for values in own]) / 2
+    if wheels < n:
+        low, high = np.repeat(np.arange(n), np.diff(indptr)) >= wheels, indices >= wheels
+        made[1, high] = made[2, low] = made[3, high] = 0.0
+        made[3, indptr[wheels:-1]] = 0.5
+    return np.ascontiguousarray(made.T)
 
 
 def _block_product(indptr: IntArray, indices: IntArray, block: FloatArray, x: FloatArray) -> FloatArray:

@@ -116,7 +116,7 @@ def harmonic(
     weight = topology.sum_at_edges(cot) / 2
     lower = held(pattern.laplacian(weight), n)  # a boundary vertex with a prescribed sum has a row, too
     factored = (laplacian or pattern.analysis(solvers, lower)).factor(lower)
-    rhs = pattern.pull(weight, topology.edges.T, z)  # the inside being zero yet
+    rhs = pattern.pull(weight, z)  # the inside being zero yet
     rhs[n:] = 0.0
     inside = topology.interior
     try:

@@ -35,7 +35,7 @@ def least_squares(
         pattern.row_sums(i, part(entry * z[b])) + pattern.row_sums(j, part(entry.conj() * z[a]))
         for part in (np.real, np.imag)
     ]
-    lower = pattern.lower(entry[pattern.pairs], pattern.row_sums(i, weight) + pattern.row_sums(j, weight))
+    lower = pattern.hermitian(entry, pattern.row_sums(i, weight) + pattern.row_sums(j, weight))
     factored = solvers.whole(lower).factor(lower)
     z[free] = factored.solve(-rhs[0] - 1j * rhs[1])
     return z, factored.name

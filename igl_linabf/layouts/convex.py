@@ -90,7 +90,7 @@ def _combined(
         factored = solvers.whole(lower).factor(lower)
     except NotPositiveDefiniteError:
         return None
-    x = factored.solve(pattern.pull(weight, topology.edges.T, held))
+    x = factored.solve(pattern.pull(weight, held))
     return np.where(free, np.append(x @ [1, 1j], 0)[row], z)
 
 

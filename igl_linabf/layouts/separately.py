@@ -54,12 +54,12 @@ def flat_disks(
     z = np.zeros(topology.n, dtype=np.complex128)
     z[disks.rim[0]] = boundaries.z
     if pattern.n:
-        weight = topology.sum_at_edges(1 / np.tan(at.alpha)) / 2
+        weight = topology.sum_at_edges(at.cot) / 2
         lower = pattern.laplacian(weight)
         factored = (laplacian or solvers.laplacian(lower)).factor(lower)
         if not factored.exact:
             return None
-        z[topology.interior] = complex_positions(factored.solve(pattern.pull(weight, topology.edges.T, z)))
+        z[topology.interior] = complex_positions(factored.solve(pattern.pull(weight, z)))
         solver = factored.name
     with np.errstate(divide="ignore", invalid="ignore"):  # of a disk whose angles are not to be drawn
         areas = signed_double_areas(z, topology.corner)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy import sparse
 
 from .._types import Array, FloatArray, IntArray
-from ..kernels import block_product, degrees, filled_blocks, is_fast
+from ..kernels import block_product, entries, is_fast, laplacian_entries, pulled, system_blocks
 from ..surface import Topology, sum_by
 from .choice import Solvers
 from .factors import Analysis, Multigrid
@@ -141,44 +141,20 @@ class Pattern:
     ----------
     ends : (2, #E) int64
         Rows of the ends of each edge.
-    pairs : (#P,) int64
-        The edges that join two different rows: those with an entry off the diagonal.
-    downward : (#P,) bool
-        Whether the first end of such an edge is the higher row of the two.
+    slot : (#E,) int64
+        The place among a matrix's entries of each edge; -1 where it joins a row to itself, or to none.
     """
 
     def __init__(self, topology: Topology, row: IntArray, n: int) -> None:
         self._analyses: dict[Solvers, Analysis] = {}
-        self.n, self.ends, self._sides = n, row[topology.edges.T], topology.sides
-        i, j = self.ends
-        self.pairs = np.flatnonzero((i >= 0) & (j >= 0) & (i != j))
-        i, j = i[self.pairs], j[self.pairs]
-        self.downward = i > j
-        # entries of the lower triangle in CSC order, which is the upper one's in CSR order
-        index = np.int32 if 8 * (n + len(i)) < np.iinfo(np.int32).max else np.int64
-        rows, low, high = np.arange(n), np.minimum(i, j), np.maximum(i, j)
-        off = low * n + high
-        if (off[1:] > off[:-1]).all():  # the edges come in this order
-            count = np.bincount(low, minlength=n)
-            self._indptr = np.zeros(n + 1, dtype=index)
-            np.cumsum(count + 1, out=self._indptr[1:])
-            self._diagonal, self._slot = self._indptr[:-1].astype(np.int64), np.arange(len(low)) + low + 1
-            self._high = np.empty(n + len(low), dtype=index)
-            self._high[self._diagonal], self._high[self._slot] = rows, high
-            return
-        key = np.concatenate((rows * n + rows, off))
-        order = np.argsort(key, kind="stable")
-        key = key[order]
-        new = np.ones(len(key), dtype=bool)
-        np.not_equal(key[1:], key[:-1], out=new[1:])
-        slot = np.empty_like(order)
-        slot[order] = np.cumsum(new) - 1
-        self._diagonal, self._slot = slot[:n], slot[n:]
-        key = key[new]
-        low = key // max(n, 1)
-        self._high = (key - low * n).astype(index)
-        self._indptr = np.zeros(n + 1, dtype=index)
-        np.cumsum(np.bincount(low, minlength=n), out=self._indptr[1:])
+        self.n, self._topology, self._row = n, topology, row
+        self.ends = row[topology.edges.T]
+        # the lower triangle in CSC order is the upper one in CSR order
+        indptr, indices, self.slot = entries(self.ends, n)
+        small = 8 * len(indices) < np.iinfo(np.int32).max
+        index = np.int32 if small else np.int64
+        self._indptr: IntArray = indptr.astype(index)
+        self._indices: IntArray = indices.astype(index)
 
     def analysis(self, solvers: Solvers, laplacian: sparse.csc_array) -> Analysis:
         """Of the Laplacians of this pattern, given one of them; made once for each choice of solvers."""
@@ -189,80 +165,46 @@ class Pattern:
             self._analyses[solvers] = made
         return self._analyses[solvers]
 
-    def lower(self, entry: Array, diagonal: Array) -> sparse.csc_array:
-        """Lower triangle of the Hermitian matrix with `entry` from first to second end of `pairs`."""
-        if np.iscomplexobj(entry):
-            entry = np.where(self.downward, entry, entry.conj())
-        data = np.zeros(len(self._high), dtype=np.result_type(entry, diagonal))
-        self._fill(data, self._slot, entry)
-        data[self._diagonal] += diagonal
-        return sparse.csc_array((data, self._high, self._indptr), shape=(self.n, self.n))
+    def hermitian(self, entry: Array, diagonal: Array) -> sparse.csc_array:
+        """Lower triangle of the Hermitian matrix with `entry`, (#E,), from first to second end of edges."""
+        pairs = np.flatnonzero(self.slot >= 0)
+        (i, j), entry = self.ends[:, pairs], entry[pairs]
+        data = np.zeros(len(self._indices), dtype=np.result_type(entry, diagonal))
+        np.add.at(data, self.slot[pairs], np.where(i > j, entry, entry.conj()))
+        data[self._indptr[:-1]] += diagonal
+        return self._lower(data)
 
-    @cached_property
-    def upward(self) -> IntArray:
-        """The half-edges of `pairs`, (2, #P), that from the lower to the higher row first."""
-        sides = self._sides[:, self.pairs]
-        return np.where(self.downward, sides[::-1], sides)
-
-    @property
-    def lows_and_highs(self) -> IntArray:
-        """The lower and the higher row of `pairs`, (2, #P)."""
-        return np.sort(self.ends[:, self.pairs], axis=0)
-
-    @cached_property
-    def loops(self) -> list[tuple[IntArray, IntArray]]:
-        """Half-edges, and their rows, that join vertices of one row."""
-        i, j = self.ends
-        edges = np.flatnonzero((i == j) & (i >= 0))
-        present = [(side[side >= 0], i[edges][side >= 0]) for side in self._sides[:, edges]]
-        return [(side, rows) for side, rows in present if len(side)]
-
-    def symmetric(self, block: FloatArray, diagonal: FloatArray) -> Symmetric:
-        """The symmetric matrix of 2 by 2 blocks.
-
-        Entries (0, 0), (0, 1), (1, 0), (1, 1) of the blocks are the rows of `block`, (4, #P), from
-        lower to higher row of `pairs`, and of `diagonal`, (4, n).
-        """
+    def system(self, wheels: int, w: FloatArray, d: FloatArray, cot: FloatArray) -> Symmetric:
+        """S of 2 by 2 blocks, as `system_blocks` has it."""
+        at, t = (self._indptr, self._indices, self.slot), self._topology
+        block = system_blocks(at, self.ends, t.sides, t.corner, self._row, wheels, w, d, cot)
         if is_fast():
-            blocks = filled_blocks(len(self._high), self._slot, block, self._diagonal, diagonal)
-            return Blocked(np.asarray(self._indptr), np.asarray(self._high), blocks)
-        indices, indptr, slot, own = self._blocks
-        data = np.zeros(len(indices))
-        self._fill(data, slot, block)
-        data[own] += diagonal / 2
+            return Blocked(self._indptr, self._indices, block)
+        indices, indptr, number = self._blocks
+        data = block.ravel()[number]
         return Symmetric(sparse.csr_array((data, indices, indptr), shape=(2 * self.n, 2 * self.n)))
 
     @cached_property
-    def _blocks(self) -> tuple[IntArray, IntArray, IntArray, IntArray]:
-        """Of the upper triangle of blocks: CSR's indices and indptr, the places of `block` and `diagonal`."""
-        number = np.arange(4 * len(self._high)).reshape(-1, 2, 2)
-        half = sparse.bsr_array((number, self._high, self._indptr), shape=(2 * self.n, 2 * self.n)).tocsr()
-        place = np.empty_like(half.data)
-        place[half.data] = np.arange(len(place))
-        place = place.reshape(-1, 4).T
-        return half.indices, half.indptr, place[:, self._slot], place[:, self._diagonal]
+    def _blocks(self) -> tuple[IntArray, IntArray, IntArray]:
+        """Of the upper triangle of blocks: CSR's indices and indptr, and each entry's place in the blocks."""
+        number = np.arange(4 * len(self._indices)).reshape(-1, 2, 2)
+        half = sparse.bsr_array((number, self._indices, self._indptr), shape=(2 * self.n, 2 * self.n)).tocsr()
+        return half.indices, half.indptr, half.data
 
     def laplacian(self, weight: FloatArray) -> sparse.csc_array:
         """Lower triangle of L in x^T L x = sum over edges of weight (x_i - x_j)^2, x = 0 at missing ends."""
-        return self.lower(-weight[self.pairs], degrees(self.ends, weight, self.n))
+        return self._lower(laplacian_entries(self._indptr, self.slot, self.ends, weight))
 
-    def pull(self, weight: FloatArray, edges: IntArray, z: Array) -> FloatArray:
+    def _lower(self, data: Array) -> sparse.csc_array:
+        return sparse.csc_array((data, self._indices, self._indptr), shape=(self.n, self.n))
+
+    def pull(self, weight: FloatArray, z: Array) -> FloatArray:
         """What fixed vertices add to L x: sum of weight z over the edges to them, (n, 2).
 
-        `edges` has the vertices of the ends, (2, #E), and z the complex positions, zero at free vertices.
+        z has the complex positions of vertices, zero at free ones.
         """
-        fixed = z != 0
-        near = np.flatnonzero(fixed[edges[0]] | fixed[edges[1]])
-        (i, j), weight, ends = self.ends[:, near], weight[near], z[edges[:, near]]
-        parts = (weight * ends.real, weight * ends.imag)
-        return np.column_stack([self.row_sums(i, b) + self.row_sums(j, a) for a, b in parts])
+        return pulled(self.ends, self._topology.edges, weight, z, self.n)
 
     def row_sums(self, rows: IntArray, values: FloatArray) -> FloatArray:
         """Sum `values` over their `rows`, leaving out row -1."""
         return sum_by(rows + 1, values, self.n + 1)[1:]
-
-    def _fill(self, data: Array, slot: IntArray, entry: Array) -> None:
-        if len(self._high) < self.n + len(self._slot):  # several edges between the same two rows
-            np.add.at(data, slot, entry)
-        else:
-            data[slot] = entry

@@ -56,9 +56,7 @@ def sheet_of(pattern: Pattern) -> Sheet:
     labels = []
     for seam in pattern.seams:
         small = float(np.clip(0.4 * min(seam.lengths), 0.3 * text, text))  # that neighbours do not touch
-        for side, towards in zip(
-            seam.sides, (1.0, -1.0), strict=True
-        ):  # the material is on their left and right
+        for side, towards in zip(seam.sides, (1.0, 1.0 if seam.twisted else -1.0), strict=True):
             at, normal = _middle(side)
             strokes.append(
                 Stroke(SEAM, np.array([at, at + 0.8 * small * towards * normal]) + shift)

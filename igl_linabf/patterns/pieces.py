@@ -42,7 +42,9 @@ class PatternSeam:
     length : float
         On the surface.
     sides : two (n, 2) float64
-        Their points, in the order in which they are joined.
+        Their points, in the order in which they are joined. The material is on the left of the first.
+    twisted : bool
+        Whether it is on the left of the second, too: that side is joined upside down, as a Moebius band's.
     """
 
     number: int
@@ -50,6 +52,7 @@ class PatternSeam:
     lengths: tuple[float, float]
     length: float
     sides: tuple[FloatArray, FloatArray]
+    twisted: bool = False
 
     @property
     def change(self) -> float:
@@ -119,6 +122,7 @@ def pattern_of(
     if units not in MILLIMETRES:
         raise ValueError(f"units is {units!r}: use one of {', '.join(MILLIMETRES)}")
     points = vertex_array(V)
+    repaired = isinstance(atlas, Atlas) and bool(atlas.repairs)
     split = Polygons.of(F).split(points) if not isinstance(atlas, Atlas) else atlas.split
     inner = None if split is None else split.inner
     if isinstance(atlas, Atlas):
@@ -128,7 +132,8 @@ def pattern_of(
                 f"the atlas names vertex {origin.max()} of {len(points)}: pass the unwrapped V and F"
             )
     else:
-        TC, FTC = vertex_array(atlas, 2, "uv"), Polygons.of(F).split(points).F
+        assert split is not None
+        TC, FTC = vertex_array(atlas, 2, "uv"), split.F
         if len(TC) != len(points):
             raise MeshError(f"uv has {len(TC)} rows for {len(points)} vertices: pass one row a vertex")
         origin = np.arange(len(points))
@@ -141,10 +146,14 @@ def pattern_of(
         raise MeshError("coordinates in uv are NaN or infinite: pass a map of all faces")
     a, b, c = surface[F_flat.T]
     on_surface = np.linalg.norm(np.cross(b - a, c - a), axis=1).sum()
-    in_map = np.abs(signed_double_areas(complex_positions(flat), F_flat.T)).sum()
-    if not in_map > 0:
+    if not np.isfinite(on_surface):
+        raise MeshError(f"the surface has an area of {on_surface} square millimetres: scale V")
+    area = signed_double_areas(complex_positions(flat), F_flat.T)
+    if not np.abs(area).sum() > 0:
         raise MeshError("uv has no area: pass the map of V and F")
-    flat = flat * np.sqrt(on_surface / in_map)
+    if repaired:  # faces run as they were given, also those that `unwrap` turned
+        F_flat = np.where(area[:, None] < 0, F_flat[:, [0, 2, 1]], F_flat)
+    flat = flat * np.sqrt(on_surface / np.abs(area).sum())
     flat -= flat.min(axis=0)
     topology = topology_of(F_flat, used)
     label = connected_labels(topology.edges, len(used))
@@ -168,7 +177,10 @@ def pattern_of(
 def _seams(
     surface: FloatArray, flat: FloatArray, loops: tuple[IntArray, ...], label: IntArray
 ) -> tuple[PatternSeam, ...]:
-    """Runs of outline edges that lie on the same edges of the surface, from both sides."""
+    """Runs of outline edges that lie on the same edges of the surface, from both sides.
+
+    These run opposite ways around, but where a one-sided surface was cut.
+    """
     if not loops:
         return ()
     start = np.concatenate(loops)
@@ -180,12 +192,21 @@ def _seams(
     place = place.ravel()
     n = int(place.max()) + 1
     own, twin = place[start] * n + place[end], place[end] * n + place[start]
-    order = np.argsort(own, kind="stable")
-    at = np.minimum(np.searchsorted(own[order], twin), len(order) - 1)
+    order = np.lexsort((label[start], own))  # the first of a piece goes with its first the other way around
+    rank = np.empty_like(order)
+    rank[order] = np.arange(len(order)) - np.searchsorted(own[order], own[order])
+    at = np.minimum(np.searchsorted(own[order], twin) + rank, len(order) - 1)
     partner = np.where(own[order][at] == twin, order[at], -1)
-    mutual = (partner >= 0) & (partner[partner] == np.arange(len(partner)))
-    partner = np.where(mutual, partner, -1)
-    goes_on = (partner >= 0) & (partner[after] >= 0) & (after[partner[after]] == partner)
+    alone = order[partner[order] < 0]  # still in order, so that those of the same direction are neighbours
+    same = own[alone[1:]] == own[alone[:-1]]
+    pairs = np.flatnonzero(same & ~np.append(False, same[:-1]))
+    one, other = alone[pairs], alone[pairs + 1]
+    partner[one], partner[other] = other, one
+    twisted = np.zeros(len(start), dtype=bool)
+    twisted[one] = twisted[other] = True
+    on_other = np.where(twisted[after], after[partner], partner)
+    goes_on = (partner >= 0) & (partner[after] >= 0) & (twisted == twisted[after])
+    goes_on &= np.where(twisted, partner[after], after[partner[after]]) == on_other
     goes_on &= partner != after  # around a tip the other side begins
     length = np.linalg.norm(surface[start] - surface[end], axis=1)
     flat_length = np.linalg.norm(flat[start] - flat[end], axis=1)
@@ -211,8 +232,13 @@ def _seams(
                 length=float(length[one].sum()),
                 sides=(
                     flat[np.append(start[one], end[one[-1]])],
-                    flat[np.append(end[other], start[other[-1]])],
+                    flat[
+                        np.append(start[other], end[other[-1]])
+                        if twisted[first]
+                        else np.append(end[other], start[other[-1]])
+                    ],
                 ),
+                twisted=bool(twisted[first]),
             )
         )
     return tuple(seams)

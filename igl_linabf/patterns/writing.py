@@ -89,15 +89,19 @@ def write_pattern(
     True
     """
     path = Path(path)
-    suffix = path.suffix.lower()
-    if suffix not in WRITERS:
+    if path.suffix.lower() not in WRITERS:
         raise MeshError(f"{path} is no pattern file: use one that ends in {', '.join(WRITERS)}")
     if paper not in PAPERS:
         raise ValueError(f"paper is {paper!r}: use one of {', '.join(PAPERS)}")
     pattern = pattern_of(V, F, atlas, units, crease, grain)
     with replacing(path) as temporary:
-        WRITERS[suffix](temporary, sheet_of(pattern), PAPERS[paper])
+        draw_pattern(temporary, pattern, paper)
     return pattern
+
+
+def draw_pattern(path: str, pattern: Pattern, paper: str) -> None:
+    """Write a pattern; the suffix chooses the format."""
+    WRITERS[Path(path).suffix.lower()](path, sheet_of(pattern), PAPERS[paper])
 
 
 def _needed(module: str) -> Any:

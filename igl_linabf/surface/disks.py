@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import NEXT, PREV, products, undirected
+from ..kernels import products, undirected
 from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE
 from .components import connected_labels
 from .parts import Parts
-from .topology import Topology, cycles
+from .topology import Topology, cycles, faults
 
 Arrays = tuple[FloatArray, IntArray]  # V (#V, 3) float64 and F (#F, 3) int64
 
@@ -100,28 +100,25 @@ def _joined(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
 def _topologies(corner: IntArray, vertices: Parts, faces: Parts) -> tuple[Topology | None, BoolArray]:
     """Connectivity of disks side by side; None, and which of them are disks so far, where not all are."""
     n, m = int(vertices.start[-1]), corner.shape[1]
-    tail, head = corner[NEXT], corner[PREV]
-    first, second, count = undirected(tail, head, n)[1:]
-    t, h = tail.ravel(), head.ravel()
-    edges = np.column_stack((t[first], h[first]))
-    turned = (t[second] == edges[:, 0]) & (second >= 0)
+    edges, sides, sound = undirected(corner, n)
     of_vertex = vertices.spread(np.arange(len(vertices)))
     of_edge = of_vertex[edges[:, 0]]
     good = np.ones(len(faces), dtype=bool)
-    good[of_edge[(count > 2) | turned]] = False
-    rim = np.sort(t[first[count == 1]])
-    good[of_vertex[rim[1:][rim[1:] == rim[:-1]]]] = False  # two boundary edges leave one vertex
+    if not sound:
+        _, crowded, turned = faults(corner, edges)
+        good[of_edge[crowded | turned]] = False
+    tail, head = edges[sides[1] < 0].T
+    order = np.argsort(tail, kind="stable")
+    start = tail[order]
+    good[of_vertex[start[1:][start[1:] == start[:-1]]]] = False  # two boundary edges leave one vertex
     if not good.all():
         return None, good
-    boundary = first[count == 1]
-    start, order = rim, np.argsort(t[boundary], kind="stable")
-    loops = tuple(start[cycle] for cycle in cycles(np.searchsorted(start, h[boundary][order])))
+    loops = tuple(start[cycle] for cycle in cycles(np.searchsorted(start, head[order])))
     holes = np.bincount(of_vertex[[loop[0] for loop in loops]], minlength=len(faces))
     characteristic = vertices.sizes - np.bincount(of_edge, minlength=len(faces)) + faces.sizes
     good = (holes == 1) & (characteristic == 1)
-    inside = second >= 0
-    label = connected_labels(np.column_stack((first[inside] % m, second[inside] % m)), m)
+    label = connected_labels(sides[:, sides[1] >= 0].T % m, m)
     good &= faces.min(label) == faces.max(label)
     if not good.all():
         return None, good
-    return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops, len(loops)), good
+    return Topology(n, corner, edges, sides, loops, len(loops)), good

@@ -22,14 +22,14 @@ class Topology:
     """Connectivity of an oriented manifold surface in which every vertex has a face.
 
     Arrays over corners have the shape (3, #F). Half-edge `(k, t)` is the side of
-    triangle `t` opposite to its corner `k`, from `tail[k, t]` to `head[k, t]`.
+    triangle `t` opposite to its corner `k`, from corner k + 1 to corner k + 2.
 
     Attributes
     ----------
     n : int
         Number of vertices.
-    corner, tail, head : (3, #F) int64
-        Vertices of the corners (`F` transposed) and of the half-edges' ends.
+    corner : (3, #F) int64
+        Vertices of the corners, `F` transposed.
     edges : (#E, 2) int64
         End vertices of each edge, in the direction of its first half-edge.
     sides : (2, #E) int64
@@ -43,8 +43,6 @@ class Topology:
 
     n: int
     corner: IntArray
-    tail: IntArray
-    head: IntArray
     edges: IntArray
     sides: IntArray
     loops: tuple[IntArray, ...]
@@ -129,16 +127,13 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     """
     n = len(vertices)
     corner = np.ascontiguousarray(F.T)
-    tail, head = corner[NEXT], corner[PREV]
-    edge, first, second, count = undirected(tail, head, n)
-    t, h = tail.ravel(), head.ravel()
-    edges = np.column_stack((t[first], h[first]))
-    _check_edges(F, edges, edge, (t[second] == edges[:, 0]) & (second >= 0), count, vertices)
-    boundary = first[count == 1]
-    loops = _trace_loops(t[boundary], h[boundary])
+    edges, sides, sound = undirected(corner, n)
+    if not sound:
+        raise _unsound(F, edges, vertices)
+    loops = _trace_loops(*edges[sides[1] < 0].T)
     if loops is None:
-        check_fans(F, np.stack((first, second)), vertices)
-    return Topology(n, corner, tail, head, edges, np.stack((first, second)), loops or ())
+        check_fans(F, sides, vertices)
+    return Topology(n, corner, edges, sides, loops or ())
 
 
 def manifold_topology(F: IntArray, vertices: IntArray) -> Topology:
@@ -190,31 +185,38 @@ def cycles(following: IntArray) -> list[list[int]]:
     return found
 
 
-def _check_edges(
-    F: IntArray, edges: IntArray, edge: IntArray, same_way: BoolArray, count: IntArray, vertices: IntArray
-) -> None:
-    """Raise if an edge has more than two faces, or two of opposite orientation."""
-    crowded, turned = np.flatnonzero(count > 2), np.flatnonzero(same_way & (count == 2))
-    if not (len(crowded) or len(turned)):
-        return
+def faults(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
+    """The edge of each half-edge, (3 #F,); the edges with more than two, and with two of one direction."""
+    tail, head = corner[NEXT].ravel(), corner[PREV].ravel()
+    n = int(corner.max()) + 1
+    key, of_edge = (np.minimum(a, b) * n + np.maximum(a, b) for a, b in ((tail, head), edges.T))
+    edge = np.searchsorted(of_edge, key)
+    count, along = (np.bincount(edge[e], minlength=len(edges)) for e in (slice(None), tail == edges[edge, 0]))
+    return edge, count > 2, (count == 2) & (along == 2)
+
+
+def _unsound(F: IntArray, edges: IntArray, vertices: IntArray) -> MeshError:
+    """The error for edges with more than two faces, or with two of opposite orientation."""
+    edge, many, same_way = faults(F.T, edges)
+    crowded, turned = np.flatnonzero(many), np.flatnonzero(same_way)
     _, first, copies = np.unique(np.sort(F, axis=1), axis=0, return_index=True, return_counts=True)
     if copies.max() > 1:
         original = first[np.argmax(copies > 1)]
         same = np.flatnonzero((np.sort(F, axis=1) == np.sort(F[original])).all(axis=1))
-        raise MeshError(
+        return MeshError(
             f"faces {some(same)} are the same triangle of vertices {vertices[F[original]].tolist()} "
             f"({np.count_nonzero(copies > 1)} such triangles in all): keep one of each, or let "
             "igl_linabf.clean take them apart"
         )
     if len(crowded):
         faces = np.flatnonzero(edge == crowded[0]) % len(F)
-        raise MeshError(
+        return MeshError(
             f"edges {some(vertices[edges[crowded]])} have more than two faces "
             f"(the first: faces {some(np.sort(faces))}): separate the sheets there, as "
             "igl_linabf.clean does, or remove the extra faces"
         )
     a, b = np.sort(np.flatnonzero(edge == turned[0]) % len(F))
-    raise MeshError(
+    return MeshError(
         f"faces {a} and {b} have opposite orientation: both run from vertex "
         f"{vertices[edges[turned[0], 0]]} to {vertices[edges[turned[0], 1]]} ({len(turned)} such edges in "
         "all): orient the faces consistently, as igl_linabf.clean does"

@@ -1,0 +1,133 @@
+"""Atlases of other programs, one function each, and those of `unwrap` in the same form."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Callable
+from functools import partial
+from importlib.util import find_spec
+from time import perf_counter
+from typing import NamedTuple
+
+import igl
+import numpy as np
+
+from igl_linabf import texture_seams, unwrap
+from igl_linabf.surface import face_components
+
+RESOLUTION, PADDING = 1024, 2
+
+SMART = f"""
+import bpy, numpy as np, sys, time
+data = np.load(sys.argv[1])
+bpy.ops.wm.read_factory_settings(use_empty=True)
+mesh = bpy.data.meshes.new("m")
+mesh.from_pydata(data["V"].tolist(), [], data["F"].tolist())
+thing = bpy.data.objects.new("m", mesh)
+bpy.context.collection.objects.link(thing)
+bpy.context.view_layer.objects.active = thing
+thing.select_set(True)
+bpy.ops.object.mode_set(mode="EDIT")
+bpy.ops.mesh.select_all(action="SELECT")
+start = time.perf_counter()
+bpy.ops.uv.smart_project(island_margin={PADDING / RESOLUTION}, margin_method="FRACTION")
+seconds = time.perf_counter() - start
+bpy.ops.object.mode_set(mode="OBJECT")
+uv = np.empty(2 * len(mesh.loops))
+mesh.uv_layers.active.data.foreach_get("uv", uv)
+corner = np.empty(len(mesh.loops), dtype=np.int64)
+mesh.loops.foreach_get("vertex_index", corner)
+np.savez(sys.argv[2], uv=uv.reshape(-1, 2), corner=corner, seconds=seconds)
+"""
+
+
+class Made(NamedTuple):
+    """An atlas: texture coordinates in texels, the page's area in texels, the seconds it took."""
+
+    origin: np.ndarray
+    FTC: np.ndarray
+    TC: np.ndarray
+    page: float
+    seconds: float
+
+
+Maker = Callable[[np.ndarray, np.ndarray], Made]
+
+
+def ours(V: np.ndarray, F: np.ndarray, **options: object) -> Made:
+    start = perf_counter()
+    atlas = unwrap(V, F, resolution=RESOLUTION, padding=PADDING, **options)
+    return Made(atlas.origin, atlas.FTC, atlas.TC * RESOLUTION, RESOLUTION**2, perf_counter() - start)
+
+
+def by_xatlas(V: np.ndarray, F: np.ndarray) -> Made:
+    import xatlas
+
+    atlas, wish = xatlas.Atlas(), xatlas.PackOptions()
+    wish.resolution, wish.padding, wish.bilinear = RESOLUTION, PADDING, True
+    start = perf_counter()
+    atlas.add_mesh(V.astype(np.float32), F.astype(np.uint32))
+    atlas.generate(pack_options=wish)
+    seconds = perf_counter() - start
+    origin, FTC, TC = atlas[0]
+    page = np.array([atlas.width, atlas.height])
+    return Made(origin.astype(np.int64), FTC.astype(np.int64), TC * page, float(page.prod()), seconds)
+
+
+def by_uvunwrap(V: np.ndarray, F: np.ndarray) -> Made:
+    import uvunwrap
+
+    start = perf_counter()
+    mesh = uvunwrap.Mesh(V.astype(np.float32), F.astype(np.uint32).ravel())
+    atlas = uvunwrap.generate([mesh], page_size=RESOLUTION, padding=PADDING)
+    seconds = perf_counter() - start
+    page, made = np.array([atlas.width, atlas.height]), atlas.meshes[0]
+    TC, FTC = np.array(made.uv, dtype=float).reshape(-1, 2), np.array(made.indices).reshape(-1, 3)
+    origin = np.array(made.xref).astype(np.int64)
+    return Made(origin, FTC.astype(np.int64), TC * page, float(page.prod()), seconds)
+
+
+def blender() -> str | None:
+    """A Python that has bpy: this one, or the one that BPY_PYTHON names."""
+    return sys.executable if find_spec("bpy") else os.environ.get("BPY_PYTHON")
+
+
+def by_blender(V: np.ndarray, F: np.ndarray) -> Made:
+    """Blender's Smart UV Project."""
+    with tempfile.TemporaryDirectory() as folder:
+        there, back = os.path.join(folder, "in.npz"), os.path.join(folder, "out.npz")
+        np.savez(there, V=V, F=F)
+        command = [str(blender()), "-c", SMART, there, back]
+        subprocess.run(command, check=True, capture_output=True, timeout=120)
+        made = np.load(back)
+        # corners of one vertex at one place are one row
+        rows = np.column_stack((made["corner"], made["uv"]))
+        unique, FTC = np.unique(rows, axis=0, return_inverse=True)
+        texels, origin = unique[:, 1:] * RESOLUTION, unique[:, 0].astype(np.int64)
+        return Made(origin, FTC.reshape(-1, 3), texels, RESOLUTION**2, float(made["seconds"]))
+
+
+def programs() -> dict[str, Maker]:
+    """What makes atlases here, by name: `unwrap` and the installed peers."""
+    found: dict[str, Maker] = {"unwrap": ours, "unwrap, isometric": partial(ours, method="isometric")}
+    if find_spec("xatlas"):
+        found["xatlas"] = by_xatlas
+    if find_spec("uvunwrap"):
+        found["uvunwrap"] = by_uvunwrap
+    if blender():
+        found["Blender"] = by_blender
+    return found
+
+
+def charts_of(FTC: np.ndarray) -> np.ndarray:
+    """The chart of each face, from 0 on."""
+    return np.unique(face_components(FTC, int(FTC.max()) + 1), return_inverse=True)[1]
+
+
+def relative_seams(V: np.ndarray, F: np.ndarray, FTC: np.ndarray) -> float:
+    """Seam length over the square root of the area."""
+    a, b = V[texture_seams(F, FTC).T]
+    return float(np.linalg.norm(a - b, axis=1).sum() / np.sqrt(igl.doublearea(V, F).sum() / 2))
