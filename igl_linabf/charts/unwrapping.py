@@ -13,7 +13,6 @@ from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, some, stack_level
 from ..flattening import Flattening, Isometric, Method, Outcome, flatten_together, guaranteed, method_of
 from ..measures import (
-    Quality,
     change_of,
     overlapping_pairs,
     overlapping_pairs_of_each,
@@ -36,6 +35,7 @@ from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, sides_of_cleaned, without_charts
 from .given_seams import textured_seams
 from .halving import halves
+from .kept_maps import Known, kept_maps
 from .limbs import Flat, cut_for_fill
 from .overlap_seams import MAX_SPLITS, seams_between
 from .packing import Wish, pack_maps
@@ -292,25 +292,27 @@ def _seams_worth(piece: Submesh, task: _Task) -> IntArray:
     return np.concatenate(found)
 
 
-Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping faces, its figures
+_Cut = tuple[Submesh, Known | None]  # a piece, and its map, if it has one
+_Part = tuple[tuple[int, ...], Submesh, Known | None]  # its place among the pieces, too
 
 
 def _charts(pieces: list[Submesh], task: _Task) -> list[tuple[Chart, Submesh]]:
     """Flatten the pieces, and the parts of those that are cut further; all that wait at once."""
-    waiting: list[tuple[tuple[int, ...], Submesh]] = [((i,), piece) for i, piece in enumerate(pieces)]
+    waiting: list[_Part] = [((i,), piece, None) for i, piece in enumerate(pieces)]
     total, reached, splits = sum(len(piece.F) for piece in pieces), 0, 0
     done: list[tuple[tuple[int, ...], Chart, Submesh]] = []
     while waiting:
-        parts: list[tuple[tuple[int, ...], Submesh]] = []
-        known = _known_together([piece for _, piece in waiting], task.method)
-        for (key, piece), of_piece in zip(waiting, known, strict=True):
+        parts: list[_Part] = []
+        together = iter(_known_together([piece for _, piece, kept in waiting if kept is None], task.method))
+        for key, piece, kept in waiting:
+            known = next(together) if kept is None else kept
             reached += len(piece.F) if not splits else 0
             with part("charts", SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total):
-                made = _chart(piece, splits, task, of_piece)
+                made = _chart(piece, splits, task, known)
             if isinstance(made, Chart):
                 done.append((key, made, piece))
             else:
-                parts += [((*key, k), smaller) for k, smaller in enumerate(made)]
+                parts += [((*key, k), *smaller) for k, smaller in enumerate(made)]
         waiting, splits = parts, splits + 1
     done.sort(key=lambda entry: entry[0])  # parts stand where the piece was
     return [(chart, piece) for _, chart, piece in done]
@@ -330,12 +332,12 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]
     return known
 
 
-def _chart(piece: Submesh, splits: int, task: _Task, known: Known | None) -> Chart | list[Submesh]:
+def _chart(piece: Submesh, splits: int, task: _Task, known: Known | None) -> Chart | list[_Cut]:
     """The flattened piece; or its parts, if it has to be cut further."""
     result = flattened(piece, task.method) if known is None else known[0]
     if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
         if splits < task.most_splits and len(leaves := _more_leaves(piece, task)):
-            return piece.cut_along(leaves)
+            return _anew(piece.cut_along(leaves))
         result, known = _flattened_without_flips(piece, result, task), None
     if known is None:
         check_finite(result.uv, piece.vertices, "uv")
@@ -345,14 +347,18 @@ def _chart(piece: Submesh, splits: int, task: _Task, known: Known | None) -> Cha
         pairs, known = overlapping_pairs(result.uv, piece.F), None
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
-            return piece.cut_along(replace(task, trade=0.0, holes=False).seams_of(piece))
+            return _anew(piece.cut_along(replace(task, trade=0.0, holes=False).seams_of(piece)))
         parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
         if len(parts) > 1:
-            return parts
+            return list(zip(parts, kept_maps(piece, result, parts), strict=True))
     quality = quality_of(piece, result.uv) if known is None else known[2]
     if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
-        return parts
+        return _anew(parts)
     return Chart(piece.faces, result, quality, splits, len(pairs), cost)
+
+
+def _anew(parts: list[Submesh]) -> list[_Cut]:
+    return [(part, None) for part in parts]
 
 
 def _less_stretched(piece: Submesh, splits: int, task: _Task) -> list[Submesh]:

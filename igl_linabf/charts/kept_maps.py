@@ -1,0 +1,43 @@
+"""The map of a chart that is split, kept on its largest part.
+
+A part of a map has no flips that the map has not, and no overlaps that the split has parted. So only the
+small parts are flattened again: a split costs little, and the largest part cannot overlap itself anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .._types import IntArray
+from ..flattening import Flattening
+from ..measures import Quality, quality_of
+from ..surface import Submesh
+
+KEPT = 0.75  # share of its faces from which on a part keeps the map: a smaller one gains by a new one
+
+Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping faces, its figures
+
+
+def kept_maps(piece: Submesh, result: Flattening, parts: list[Submesh]) -> list[Known | None]:
+    """The map of the part that keeps it; None for the others. No two faces of one part overlap."""
+    return [
+        _on_part(piece, result, part) if len(part.F) >= KEPT * len(piece.F) and result.outcome.good else None
+        for part in parts
+    ]
+
+
+def _on_part(piece: Submesh, result: Flattening, part: Submesh) -> Known:
+    rows = np.searchsorted(piece.faces, part.faces)
+    uv = np.empty((len(part.V), 2))
+    uv[part.F] = result.uv[piece.F[rows]]
+    made = replace(
+        result,
+        uv=uv,
+        F=part.F,
+        angles=result.angles[rows],
+        repaired=np.flatnonzero(np.isin(rows, result.repaired)),
+        message=f"{result.message}; a part of this map, {len(piece.F) - len(rows):,} faces were cut off",
+    )
+    return made, np.zeros((0, 2), dtype=np.int64), quality_of(part, uv)
