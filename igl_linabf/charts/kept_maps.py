@@ -13,25 +13,30 @@ import numpy as np
 from .._types import IntArray
 from ..flattening import Flattening
 from ..measures import Quality, quality_of
-from ..surface import Submesh
+from ..surface import Submesh, complex_positions, signed_double_areas
 
-KEPT = 0.75  # share of its faces from which on a part keeps the map: a smaller one gains by a new one
+KEPT = 0.9  # share of its faces from which on a part keeps the map: a smaller one gains by a new one
+EVEN = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
 
 Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping faces, its figures
 
 
 def kept_maps(piece: Submesh, result: Flattening, parts: list[Submesh]) -> list[Known | None]:
     """The map of the part that keeps it; None for the others. No two faces of one part overlap."""
-    return [
-        _on_part(piece, result, part) if len(part.F) >= KEPT * len(piece.F) and result.outcome.good else None
-        for part in parts
-    ]
+    kept: list[Known | None] = [None] * len(parts)
+    largest = int(np.argmax([len(part.F) for part in parts]))
+    if len(parts[largest].F) >= KEPT * len(piece.F) and result.outcome.good:
+        made = _on_part(piece, result, parts[largest])
+        kept[largest] = made if made[2].stretch_l2 <= EVEN else None
+    return kept
 
 
 def _on_part(piece: Submesh, result: Flattening, part: Submesh) -> Known:
     rows = np.searchsorted(piece.faces, part.faces)
     uv = np.empty((len(part.V), 2))
     uv[part.F] = result.uv[piece.F[rows]]
+    double_area = np.abs(signed_double_areas(complex_positions(uv), part.topology.corner))
+    uv *= np.sqrt(part.measured[0].sum() / double_area.sum())  # as large as the surface, like every map
     made = replace(
         result,
         uv=uv,

@@ -43,6 +43,7 @@ from .pieces import flattened
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .scaf import moved_apart
 from .seams import TRADE, seams_of
+from .small_charts import with_small_joined
 from .visibility import hiding
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
@@ -210,7 +211,16 @@ def unwrap(
     if not len(surface.F):
         return in_polygons(without_charts(cleaned, given), split)
     hidden = hiding(surface, hide, np.arange(len(given)) if split is None else split.face)
-    task = _Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch, hidden)
+    task = _Task(
+        method_of(method),
+        seams is None or complete,
+        trade,
+        holes,
+        bijective,
+        max_stretch,
+        hidden,
+        seams is None,
+    )
     with reporting(progress):
         if cones is None:
             with part("seams", SEAMS_END):
@@ -244,6 +254,7 @@ class _Task:
     bijective: bool
     max_stretch: float | None
     hidden: FloatArray | None
+    joins: bool
 
     def seams_of(self, piece: Submesh, *, disks: bool = False, gain: float = 0.0) -> IntArray:
         """`seams_of` a piece, as the task wants them."""
@@ -315,6 +326,8 @@ def _charts(pieces: list[Submesh], task: _Task) -> list[tuple[Chart, Submesh]]:
                 parts += [((*key, k), *smaller) for k, smaller in enumerate(made)]
         waiting, splits = parts, splits + 1
     done.sort(key=lambda entry: entry[0])  # parts stand where the piece was
+    if task.joins:
+        done = with_small_joined(done, task.most_stretch)
     return [(chart, piece) for _, chart, piece in done]
 
 
