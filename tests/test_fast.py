@@ -7,12 +7,15 @@ import sys
 import numpy as np
 import pytest
 from carried import MESHES
-from conftest import DISKS, HOLES, STRESS, best_fit_distance, load
+from conftest import DISKS, HOLES, STRESS, best_fit_distance, bumps, load
+from scipy import sparse
+from scipy.sparse import linalg
 
 import igl_linabf as il
 from igl_linabf import kernels
 from igl_linabf.angles import constraints_of
 from igl_linabf.kernels.choice import compiled
+from igl_linabf.linalg import NotPositiveDefiniteError, SmallBlocks
 from igl_linabf.surface import planar
 
 pytest.importorskip("numba")
@@ -60,10 +63,7 @@ def cases():
         "first_moments": (z, t.corner, mesh.double_area, start),
         "second_moments": (z, t.corner, mesh.double_area, start, z[:2]),
         "third_moments": (z, t.corner, mesh.double_area, start, z[:2], z[2:4]),
-        "fan_product": (
-            np.where(t.interior, np.cumsum(t.interior) - 1, t.interior.sum())[t.corner],
-            *(w, d, cot, rng.normal(size=2 * t.interior.sum())),
-        ),
+        "boundary_loops": (*t.edges[t.sides[1] < 0].T, t.n),
         "in_one_piece": (t.sides, t.corner.shape[1]),
         "connected_labels": (t.edges[::3], t.n),
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
@@ -82,7 +82,7 @@ def test_the_loops_are_the_same_as_numpy(name):
         plain = kernel(*args)
     for a, b in zip(*((x if isinstance(x, tuple) else (x,)) for x in (fast, plain)), strict=True):
         assert np.asarray(a).dtype == np.asarray(b).dtype and np.shape(a) == np.shape(b)
-        np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11 * np.abs(b).max())
+        np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11 * np.abs(b).max(initial=0))
 
 
 def test_every_kernel_with_loops_is_compared():
@@ -147,3 +147,50 @@ def test_where_no_folder_can_hold_the_code_it_is_compiled_all_the_same(monkeypat
     made = compiled.__wrapped__(kernels.pair_weights.__closure__[1].cell_contents)
     w = np.random.default_rng(0).random((3, 5))
     np.testing.assert_allclose(made(w, w.sum(axis=0)), kernels.pair_weights(w, w.sum(axis=0)))
+
+
+def grids(sizes, rng):
+    """The Laplacians of grids with random weights and fixed surroundings, side by side."""
+    parts = []
+    for k, m in sizes:
+        row, column = sparse.eye_array(k, k=1), sparse.eye_array(m, k=1)
+        links = sparse.kron(row, sparse.eye_array(m)) + sparse.kron(sparse.eye_array(k), column)
+        links.data = rng.uniform(-1e-3, 1, links.nnz)
+        links = links + links.T
+        parts.append(sparse.diags_array(links.sum(axis=0) + 0.1) - links)
+    return sparse.block_diag(parts, format="csc")
+
+
+def test_small_systems_side_by_side_are_factored_each_for_itself():
+    rng = np.random.default_rng(0)
+    sizes = [(1, 1), (9, 14), (1, 70), (30, 30), (8, 8)]
+    A = grids(sizes, rng)
+    lower = sparse.tril(A).tocsc()
+    lower.sort_indices()
+    made = SmallBlocks(lower)
+    for b in (
+        rng.normal(size=A.shape[0]),
+        rng.normal(size=(A.shape[0], 2)),
+        rng.normal(size=(A.shape[0], 3)),
+    ):
+        x = made.factor(lower).solve(b)
+        assert x.shape == b.shape
+        np.testing.assert_allclose(A @ x, b, rtol=0, atol=1e-12)
+    fill = len(made.numeric(lower).below)
+    assert fill < 1.15 * linalg.splu(A, permc_spec="MMD_AT_PLUS_A").L.nnz
+    first, last = 1 + 126 + 70, 1 + 126 + 70 + 900
+    lower.data[lower.indptr[first + 450]] *= -1
+    with pytest.raises(NotPositiveDefiniteError) as error:
+        made.factor(lower)
+    assert first <= error.value.row < last  # its block
+
+
+def test_a_small_disk_is_solved_the_same_by_loops_and_by_a_library():
+    V, F = bumps(500)
+    fast = il.flatten(V, F)
+    assert "compiled Cholesky" in fast.solver and fast.layout_solver == "compiled Cholesky"
+    with kernels.numpy_only():
+        plain = il.flatten(V, F)
+    assert "compiled" not in plain.solver + plain.layout_solver
+    assert fast.inner_steps == plain.inner_steps
+    np.testing.assert_allclose(fast.uv, plain.uv, rtol=0, atol=1e-10 * np.ptp(plain.uv))

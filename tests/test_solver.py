@@ -8,7 +8,14 @@ from conftest import best_fit_distance, load
 from scipy import sparse
 
 from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, layout, linabf
-from igl_linabf.linalg import NotPositiveDefiniteError, Solvers, SuperLU, choice, conjugate_gradients
+from igl_linabf.linalg import (
+    NotPositiveDefiniteError,
+    SmallBlocks,
+    Solvers,
+    SuperLU,
+    choice,
+    conjugate_gradients,
+)
 from igl_linabf.linalg import factors as solver
 from igl_linabf.linalg.factors import IglCholesky
 
@@ -167,7 +174,7 @@ def test_a_singular_layout_is_an_error_with_a_place(monkeypatch) -> None:
     def singular(self, lower) -> None:
         raise NotPositiveDefiniteError(7)
 
-    for kind in (SuperLU, IglCholesky, solver.Cholmod):
+    for kind in (SuperLU, IglCholesky, SmallBlocks, solver.Cholmod):
         monkeypatch.setattr(kind, "factor", singular)
         monkeypatch.setattr(kind, "preconditioner", singular)
     with pytest.raises(MeshError, match=r"singular in double precision.*faces \d+.*remove"):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 from scipy import sparse
 
@@ -37,8 +39,12 @@ class System:
         alpha: FloatArray,
         w: FloatArray | None = None,
         cot: FloatArray | None = None,
+        *,
+        scaled: bool = True,
     ) -> None:
+        """With `scaled`, the conformal metric is s_t K_t, and else K_t alone."""
         self.constraints, self.topology, self.pattern = constraints, constraints.topology, constraints.pattern
+        self._scaled = scaled
         self.w = alpha**2 if w is None else w
         self.d = self.w.sum(axis=0)
         self.cot = kernels.cotangents(alpha) if cot is None else cot
@@ -63,6 +69,11 @@ class System:
         """P y: (3, #F) angles that sum to zero in each triangle."""
         return kernels.projected(self.w, self.d, y)
 
+    def conformally(self, y: FloatArray) -> FloatArray:
+        """s K y, or K y: (3, #F) angles that sum to zero in each triangle."""
+        across = self._conformal * (y[NEXT] - y[PREV])
+        return np.asarray(across[PREV] - across[NEXT])
+
     def projection(self, faces: IntArray) -> FloatArray:
         """P_t of some faces, (#faces, 3, 3)."""
         # near an angle of pi, w - w^2 / d would be rounding error only
@@ -70,9 +81,7 @@ class System:
 
     def conformal(self, faces: IntArray) -> FloatArray:
         """s_t K_t of some faces, (#faces, 3, 3)."""
-        return self._from_pairs(
-            kernels.conformal_weights(self.w[:, faces], self.d[faces], self.cot[:, faces]) / 2
-        )
+        return self._from_pairs(self._conformal[:, faces])
 
     @staticmethod
     def _from_pairs(weight: FloatArray) -> FloatArray:
@@ -83,6 +92,13 @@ class System:
             K[:, i, j] = K[:, j, i] = -weight[k]
             K[:, k, k] = weight[i] + weight[j]
         return K
+
+    @cached_property
+    def _conformal(self) -> FloatArray:
+        """What the half-edges give to s K or K, (3, #F), k opposite to i and j."""
+        if not self._scaled:
+            return self.cot / 2
+        return kernels.conformal_weights(self.w, self.d, self.cot) / 2
 
     def rows(self, e: FloatArray) -> FloatArray:
         """M e: (#rows, 2) sums of (3, #F) angles."""
@@ -103,9 +119,7 @@ class System:
         triangle's shape. s_t = 2 sqrt(w0 w1 w2 / d) is the geometric mean of the two
         eigenvalue ratios of P_t and K_t.
         """
-        return self.pattern.laplacian(
-            self.topology.sum_at_edges(kernels.conformal_weights(self.w, self.d, self.cot)) / 2
-        )
+        return self.pattern.laplacian(self.topology.sum_at_edges(self._conformal))
 
     def wheel_laplacian(self, lower: sparse.csc_array) -> sparse.csc_array:
         """Lower triangle of L_s over the rows with a wheel constraint, the identity on the others."""

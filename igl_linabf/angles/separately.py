@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy import sparse
 
 from .. import kernels
 from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray
-from ..linalg import Analysis, Factored, Multigrid, block_conjugate_gradients
+from ..linalg import Analysis, Factored, Multigrid, SmallBlocks, block_conjugate_gradients
 from ..surface import Disks, Parts
 from .constraints import Constraints
 from .linearised import AngleProblem, Iterate, cut_short, linearise
@@ -35,10 +37,12 @@ class Separate:
         Whose angles were not flat from the start.
     good : (#disks,) bool
         Whose two solves came to an end with no triangle cut short.
+    thin : (#disks,) bool
+        Those among others that have slivers: to be solved with each other.
     inner_steps : (2, #disks) int64
         Of the step and of the chord.
-    residual : (3, #disks) float64
-        The largest of each disk at the start, after the step, and after the chord.
+    families : (3, 3, #disks) float64
+        By `families_of` at the start, after the step, and after the chord.
     """
 
     at: Iterate
@@ -46,8 +50,9 @@ class Separate:
     how: str
     stepped: BoolArray
     good: BoolArray
+    thin: BoolArray
     inner_steps: IntArray
-    residual: FloatArray
+    families: FloatArray
 
 
 def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float) -> Separate | None:
@@ -62,25 +67,25 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
     """
     rows = rows_of(problem.constraints, disks)
     at, solver = problem.start, None
-    residual = [largest_of(at, rows, disks.faces)]
-    stepped = residual[0] > tol
+    families = [families_of(at, rows, disks.faces)]
+    stepped = families[0].max(axis=0) > tol
     good = ~stepped | (rows.sizes > 0)
-    inner_steps = np.zeros((2, len(disks)), dtype=np.int64)
+    inner_steps, thin = np.zeros((2, len(disks)), dtype=np.int64), np.zeros(len(disks), dtype=bool)
     if (stepped & good).any():
-        solver = _solver(problem)
+        solver, thin = _solver(problem, rows, ~stepped)
         if isinstance(solver.laplacian, Multigrid):
             return None
         moving = disks.faces.spread(np.where(stepped, 1.0, 0.0))
         for k in range(2):
-            e, inner_steps[k], converged = _errors(solver, at, rows, rtol)
+            e, inner_steps[k], converged = _errors(solver, at, rows, disks.faces, rtol)
             with timed("assembly"):
                 e, cut = cut_short(at.alpha, e * moving)
                 good &= ~stepped | (converged & ~disks.faces.any(cut))
                 at = problem.at(at.alpha + e)
-            residual.append(largest_of(at, rows, disks.faces))
-    residual += residual[-1:] * (3 - len(residual))
+            families.append(families_of(at, rows, disks.faces))
+    families += families[-1:] * (3 - len(families))
     laplacian, how = (None, "none") if solver is None else (solver.laplacian, solver.how)
-    return Separate(at, laplacian, how, stepped, good, inner_steps, np.array(residual))
+    return Separate(at, laplacian, how, stepped, good & ~thin, thin, inner_steps, np.array(families))
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,6 +98,8 @@ class _Solver:
     product : callable
         S times x.
     precondition : callable or None
+    factor : kernels.Factor or None
+        That of `precondition`, if it is all there is to it.
     whole : Factored or None
         Of S, where that was asked for.
     laplacian : Analysis or None
@@ -102,28 +109,38 @@ class _Solver:
     fans: _Fans
     product: Solve
     precondition: Solve | None
+    factor: kernels.Factor | None
     whole: Factored | None
     laplacian: Analysis | None
     how: str
 
 
-def _solver(problem: AngleProblem) -> _Solver:
-    """Linearise at the start.
+def _solver(problem: AngleProblem, rows: Parts, flat: BoolArray) -> tuple[_Solver, BoolArray]:
+    """Linearise at the start; which disks are not to be solved with it, as they have slivers.
 
     S is needed as a matrix for slivers only, or to be factored: a few products take less time than that.
+    So disks without slivers do not wait for those that have some. Disks that are `flat` take no step.
     """
     fans = _Fans(System(problem.constraints, problem.start.alpha, cot=problem.start.cot))
-    if problem.solvers.direct or len(fans.system.sliver_rows()):
+    sliver = np.zeros(problem.constraints.n, dtype=bool)
+    sliver[fans.system.sliver_rows()] = True
+    thin = rows.any(sliver) & ~flat
+    none = np.zeros(len(rows), dtype=bool)
+    if problem.solvers.direct or (thin | flat).all():
         lin = linearise(problem, problem.start, fall_back=False)
-        return _Solver(fans, lin.product, lin.precondition, lin.whole, lin.laplacian, lin.how)
+        solver = _Solver(fans, lin.product, lin.precondition, None, lin.whole, lin.laplacian, lin.how)
+        return solver, none
     with timed("assembly"):
         lower = fans.system.laplacian()
     with timed("analysis"):
-        laplacian = problem.solvers.laplacian(lower)
-    with timed("factor"):
-        precondition = conformal_inverse(fans.system, None, laplacian.preconditioner(lower))
+        laplacian = problem.constraints.pattern.analysis(problem.solvers, lower)
     how = f"conjugate gradients, {laplacian.name}"
-    return _Solver(fans, fans.product, precondition, None, laplacian, how)
+    with timed("factor"):
+        if isinstance(laplacian, SmallBlocks):
+            factor = laplacian.numeric(lower)
+            return _Solver(fans, fans.product, None, factor, None, laplacian, how), thin
+        precondition = conformal_inverse(fans.system, None, laplacian.preconditioner(lower))
+    return _Solver(fans, fans.product, precondition, None, None, laplacian, how), thin
 
 
 class _Fans:
@@ -133,6 +150,7 @@ class _Fans:
         self.system, self._n = system, system.constraints.n
         row = system.constraints.row[system.topology.corner]
         self._row = np.where(row < 0, self._n, row)  # one more row for those on the boundary
+        self._pair = kernels.pair_weights(system.w, system.d)
 
     def errors(self, x: FloatArray) -> FloatArray:
         """P M^T x, (3, #F)."""
@@ -145,10 +163,36 @@ class _Fans:
         vertex, wheel = kernels.row_sums(self._row, self.system.cot, e, self._n + 1)
         return np.column_stack((vertex[:-1], wheel[:-1])).ravel()
 
+    @cached_property
+    def _root(self) -> sparse.csr_array:
+        """N^T, (2 #F, 2 #rows + 2), of S = N N^T.
+
+        P of a triangle, y^T P y = f (y1 - y2)^2 + g (y2 - y0)^2 + h (y0 - y1)^2, is the sum of two squares.
+        """
+        (f, g, h), (a, b, c) = self._pair, self.system.cot
+        along = f * h + f * g + g * h
+        share, first, second = h / (g + h), np.sqrt(g + h), np.sqrt(along / (g + h))
+        ones = np.ones_like(a)
+        to_first = (ones, -share, share - 1, c - share * (b + c), share * c - a - c, a + share * b)
+        to_second = (0 * ones, ones, -ones, b + c, -c, -b)
+        data = np.stack(
+            (*(first * values for values in to_first), *(second * values for values in to_second))
+        )
+        columns = np.concatenate((2 * self._row, 2 * self._row + 1)).T
+        shape = (2 * len(a), 2 * self._n + 2)
+        indptr = np.arange(0, 12 * len(a) + 1, 6)
+        return sparse.csr_array((data.T.ravel(), np.hstack((columns, columns)).ravel(), indptr), shape=shape)
+
     def product(self, x: FloatArray) -> FloatArray:
         """S x = M P M^T x."""
-        s = self.system
-        return kernels.fan_product(self._row, s.w, s.d, s.cot, x)
+        return np.asarray(self._root.T @ (self._root @ np.append(x, np.zeros(2))))[:-2]
+
+    def separate_errors(
+        self, e0: FloatArray, b: FloatArray, factor: kernels.Factor, rows: Parts, faces: Parts, rtol: float
+    ) -> tuple[FloatArray, IntArray, BoolArray]:
+        """All of `_errors` by compiled loops."""
+        parts, cot = (rows.start, faces.start), self.system.cot
+        return kernels.separate_errors(*parts, self._row, self._pair, cot, e0, b, factor, rtol, MOST_STEPS)
 
 
 def rows_of(constraints: Constraints, disks: Disks) -> Parts:
@@ -164,18 +208,19 @@ def families_of(at: Iterate, rows: Parts, faces: Parts) -> FloatArray:
     return np.stack((rows.max(np.abs(b.vertex)), faces.max(np.abs(b.triangle)), rows.max(np.abs(b.wheel))))
 
 
-def largest_of(at: Iterate, rows: Parts, faces: Parts) -> FloatArray:
-    """The largest absolute residual of each disk."""
-    return np.asarray(families_of(at, rows, faces).max(axis=0))
-
-
-def _errors(solver: _Solver, at: Iterate, rows: Parts, rtol: float) -> tuple[FloatArray, IntArray, BoolArray]:
+def _errors(
+    solver: _Solver, at: Iterate, rows: Parts, faces: Parts, rtol: float
+) -> tuple[FloatArray, IntArray, BoolArray]:
     """The errors that the linearised constraints ask for, the inner steps, and who converged."""
     b, fans = at.residual, solver.fans
     with timed("assembly"):
         e0 = fans.system.w * (b.triangle / fans.system.d)
-        rhs = np.column_stack((b.vertex, b.wheel)).ravel() - fans.rows(e0)
+        right = np.column_stack((b.vertex, b.wheel))
+        if solver.factor is None:
+            rhs = right.ravel() - fans.rows(e0)
     with timed("solve"):
+        if solver.factor is not None:
+            return fans.separate_errors(e0, right, solver.factor, rows, faces, rtol)
         if solver.whole is not None:
             x = solver.whole.solve(rhs)
             steps, converged = np.zeros(len(rows), dtype=np.int64), rows.min(np.isfinite(x[::2]))

@@ -41,6 +41,8 @@ def paths_across(component: Submesh, piece: ClosedSurface, seam: IntArray) -> tu
     low, high = np.minimum(child, before[child]), np.maximum(child, before[child])
     on_tree = proper[at[np.searchsorted(key, low * piece.n + high)]]
     crossed = np.concatenate((on_tree[child < piece.holes], np.setdiff1d(np.arange(len(seam)), on_tree)))
+    if not len(crossed):
+        return ()
     rows = component.cells[1][seam]
     return tuple(_strips(component.topology, rows, rows[crossed]))
 

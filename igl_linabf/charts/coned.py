@@ -180,7 +180,7 @@ def _flattened(
     """The component cut along its seam, and its map."""
     start, component, piece = perf_counter(), place.component, place.piece
     seam = seam_through(piece, piece.node[own])
-    (cut,) = component.cut_along(component.vertices[piece.edges[seam]])
+    (cut,) = component.cut_at(component.cells[1][seam])
     advance("seams", 0.2)
     sums = np.where(component.topology.interior, 2 * np.pi, np.nan)
     sums[own] = angles
@@ -206,7 +206,7 @@ def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
                     (smaller, _of_part(made, piece, smaller), splits + 1) for smaller in reversed(parts)
                 ]
                 continue
-        chart = Chart(piece.faces, made, quality_of(piece, made.uv), splits, len(pairs), 0.0)
+        chart = Chart(piece.faces, made, quality_of(piece, made.uv, len(pairs)), splits, len(pairs), 0.0)
         done.append((chart, piece))
     return done
 

@@ -21,7 +21,7 @@ from .visibility import Smoothing, shown, valleys
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
 FIRST_BASES = 4  # base points for the loops around handles, far from each other
-MORE_BASES = 6  # on the loops found, in a round
+MOST_BASES = 6  # of a round, evenly along the loops
 BASE_ROUNDS = 3  # of such points
 MOST_TRIES = 12  # of moving some of these together
 BRANCH_ROUNDS = 3  # of moving branch points, on average
@@ -230,7 +230,7 @@ def open_handles(piece: ClosedSurface) -> IntArray:
         tried.update(bases)
         # a loop is short as seen from a point on it
         bases = sorted(set(piece.ends[best].ravel().tolist()) - tried)
-        bases = bases[:: -(-len(bases) // MORE_BASES) or 1]
+        bases = bases[:: -(-len(bases) // MOST_BASES) or 1]
     return shortest
 
 

@@ -21,11 +21,14 @@ EVEN = 1.3  # L2 stretch up to which it does: of more, a new map has less, and f
 Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping faces, its figures
 
 
-def kept_maps(piece: Submesh, result: Flattening, parts: list[Submesh]) -> list[Known | None]:
-    """The map of the part that keeps it; None for the others. No two faces of one part overlap."""
+def kept_maps(
+    piece: Submesh, result: Flattening, parts: list[Submesh], pairs: IntArray
+) -> list[Known | None]:
+    """The map of the part that keeps it; None for the others. `pairs` of faces overlap in the map."""
     kept: list[Known | None] = [None] * len(parts)
     largest = int(np.argmax([len(part.F) for part in parts]))
-    if len(parts[largest].F) >= KEPT * len(piece.F) and result.outcome.good:
+    apart = not np.isin(piece.faces[pairs], parts[largest].faces).all(axis=1).any()
+    if apart and len(parts[largest].F) >= KEPT * len(piece.F) and result.outcome.good:
         made = _on_part(piece, result, parts[largest])
         kept[largest] = made if made[2].stretch_l2 <= EVEN else None
     return kept

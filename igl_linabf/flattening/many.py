@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from time import perf_counter
 from typing import cast
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import Progress, advance, part, reporting, stopwatch, timed
+from .._runtime import Progress, advance, in_threads, part, reporting, stopwatch, timed
 from .._types import FloatArray, IntArray
 from ..angles import (
     AngleProblem,
     Step,
     constraints_of,
-    families_of,
     initial_estimate,
     opened,
     rows_of,
@@ -23,7 +23,7 @@ from ..angles import (
 )
 from ..errors import MeshError, SingularSystemError
 from ..layouts import GAP, flat_disks
-from ..linalg import NotPositiveDefiniteError, Solvers
+from ..linalg import SMALL, NotPositiveDefiniteError, Solvers
 from ..surface import Disks, coordinates, face_array, side_by_side, vertex_array
 from .isometric_together import lengthened
 from .methods import ONE_SYSTEM_RTOL, STAGES, Isometric, LinABF, Method, method_of
@@ -33,7 +33,7 @@ from .shapes import BoundaryName
 from .verbs import flatten
 
 LARGE = 10_000  # triangles from which a mesh is flattened alone: in company it would take as long
-AT_ONCE = 16_000  # triangles in company: what fits into the processor's caches
+AT_ONCE = 8_000  # triangles in company: what fits into the processor's caches
 
 Arrays = tuple[FloatArray, IntArray]
 
@@ -124,7 +124,7 @@ def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattenin
     made: list[Flattening | None] = [None] * len(meshes)
     if isinstance(method, Isometric):
         linear = flatten_together(meshes, LinABF(solver=method.solver))
-        for group in _groups(meshes):
+        for group in _groups(meshes, range(len(meshes))):
             found = [(i, result) for i in group if (result := linear[i]) is not None]
             chosen = [meshes[i] for i, _ in found]
             for k, result in lengthened(chosen, [result for _, result in found], method):
@@ -133,52 +133,66 @@ def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattenin
     plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
     if not (plain and isinstance(method, LinABF) and method.layout in ("auto", "boundary")):
         return made
-    for group in _groups(meshes):
-        for place, result in _group(meshes, group, method):
-            made[place] = result
-        advance("together", 0.1)
+    places: Sequence[int] = range(len(meshes))
+    for _ in range(2):  # those with slivers go together the second time
+        thin: list[int] = []
+        for results, others in in_threads(partial(_group, meshes, method=method), _groups(meshes, places)):
+            for place, result in results:
+                made[place] = result
+            thin += others
+            advance("together", 0.1)
+        places = thin
     return made
 
 
-def _groups(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
-    """Which of the small meshes go together."""
-    group: list[int] = []
-    faces = 0
-    for i, (_, F) in enumerate(meshes):
-        if len(F) < LARGE:
-            group.append(i)
-            faces += len(F)
-            if faces >= AT_ONCE:
-                yield group
-                group, faces = [], 0
-    yield group
+def _groups(meshes: Sequence[Arrays], places: Sequence[int]) -> Iterator[list[int]]:
+    """Which of the meshes at these places go together: none that is large, and those of one solver."""
+    for least, most in ((0, SMALL), (SMALL + 1, LARGE)):
+        group: list[int] = []
+        faces = 0
+        for i in places:
+            size = len(meshes[i][1])
+            if least <= size <= most:
+                group.append(i)
+                faces += size
+                if faces >= AT_ONCE:
+                    yield group
+                    group, faces = [], 0
+        if group:
+            yield group
 
 
-def _group(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> Iterator[tuple[int, Flattening]]:
-    """The places and results of those that come out well together."""
+Results = tuple[list[tuple[int, Flattening]], list[int]]
+
+
+def _group(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> Results:
+    """The places and results of those that come out well together, and the places of those with slivers."""
     if len(group) < 2:
-        return
+        return [], []
     start = perf_counter()
     disks, found = side_by_side([meshes[i] for i in group])
     if disks is None or len(disks) < 2:
-        return
+        return [], []
     try:
         with stopwatch("check", *STAGES) as seconds:
             seconds["check"] = perf_counter() - start
-            results = list(_flat(disks, method))
+            results, thin = _flat(disks, method)
     except (NotPositiveDefiniteError, SingularSystemError):
-        for half in np.array_split(found, 2):  # until it is alone
-            yield from _group(meshes, [group[i] for i in half], method)
-        return
+        halves = np.array_split(found, 2)  # until it is alone
+        parts = [_group(meshes, [group[i] for i in half], method) for half in halves]
+        return parts[0][0] + parts[1][0], parts[0][1] + parts[1][1]
     seconds["total"] = perf_counter() - start
     for k, result in results:
         share = float(disks.faces.sizes[k] / disks.faces.start[-1])
         result.seconds.update({stage: share * value for stage, value in seconds.items()})
-        yield group[found[k]], result
+    return [(group[found[k]], result) for k, result in results], [group[found[k]] for k in thin]
 
 
-def _flat(disks: Disks, method: LinABF) -> Iterator[tuple[int, Flattening]]:
-    """Disks by one system, the ladder's first rung; the places of those for which that is enough."""
+def _flat(disks: Disks, method: LinABF) -> Results:
+    """Disks by one system, the ladder's first rung; the places of those for which that is enough.
+
+    And of those with slivers, if not all have some.
+    """
     solvers, vertices, faces = Solvers(method.solver), disks.vertices, disks.faces
     with timed("estimate"):
         alpha, caps = opened(np.arctan2(disks.double_area, disks.dot))
@@ -187,22 +201,20 @@ def _flat(disks: Disks, method: LinABF) -> Iterator[tuple[int, Flattening]]:
         problem = AngleProblem(constraints_of(disks.topology), estimate, solvers)
     stepped = step_and_chord(problem, disks, method.rtol or ONE_SYSTEM_RTOL, method.tol)
     if stepped is None:
-        return
+        return [], []
     with timed("layout"):
         flat = flat_disks(disks, problem.constraints, stepped.at, solvers, stepped.laplacian)
     if flat is None:
-        return
+        return [], []
     good = stepped.good & ~flat.flipped & (flat.gap <= GAP)
     good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # that is to be warned of
     rows = rows_of(problem.constraints, disks)
-    before = families_of(problem.start, rows, faces).T
-    after = families_of(stepped.at, rows, faces).T
+    before, _, after = (families.T.tolist() for families in stepped.families)
     triangles = disks.topology.corner.T - faces.spread(vertices.start[:-1])[:, None]
     angles, uv = np.ascontiguousarray(stepped.at.alpha.T), coordinates(flat.z)
-    residual, inner, gap, ratio = (
-        values.tolist() for values in (stepped.residual.T, stepped.inner_steps.T, flat.gap, flat.ratio)
-    )
-    nothing = np.empty(0, dtype=np.int64)
+    residual, inner = stepped.families.max(axis=1).T.tolist(), stepped.inner_steps.T.tolist()
+    gap, ratio = flat.gap.tolist(), flat.ratio.tolist()
+    nothing, made = np.empty(0, dtype=np.int64), []
     for k in np.flatnonzero(good).tolist():
         first, last = residual[k][0], residual[k][2]
         steps: tuple[Step, ...] = ()
@@ -213,31 +225,31 @@ def _flat(disks: Disks, method: LinABF) -> Iterator[tuple[int, Flattening]]:
         outcome, message = judge(
             ratio[k], "boundary", solver, nothing, last, nothing, converged=last <= method.tol, note=""
         )
-        yield (
-            k,
-            Flattening(
-                uv=uv[vertices.start[k] : vertices.start[k + 1]],
-                F=triangles[faces.start[k] : faces.start[k + 1]],
-                angles=angles[faces.start[k] : faces.start[k + 1]],
-                method=method.name,
-                outcome=outcome,
-                message=message,
-                flipped=nothing,
-                repaired=nothing,
-                ladder=(Rung("linear step", Status.GOOD, 0, last, ""),),
-                steps=steps,
-                before=_residuals(before[k]),
-                after=_residuals(after[k]),
-                holes=(),
-                gap=gap[k],
-                layout="boundary",
-                solver=stepped.how if steps else "none",
-                layout_solver=solver,
-                seconds={},  # when all is done
-            ),
+        result = Flattening(
+            uv=uv[vertices.start[k] : vertices.start[k + 1]],
+            F=triangles[faces.start[k] : faces.start[k + 1]],
+            angles=angles[faces.start[k] : faces.start[k + 1]],
+            method=method.name,
+            outcome=outcome,
+            message=message,
+            flipped=nothing,
+            repaired=nothing,
+            ladder=(Rung("linear step", Status.GOOD, 0, last, ""),),
+            steps=steps,
+            before=_residuals(before[k]),
+            after=_residuals(after[k]),
+            holes=(),
+            gap=gap[k],
+            layout="boundary",
+            solver=stepped.how if steps else "none",
+            layout_solver=solver,
+            seconds={},  # when all is done
         )
+        made.append((k, result))
+    return made, np.flatnonzero(stepped.thin).tolist()
 
 
-def _residuals(largest: FloatArray) -> Residuals:
+def _residuals(families: list[float]) -> Residuals:
     """Of a disk, by its vertices, triangles and wheels."""
-    return Residuals(float(largest[0]), float(largest[1]), float(largest[2]), 0.0)
+    vertex, triangle, wheel = families
+    return Residuals(vertex, triangle, wheel, 0.0)

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._runtime import stopwatch
 from .._types import FloatArray
-from ..angles import ClosedPath, State, active_set, constraints_of, linearise, solve
+from ..angles import ClosedPath, State, active_set, conformal_steps, constraints_of, linearise, solve
 from ..surface import Mesh, Topology
 from .ladder import (
     ACTIVE_SET_RTOL,
@@ -109,10 +109,13 @@ def _matched(problem: Problem, rtol: float | None, tol: float, most: int) -> Sta
     """Active-set iterations until both sides of the seam agree to `tol`.
 
     A step leaves about the square of the residual, so each is solved no further than that; and with the
-    factor of the first one, as long as the angles have not been cut short.
+    factor of the first one, as long as the angles have not been cut short. What is small is corrected in
+    the conformal metric, if no relative residual is asked for.
     """
     state = problem.start
     for _ in range(most):
+        if state.steps and rtol is None:
+            state = conformal_steps(state, tol)
         residual = state.at.residual.largest
         if residual <= tol:
             break

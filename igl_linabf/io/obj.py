@@ -6,10 +6,13 @@ line can be named.
 
 from __future__ import annotations
 
+import contextlib
+import os
 import re
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
 
@@ -17,12 +20,14 @@ from .._runtime import advance
 from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, some, stack_level
 from ..surface import Polygons
+from .materials import Material, library
 from .parsing import Extras, Parsed, numbers, refuse, shown
 
 STATEMENTS = frozenset(
     b"v vt vn f vp l p o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp "
     b"cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con ctech stech call csh".split()
 )
+LIBRARY = b"mtllib"
 # 0 is no index; textures and normals may be left out
 CORNER = re.compile(rb"(-?0*[1-9]\d{0,17})(?:/(-?0*[1-9]\d{0,17})?(?:/(-?\d{1,18})?)?)?")
 FORMS = {b"": (0,), b"/": (0, 1), b"//": (0, 1, 2), b"!": (0, 2)}  # v, v/vt, v/vt/vn, v//vn without digits
@@ -90,6 +95,23 @@ def parse_obj(data: bytes, name: str) -> Parsed:
         source=ObjText(raw, at[b"f"]),
     )
     return Parsed(V, polygons, TC, index[:, 1], extras)
+
+
+def with_looks(extras: Extras, path: Path) -> Extras:
+    """With what the libraries say that an OBJ file names; one that is missing says nothing."""
+    text = extras.source
+    if extras.materials is None or not isinstance(text, ObjText):
+        return extras
+    known: dict[str, Material] = {}
+    for line in text.lines:
+        key, _, rest = line.strip().partition(b" ")
+        if key == LIBRARY:
+            place = path.parent / os.fsdecode(rest.strip())
+            with contextlib.suppress(OSError, ValueError):  # no file, or no name of one
+                known |= library(place)
+    if not known:
+        return extras
+    return replace(extras, looks=tuple(known.get(name, Material()) for name in extras.materials[0]))
 
 
 def _plain(data: bytes, lines: list[bytes]) -> list[bytes]:

@@ -5,8 +5,10 @@ loops, which numba compiles where it is installed (the extra `fast`).
 """
 
 from .choice import fast_by, is_fast, numpy_only
-from .connectivity import connected_labels, entries, in_one_piece, undirected
+from .cholesky import Factor, analysed, factored
+from .connectivity import boundary_loops, connected_labels, cycles, entries, in_one_piece, undirected
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
+from .small_systems import separate_errors, solved
 from .systems import (
     at_edges,
     block_product,
@@ -24,7 +26,6 @@ from .triangles import (
     cotangents,
     cut_short,
     errors,
-    fan_product,
     log_sines,
     products,
     projected,

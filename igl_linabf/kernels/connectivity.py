@@ -93,8 +93,13 @@ def undirected(corner: IntArray, n: int) -> Joined:
     """
     tail, head = corner[NEXT].ravel(), corner[PREV].ravel()
     key = np.minimum(tail, head) * n + np.maximum(tail, head)
-    order = np.argsort(key, kind="stable")
-    key = key[order]
+    bits = len(key).bit_length()
+    if n * n < 2 ** (63 - bits):  # a sort of numbers takes a tenth of the time of a stable order
+        both = np.sort((key << bits) | np.arange(len(key)))
+        order, key = both & ((1 << bits) - 1), both >> bits
+    else:
+        order = np.argsort(key, kind="stable")
+        key = key[order]
     starts = np.ones(len(key), dtype=bool)
     np.not_equal(key[1:], key[:-1], out=starts[1:])
     begin = np.flatnonzero(starts)
@@ -160,6 +165,60 @@ def entries(ends: IntArray, n: int) -> Entries:
     slot = np.full(ends.shape[1], -1, dtype=np.int64)
     slot[pairs] = place
     return indptr, indices, slot
+
+
+def _boundary_loops(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
+    following = np.full(n, -1, dtype=np.int64)
+    twice, many = np.empty(len(tail), dtype=np.int64), 0
+    for e in range(len(tail)):
+        if following[tail[e]] >= 0:
+            twice[many] = tail[e]
+            many += 1
+        following[tail[e]] = head[e]
+    vertices, sizes, found, loops = np.empty_like(tail), np.empty_like(tail), 0, 0
+    for v in range(0 if many else n):
+        before, at = found, v
+        while following[at] >= 0:
+            vertices[found] = at
+            found += 1
+            ahead = following[at]
+            following[at] = -1
+            at = ahead
+        if found > before:
+            sizes[loops] = found - before
+            loops += 1
+    return vertices[:found], sizes[:loops].copy(), twice[:many].copy()
+
+
+@with_loops(_boundary_loops)
+def boundary_loops(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Boundary half-edges chained into loops: their vertices one loop after the other, and their sizes.
+
+    A loop begins at its first vertex, and loops come in the order of these. There are none if two edges
+    leave a vertex; the third array has such vertices.
+    """
+    order = np.argsort(tail, kind="stable")
+    start = tail[order]
+    twice = start[1:][start[1:] == start[:-1]]
+    if len(twice):
+        return start[:0], start[:0], twice
+    loops = cycles(np.searchsorted(start, head[order]))
+    sizes = np.array([len(loop) for loop in loops], dtype=np.int64)
+    return start[[v for loop in loops for v in loop]], sizes, twice
+
+
+def cycles(following: IntArray) -> list[list[int]]:
+    """The cycles of a permutation, in the order of their first elements."""
+    after, seen, found = following.tolist(), bytearray(len(following)), []
+    for i in range(len(after)):
+        cycle = []
+        while not seen[i]:
+            seen[i] = 1
+            cycle.append(i)
+            i = after[i]
+        if cycle:
+            found.append(cycle)
+    return found
 
 
 def _connected_labels(edges: IntArray, n: int) -> IntArray:

@@ -161,38 +161,6 @@ def errors(
     return projected(w, d, x + cot * (y[PREV] - y[NEXT]))
 
 
-def _fan_product(row: IntArray, w: FloatArray, d: FloatArray, cot: FloatArray, x: FloatArray) -> FloatArray:
-    y = np.zeros(len(x) + 2)
-    u, e, q = np.empty((3, 2)), np.empty(3), np.empty(3)
-    for t in range(row.shape[1]):
-        for k in range(3):
-            i = 2 * row[k, t]
-            if i < len(x):
-                u[k, 0], u[k, 1] = x[i], x[i + 1]
-            else:
-                u[k, 0] = u[k, 1] = 0.0
-        for k in range(3):
-            q[k] = u[k, 0] + cot[k, t] * (u[(k + 2) % 3, 1] - u[(k + 1) % 3, 1])
-        for k in range(3):
-            n, p = (k + 1) % 3, (k + 2) % 3
-            e[k] = w[k, t] * ((w[n, t] * (q[k] - q[n]) + w[p, t] * (q[k] - q[p])) / d[t])
-        for k in range(3):
-            q[k] = cot[k, t] * e[k]
-        for k in range(3):
-            i = 2 * row[k, t]
-            y[i] += e[k]
-            y[i + 1] += q[(k + 1) % 3] - q[(k + 2) % 3]
-    return y[:-2].copy()
-
-
-@with_loops(_fan_product)
-def fan_product(row: IntArray, w: FloatArray, d: FloatArray, cot: FloatArray, x: FloatArray) -> FloatArray:
-    """S x = M P M^T x without S; `row` is that of each corner, (3, #F), #rows for none; x is (2 #rows,)."""
-    vertex, wheel = (np.append(x[k::2], 0.0) for k in (0, 1))
-    sums = row_sums(row, cot, errors(row, w, d, cot, vertex, wheel), len(x) // 2 + 1)
-    return np.column_stack([values[:-1] for values in sums]).ravel()
-
-
 def projected(w: FloatArray, d: FloatArray, y: FloatArray) -> FloatArray:
     """P y: (3, #F) angles that sum to zero in each triangle."""
     after, before = y[NEXT], y[PREV]

@@ -18,4 +18,5 @@ from .factors import (
 from .krylov import MAX_CG_STEPS, conjugate_gradients
 from .memory import check_memory, factor_bytes
 from .often import factored_often
+from .small_blocks import SMALL, SmallBlocks
 from .sparsity import Pattern, Rows, Symmetric, held

@@ -11,8 +11,10 @@ from typing import Literal, get_args
 from scipy import sparse
 
 from ..errors import FallbackWarning, MemoryLimitError, stack_level
+from ..kernels import is_fast
 from . import memory
 from .factors import SIMPLICIAL_UP_TO, Analysis, Cholmod, IglCholesky, Multigrid, has_cholmod
+from .small_blocks import SmallBlocks
 
 SolverName = Literal["auto", "cholmod", "multigrid", "direct"]
 
@@ -27,7 +29,8 @@ class Solvers:
     ----------
     solver : {"auto", "cholmod", "multigrid", "direct"}
         "cholmod" and "multigrid" precondition conjugate gradients by a CHOLMOD factor or a PyAMG
-        V-cycle. "auto" is "cholmod" where scikit-sparse is installed. Where it is not, it is the
+        V-cycle. "auto" is "cholmod" where scikit-sparse is installed; small meshes get compiled loops
+        where numba is. Where scikit-sparse is not, it is the
         Cholesky factor of libigl's wheel, and multigrid from `MULTIGRID_FROM` rows on. "direct"
         factors the whole system.
     """
@@ -45,8 +48,10 @@ class Solvers:
         """Whether the angle system is factored as a whole."""
         return self.solver == "direct"
 
-    def laplacian(self, lower: sparse.csc_array) -> Analysis:
-        """For the scalar Laplacians: the preconditioner and the harmonic layout."""
+    def laplacian(self, lower: sparse.csc_array, small: bool = False) -> Analysis:
+        """For the scalar Laplacians: the preconditioner and the harmonic layout; `small`: of small meshes."""
+        if small and self.solver == "auto" and is_fast():
+            return SmallBlocks(lower)
         n, wanted = lower.shape[0], _bytes_of(lower)
         if self.solver == "multigrid" or (
             self.solver == "auto" and not has_cholmod() and n >= MULTIGRID_FROM

@@ -26,7 +26,7 @@ except ImportError:
     cholmod = None
 
 
-SIMPLICIAL_UP_TO = 40_000  # rows; supernodal CHOLMOD with a good BLAS is faster above
+SIMPLICIAL_UP_TO = 25_000  # rows; supernodal CHOLMOD with a good BLAS is faster above
 NO_ROWS, NO_EQUATIONS = np.empty(0, dtype=np.int64), sparse.csc_matrix((0, 0))
 MULTIGRID_RTOL = 1e-10  # where multigrid stands in for a factorisation
 

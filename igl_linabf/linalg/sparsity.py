@@ -12,6 +12,7 @@ from ..kernels import block_product, entries, is_fast, laplacian_entries, pulled
 from ..surface import Topology, sum_by
 from .choice import Solvers
 from .factors import Analysis, Multigrid
+from .small_blocks import SMALL
 
 
 class Symmetric:
@@ -147,6 +148,7 @@ class Pattern:
 
     def __init__(self, topology: Topology, row: IntArray, n: int) -> None:
         self._analyses: dict[Solvers, Analysis] = {}
+        self._small = topology.corner.shape[1] <= SMALL * topology.n_outer
         self.n, self._topology, self._row = n, topology, row
         self.ends = row[topology.edges.T]
         # the lower triangle in CSC order is the upper one in CSR order
@@ -159,7 +161,7 @@ class Pattern:
     def analysis(self, solvers: Solvers, laplacian: sparse.csc_array) -> Analysis:
         """Of the Laplacians of this pattern, given one of them; made once for each choice of solvers."""
         if solvers not in self._analyses:
-            made = solvers.laplacian(laplacian)
+            made = solvers.laplacian(laplacian, self._small)
             if isinstance(made, Multigrid):  # no analysis; another time there may be memory for one
                 return made
             self._analyses[solvers] = made

@@ -6,7 +6,7 @@ triangles such a surface.
 Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
-from ..kernels import NEXT, PREV, sum_by
+from ..kernels import NEXT, PREV, cycles, sum_by
 from .areas import measure
 from .arrays import (
     Pins,
@@ -45,7 +45,6 @@ from .submesh import Submesh, cut_faces
 from .topology import (
     Topology,
     check_planar,
-    cycles,
     manifold_topology,
     planar_topology,
     topology_of,

@@ -9,11 +9,10 @@ from functools import cached_property
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import products, undirected
+from ..kernels import boundary_loops, connected_labels, products, undirected
 from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE
-from .components import connected_labels
 from .parts import Parts
-from .topology import Topology, cycles, faults
+from .topology import Topology, faults
 
 Arrays = tuple[FloatArray, IntArray]  # V (#V, 3) float64 and F (#F, 3) int64
 
@@ -84,7 +83,7 @@ def _joined(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
     V = np.concatenate([V for V, _ in meshes])
     lost = np.bincount(corner.ravel(), minlength=len(V)) == 0
     with np.errstate(invalid="ignore"):
-        largest = vertices.max(np.abs(V).max(axis=1))  # that is NaN where a coordinate is
+        largest = Parts(3 * vertices.start).max(np.abs(V).ravel())  # that is NaN where a coordinate is
         good = (largest > SMALLEST_COORDINATE) & (largest < LARGEST_COORDINATE) & ~vertices.any(lost)
     if not good.all():
         return None, good
@@ -101,24 +100,24 @@ def _topologies(corner: IntArray, vertices: Parts, faces: Parts) -> tuple[Topolo
     """Connectivity of disks side by side; None, and which of them are disks so far, where not all are."""
     n, m = int(vertices.start[-1]), corner.shape[1]
     edges, sides, sound = undirected(corner, n)
-    of_vertex = vertices.spread(np.arange(len(vertices)))
-    of_edge = of_vertex[edges[:, 0]]
+    of_edge = Parts(np.searchsorted(np.minimum(*edges.T), vertices.start))  # they come by their lower ends
     good = np.ones(len(faces), dtype=bool)
     if not sound:
         _, crowded, turned = faults(corner, edges)
-        good[of_edge[crowded | turned]] = False
+        good = ~of_edge.any(crowded | turned)
     tail, head = edges[sides[1] < 0].T
-    order = np.argsort(tail, kind="stable")
-    start = tail[order]
-    good[of_vertex[start[1:][start[1:] == start[:-1]]]] = False  # two boundary edges leave one vertex
+    around, sizes, twice = boundary_loops(tail, head, n)
+    good[np.searchsorted(vertices.start, twice, side="right") - 1] = False
     if not good.all():
         return None, good
-    loops = tuple(start[cycle] for cycle in cycles(np.searchsorted(start, head[order])))
-    holes = np.bincount(of_vertex[[loop[0] for loop in loops]], minlength=len(faces))
-    characteristic = vertices.sizes - np.bincount(of_edge, minlength=len(faces)) + faces.sizes
-    good = (holes == 1) & (characteristic == 1)
-    label = connected_labels(sides[:, sides[1] >= 0].T % m, m)
+    rim = Parts.of_sizes(sizes)
+    holes = np.diff(np.searchsorted(around[rim.start[:-1]], vertices.start))  # by loops' first vertices
+    pairs = sides.T[sides[1] >= 0]
+    pairs -= m * ((pairs >= m).astype(np.int64) + (pairs >= 2 * m))  # the faces, without a division
+    label = connected_labels(pairs, m)
+    good = (holes == 1) & (vertices.sizes - of_edge.sizes + faces.sizes == 1)
     good &= faces.min(label) == faces.max(label)
     if not good.all():
         return None, good
+    loops = tuple(rim.split(around))
     return Topology(n, corner, edges, sides, loops, len(loops)), good

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
@@ -66,6 +67,11 @@ class Parts:
     def spread(self, values: Array) -> Array:
         """One value a part, at all elements of the part."""
         return np.repeat(values, self.sizes, axis=-1)
+
+    def split(self, values: Array) -> list[Array]:
+        """The parts."""
+        start = self.start.tolist()
+        return [values[i:j] for i, j in pairwise(start)]
 
     def cumsum(self, values: Array) -> Array:
         """The running sums of each part for itself, as if there were no others."""

@@ -153,12 +153,29 @@ class Submesh:
         made = Submesh(self.V[origin], F, self.faces, self.vertices[origin], self.n_given, self.inner)
         return made.components()
 
+    def divided(self, label: IntArray) -> list[Submesh]:
+        """The components after a cut between faces of different labels; none goes through a polygon."""
+        m = len(self.F)
+        sides = self.topology.sides[:, self.cells[1]]
+        between = label[sides[0] % m] != label[sides[1] % m]
+        mask = np.zeros((m, 3), dtype=bool)
+        half_edge = sides[:, between].ravel()  # opposite to corner k: from corner k + 1 on
+        mask[half_edge % m, (half_edge // m + 1) % 3] = True
+        return self.cut(mask)
+
     def _inner(self, rows: IntArray) -> BoolArray | None:
         return None if self.inner is None else self.inner[rows]
 
     def cut_along(self, edges: IntArray) -> list[Submesh]:
         """The components after a cut along edges, (#E, 2) of the caller's vertices."""
         return self.cut(sides_along(edges, self.named_faces, self.n_given))
+
+    def cut_at(self, rows: IntArray) -> list[Submesh]:
+        """The components after a cut along these rows of the topology's edges."""
+        corner, face = np.divmod(self.topology.sides[:, rows], len(self.F))
+        seams = np.zeros(self.F.shape, dtype=bool)
+        seams[face, np.array(NEXT)[corner]] = True  # half-edge (k, t) is the side k + 1 of t
+        return self.cut(seams)
 
     def scatter(self, values: FloatArray) -> FloatArray:
         """Values of these vertices as rows for the caller's vertices; NaN for the others."""

@@ -11,8 +11,9 @@ import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import NEXT, PREV, at_edges, connected_labels, in_one_piece, sum_by, undirected
+from ..kernels import NEXT, PREV, at_edges, boundary_loops, connected_labels, in_one_piece, sum_by, undirected
 from .components import vertex_components
+from .parts import Parts
 
 T = TypeVar("T")
 
@@ -130,7 +131,8 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     edges, sides, sound = undirected(corner, n)
     if not sound:
         raise _unsound(F, edges, vertices)
-    loops = _trace_loops(*edges[sides[1] < 0].T)
+    tail, head = edges[sides[1] < 0].T
+    loops = _trace_loops(tail, head, n)
     if loops is None:
         check_fans(F, sides, vertices)
     return Topology(n, corner, edges, sides, loops or ())
@@ -162,27 +164,12 @@ def with_outer(topology: Topology, outer: int) -> Topology:
     return replace(topology, loops=loops)
 
 
-def _trace_loops(tail: IntArray, head: IntArray) -> tuple[IntArray, ...] | None:
+def _trace_loops(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, ...] | None:
     """Chain boundary half-edges into loops, the longest first; None if two leave one vertex."""
-    start, index = np.unique(tail, return_index=True)
-    if len(start) < len(tail):
+    vertices, sizes, twice = boundary_loops(tail, head, n)
+    if len(twice):
         return None
-    loops = [start[cycle] for cycle in cycles(np.searchsorted(start, head)[index])]
-    return tuple(sorted(loops, key=len, reverse=True))
-
-
-def cycles(following: IntArray) -> list[list[int]]:
-    """The cycles of a permutation, in the order of their first elements."""
-    after, seen, found = following.tolist(), bytearray(len(following)), []
-    for i in range(len(after)):
-        cycle = []
-        while not seen[i]:
-            seen[i] = 1
-            cycle.append(i)
-            i = after[i]
-        if cycle:
-            found.append(cycle)
-    return found
+    return tuple(sorted(Parts.of_sizes(sizes).split(vertices), key=len, reverse=True))
 
 
 def faults(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:

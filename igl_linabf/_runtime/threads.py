@@ -1,0 +1,38 @@
+"""Work that is shared out to threads; NumPy and the compiled loops let several of them run at a time."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures import Future, ThreadPoolExecutor
+from contextvars import copy_context
+from typing import TypeVar
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+MOST = 8  # threads; more would wait for Python's lock
+
+
+def in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
+    """Results of `work` in the order of `items`; every thread has a copy of the caller's context."""
+    given = list(items)
+    threads = min(_cores(), len(given), MOST)
+    if threads < 2:
+        yield from map(work, given)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        futures: list[Future[R]] = [pool.submit(copy_context().run, work, item) for item in given]
+        try:
+            for future in futures:
+                yield future.result()
+        finally:  # what has not begun is not needed after an error
+            pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _cores() -> int:
+    """How many cores this process is to use: as many as it may, or as OMP_NUM_THREADS says."""
+    wanted = os.environ.get("OMP_NUM_THREADS", "")
+    if wanted.isdecimal() and int(wanted):
+        return int(wanted)
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,0 +1,82 @@
+"""The last steps to prescribed sums: corrections in the conformal metric, without inner steps."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from .._runtime import timed
+from ..linalg import NotPositiveDefiniteError
+from .closure import ClosingRows
+from .iterations import State
+from .linearised import Direction, Linearised, right_side
+from .preconditioner import conformal_inverse, laplacian_inverse
+from .reduced import System
+
+SMALL = 6e-2  # residual below which they begin: F/3nt stays the same in four digits
+SLOW = 0.05  # share of the residual left by a correction, above which a new factor pays
+IN_VAIN = 0.5  # and above which corrections do not help
+MOST = 12
+
+
+def conformal_steps(state: State, tol: float) -> State:
+    """Correct the angles, if their residual is small, until it is at most `tol` or that does not help.
+
+    A least-norm step is e = P M^T x with (M P M^T) x = r. Let the cotangent element matrices K stand for P.
+    Then M K M^T is diag(L+, L) itself, of which there is a factor: e = K M^T x fulfils the linearised
+    constraints after one solve. This e is least in another norm, which does not matter where it is small.
+
+    Parameters
+    ----------
+    state : State
+        After a step.
+    tol : float
+        Largest residual.
+    """
+    least_norm, conformal = state.lin, None
+    if not state.at.residual.largest < SMALL:
+        return state
+    for _ in range(MOST):
+        missing = state.at.residual.largest
+        if missing <= tol or state.steps[-1].limited:
+            break
+        fresh = conformal is None
+        if conformal is None:
+            conformal = _factored(state)
+        if conformal is None or conformal.precondition is None:
+            break
+        e0, rhs = right_side(conformal, state.at)
+        with timed("solve"):
+            x = conformal.precondition(rhs)
+        with timed("assembly"):
+            system = conformal.system
+            e = e0 + system.conformally(system.at_corners(conformal.at_corners(x)))
+        corrected = state.advanced(Direction(e, x, 0, conformal), "conformal")
+        left = corrected.at.residual.largest / missing
+        if left < IN_VAIN:
+            state = corrected
+        elif fresh:
+            break
+        if left > SLOW:
+            conformal = None
+    return replace(state, lin=least_norm)
+
+
+def _factored(state: State) -> Linearised | None:
+    """The constraints linearised at the present angles, with the inverse in the conformal metric.
+
+    None if that is singular, or where no Laplacian preconditions.
+    """
+    lin, at, constraints = state.lin, state.at, state.problem.constraints
+    if lin is None or lin.laplacian is None:
+        return None
+    with timed("assembly"):
+        system = System(constraints, at.alpha, scaled=False)
+        closing = ClosingRows(system, at.residual.closure) if at.residual.closure.asked.any() else None
+        lower = system.laplacian()
+    try:
+        with timed("factor"):
+            inverse = laplacian_inverse(system, lin.laplacian, lower)
+            precondition = conformal_inverse(system, closing, inverse)
+    except NotPositiveDefiniteError:
+        return None
+    return replace(lin, system=system, closing=closing, inverse=inverse, precondition=precondition)

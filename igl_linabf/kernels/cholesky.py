@@ -1,0 +1,226 @@
+"""The factor P A P^T = L D L^T of a matrix of small diagonal blocks: loops only, which numba compiles.
+
+A is given by its lower triangle in columns (CSC). Each block is ordered by itself. Without numba, a library
+factors such matrices.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._types import FloatArray, IntArray
+from .choice import compiled, inlined
+
+Index = NDArray[np.uint32]  # unsigned, as the compiled loops then need not look for negative ones
+Bits = NDArray[np.uint64]
+
+ONE = np.uint64(1)
+
+
+class Symbolic(NamedTuple):
+    """What the pattern tells of the factor. Rows and columns of L are in the order of elimination.
+
+    Attributes
+    ----------
+    order : (n,) uint32
+        The row of A that is eliminated as k-th; a block's rows stay together.
+    indptr, rows : (n + 1,) and (nnz of L,) uint32
+        The columns of L below the diagonal.
+    row_indptr, columns : (n + 1,) and (nnz of L,) uint32
+        The same by rows.
+    own_indptr, own, source : (n + 1,) and (nnz of A,) uint32
+        The entries of A by the rows of L, with the diagonal: their columns, and their places in A's data.
+    """
+
+    order: Index
+    indptr: Index
+    rows: Index
+    row_indptr: Index
+    columns: Index
+    own_indptr: Index
+    own: Index
+    source: Index
+
+
+class Factor(NamedTuple):
+    """The factor of a matrix: a column's entries are at `symbolic.rows`."""
+
+    symbolic: Symbolic
+    below: FloatArray
+    diagonal: FloatArray
+
+
+def blocks_of(indptr: IntArray, indices: IntArray) -> IntArray:
+    """Where the diagonal blocks of a lower triangle with its whole diagonal begin, and n at the end."""
+    n = len(indptr) - 1
+    if not n:
+        return np.zeros(1, dtype=np.int64)
+    reach = np.maximum.accumulate(np.maximum.reduceat(indices, indptr[:-1]))
+    return np.concatenate(([0], np.flatnonzero(reach == np.arange(n)) + 1))
+
+
+@inlined
+def _ones(word: np.uint64) -> np.int64:
+    """How many bits are set."""
+    word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
+    word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
+    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
+    return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
+
+
+@inlined
+def _eliminated(near: Bits, order: Index) -> None:
+    """Fill `order` by minimum degree; `near` keeps the neighbours of each row from when it is eliminated.
+
+    Row i of `near` has the bits of the neighbours of i in a block's graph.
+    """
+    n, words = near.shape
+    degree = np.zeros(n, dtype=np.int64)
+    for v in range(n):
+        for i in range(words):
+            degree[v] += _ones(near[v, i])
+    most, v, passed = 0, n - 1, 0
+    for k in range(n):
+        while True:
+            v = v + 1 if v + 1 < n else 0
+            passed += 1
+            if degree[v] <= most:
+                break
+            if passed >= n:
+                most, passed = most + 1, 0
+        passed = 0
+        order[k], degree[v] = v, 2 * n
+        at, bit = v >> 6, ONE << np.uint64(v & 63)
+        for i in range(words):
+            left = near[v, i]
+            while left:
+                low = left & (~left + ONE)
+                left ^= low
+                u = (i << 6) + _ones(low - ONE)
+                near[u, at] &= ~bit
+                count = np.int64(-1)  # without itself
+                for j in range(words):
+                    near[u, j] |= near[v, j]
+                    count += _ones(near[u, j])
+                near[u, i] ^= low
+                degree[u] = count
+
+
+@inlined
+def _linked(near: Bits, first: int, indptr: IntArray, indices: IntArray) -> None:
+    """Set the bits of the neighbours in the block that begins at row `first`."""
+    for j in range(len(near)):
+        for p in range(indptr[first + j], indptr[first + j + 1]):
+            i = indices[p] - first
+            if i != j:
+                near[j, i >> 6] |= ONE << np.uint64(i & 63)
+                near[i, j >> 6] |= ONE << np.uint64(j & 63)
+
+
+def _analysed(
+    start: IntArray, indptr: IntArray, indices: IntArray
+) -> tuple[Index, Index, Index, Index, Index, Index, Index, Index]:
+    n = len(indptr) - 1
+    order, place = np.empty(n, dtype=np.uint32), np.empty(n, dtype=np.uint32)
+    column_indptr, row_indptr = np.zeros(n + 1, dtype=np.uint32), np.zeros(n + 1, dtype=np.uint32)
+    columns = np.empty(16 * n, dtype=np.uint32)
+    filled = np.empty(n, dtype=np.uint32)
+    for b in range(len(start) - 1):
+        first, last = start[b], start[b + 1]
+        near = np.zeros((last - first, (last - first + 63) >> 6), dtype=np.uint64)
+        _linked(near, first, indptr, indices)
+        _eliminated(near, order[first:last])
+        for k in range(first, last):
+            order[k] += first
+            place[order[k]] = k
+        for counting in (True, False):
+            for k in range(first, last):
+                for i in range(near.shape[1]):
+                    left = near[order[k] - first, i]
+                    while left:
+                        low = left & (~left + ONE)
+                        left ^= low
+                        r = place[first + (i << 6) + _ones(low - ONE)]
+                        if counting:
+                            row_indptr[r + 1] += 1
+                            column_indptr[k + 1] += 1
+                        else:
+                            columns[filled[r]] = k
+                            filled[r] += 1
+            if counting:
+                for k in range(first, last):
+                    filled[k] = row_indptr[k]
+                    row_indptr[k + 1] += row_indptr[k]
+                    column_indptr[k + 1] += column_indptr[k]
+                while row_indptr[last] > len(columns):
+                    columns = np.concatenate((columns, columns))
+    rows = np.empty(column_indptr[n], dtype=np.uint32)
+    for k in range(n):
+        filled[k] = column_indptr[k]
+    for k in range(n):
+        for e in range(row_indptr[k], row_indptr[k + 1]):
+            rows[filled[columns[e]]] = k
+            filled[columns[e]] += 1
+    own_indptr = np.zeros(n + 1, dtype=np.uint32)
+    for j in range(n):
+        for p in range(indptr[j], indptr[j + 1]):
+            own_indptr[max(place[j], place[indices[p]]) + 1] += 1
+    for k in range(n):
+        filled[k] = own_indptr[k]
+        own_indptr[k + 1] += own_indptr[k]
+    own, source = np.empty(len(indices), dtype=np.uint32), np.empty(len(indices), dtype=np.uint32)
+    for j in range(n):
+        for p in range(indptr[j], indptr[j + 1]):
+            k, i = max(place[j], place[indices[p]]), min(place[j], place[indices[p]])
+            own[filled[k]], source[filled[k]] = i, p
+            filled[k] += 1
+    return order, column_indptr, rows, row_indptr, columns[: len(rows)], own_indptr, own, source
+
+
+def analysed(indptr: IntArray, indices: IntArray) -> Symbolic:
+    """Order the blocks of a matrix by minimum degree, and find the pattern of its factor."""
+    return Symbolic(*compiled(_analysed)(blocks_of(indptr, indices), indptr, indices))
+
+
+def _factored(
+    data: FloatArray,
+    indptr: Index,
+    rows: Index,
+    row_indptr: Index,
+    columns: Index,
+    own_indptr: Index,
+    own: Index,
+    source: Index,
+) -> tuple[int, FloatArray, FloatArray]:
+    """Row by row (Davis 2005). The first row with a bad pivot, or -1; L and D."""
+    n = len(indptr) - 1
+    below, diagonal = np.empty(len(rows)), np.empty(n)
+    y, filled = np.zeros(n), indptr[:-1].copy()
+    for k in range(n):
+        for e in range(own_indptr[k], own_indptr[k + 1]):
+            y[own[e]] += data[source[e]]
+        d = y[k]
+        y[k] = 0.0
+        for e in range(row_indptr[k], row_indptr[k + 1]):
+            j = columns[e]
+            value = y[j]
+            y[j] = 0.0
+            for p in range(indptr[j], filled[j]):
+                y[rows[p]] -= below[p] * value
+            entry = value / diagonal[j]
+            d -= entry * value
+            below[filled[j]] = entry
+            filled[j] += 1
+        if not d > 0:
+            return k, below, diagonal
+        diagonal[k] = d
+    return -1, below, diagonal
+
+
+def factored(symbolic: Symbolic, data: FloatArray) -> tuple[int, Factor]:
+    """The factor of the matrix with these entries; its first row without a positive pivot, or -1."""
+    bad, below, diagonal = compiled(_factored)(data, *symbolic[1:])
+    return (-1 if bad < 0 else int(symbolic.order[bad])), Factor(symbolic, below, diagonal)

@@ -1,0 +1,189 @@
+"""Solves of systems of small meshes side by side: by their factors, and by conjugate gradients."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._types import BoolArray, FloatArray, IntArray
+from .choice import compiled, inlined
+from .cholesky import Factor, Index
+
+
+@inlined
+def _substituted(
+    first: int,
+    last: int,
+    order: Index,
+    indptr: Index,
+    rows: Index,
+    below: FloatArray,
+    diagonal: FloatArray,
+    b: FloatArray,
+    y: FloatArray,
+    x: FloatArray,
+) -> None:
+    """Solve the blocks of the rows `first` to `last` for two right sides, into `x`; `y` is work space."""
+    for k in range(first, last):
+        y[k, 0], y[k, 1] = b[order[k], 0], b[order[k], 1]
+    for k in range(first, last):
+        u, v = y[k, 0], y[k, 1]
+        for p in range(indptr[k], indptr[k + 1]):
+            y[rows[p], 0] -= below[p] * u
+            y[rows[p], 1] -= below[p] * v
+    for i in range(last - first):
+        k = last - 1 - i
+        u, v = y[k, 0] / diagonal[k], y[k, 1] / diagonal[k]
+        for p in range(indptr[k], indptr[k + 1]):
+            u -= below[p] * y[rows[p], 0]
+            v -= below[p] * y[rows[p], 1]
+        y[k, 0], y[k, 1] = u, v
+        x[order[k], 0], x[order[k], 1] = u, v
+
+
+def _solved(
+    order: Index, indptr: Index, rows: Index, below: FloatArray, diagonal: FloatArray, b: FloatArray
+) -> FloatArray:
+    x = np.empty_like(b)
+    _substituted(0, len(order), order, indptr, rows, below, diagonal, b, np.empty_like(b), x)
+    return x
+
+
+def solved(factor: Factor, b: FloatArray) -> FloatArray:
+    """Solve A x = b for two right sides, (n, 2)."""
+    s = factor.symbolic
+    x: FloatArray = compiled(_solved)(s.order, s.indptr, s.rows, factor.below, factor.diagonal, b)
+    return x
+
+
+@inlined
+def _fan_errors(
+    t: int, row: Index, pair: FloatArray, cot: FloatArray, x: FloatArray
+) -> tuple[float, float, float]:
+    """P M^T x in triangle `t`; x is (#rows + 1, 2), and its last row zero."""
+    a, b, c = row[0, t], row[1, t], row[2, t]
+    u = x[a, 0] + cot[0, t] * (x[c, 1] - x[b, 1])
+    v = x[b, 0] + cot[1, t] * (x[a, 1] - x[c, 1])
+    w = x[c, 0] + cot[2, t] * (x[b, 1] - x[a, 1])
+    f, g, h = pair[2, t] * (u - v), pair[0, t] * (v - w), pair[1, t] * (w - u)
+    return f - h, g - f, h - g
+
+
+@inlined
+def _fan_add(
+    t: int, row: Index, cot: FloatArray, u: float, v: float, w: float, y: FloatArray, sign: float
+) -> None:
+    """Add M times the errors of triangle `t` to `y`, (#rows + 1, 2)."""
+    a, b, c = row[0, t], row[1, t], row[2, t]
+    p, q, r = cot[0, t] * u, cot[1, t] * v, cot[2, t] * w
+    y[a, 0] += sign * u
+    y[b, 0] += sign * v
+    y[c, 0] += sign * w
+    y[a, 1] += sign * (q - r)
+    y[b, 1] += sign * (r - p)
+    y[c, 1] += sign * (p - q)
+
+
+def _separate_errors(
+    row_start: IntArray,
+    face_start: IntArray,
+    row: Index,
+    pair: FloatArray,
+    cot: FloatArray,
+    e: FloatArray,
+    b: FloatArray,
+    rtol: float,
+    most: int,
+    order: Index,
+    indptr: Index,
+    rows: Index,
+    below: FloatArray,
+    diagonal: FloatArray,
+) -> tuple[FloatArray, IntArray, BoolArray]:
+    n, size, e = len(b), len(row_start) - 1, e.copy()
+    x, r, p, q = np.zeros((n + 1, 2)), np.empty((n + 1, 2)), np.zeros((n + 1, 2)), np.empty((n + 1, 2))
+    z, work = np.empty((n, 2)), np.empty((n, 2))
+    steps, converged = np.zeros(size, dtype=np.int64), np.zeros(size, dtype=np.bool_)
+    r[:n] = b
+    for k in range(size):
+        first, last = row_start[k], row_start[k + 1]
+        for t in range(face_start[k], face_start[k + 1]):
+            _fan_add(t, row, cot, e[0, t], e[1, t], e[2, t], r, -1.0)
+        norm = 0.0
+        for i in range(first, last):
+            norm += r[i, 0] * r[i, 0] + r[i, 1] * r[i, 1]
+        goal, rho_before = rtol * np.sqrt(norm), 1.0
+        converged[k] = goal == 0
+        while steps[k] < most and not converged[k]:
+            if np.sqrt(norm) < goal:
+                converged[k] = True
+            if converged[k] or not np.isfinite(norm):
+                break
+            _substituted(first, last, order, indptr, rows, below, diagonal, r, work, z)
+            rho = 0.0
+            for i in range(first, last):
+                rho += r[i, 0] * z[i, 0] + r[i, 1] * z[i, 1]
+            share = rho / rho_before
+            for i in range(first, last):
+                for j in range(2):
+                    p[i, j] = z[i, j] + share * p[i, j]
+                    q[i, j] = 0.0
+            for t in range(face_start[k], face_start[k + 1]):
+                u, v, w = _fan_errors(t, row, pair, cot, p)
+                _fan_add(t, row, cot, u, v, w, q, 1.0)
+            curvature = 0.0
+            for i in range(first, last):
+                curvature += p[i, 0] * q[i, 0] + p[i, 1] * q[i, 1]
+            length, norm = rho / curvature, 0.0
+            for i in range(first, last):
+                for j in range(2):
+                    x[i, j] += length * p[i, j]
+                    r[i, j] -= length * q[i, j]
+                    norm += r[i, j] * r[i, j]
+            rho_before = rho
+            steps[k] += 1
+        for i in range(first, last):
+            converged[k] &= np.isfinite(x[i, 0]) and np.isfinite(x[i, 1])
+        for t in range(face_start[k], face_start[k + 1]):
+            u, v, w = _fan_errors(t, row, pair, cot, x)
+            e[0, t] += u
+            e[1, t] += v
+            e[2, t] += w
+    return e, steps, converged
+
+
+def separate_errors(
+    row_start: IntArray,
+    face_start: IntArray,
+    row: IntArray,
+    pair: FloatArray,
+    cot: FloatArray,
+    e0: FloatArray,
+    b: FloatArray,
+    factor: Factor,
+    rtol: float,
+    most: int,
+) -> tuple[FloatArray, IntArray, BoolArray]:
+    """e0 + P M^T x of meshes side by side, S x = b - M e0 by conjugate gradients for each mesh by itself.
+
+    S = M P M^T, `pair` are the `pair_weights`, and `factor` is that of the preconditioner. `row` is that of
+    each corner, (3, #F), #rows for none. Mesh k has the rows `row_start[k]` to `row_start[k + 1]`, and such
+    triangles; b is (#rows, 2). Returns also the steps of each mesh, and whether it converged.
+    """
+    s = factor.symbolic
+    made: tuple[FloatArray, IntArray, BoolArray] = compiled(_separate_errors)(
+        row_start,
+        face_start,
+        row.astype(np.uint32),
+        pair,
+        cot,
+        e0,
+        b,
+        rtol,
+        most,
+        s.order,
+        s.indptr,
+        s.rows,
+        factor.below,
+        factor.diagonal,
+    )
+    return made
