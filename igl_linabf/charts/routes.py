@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from .._types import IntArray
-from .cut_graph import SHORTER, ClosedSurface, arcs_at, in_groups, longest, shape, steps_along
+from .branches import arcs_at, in_groups, longest, steps_along
+from .cut_graph import SHORTER, ClosedSurface, shape
 
 STRIDE = 0.3  # times the surface's size: points on a seam between which it is rerouted
 

@@ -7,7 +7,8 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
-from .cut_graph import SHORTER, ClosedSurface, Steps, in_groups, longest, replaced, shape, steps_along
+from .branches import Steps, in_groups, longest, replaced, steps_along
+from .cut_graph import SHORTER, ClosedSurface, shape
 
 ROUNDS = 1  # of straight arcs and balanced branch points
 
