@@ -54,8 +54,8 @@ def main() -> None:
     warnings.simplefilter("ignore")
     makers = [ours] + [by_xatlas] * bool(find_spec("xatlas"))
     print(
-        "Seams: length over the square root of the area. L2 stretch and mean conformal distortion are 1 where\n"
-        "lengths and angles are kept.\n"
+        "Seams: length over the square root of the area. L2 stretch and mean conformal distortion are 1\n"
+        "where lengths and angles are kept.\n"
     )
     heads = ["part", "triangles", "charts", "seams", "L2 stretch", "conformal"]
     heads += [f"{head}, xatlas" for head in heads[2:]] * (len(makers) - 1)
