@@ -18,7 +18,7 @@ from .charting import CHARTS_END, SEAMS_END, Task, charts_of, pieces_of
 from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, without_charts
 from .given_seams import textured_seams
-from .limbs import Flat, cut_for_fill
+from .limbs import cut_for_fill, cut_to_fit
 from .packing import Wish, pack_maps
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .seams import TRADE
@@ -194,9 +194,11 @@ def unwrap(
             made = coned(surface, wanted, task.method, (SEAMS_END, CHARTS_END))
         with part("packing", 1.0):
             wish = replace(wish.in_units(2.0**cleaned.power), upright=cone_angles is not None)
-            atlas = _packed(surface, made.charts, wish)
-            if resolution is not None and task.may_find_seams and cones is None:
-                atlas = _fuller(surface, atlas, made.charts, wish, task)
+            may_cut = resolution is not None and task.may_find_seams and cones is None
+            charts = cut_to_fit(made.charts, wish) if may_cut and wish.side is not None else made.charts
+            atlas = _packed(surface, charts, wish)
+            if may_cut and wish.side is None:
+                atlas = _fuller(surface, atlas, charts, wish, task)
     atlas = replace(atlas, max_stretch=max_stretch, cones=made.cones, cone_angles=made.angles)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)
@@ -210,17 +212,13 @@ def _fuller(
     surface: Submesh, atlas: Atlas, done: list[tuple[Chart, Submesh]], wish: Wish, task: Task
 ) -> Atlas:
     """The atlas, or one with charts of many limbs cut further, if the fuller page is worth its seams."""
-    given = [Flat(piece, chart.result.uv, i) for i, (chart, piece) in enumerate(done)]
-    parts = cut_for_fill(given, wish, task.trade) if len(given) <= MOST_TO_CUT else given
-    if len(parts) == len(given):
+    parts = cut_for_fill(done, wish, task.trade) if len(done) <= MOST_TO_CUT else done
+    if len(parts) == len(done):
         return atlas
-    numbers = np.bincount([part.parent for part in parts])
-    waiting = [part.piece for part in parts if numbers[part.parent] > 1]
-    kept = [pair for pair, number in zip(done, numbers, strict=True) if number == 1]
-    fuller = _packed(surface, kept + charts_of(waiting, task), wish)
-    size = np.sqrt(sum(float(chart.piece.measured[0].sum()) / 2 for chart in given))
+    fuller = _packed(surface, parts, wish)
+    size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in done))
     seam = (fuller.seam_length - atlas.seam_length) / size
-    return fuller if task.trade * (atlas.fill**-0.5 - fuller.fill**-0.5) > seam else atlas
+    return fuller if task.trade * (1 / atlas.fill - 1 / fuller.fill) > seam else atlas
 
 
 def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> Atlas:
