@@ -32,13 +32,14 @@ from ..surface import (
     signed_double_areas,
 )
 from .atlas import BEYOND_USE, ROUNDING, Atlas, Chart
+from .composing import packed
 from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, sides_of_cleaned, without_charts
-from .given_seams import textured_seams
 from .halving import halves
 from .limbs import Flat, cut_for_fill
 from .overlap_seams import MAX_SPLITS, seams_between
-from .packing import Wish, pack_maps
+from .packing import Wish
+from .period import with_period
 from .pieces import flattened
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .scaf import moved_apart
@@ -50,7 +51,6 @@ DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a co
 MANY = 8  # charts from which they are flattened and measured together
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 MAX_LEAF_ROUNDS = 8  # of more seams for that, before it is halved
-MARGINS = 0.64  # share of the square that margins around all charts may take
 MOST_TO_CUT = 30  # charts, from which on none is cut to fill a page
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 
@@ -71,6 +71,7 @@ def unwrap(
     padding: float = 2,
     texel_density: float | None = None,
     pages: int | None = None,
+    period: float | None = None,
     max_stretch: float | None = None,
     complete: bool = False,
     hide: ArrayLike | None = None,
@@ -125,6 +126,9 @@ def unwrap(
     pages : int, optional
         Pages to use; with `texel_density` at most, and by default as many as it takes. Page k is the
         unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
+    period : float, optional
+        That of a texture, as a share of the page's side, for cones in quarter turns: all seams then shift it
+        by whole periods, so that it goes on across them. The map moves by about half a period.
     max_stretch : float, optional
         Cut or split charts, beyond given `seams`, too, until the L2 stretch of each is at most this.
         At least 1; by default stretch is only weighed against seam length.
@@ -150,12 +154,13 @@ def unwrap(
         The arrays are malformed, a coordinate at a face is NaN or infinite, a seam is no edge, or
         given seams leave a chart with handles or without a boundary and are not to be completed.
         A cone is no interior vertex, or the cones are too few, or their angles do not obey
-        Gauss-Bonnet; the message has the numbers that do. With `strict`, also: the surface is no
+        Gauss-Bonnet; the message has the numbers that do. The period is too long for the distances of
+        the cones; the message has one that is not. With `strict`, also: the surface is no
         oriented manifold, or a face has no area. With `texel_density`, also: the charts do not fit on the
         pages.
     ValueError
-        `trade`, `margin`, `max_stretch`, `weld` or a number of the packing is out of its range, or options
-        do not go together.
+        `trade`, `margin`, `period`, `max_stretch`, `weld` or a number of the packing is out of its range, or
+        options do not go together.
 
     Warns
     -----
@@ -190,9 +195,16 @@ def unwrap(
         if any(asked.values()):
             listed = ", ".join(name for name, given in asked.items() if given)
             raise ValueError(f"cones= does not go together with {listed}: its seams run through the cones")
+    if period is not None and not (cones is not None and cone_angles is not None and 0 < period < 1):
+        raise ValueError(
+            f"period is {period!r}: give a share of the page's side, above 0 and below 1, with cones and "
+            'cone_angles="quarter"'
+        )
     if max_stretch is not None and not max_stretch >= 1:
         raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
     wish = Wish.of(margin, resolution, padding, texel_density, pages)
+    if period is not None:
+        wish = replace(wish, spacing=wish.spacing.wider(period))  # charts may move by about so much
     split = split_polygons(V, F)
     if split is not None:
         F, seams = split.F, None if seams is None else mask_of_triangles(seams, split, len(np.asarray(V)))
@@ -221,10 +233,12 @@ def unwrap(
             made = coned(surface, wanted, task.method, (SEAMS_END, CHARTS_END))
         with part("packing", 1.0):
             wish = replace(wish.in_units(2.0**cleaned.power), upright=cone_angles is not None)
-            atlas = _packed(surface, made.charts, wish)
+            atlas = replace(packed(surface, made.charts, wish), cones=made.cones)
+            if period is not None:
+                atlas = with_period(surface, atlas, [piece for _, piece in made.charts], period)
             if resolution is not None and task.may_find_seams and cones is None:
                 atlas = _fuller(surface, atlas, made.charts, wish, task)
-    atlas = replace(atlas, max_stretch=max_stretch, cones=made.cones, cone_angles=made.angles)
+    atlas = replace(atlas, max_stretch=max_stretch, cone_angles=made.angles)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)
     atlas = in_polygons(atlas, split)
@@ -407,41 +421,7 @@ def _fuller(
     numbers = np.bincount([part.parent for part in parts])
     waiting = [part.piece for part in parts if numbers[part.parent] > 1]
     kept = [pair for pair, number in zip(done, numbers, strict=True) if number == 1]
-    fuller = _packed(surface, kept + _charts(waiting, task), wish)
+    fuller = packed(surface, kept + _charts(waiting, task), wish)
     size = np.sqrt(sum(float(chart.piece.measured[0].sum()) / 2 for chart in given))
     seam = (fuller.seam_length - atlas.seam_length) / size
     return fuller if task.trade * (atlas.fill**-0.5 - fuller.fill**-0.5) > seam else atlas
-
-
-def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> Atlas:
-    most = float(np.sqrt(MARGINS / len(done)))
-    closer = wish.spacing.at_most(most)
-    if closer != wish.spacing:
-        what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
-        warnings.warn(what, FallbackWarning, stacklevel=stack_level())
-        wish = replace(wish, spacing=closer)
-    placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], wish)
-    pages = np.array([p.page for p in placed])
-    FTC, label, base = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64), 0
-    for i, (_, piece) in enumerate(done):
-        rows = np.searchsorted(surface.faces, piece.faces)
-        FTC[rows], label[rows] = piece.F + base, i
-        base += len(piece.V)
-    TC, origin = np.concatenate([p.uv for p in placed]), np.concatenate([piece.vertices for _, piece in done])
-    V = np.concatenate([piece.V for _, piece in done])
-    seams, mismatch = textured_seams(surface.topology, TC, FTC)
-    return Atlas(
-        TC=TC,
-        FTC=FTC,
-        origin=origin,
-        chart=label,
-        charts=tuple(chart for chart, _ in done),
-        seams=surface.vertices[seams],
-        seam_length=float(np.linalg.norm(surface.V[seams[:, 0]] - surface.V[seams[:, 1]], axis=1).sum()),
-        seam_mismatch=mismatch,
-        splits=len(done) - len(surface.components()),
-        fill=sum(p.area for p in placed) / (int(pages.max()) + 1),
-        page=pages,
-        scale=abs(placed[0].ratio),
-        quality=quality_of(Submesh(V, FTC, surface.faces, origin, surface.n_given), TC),
-    )
