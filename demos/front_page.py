@@ -6,7 +6,6 @@ of coloured squares. On the right is its atlas, the image that an artist paints 
 all over the body: `method="isometric"` keeps areas, too.
 """
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -28,7 +27,7 @@ def squares(n: int = 40, texels: int = 2048) -> pv.Texture:
     return pv.Texture((255 * light * (0.35 + 0.65 * np.stack(waves, axis=-1))).astype(np.uint8))
 
 
-def main() -> int:
+if __name__ == "__main__":
     V, F = bunny()
     atlas = unwrap(V, F, method="isometric")
     print(atlas)
@@ -49,8 +48,3 @@ def main() -> int:
     with replacing(path) as temporary:
         plotter.show(screenshot=temporary)
     print(f"wrote {path}")
-    return 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())

@@ -25,7 +25,7 @@ from igl_linabf import (
     quality,
     unwrap,
 )
-from igl_linabf.charts import unwrapping
+from igl_linabf.charts import charting
 from igl_linabf.io import read_mesh, read_texture
 from igl_linabf.surface import arrays, face_components
 
@@ -190,7 +190,7 @@ def test_seams_grow_until_nothing_flips(name: str, stretched: list[float]) -> No
 
 
 def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None:
-    monkeypatch.setattr(unwrapping, "TRADE_DOUBLINGS", 0)
+    monkeypatch.setattr(charting, "TRADE_DOUBLINGS", 0)
     V, F = load("stress__optcuts_golf.obj")
     with pytest.warns(FallbackWarning, match="guarantee='injective'"):
         atlas = unwrap(V * [20, 1, 1], F, max_stretch=np.inf)
@@ -221,7 +221,7 @@ def test_what_is_wrong_with_a_chart_is_told() -> None:
 def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
     name: str, method: str, says: str, monkeypatch
 ) -> None:
-    monkeypatch.setattr(unwrapping, "MAX_SPLITS", 0)
+    monkeypatch.setattr(charting, "MAX_SPLITS", 0)
     V, F = spiral() if name == "spiral" else load(name)
     with pytest.warns(OutcomeWarning, match=rf"chart 0 .* {says}") as caught:
         atlas = unwrap(V, F, np.zeros((0, 2), dtype=int), method)

@@ -166,7 +166,7 @@ def test_a_glb_file_shows_its_texture(tmp_path: Path) -> None:
     with Image.open(tmp_path / "cortex.png") as picture:
         np.testing.assert_allclose(np.asarray(picture) / 255, np.clip(image, 0, 1), atol=0.002)
     with pytest.raises(MeshError, match=r"\.glb"):
-        write_textured(tmp_path / "cortex.obj", V, F, atlas.TC, atlas.FTC, image)
+        write_textured(tmp_path / "cortex.ply", V, F, atlas.TC, atlas.FTC, image)
     with pytest.raises(MeshError, match="channels"):
         write_image(tmp_path / "two.png", np.zeros((4, 4, 2)))
 
@@ -216,7 +216,7 @@ def test_the_command_refuses_what_it_cannot_bake(tmp_path: Path, capsys: pytest.
     source = tmp_path / "in.obj"
     write_mesh(source, V, F, atlas.TC, atlas.FTC)
     assert len(read_mesh(source)[0]) == len(V)
-    for target, kind, why in (("out.glb", "colors", "no colours"), ("out.obj", "normals", ".glb")):
+    for target, kind, why in (("out.glb", "colors", "no colours"), ("out.ply", "normals", ".glb")):
         assert main(["unwrap", str(source), "-o", str(tmp_path / target), "--bake", kind]) == 2
         assert why in capsys.readouterr().err
         assert not (tmp_path / target).exists()

@@ -83,6 +83,15 @@ def test_citation_and_changelog_are_of_this_version() -> None:
     assert f"\n## {version} - " in (ROOT / "CHANGELOG.md").read_text()
 
 
+@pytest.mark.parametrize("script", sorted([*ROOT.glob("demos/*.py"), *ROOT.glob("recipes/*.py")]), ids=str)
+def test_the_galleries_can_show_what_a_script_draws(script: Path) -> None:
+    text = script.read_text(encoding="utf-8")
+    # of a closed plotter, the gallery has the picture that was shown
+    assert ".screenshot(" not in text
+    if script.stem != "compare_lscm":  # the galleries do not run it
+        assert "sys.exit" not in text  # the build would end there, with success
+
+
 @pytest.fixture(scope="module")
 def site(tmp_path_factory) -> Path:
     """The pages, of the gallery's demos only the one with an interactive scene being run."""

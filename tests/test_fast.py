@@ -63,10 +63,6 @@ def cases():
         "first_moments": (z, t.corner, mesh.double_area, start),
         "second_moments": (z, t.corner, mesh.double_area, start, z[:2]),
         "third_moments": (z, t.corner, mesh.double_area, start, z[:2], z[2:4]),
-        "fan_product": (
-            np.where(t.interior, np.cumsum(t.interior) - 1, t.interior.sum())[t.corner],
-            *(kernels.pair_weights(w, d), cot, rng.normal(size=2 * t.interior.sum())),
-        ),
         "boundary_loops": (*t.edges[t.sides[1] < 0].T, t.n),
         "in_one_piece": (t.sides, t.corner.shape[1]),
         "connected_labels": (t.edges[::3], t.n),

@@ -9,7 +9,8 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError
-from ..io import split_at_seams, textured
+from ..io import bare, split_at_seams
+from ..surface import face_array
 
 if TYPE_CHECKING:
     import meshio
@@ -83,7 +84,7 @@ def to_trimesh(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None 
     """
     import trimesh
 
-    V, TC, F = split_at_seams(*textured(V, F, TC, FTC))
+    V, TC, F = split_at_seams(bare(V, face_array(F)).textured(TC, FTC))
     return trimesh.Trimesh(V, F, visual=trimesh.visual.TextureVisuals(uv=TC), process=False)
 
 
@@ -153,7 +154,7 @@ def to_pyvista(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None 
     """
     import pyvista
 
-    V, TC, F = split_at_seams(*textured(V, F, TC, FTC))
+    V, TC, F = split_at_seams(bare(V, face_array(F)).textured(TC, FTC))
     mesh = pyvista.PolyData.from_regular_faces(V, F)
     mesh.active_texture_coordinates = TC
     return mesh
@@ -228,7 +229,7 @@ def to_meshio(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None =
     """
     import meshio
 
-    V, TC, F = split_at_seams(*textured(V, F, TC, FTC))
+    V, TC, F = split_at_seams(bare(V, face_array(F)).textured(TC, FTC))
     return meshio.Mesh(V, [("triangle", F)], point_data={"obj:vt": TC})
 
 
@@ -293,10 +294,11 @@ def to_open3d(
     """
     import open3d
 
-    V, F, TC, FTC = textured(V, F, TC, FTC)
+    made = bare(V, face_array(F)).textured(TC, FTC)
+    assert made.TC is not None  # it has been given them
     mesh = open3d.geometry.TriangleMesh(
-        open3d.utility.Vector3dVector(V), open3d.utility.Vector3iVector(F.astype(np.int32))
+        open3d.utility.Vector3dVector(made.V), open3d.utility.Vector3iVector(made.triangles.astype(np.int32))
     )
-    mesh.triangle_uvs = open3d.utility.Vector2dVector(TC[FTC].reshape(-1, 2))
-    mesh.triangle_material_ids = open3d.utility.IntVector(np.zeros(len(F), dtype=np.int32))
+    mesh.triangle_uvs = open3d.utility.Vector2dVector(made.TC[made.texture])
+    mesh.triangle_material_ids = open3d.utility.IntVector(np.zeros(len(made.polygons), dtype=np.int32))
     return mesh

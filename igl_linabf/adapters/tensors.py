@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
-from ..io import textured
+from ..io import bare
 from ..surface import face_array, vertex_array
 
 if TYPE_CHECKING:
@@ -74,6 +73,6 @@ def to_torch(
     """
     import torch
 
-    _, _, map_, corners = textured(*from_torch(V, F), TC, FTC)
-    uv = torch.as_tensor(np.ascontiguousarray(map_), dtype=V.dtype, device=V.device)
-    return uv, torch.as_tensor(np.ascontiguousarray(corners), dtype=F.dtype, device=F.device)
+    mesh = bare(*from_torch(V, F)).textured(TC, FTC)
+    uv = torch.as_tensor(mesh.TC, dtype=V.dtype, device=V.device)
+    return uv, torch.as_tensor(mesh.FTC, dtype=F.dtype, device=F.device)

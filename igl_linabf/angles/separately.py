@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
+from scipy import sparse
 
 from .. import kernels
 from .._runtime import timed
@@ -39,8 +41,8 @@ class Separate:
         Those among others that have slivers: to be solved with each other.
     inner_steps : (2, #disks) int64
         Of the step and of the chord.
-    residual : (3, #disks) float64
-        The largest of each disk at the start, after the step, and after the chord.
+    families : (3, 3, #disks) float64
+        By `families_of` at the start, after the step, and after the chord.
     """
 
     at: Iterate
@@ -50,7 +52,7 @@ class Separate:
     good: BoolArray
     thin: BoolArray
     inner_steps: IntArray
-    residual: FloatArray
+    families: FloatArray
 
 
 def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float) -> Separate | None:
@@ -65,8 +67,8 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
     """
     rows = rows_of(problem.constraints, disks)
     at, solver = problem.start, None
-    residual = [largest_of(at, rows, disks.faces)]
-    stepped = residual[0] > tol
+    families = [families_of(at, rows, disks.faces)]
+    stepped = families[0].max(axis=0) > tol
     good = ~stepped | (rows.sizes > 0)
     inner_steps, thin = np.zeros((2, len(disks)), dtype=np.int64), np.zeros(len(disks), dtype=bool)
     if (stepped & good).any():
@@ -80,10 +82,10 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
                 e, cut = cut_short(at.alpha, e * moving)
                 good &= ~stepped | (converged & ~disks.faces.any(cut))
                 at = problem.at(at.alpha + e)
-            residual.append(largest_of(at, rows, disks.faces))
-    residual += residual[-1:] * (3 - len(residual))
+            families.append(families_of(at, rows, disks.faces))
+    families += families[-1:] * (3 - len(families))
     laplacian, how = (None, "none") if solver is None else (solver.laplacian, solver.how)
-    return Separate(at, laplacian, how, stepped, good & ~thin, thin, inner_steps, np.array(residual))
+    return Separate(at, laplacian, how, stepped, good & ~thin, thin, inner_steps, np.array(families))
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,17 +163,36 @@ class _Fans:
         vertex, wheel = kernels.row_sums(self._row, self.system.cot, e, self._n + 1)
         return np.column_stack((vertex[:-1], wheel[:-1])).ravel()
 
+    @cached_property
+    def _root(self) -> sparse.csr_array:
+        """N^T, (2 #F, 2 #rows + 2), of S = N N^T.
+
+        P of a triangle, y^T P y = f (y1 - y2)^2 + g (y2 - y0)^2 + h (y0 - y1)^2, is the sum of two squares.
+        """
+        (f, g, h), (a, b, c) = self._pair, self.system.cot
+        along = f * h + f * g + g * h
+        share, first, second = h / (g + h), np.sqrt(g + h), np.sqrt(along / (g + h))
+        ones = np.ones_like(a)
+        to_first = (ones, -share, share - 1, c - share * (b + c), share * c - a - c, a + share * b)
+        to_second = (0 * ones, ones, -ones, b + c, -c, -b)
+        data = np.stack(
+            (*(first * values for values in to_first), *(second * values for values in to_second))
+        )
+        columns = np.concatenate((2 * self._row, 2 * self._row + 1)).T
+        shape = (2 * len(a), 2 * self._n + 2)
+        indptr = np.arange(0, 12 * len(a) + 1, 6)
+        return sparse.csr_array((data.T.ravel(), np.hstack((columns, columns)).ravel(), indptr), shape=shape)
+
     def product(self, x: FloatArray) -> FloatArray:
         """S x = M P M^T x."""
-        return kernels.fan_product(self._row, self._pair, self.system.cot, x)
+        return np.asarray(self._root.T @ (self._root @ np.append(x, np.zeros(2))))[:-2]
 
-    def conjugate_gradients(
-        self, b: FloatArray, factor: kernels.Factor, rows: Parts, faces: Parts, rtol: float
+    def separate_errors(
+        self, e0: FloatArray, b: FloatArray, factor: kernels.Factor, rows: Parts, faces: Parts, rtol: float
     ) -> tuple[FloatArray, IntArray, BoolArray]:
-        """As `block_conjugate_gradients`, by compiled loops: x, the steps of each disk, and who converged."""
-        return kernels.fan_gradients(
-            rows.start, faces.start, self._row, self._pair, self.system.cot, b, factor, rtol, MOST_STEPS
-        )
+        """All of `_errors` by compiled loops."""
+        parts, cot = (rows.start, faces.start), self.system.cot
+        return kernels.separate_errors(*parts, self._row, self._pair, cot, e0, b, factor, rtol, MOST_STEPS)
 
 
 def rows_of(constraints: Constraints, disks: Disks) -> Parts:
@@ -187,11 +208,6 @@ def families_of(at: Iterate, rows: Parts, faces: Parts) -> FloatArray:
     return np.stack((rows.max(np.abs(b.vertex)), faces.max(np.abs(b.triangle)), rows.max(np.abs(b.wheel))))
 
 
-def largest_of(at: Iterate, rows: Parts, faces: Parts) -> FloatArray:
-    """The largest absolute residual of each disk."""
-    return np.asarray(families_of(at, rows, faces).max(axis=0))
-
-
 def _errors(
     solver: _Solver, at: Iterate, rows: Parts, faces: Parts, rtol: float
 ) -> tuple[FloatArray, IntArray, BoolArray]:
@@ -199,13 +215,15 @@ def _errors(
     b, fans = at.residual, solver.fans
     with timed("assembly"):
         e0 = fans.system.w * (b.triangle / fans.system.d)
-        rhs = np.column_stack((b.vertex, b.wheel)).ravel() - fans.rows(e0)
+        right = np.column_stack((b.vertex, b.wheel))
+        if solver.factor is None:
+            rhs = right.ravel() - fans.rows(e0)
     with timed("solve"):
+        if solver.factor is not None:
+            return fans.separate_errors(e0, right, solver.factor, rows, faces, rtol)
         if solver.whole is not None:
             x = solver.whole.solve(rhs)
             steps, converged = np.zeros(len(rows), dtype=np.int64), rows.min(np.isfinite(x[::2]))
-        elif solver.factor is not None:
-            x, steps, converged = fans.conjugate_gradients(rhs, solver.factor, rows, faces, rtol)
         else:
             assert solver.precondition is not None
             x, steps, converged = block_conjugate_gradients(

@@ -101,7 +101,7 @@ def _tried(task: Task) -> Row:
             row = replace(row, triangles=len(mesh.triangles))
             made = (_unwrapped if task.settings.how == "unwrap" else _flattened)(mesh, row, task.settings)
             writing = True
-            with places.written(places.joined(task.folder, row.output)) as path:
+            with places.destination(places.joined(task.folder, row.output)) as path:
                 write_file(path, mesh, made.TC, made.FTC)
             return made.row
     except (MemoryError, MemoryLimitError) as error:

@@ -172,21 +172,28 @@ def fetched(place: str) -> Iterator[str]:
 @contextmanager
 def written(place: str) -> Iterator[str]:
     """A local file that takes the place when the block succeeds; its folder is made."""
+    with destination(place) as path, replacing(path) as temporary:
+        yield temporary
+
+
+@contextmanager
+def destination(place: str) -> Iterator[str]:
+    """A local path for what is to be at the place when the block succeeds, with the files beside it."""
     if not is_url(place):
         os.makedirs(os.path.dirname(place), exist_ok=True)
-        with replacing(place) as temporary:
-            yield temporary
+        yield place
         return
     fs, remote = _filesystem(place)
     folder, _, name = remote.rpartition("/")
-    temporary = f"{folder}/.igl_linabf-{secrets.token_hex(8)}-{name}"
     with tempfile.TemporaryDirectory(prefix="igl_linabf-") as local:
         yield os.path.join(local, name)
         fs.makedirs(folder, exist_ok=True)
-        try:
-            fs.put_file(os.path.join(local, name), temporary)
-            fs.mv(temporary, remote)
-        except BaseException:
-            with suppress(FileNotFoundError):
-                fs.rm_file(temporary)
-            raise
+        for own in sorted(os.listdir(local), key=lambda other: other == name):  # itself last
+            temporary = f"{folder}/.igl_linabf-{secrets.token_hex(8)}-{own}"
+            try:
+                fs.put_file(os.path.join(local, own), temporary)
+                fs.mv(temporary, f"{folder}/{own}")
+            except BaseException:
+                with suppress(FileNotFoundError):
+                    fs.rm_file(temporary)
+                raise

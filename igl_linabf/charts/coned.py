@@ -206,7 +206,7 @@ def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
                     (smaller, _of_part(made, piece, smaller), splits + 1) for smaller in reversed(parts)
                 ]
                 continue
-        chart = Chart(piece.faces, made, quality_of(piece, made.uv), splits, len(pairs), 0.0)
+        chart = Chart(piece.faces, made, quality_of(piece, made.uv, len(pairs)), splits, len(pairs), 0.0)
         done.append((chart, piece))
     return done
 

@@ -21,6 +21,7 @@ CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a righ
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
 FIRST_BASES = 4  # base points for the loops around handles, far from each other
 BASE_ROUNDS = 3  # of such points
+MOST_BASES = 16  # of a round, evenly along the loops
 BRANCH_ROUNDS = 4  # of moving branch points
 SHORTER = 1 - 1e-9  # times a length: what is shorter by less is equal
 
@@ -222,6 +223,7 @@ def open_handles(piece: ClosedSurface) -> IntArray:
         tried.update(bases)
         # a loop is short as seen from a point on it
         bases = sorted(set(piece.ends[best].ravel().tolist()) - tried)
+        bases = bases[:: -(-len(bases) // MOST_BASES) or 1]
     return shortest
 
 

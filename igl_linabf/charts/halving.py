@@ -6,7 +6,6 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from .._types import IntArray
 from ..surface import Submesh, sum_by
 
 
@@ -29,8 +28,4 @@ def halves(piece: Submesh) -> list[Submesh]:
     second = int(np.argmax(from_first))
     label = from_first <= distance(second)
     label[second] = False
-    between = np.flatnonzero(label[a] != label[b])
-    mask = np.zeros((len(piece.F), 3), dtype=bool)
-    half_edge: IntArray = sides[:, between].ravel()  # opposite to corner k: from corner k + 1 on
-    mask[half_edge % len(piece.F), (half_edge // len(piece.F) + 1) % 3] = True
-    return piece.cut(mask)
+    return piece.divided(label[cell].astype(np.int64))

@@ -2,7 +2,8 @@
 
 The largest chart comes first, each to where the square that holds all of them grows least, and there to the
 corner. Layouts of several orders are found on a coarse grid, with charts turned to many directions. The best
-ones are found again on a fine grid, with the turns that they have.
+ones are found again on a fine grid, with the turns that they have. If there is time and charts are few, moves
+are tried before: a chart at another place of the order, or held in one direction.
 """
 
 from __future__ import annotations
@@ -21,14 +22,18 @@ from .spacing import Spacing
 FEW, SOME = 24, 40  # charts up to which as many turns and layouts are tried as for few, or for some
 MOST_SHAPED, LARGEST = 100, 60  # charts that are placed by their shape; of more, how many of the largest ones
 SMALL = 1 / 400  # of the area of all: of more charts than that, those below are placed as rectangles
-COARSE, FINE, FIXED = 64, 512, 384  # cells along a page's side
+RECTANGULAR = 0.9  # of the rectangle around it: a chart with this area is one
+COARSE, MIDDLE, FINE, FIXED = 64, 128, 512, 384  # cells along a page's side
+DIRECTIONS = 32  # of charts that are moved
+MOST_MOVES, MOVED = 100, 400  # of them, and of charts that are placed again for them
 ROOM = 1.3  # side of the page that a layout grows on, of the one it is meant for
 SHARE = 0.62  # of a page that charts are expected to cover
 HALVINGS = 7  # of the interval of sides
 MOST_SIDE = 1e3  # of the least side: beyond it, gaps leave no room
-TIGHTER = 1.03  # how much smaller a page the fine grid may make possible
 MOST_TRIALS = 8  # on the fine grid
 SLACK = 0.002  # share by which the page is larger at the next one, doubled each time
+
+Turns = Sequence[ComplexArray] | ComplexArray  # of each chart
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +83,12 @@ class Charts:
         """Smaller pages cannot hold the longest chart: nothing in a square is longer than its diagonal."""
         return float(self.sizes.max() / np.sqrt(2))
 
-    def turns(self, directions: int) -> ComplexArray:
-        """(#C, #T): by equal steps, as many as are asked for or allowed."""
-        steps = min(directions, 4) if self.upright else directions
-        return np.tile(np.exp(2j * np.pi * np.arange(steps) / steps), (len(self.outlines), 1))
+    def turns(self, directions: int) -> list[ComplexArray]:
+        """Of each chart by equal steps, as many as are asked for or allowed; rectangles stay upright."""
+        few = min(directions, 4)
+        steps = np.where(self.upright | (self.areas > RECTANGULAR * self.sizes.prod(axis=1)), few, directions)
+        by = {n: np.exp(2j * np.pi * np.arange(n) / n) for n in (few, directions)}
+        return [by[n] for n in steps.tolist()]
 
     def shaped(self) -> IntArray:
         """Those that are placed by their shape."""
@@ -99,16 +106,24 @@ def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | Non
     return _on_pages(charts, charts.shaped(), charts.turns(8), side, spacing, pages)
 
 
-def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
-    """The layout whose pages have the smallest side, so that charts have the largest share of it."""
+def largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool = False) -> Layout | None:
+    """The layout whose pages have the smallest side, so that charts have the largest share of it.
+
+    Where it is to be `thorough`, a few charts take up to half a second more.
+    """
     shaped, n = charts.shaped(), len(charts.outlines)
     if n * spacing.gap**2 > pages * (spacing.inner + spacing.gap) ** 2:
         return None
     turns = np.ones((n, 1), dtype=np.complex128)
+    if n == 1:
+        side = float(charts.sizes.max()) / spacing.inner
+        return Layout(turns[0], np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.complex128), side)
     if len(shaped):
         found = _coarse(charts, shaped, spacing)
         if pages == 1 and len(shaped) == n:
-            return _fine(charts, found, spacing)
+            if thorough and 1 < n <= FEW:
+                return _fine(charts, [_moved(charts, found[0], spacing), *found], spacing, 3)
+            return _fine(charts, found, spacing, 2 if n <= SOME else 1)
         turns[shaped] = found[0].layout.turn[shaped, None]
     low = float(np.sqrt(charts.areas.sum() / pages)) / spacing.inner
     low = max(low, float(charts.sizes.min(axis=1).max()) / spacing.inner, charts.least_side / spacing.inner)
@@ -155,12 +170,13 @@ class _Grown:
 def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing, quickly: bool = False) -> list[_Grown]:
     """Layouts on one page, the best one first; of one order only, if it is to be quick."""
     n = len(shaped)
-    turns = charts.turns(1 if n == 1 else 16 if n <= FEW and not quickly else 8)
+    turns = charts.turns(16 if n <= FEW and not quickly else 8)
     areas, sizes = charts.areas[shaped], charts.sizes[shaped]
     keys = (areas, sizes.max(axis=1), sizes.prod(axis=1))
     all_shaped = n == len(charts.outlines)  # else the small ones fill what gaps these leave
     tried = 1 if quickly or not all_shaped else 3 if n <= SOME else 2
-    orders = [shaped[np.argsort(-key, kind="stable")] for key in keys[:tried]]
+    order_by = {tuple(np.argsort(-key, kind="stable").tolist()) for key in keys[:tried]}
+    orders = [shaped[list(order)] for order in sorted(order_by)]
     found: list[_Grown] = []
     side = max(float(np.sqrt(areas.sum() / SHARE)), charts.least_side)
     for _ in range(2 if all_shaped else 1):
@@ -171,11 +187,37 @@ def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing, quickly: bool = 
     return sorted(found, key=lambda entry: entry.reached)
 
 
-def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing) -> Layout | None:
-    """The best ones again on a fine grid, until one serves the page that it needs; None if none does."""
+def _moved(charts: Charts, start: _Grown, spacing: Spacing) -> _Grown:
+    """A layout of a smaller square, after moves at random."""
+    chance, n = np.random.default_rng(0), len(start.order)
+    turns, masks = charts.turns(DIRECTIONS), dict[int, list[Mask]]()
+    best = _grown(charts, start.order, turns, start.reached, MIDDLE, spacing, masks)
+    held: dict[int, int] = {}  # the direction of charts that have but one
+    share = charts.areas / charts.areas.sum()
+    for _ in range(min(MOST_MOVES, MOVED // n)):
+        order, now = best.order, held
+        if chance.random() < 0.5:
+            at, to = chance.integers(n, size=2)
+            order = np.insert(np.delete(order, at), to, order[at])
+        else:
+            chart = int(chance.choice(n, p=share) if chance.random() < 0.7 else chance.integers(n))
+            now = {key: k for key, k in held.items() if key != chart}
+            if chart not in held or chance.random() < 0.7:
+                now[chart] = int(chance.integers(len(turns[chart])))
+        turned, masks_now = list(turns), dict(masks)
+        for chart, k in now.items():
+            turned[chart], masks_now[chart] = turns[chart][k : k + 1], masks[chart][k : k + 1]
+        tried = _grown(charts, order, turned, start.reached, MIDDLE, spacing, masks_now)
+        if tried.reached <= best.reached:  # an equal one may lead on
+            best, held = tried, now
+    return best
+
+
+def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing, tried: int) -> Layout | None:
+    """The first ones again on a fine grid, until one serves the page that it needs; None if none does."""
     found: list[_Grown] = []
-    for entry in coarse[: 2 if len(charts.outlines) <= SOME else 1]:
-        side, turns = entry.reached / TIGHTER, entry.layout.turn[:, None]
+    for entry in _different(coarse)[:tried]:
+        side, turns = entry.reached, entry.layout.turn[:, None]
         for trial in range(MOST_TRIALS):
             found.append(_grown(charts, entry.order, turns, side, FINE, spacing, {}))
             if found[-1].serves:
@@ -188,10 +230,18 @@ def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing) -> Layout | No
     return replace(best.layout, side=best.reached)
 
 
+def _different(layouts: list[_Grown]) -> list[_Grown]:
+    """The first one of each order and turns."""
+    first: dict[tuple[bytes, bytes], _Grown] = {}
+    for entry in layouts:
+        first.setdefault((entry.order.tobytes(), entry.layout.turn.tobytes()), entry)
+    return list(first.values())
+
+
 def _grown(
     charts: Charts,
     order: IntArray,
-    turns: ComplexArray,
+    turns: Turns,
     side: float,
     grid: int,
     spacing: Spacing,
@@ -221,7 +271,7 @@ class _Pages:
 def _placed(
     charts: Charts,
     order: IntArray,
-    turns: ComplexArray,
+    turns: Turns,
     cells: float,
     gap: float,
     side: int,
@@ -249,7 +299,7 @@ def _placed(
             at += 1
         k, x, y = found
         sheets[at - 1] = sheets[at - 1].with_mask(masks[k].cells, x, y)
-        turn[i], number[i] = turns[i, k], at - 1
+        turn[i], number[i] = turns[i][k], at - 1
         corner[i] = complex(x, y) / cells - masks[k].origin
     return _Pages(sheets, turn, number, corner)
 
@@ -257,7 +307,7 @@ def _placed(
 def _on_pages(
     charts: Charts,
     shaped: IntArray,
-    turns: ComplexArray,
+    turns: Turns,
     side: float,
     spacing: Spacing,
     pages: int | None,

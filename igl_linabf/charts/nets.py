@@ -28,6 +28,7 @@ TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex 
 SHARP_SHARE = 0.15  # of its length: what a sharp crease counts, beyond what is free
 LEFT = 0.05  # of stretch and shear that a net leaves at most: more is a smooth surface with some creases
 EXACT = 1e-3  # of stretch and bend that a net may leave
+NEAR, NEAR_CREASED = 0.05, 0.5  # of price above the least that is not worth to look for another seam
 
 
 @dataclass(frozen=True, eq=False)
@@ -76,7 +77,7 @@ class Nets:
             nodes for i, nodes in enumerate(found) if len(nodes) and len(nodes) not in map(len, found[:i])
         ]
 
-    @property
+    @cached_property
     def creased(self) -> bool:
         """Whether all that is curved is on sharp creases, or a tip."""
         piece = self.piece
@@ -97,6 +98,10 @@ class Nets:
         flat[piece.ends[seam]] = 0
         return stretch + 3 * float(weight @ flat)
 
+    def cost(self, seam: Seam) -> float:
+        """What to expect of it, and its price."""
+        return self.expected(seam) + self._price(seam)
+
     def _price(self, seam: Seam) -> float:
         """Of a seam, in units of stretch."""
         piece = self.piece
@@ -112,12 +117,20 @@ class Nets:
         length = float(least[nodes].sum()) / 2 / piece.size
         return max(0.0, length - SHARP_SHARE * self.trade) / self.trade
 
-    def free(self) -> Seam | None:
-        """A net that leaves nothing to be stretched and is no longer than is free; None if there is none."""
-        net = self._through(self._nodes[0]) if self._nodes else None
-        if net is None or self._price(net) > EXACT or self.expected(net) > 1 + EXACT:
-            return None
-        return net
+    def settled(self, hard: bool) -> Seam | None:
+        """A net that leaves nothing to be stretched, and costs so little that nothing else is to be compared.
+
+        On a hard surface it may cost a little more than the loops that open the handles, which every seam
+        has. If all that is curved is on sharp creases, it may cost more: seams past corners press them flat.
+        """
+        nearly = NEAR_CREASED if self.creased else NEAR
+        most = nearly + self._price(self._loops) if hard else EXACT
+        found: Seam | None = None
+        for nodes in self._nodes if hard else self._nodes[:1]:
+            net = self._through(nodes, most)
+            if net is not None and self._price(net) < most and self.expected(net) <= 1 + EXACT:
+                found, most = net, self._price(net)
+        return found
 
     def cheaper(self, seam: Seam, gain: float | None, parts: Parts, grow: Grow) -> Seam | None:
         """The net, with branches of `grow`, that costs least when it is flattened; None if `seam` costs less.

@@ -51,15 +51,24 @@ class Mask:
     origin: complex
 
     @cached_property
-    def runs(self) -> list[tuple[int, int, int]]:
-        """Row, first column and length of each run of cells."""
+    def blocks(self) -> list[tuple[int, int, int, int]]:
+        """Row, first column, length and number of rows of runs of cells; equal ones in a row are one.
+
+        The largest come first.
+        """
         rows, columns = self.cells.shape
         padded = np.zeros((rows, columns + 2), dtype=np.int8)
         padded[:, 1:-1] = self.cells
         change = padded[:, 1:] - padded[:, :-1]
         row, begin = np.nonzero(change == 1)
         length = np.nonzero(change == -1)[1] - begin
-        return list(zip(row.tolist(), begin.tolist(), length.tolist(), strict=True))
+        order = np.lexsort((row, length, begin))
+        row, begin, length = row[order], begin[order], length[order]
+        first = np.ones(len(row), dtype=bool)
+        first[1:] = (np.diff(row) != 1) | (np.diff(begin) != 0) | (np.diff(length) != 0)
+        high = np.diff(np.append(np.flatnonzero(first), len(row)))
+        blocks = np.column_stack((row[first], begin[first], length[first], high))
+        return [(*block,) for block in blocks[np.argsort(-length[first] * high, kind="stable")].tolist()]
 
     def quarter_turned(self, cells_per_unit: float) -> Mask:
         """That of the chart times i."""

@@ -2,7 +2,8 @@
 
 The cells are the bits of one integer, row after row: a shift moves the whole page. A run of n cells of the
 mask is free where n bits in a row are. `page | page >> 1` has a bit where one of two is taken, the same again
-with a shift of 2 where one of four is: so a run takes two shifts, however long it is.
+with a shift of 2 where one of four is: so a run takes two shifts, however long it is. Equal runs one above
+the other are one block, by shifts of rows.
 """
 
 from __future__ import annotations
@@ -77,20 +78,25 @@ class _Gaps:
         bits = np.ones((self._rows, self._columns + 1), dtype=bool)  # a last column ends each row
         bits[:, :-1] = taken
         self._runs = [_number(bits)]  # where a run of 1, 2, 4, ... cells is not free
-        self._of_length: dict[int, int] = {}
+        self._of_block: dict[tuple[int, int], int] = {}
 
-    def _taken_from(self, length: int) -> int:
-        """Where a run of this length is not free."""
-        known = self._of_length.get(length)
+    def _taken_from(self, length: int, rows: int) -> int:
+        """Where a block of runs of this length is not free."""
+        known = self._of_block.get((length, rows))
         if known is None:
-            power = length.bit_length() - 1
-            while len(self._runs) <= power:
-                last = self._runs[-1]
-                self._runs.append(last | (last >> (1 << (len(self._runs) - 1))))
-            known = self._runs[power]
-            if length > 1 << power:
-                known |= known >> (length - (1 << power))
-            self._of_length[length] = known
+            if rows > 1:
+                half = (rows + 1) // 2
+                known = self._taken_from(length, half)
+                known |= known >> ((rows - half) * (self._columns + 1))
+            else:
+                power = length.bit_length() - 1
+                while len(self._runs) <= power:
+                    last = self._runs[-1]
+                    self._runs.append(last | (last >> (1 << (len(self._runs) - 1))))
+                known = self._runs[power]
+                if length > 1 << power:
+                    known |= known >> (length - (1 << power))
+            self._of_block[length, rows] = known
         return known
 
     def free(self, mask: Mask) -> tuple[IntArray, IntArray]:
@@ -104,14 +110,18 @@ class _Gaps:
             none = np.zeros(0, dtype=np.int64)
             return none, none
         stride = self._columns + 1
-        bad = 0
-        for row, begin, length in mask.runs:
-            bad |= self._taken_from(length) >> (row * stride + begin)
         bits = up * stride
+        every = (1 << bits) - 1
         outside = np.zeros((up, stride), dtype=bool)
         outside[:, across:] = True
-        every = (1 << bits) - 1
-        free = every ^ ((bad | _number(outside)) & every)
+        bad, most = _number(outside), 4
+        for tried, (row, begin, length, high) in enumerate(mask.blocks):
+            if tried == most:  # the longest come first: mostly they tell that there is no place
+                if bad & every == every:
+                    break
+                most *= 2
+            bad |= self._taken_from(length, high) >> (row * stride + begin)
+        free = every ^ (bad & every)
         corner = free ^ (free & (free << 1 | free << stride))
         data = np.frombuffer(corner.to_bytes((bits + 7) // 8, "little"), np.uint8)
         byte = np.flatnonzero(data)

@@ -238,8 +238,11 @@ def _best(
     few = piece.n <= DIRECT
     hard = with_nets and (flat_share(component) >= HARD or nets.creased)
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
-    if with_nets and (few or hard) and (seam := nets.free()) is not None:
-        return seam if gain is None or nets.expected(none) - nets.expected(seam) >= gain else none
+    if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
+        if gain is None or nets.cost(none) - nets.cost(net) >= gain:
+            return net
+        if not hard:
+            return none
     seam = _seam(piece, trade, holes)[0] if few else _carried(piece, trade, holes, gain)
 
     def parts(seam: IntArray) -> list[Submesh]:

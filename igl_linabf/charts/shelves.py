@@ -61,8 +61,8 @@ def on_shelves(sizes: FloatArray, taken: BoolArray) -> FloatArray:
 def narrowest_turns(z: ComplexArray, charts: Parts) -> ComplexArray:
     """For each chart the turn to the rectangle of least area around it, which lies along its convex hull."""
     chart = charts.spread(np.arange(len(charts)))
-    points = shapely.multipoints(shapely.points(z.real, z.imag), indices=chart)
-    rings = shapely.get_exterior_ring(shapely.convex_hull(points))
+    lines = shapely.linestrings(z.real, z.imag, indices=chart)
+    rings = shapely.get_exterior_ring(shapely.convex_hull(lines))
     coordinates, chart = shapely.get_coordinates(rings, return_index=True)
     corner = coordinates[:, 0] + 1j * coordinates[:, 1]
     same = chart[1:] == chart[:-1]  # a ring ends with the point where it begins

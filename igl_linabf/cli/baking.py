@@ -10,15 +10,16 @@ import numpy as np
 from .._types import FloatArray
 from ..charts import Atlas
 from ..errors import MeshError
-from ..io import MeshFile
+from ..io import WITH_IMAGES, MeshFile
 from ..textures import bake
 from .commands import Argument
 
 RESOLUTION = 2048  # if none is asked for
 BAKE: Argument = {
     "choices": ("colors", "normals", "position"),
-    "help": f"bake into the texture of a GLB file, of --resolution texels ({RESOLUTION}): the colours of the "
-    "vertices, normals in the object's space (127.5 (n + 1)), or positions in the bounding cube",
+    "help": f"bake a texture of --resolution texels ({RESOLUTION}) into a GLB, glTF or 3MF file, or beside "
+    "an OBJ: the colours of the vertices, normals in the object's space (127.5 (n + 1)), or positions in the "
+    "bounding cube",
 }
 
 
@@ -26,8 +27,9 @@ def check_bake(kind: str | None, mesh: MeshFile, output: Path, pages: int | None
     """Refuse before the work what cannot be baked."""
     if kind is None:
         return
-    if output.suffix.lower() != ".glb":
-        raise ValueError("--bake writes a texture into a GLB file: give an output that ends in .glb")
+    if output.suffix.lower() not in WITH_IMAGES:
+        known = " or ".join(WITH_IMAGES)
+        raise ValueError(f"--bake needs a file with a texture: give an output that ends in {known}")
     if pages is not None and pages > 1:
         raise ValueError("--bake writes one image: leave out --pages")
     if kind == "colors" and mesh.colours is None:

@@ -31,6 +31,10 @@ MESH: Argument = {
     "type": Path,
     "help": "OBJ, OFF, PLY, STL, GLB, glTF, 3MF, GIFTI, FreeSurfer or VTP file",
 }
+OUTPUT = (
+    "OBJ, PLY, GLB, glTF, 3MF, VTP, GIFTI or FreeSurfer (.surf, .flat) file, or a folder that exists, or - "
+    "for standard output"
+)
 METHOD: Argument = {"choices": sorted(METHODS), "default": "linabf"}
 WEIGHT: Argument = {
     "metavar": "W",

@@ -26,7 +26,7 @@ EXTRAS = {  # packages that a user may install; README and docs/install.md say w
     "batch": ("distributed", "bokeh"),
     "cholmod": ("scikit-sparse",),
     "fast": ("numba",),
-    "formats": ("trimesh", "lxml", "networkx", "nibabel", "pyvista"),
+    "formats": ("lib3mf", "nibabel", "pyvista"),
     "patterns": ("svgwrite", "ezdxf", "matplotlib"),
     "viz": ("pyvista",),
 }

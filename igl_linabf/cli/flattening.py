@@ -9,7 +9,7 @@ from pathlib import Path
 
 from .._runtime import part
 from ..flattening import flatten
-from ..io import SUFFIXES, unit_square, write_file
+from ..io import SUFFIXES, unit_square, written
 from ..measures import quality
 from .commands import (
     BOUNDARY,
@@ -19,6 +19,7 @@ from .commands import (
     MESHES,
     METHOD,
     NOT_VALID,
+    OUTPUT,
     PICTURE,
     QUIET,
     WEIGHT,
@@ -43,7 +44,7 @@ def _flatten(options: argparse.Namespace) -> int:
         measured = quality(V, F, uv)
     pictured = V, F, {options.method: result.uv}
     figures = {"quality": measured, "result": result}
-    hand_out(options, f"{measured}\n\n{result}", figures, pictured, partial(write_file, mesh=mesh, TC=uv))
+    hand_out(options, f"{measured}\n\n{result}", figures, pictured, partial(written, mesh=mesh, TC=uv))
     if not result.outcome.good:
         print(f"igl-linabf: {options.of}{result.message}", file=sys.stderr)
         return NOT_VALID
@@ -74,7 +75,7 @@ FLATTEN = Command(
             "metavar": "OUT",
             "type": Path,
             "required": True,
-            "help": "OBJ, PLY, GLB, VTP or GIFTI file, or a folder that exists, or - for standard output",
+            "help": OUTPUT,
         },
         "picture": PICTURE,
         "method": METHOD,

@@ -6,12 +6,15 @@ import argparse
 import contextlib
 import os
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+import warnings
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import AbstractContextManager
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from .._runtime import part
 from .._types import FloatArray, IntArray
+from ..errors import MeshWarning, stack_level
 from ..io import replacing
 from .commands import STANDARD
 from .plain_data import as_json
@@ -37,17 +40,21 @@ def hand_out(
     text: str,
     figures: Mapping[str, object],
     pictured: tuple[FloatArray, IntArray, Mapping[str, FloatArray]] | None = None,
-    write: Callable[[str], None] | None = None,
+    write: Callable[[str | Path], AbstractContextManager[None]] | None = None,
 ) -> None:
-    """Write all files under temporary names, print text or figures, and only then rename the files."""
+    """Write all files under temporary names, print text or figures, and only then rename the files.
+
+    `write` writes a file, which takes its place when the block ends that it begins.
+    """
     picture = None if pictured is None else options.picture
     to_stdout = write is not None and options.output == Path(STANDARD)
     with contextlib.ExitStack() as stack:
         if write is not None:
-            place = _spooled(options) if to_stdout else replacing(options.output)
-            written = stack.enter_context(place)
             with part("writing", WRITTEN if picture else 1.0):
-                write(written)
+                if to_stdout:
+                    data = _spooled(options, write)
+                else:
+                    stack.enter_context(write(options.output))
         if pictured is not None and picture is not None:
             from ..plot import plot_compare
 
@@ -57,7 +64,7 @@ def hand_out(
         try:
             if to_stdout:
                 sys.stdout.flush()
-                sys.stdout.buffer.write(Path(written).read_bytes())
+                sys.stdout.buffer.write(data)
             if options.json:
                 print(as_json({"mesh": options.title, **figures}), flush=True)
             elif not options.quiet:
@@ -69,8 +76,19 @@ def hand_out(
         options.settled()
 
 
-@contextlib.contextmanager
-def _spooled(options: argparse.Namespace) -> Iterator[str]:
-    """A file for what goes to standard output, in the format that is asked for."""
+def _spooled(
+    options: argparse.Namespace, write: Callable[[str | Path], AbstractContextManager[None]]
+) -> bytes:
+    """What goes to standard output, in the format that is asked for."""
     with TemporaryDirectory(prefix="igl_linabf-") as folder:
-        yield os.path.join(folder, f"map.{getattr(options, 'format', None) or 'obj'}")
+        path = Path(folder) / f"map.{getattr(options, 'format', None) or 'obj'}"
+        with write(path):
+            pass
+        beside = sorted(other.name for other in path.parent.iterdir() if other != path)
+        if beside:
+            warnings.warn(
+                f"standard output holds one file: {', '.join(beside)} beside it are left out",
+                MeshWarning,
+                stacklevel=stack_level(),
+            )
+        return path.read_bytes()

@@ -11,7 +11,7 @@ from pathlib import Path
 from .._runtime import part
 from ..charts import unwrap
 from ..errors import OutcomeWarning
-from ..patterns import PAPERS, PATTERN_SUFFIXES, UNITS, draw_pattern, pattern_of
+from ..patterns import PAPERS, PATTERN_SUFFIXES, UNITS, drawn, pattern_of
 from .commands import GOOD, JSON, MESHES, METHOD, NOT_VALID, QUIET, Command
 from .jobs import COMPUTED, given_mesh
 from .outputs import check_outputs, hand_out
@@ -26,9 +26,7 @@ def _pattern(options: argparse.Namespace) -> int:
         atlas = unwrap(mesh.V, mesh.F, None, options.method, trade=options.trade)
     pattern = pattern_of(mesh.V, mesh.F, atlas, options.units, options.crease, options.grain)
     figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern}
-    hand_out(
-        options, str(pattern), figures, write=partial(draw_pattern, pattern=pattern, paper=options.paper)
-    )
+    hand_out(options, str(pattern), figures, write=partial(drawn, pattern=pattern, paper=options.paper))
     for message in atlas.troubles:
         print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
     return GOOD if atlas.good else NOT_VALID

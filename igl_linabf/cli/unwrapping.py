@@ -5,7 +5,6 @@ from __future__ import annotations
 import argparse
 import sys
 import warnings
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,9 @@ import numpy as np
 
 from .._runtime import part
 from .._types import IntArray
-from ..charts import TRADE, Atlas, texture_sides, unwrap
+from ..charts import TRADE, texture_sides, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, MeshFile, embed_texture, write_file
+from ..io import SUFFIXES, written
 from .baking import BAKE, RESOLUTION, baked, check_bake
 from .commands import (
     GOOD,
@@ -24,6 +23,7 @@ from .commands import (
     MESHES,
     METHOD,
     NOT_VALID,
+    OUTPUT,
     PICTURE,
     QUIET,
     WEIGHT,
@@ -41,6 +41,7 @@ TRADED: Argument = {
     "help": "larger: longer seams for less stretch; 0: shortest seams (default: %(default)s)",
 }
 HOLES: Argument = {"action": "store_true", "help": "leave holes uncut"}
+BAKED = 0.9  # of the whole: the bar when the texture is baked
 BIJECTIVE: Argument = {
     "action": "store_true",
     "help": "move overlapping parts apart instead of splitting charts",
@@ -80,20 +81,13 @@ def _unwrap(options: argparse.Namespace) -> int:
             atlas = unwrap(V, F, seams, method, cones=cones, cone_angles=angles, **settings)
     pictured = V[atlas.origin], atlas.triangles, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
-    write: Callable[[str], None] = partial(write_file, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC)
-    if options.bake:
-        write = partial(
-            _write_baked, mesh=mesh, atlas=atlas, kind=options.bake, resolution=options.resolution
-        )
+    with part("baking", BAKED):
+        image = baked(options.bake, mesh, atlas, options.resolution) if options.bake else None
+    write = partial(written, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC, image=image)
     hand_out(options, str(atlas), figures, pictured, write)
     for message in atlas.troubles:
         print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
     return GOOD if atlas.good else NOT_VALID
-
-
-def _write_baked(path: str, mesh: MeshFile, atlas: Atlas, kind: str, resolution: int) -> None:
-    write_file(path, mesh, atlas.TC, atlas.FTC)
-    embed_texture(path, baked(kind, mesh, atlas, resolution))
 
 
 def _pairs(path: str) -> IntArray:
@@ -134,7 +128,7 @@ UNWRAP = Command(
             "metavar": "OUT",
             "type": Path,
             "required": True,
-            "help": "OBJ, PLY, GLB, VTP or GIFTI file, or a folder that exists, or - for standard output",
+            "help": OUTPUT,
         },
         "format": {
             "choices": [suffix[1:] for suffix in SUFFIXES],
@@ -203,6 +197,7 @@ UNWRAP = Command(
         "body.obj -o body.obj --resolution 2048 --padding 8    # for a texture of this size",
         "body.obj -o body.obj --resolution 2048 --texel-density 400 --pages 4    # on up to four pages",
         "body.ply -o body.glb --bake colors    # with the texture in it",
+        "body.ply -o body.obj --bake colors    # with body.mtl and body.png beside it",
         "scan.stl -o scan.ply --weld 1e-5 --holes",
         "part.obj -o part.obj --strict --bijective",
         "head.obj -o head.obj --hide 0,0,-1    # seams at the back, which looks along -z",

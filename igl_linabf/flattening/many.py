@@ -16,7 +16,6 @@ from ..angles import (
     AngleProblem,
     Step,
     constraints_of,
-    families_of,
     initial_estimate,
     opened,
     rows_of,
@@ -34,7 +33,7 @@ from .shapes import BoundaryName
 from .verbs import flatten
 
 LARGE = 10_000  # triangles from which a mesh is flattened alone: in company it would take as long
-AT_ONCE = 16_000  # triangles in company: what fits into the processor's caches
+AT_ONCE = 8_000  # triangles in company: what fits into the processor's caches
 
 Arrays = tuple[FloatArray, IntArray]
 
@@ -210,13 +209,11 @@ def _flat(disks: Disks, method: LinABF) -> Results:
     good = stepped.good & ~flat.flipped & (flat.gap <= GAP)
     good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # that is to be warned of
     rows = rows_of(problem.constraints, disks)
-    before = families_of(problem.start, rows, faces).T
-    after = families_of(stepped.at, rows, faces).T
+    before, _, after = (families.T.tolist() for families in stepped.families)
     triangles = disks.topology.corner.T - faces.spread(vertices.start[:-1])[:, None]
     angles, uv = np.ascontiguousarray(stepped.at.alpha.T), coordinates(flat.z)
-    residual, inner, gap, ratio = (
-        values.tolist() for values in (stepped.residual.T, stepped.inner_steps.T, flat.gap, flat.ratio)
-    )
+    residual, inner = stepped.families.max(axis=1).T.tolist(), stepped.inner_steps.T.tolist()
+    gap, ratio = flat.gap.tolist(), flat.ratio.tolist()
     nothing, made = np.empty(0, dtype=np.int64), []
     for k in np.flatnonzero(good).tolist():
         first, last = residual[k][0], residual[k][2]
@@ -252,6 +249,7 @@ def _flat(disks: Disks, method: LinABF) -> Results:
     return made, np.flatnonzero(stepped.thin).tolist()
 
 
-def _residuals(largest: FloatArray) -> Residuals:
+def _residuals(families: list[float]) -> Residuals:
     """Of a disk, by its vertices, triangles and wheels."""
-    return Residuals(float(largest[0]), float(largest[1]), float(largest[2]), 0.0)
+    vertex, triangle, wheel = families
+    return Residuals(vertex, triangle, wheel, 0.0)

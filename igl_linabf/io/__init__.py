@@ -5,7 +5,7 @@ a format; `files` has the public functions, `parsing` is shared by the readers.
 """
 
 from .._runtime import replacing
-from .corners import textured as textured
+from .files import bare as bare
 from .files import (
     read_file,
     read_mesh,
@@ -17,11 +17,12 @@ from .files import (
     write_obj,
 )
 from .formats import READERS, WRITERS
-from .images import embed_texture as embed_texture
+from .formats import WITH_IMAGES as WITH_IMAGES
 from .images import write_image, write_textured
 from .mesh_file import MeshFile
 from .one_index import split_at_seams as split_at_seams
 from .parsing import Extras
+from .saving import written as written
 
 SUFFIXES = tuple(WRITERS)
 READABLE = tuple(READERS)

@@ -15,9 +15,11 @@ from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, vertex_array
 from .corners import check_corners
-from .formats import parsed, warn_of_loss, writer
+from .formats import parsed
 from .mesh_file import MeshFile
+from .obj import with_looks
 from .obj_writing import save_obj, save_polygons
+from .saving import written
 
 
 def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
@@ -102,6 +104,7 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
     if not len(found.V) or not len(found.polygons):
         raise MeshError(f"{path} holds {len(found.V)} vertices and no faces: is it a mesh?")
     V, polygons, TC, texture, extras = found
+    extras = with_looks(extras, path)
     if path.suffix.lower() == ".stl":
         V, _, same, _ = igl.remove_duplicate_vertices(V, polygons.corners.reshape(-1, 3), 0.0)
         polygons = Polygons(np.asarray(same, dtype=np.int64)[polygons.corners], polygons.sizes)
@@ -111,23 +114,31 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
 
 
 def write_file(
-    path: str | os.PathLike[str], mesh: MeshFile, TC: ArrayLike, FTC: ArrayLike | None = None
+    path: str | os.PathLike[str],
+    mesh: MeshFile,
+    TC: ArrayLike,
+    FTC: ArrayLike | None = None,
+    image: ArrayLike | None = None,
 ) -> None:
     """Write what was read, with texture coordinates; the suffix chooses the format.
 
+    Beside an OBJ file is an MTL file of the same name, where materials come from another format.
+
     Parameters
     ----------
-    path : path of an OBJ, PLY, GLB, VTP or GIFTI file
+    path : path of an OBJ, PLY, GLB, glTF, 3MF, VTP, GIFTI or FreeSurfer file
     mesh : MeshFile
     TC : (#TC, 2) float
         Texture coordinates, v upwards.
     FTC : in the shape of `mesh.F`, optional
         Their rows at the corners; by default `mesh.F`.
+    image : (#rows, #columns[, 1, 3 or 4]) float, optional
+        The texture, from 0 to 1, as `bake` returns it: in GLB, glTF and 3MF; beside OBJ as a PNG file.
 
     Raises
     ------
     MeshError
-        The suffix is unknown, or the arrays do not fit to the faces.
+        The suffix is unknown, the format holds no image, or the arrays do not fit to the faces.
     ImportError
         The package that writes this format is missing.
     OSError
@@ -149,11 +160,8 @@ def write_file(
     >>> read_file(os.path.join(folder, "page.obj")).FTC.tolist()
     [[0, 1, 2, 3]]
     """
-    path = Path(path)
-    save, made = writer(path), mesh.textured(TC, FTC)
-    warn_of_loss(mesh, path.suffix.lower())
-    with replacing(path) as temporary:
-        save(temporary, made, path)
+    with written(path, mesh, TC, FTC, image):
+        pass
 
 
 def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
@@ -254,10 +262,10 @@ def write_mesh(
 
     Parameters
     ----------
-    path : path of an OBJ, PLY or GLB file
+    path : path of a file that `write_file` writes
     V : (#V, 3) float
     F : (#F, 3) or (#F, k) int, or list of lists of int
-        Triangles or polygons; all three formats keep polygons.
+        Triangles or polygons; OBJ, PLY, GLB, glTF and VTP keep polygons.
     TC : (#TC, 2) float
         Texture coordinates, v upwards. Rows that are not finite are left out; no corner may use one.
     FTC : (#F, 3) int, or in the shape of `F`, optional
@@ -267,7 +275,7 @@ def write_mesh(
     Raises
     ------
     MeshError
-        The suffix is none of the three, indices are out of range, or coordinates are not finite or
+        The suffix is unknown, indices are out of range, or coordinates are not finite or
         too large for 32-bit floats.
     OSError
         The file cannot be written. In that case nothing is left behind.
@@ -282,13 +290,15 @@ def write_mesh(
     >>> read_texture(path)[1].tolist()
     [[0, 1, 2], [3, 4, 5]]
     """
-    path = Path(path)
-    save = writer(path)
+    with written(path, bare(V, F), TC, FTC):
+        pass
+
+
+def bare(V: ArrayLike, F: ArrayLike) -> MeshFile:
+    """A surface as the caller gives it; raises where faces name no vertices, or none that are finite."""
     positions, faces = vertex_array(V), Polygons.of(F)
     check_corners(positions, faces, "F", "V")
-    made = MeshFile(positions, faces).textured(TC, FTC)
-    with replacing(path) as temporary:
-        save(temporary, made, path)
+    return MeshFile(positions, faces)
 
 
 def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:

@@ -8,16 +8,18 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ..errors import MeshError, MeshWarning, stack_level
-from .gltf_reading import GltfFile, parse_gltf, save_glb
+from .freesurfer import parse_freesurfer, save_patch, save_surf
+from .gltf_reading import GltfFile, parse_gltf, save_gltf
 from .mesh_file import MeshFile
 from .obj import ObjText, parse_obj
-from .obj_writing import save_obj
+from .obj_writing import materials_beside, save_obj
 from .off import parse_off
-from .other_formats import parse_3mf, parse_freesurfer, parse_gifti, parse_vtp, save_gifti, save_vtp
+from .other_formats import parse_gifti, parse_vtp, save_gifti, save_vtp
 from .parsing import Damaged, Parsed
 from .ply import PlyTables, parse_ply
 from .ply_writing import save_ply
 from .stl import parse_stl
+from .three_mf import parse_3mf, save_3mf
 
 BYTES: dict[str, Callable[[bytes, str], Parsed]] = {
     ".obj": parse_obj,
@@ -25,28 +27,37 @@ BYTES: dict[str, Callable[[bytes, str], Parsed]] = {
     ".ply": lambda data, _: parse_ply(data),
     ".stl": lambda data, _: parse_stl(data),
 }
+SURFACES = (".pial", ".white", ".inflated", ".smoothwm", ".orig", ".sphere", ".surf")  # of FreeSurfer
 PATHS: dict[str, Callable[[Path], Parsed]] = {
     ".glb": parse_gltf,
     ".gltf": parse_gltf,
     ".3mf": parse_3mf,
     ".gii": parse_gifti,
     ".vtp": parse_vtp,
-    **dict.fromkeys((".pial", ".white", ".inflated", ".smoothwm", ".orig", ".sphere"), parse_freesurfer),
+    **dict.fromkeys(SURFACES, parse_freesurfer),
 }
 READERS = (*BYTES, *PATHS)
 OWN: dict[str, tuple[type, ...]] = {  # whose files a writer writes again as they were
     ".obj": (ObjText,),
     ".ply": (PlyTables,),
     ".glb": (GltfFile,),
+    ".gltf": (GltfFile,),
 }
 FREESURFER = b"\xff\xff"  # and a third byte that says whether its faces are triangles
 WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
     ".obj": save_obj,
     ".ply": save_ply,
-    ".glb": save_glb,
+    ".glb": save_gltf,
+    ".gltf": save_gltf,
+    ".3mf": save_3mf,
     ".vtp": save_vtp,
     ".gii": save_gifti,
+    ".surf": save_surf,
+    ".flat": save_patch,
 }
+BESIDE: dict[str, Callable[[MeshFile, Path], dict[str, bytes]]] = {".obj": materials_beside}
+WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
+FLAT = (".gii", ".surf", ".flat")  # in which the map is the surface
 
 
 def parsed(path: str | os.PathLike[str]) -> Parsed:
@@ -105,16 +116,22 @@ def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
     extras, source, lost = mesh.extras, mesh.extras.source, list[str]()
     if isinstance(source, OWN.get(suffix, ())):
         return
-    if suffix == ".gii":
-        lost += ["the positions in space"]
-    if suffix in (".ply", ".vtp", ".gii"):
-        lost += ["the names of its parts"] * bool(mesh.parts) + ["its materials"] * bool(mesh.materials)
-    elif mesh.materials:
+    if suffix in FLAT and mesh.path is not None:
+        lost.append("the positions in space")
+    if suffix in (".ply", ".vtp", *FLAT):
+        lost += ["the names of its parts"] * bool(mesh.parts)
+    if suffix in (".ply", ".vtp", ".3mf", *FLAT):
+        lost += ["its materials"] * bool(mesh.materials)
+    elif any(look.images for look in extras.looks or ()):
+        lost.append("the images of its materials")
+    elif mesh.materials and extras.looks is None:
         lost.append("what its materials are but their names")
-    if extras.colours is not None and suffix == ".gii":
+    if extras.colours is not None and suffix in (".3mf", *FLAT):
         lost.append("colours")
-    if extras.normals is not None and suffix in (".vtp", ".gii"):
+    if extras.normals is not None and suffix in (".3mf", ".vtp", *FLAT):
         lost.append("normals")
+    if suffix == ".3mf" and (mesh.polygons.sizes > 3).any():
+        lost.append("polygons of more than three corners")
     if extras.units not in (None, "meter") and suffix in (".ply", ".vtp", ".obj"):
         lost.append(f"the unit of length ({extras.units})")
     if isinstance(source, GltfFile):
@@ -126,7 +143,7 @@ def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
         what = f"{suffix[1:].upper()} does not keep {', '.join(lost)}"
         if mesh.path is not None:
             what += f" of {mesh.path.name}"
-        for own, types in OWN.items():
-            if isinstance(source, types):
-                what += f": write {own[1:].upper()} to keep all of it"
+        own = next((own for own, types in OWN.items() if isinstance(source, types)), None)
+        if own is not None:
+            what += f": write {own[1:].upper()} to keep all of it"
         warnings.warn(what, MeshWarning, stacklevel=stack_level())

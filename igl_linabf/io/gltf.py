@@ -1,7 +1,8 @@
-"""Write GLB, the binary form of glTF 2.0."""
+"""Write glTF 2.0: GLB, its binary form, or .gltf, one text that holds the buffer, too."""
 
 from __future__ import annotations
 
+import base64
 import json
 import struct
 from typing import Any
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from .._types import IntArray
 from ..errors import MeshError
 from ..surface import Triangles
+from .materials import Material, as_gltf, linear, without_images
 from .mesh_file import MeshFile
 from .ngons import EXTENSION, fans
 from .one_index import one_index, single
@@ -20,7 +22,7 @@ FLOAT, UNSIGNED = 5126, 5125  # glTF's numbers for types of 32 bits
 VERTEX_ATTRIBUTES, INDICES = 34962, 34963  # and for what a part is used as
 KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048}
-PLAIN = {"pbrMetallicRoughness": {"metallicFactor": 0}, "doubleSided": True}
+LINEAR_MIPMAPS, LINEAR = 9987, 9729  # and for filters
 
 
 class Buffer:
@@ -50,7 +52,7 @@ class Buffer:
         return len(self.accessors) - 1
 
 
-def save_new_glb(temporary: str, mesh: MeshFile) -> None:
+def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
     """Write polygons with texture coordinates at the vertices, v downwards: a node for each part."""
     extras, buffer = mesh.extras, Buffer()
     names, part = extras.parts or ((), np.full(len(mesh.polygons), -1))
@@ -70,7 +72,9 @@ def save_new_glb(temporary: str, mesh: MeshFile) -> None:
         nodes.append({"mesh": len(meshes), **named, **size})
         meshes.append({"primitives": primitives, **named})
     # readers (trimesh) drop texture coordinates that no material goes with
-    materials = [{"name": name, **PLAIN} for name in words] + [PLAIN] * bool((material < 0).any())
+    looks = extras.looks or (Material(),) * len(words)
+    materials = [as_gltf(look, name) for look, name in zip(looks, words, strict=True)]
+    materials += [as_gltf(Material())] * bool((material < 0).any())
     polygons = any("extensions" in primitive for of in meshes for primitive in of["primitives"])
     description = {
         "asset": {"version": "2.0", "generator": "igl_linabf"},
@@ -84,7 +88,7 @@ def save_new_glb(temporary: str, mesh: MeshFile) -> None:
         "bufferViews": buffer.views,
         "buffers": [{"byteLength": buffer.size}],
     }
-    write_glb(temporary, description, buffer.parts)
+    write_gltf(temporary, description, buffer.parts, mesh.image)
 
 
 def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -> dict[str, Any]:
@@ -107,7 +111,8 @@ def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -
         normals = single(_unit(extras.normals[made.rows[2]]), "normals")
         attributes["NORMAL"] = buffer.add(normals, VERTEX_ATTRIBUTES)
     if extras.colours is not None:
-        colours = single(linear(extras.colours[made.rows[0]]), "colours")
+        given = extras.colours[made.rows[0]]
+        colours = single(np.column_stack((linear(given[:, :3]), given[:, 3:])), "colours")
         attributes["COLOR_0"] = buffer.add(colours, VERTEX_ATTRIBUTES)
     vertex = np.full(len(mesh.polygons.corners), -1)
     vertex[corner] = made.corners
@@ -125,20 +130,40 @@ def triangles_of(split: Triangles, vertex: IntArray) -> tuple[IntArray, dict[str
     return fans(split, vertex), {"extensions": {EXTENSION: {}}}
 
 
-def linear(colours: np.ndarray) -> np.ndarray:
-    """Colours as glTF stores them, proportional to light; files of other formats have sRGB."""
-    rgb = np.clip(colours[:, :3], 0, 1)
-    light = np.where(rgb <= 0.04045, rgb / 12.92, ((rgb + 0.055) / 1.055) ** 2.4)
-    return np.column_stack((light, colours[:, 3:]))
-
-
 def _unit(normals: np.ndarray) -> np.ndarray:
     length = np.linalg.norm(normals, axis=1, keepdims=True)
     return np.asarray(np.where(length > 0, normals / np.where(length > 0, length, 1), [0, 0, 1]))
 
 
-def write_glb(path: str, description: dict[str, Any], parts: list[bytes]) -> None:
+def with_texture(description: dict[str, Any], parts: list[bytes], image: bytes) -> None:
+    """Add a PNG that becomes the colour of all materials; colours at vertices are left out."""
+    size = description["buffers"][0]["byteLength"]
+    description["bufferViews"].append({"buffer": 0, "byteOffset": size, "byteLength": len(image)})
+    parts.append(image + b"\0" * (-len(image) % 4))
+    description["buffers"][0]["byteLength"] = size + len(parts[-1])
+    description["images"] = [{"bufferView": len(description["bufferViews"]) - 1, "mimeType": "image/png"}]
+    description["samplers"] = [{"magFilter": LINEAR, "minFilter": LINEAR_MIPMAPS}]
+    description["textures"] = [{"source": 0, "sampler": 0}]
+    for material in description["materials"]:
+        without_images(material)
+        shading = material.get("pbrMetallicRoughness", {})
+        shading.pop("baseColorFactor", None)  # the image would be multiplied by it
+        material["pbrMetallicRoughness"] = {**shading, "metallicFactor": 0, "baseColorTexture": {"index": 0}}
+    for mesh in description["meshes"]:
+        for primitive in mesh["primitives"]:
+            primitive["attributes"].pop("COLOR_0", None)  # viewers would multiply by it
+
+
+def write_gltf(path: str, description: dict[str, Any], parts: list[bytes], image: bytes | None) -> None:
     """The container: a text that describes, and the bytes that it describes."""
+    if image is not None:
+        with_texture(description, parts, image)
+    if path.lower().endswith(".gltf"):
+        data = base64.b64encode(b"".join(parts)).decode()
+        description["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{data}"
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump(description, file, separators=(",", ":"))
+        return
     text = json.dumps(description, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
     length = sum(map(len, parts))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import mimetypes
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,10 +14,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
-from ..errors import MeshWarning, stack_level
 from ..surface import Polygons
-from .gltf import INDICES, KINDS, UNSIGNED, VERTEX_ATTRIBUTES, save_new_glb, triangles_of, write_glb
+from .gltf import INDICES, KINDS, UNSIGNED, VERTEX_ATTRIBUTES, save_new_gltf, triangles_of, write_gltf
 from .gltf_scene import COMPONENTS, Gltf, load_gltf, placements
+from .materials import PLAIN, Material, as_gltf, of_gltf, srgb, warn_of_images, without_images
 from .mesh_file import MeshFile
 from .ngons import EXTENSION, polygons_among
 from .one_index import one_index, single
@@ -32,7 +31,6 @@ REFERENCES = {
     "inverseBindMatrices",
 }  # keys of accessors; and all in "attributes"
 UNMOVED: tuple[str, FloatArray] = ("", np.eye(4))
-SRGB = 0.0031308, 12.92, 1.055, 2.4
 
 
 class Primitive(NamedTuple):
@@ -113,11 +111,13 @@ def _parsed(gltf: Gltf) -> Parsed:
     words = [str(of.get("name", f"material {i}")) for i, of in enumerate(gltf.listed("materials"))]
     named = any("name" in of for of in gltf.listed("materials"))
     extras = Extras(
-        colours=None if colours is None else srgb(colours[used]),
+        colours=None if colours is None else np.column_stack((srgb(colours[:, :3]), colours[:, 3:]))[used],
         normals=normals,
         normal=None if normals is None else flat,
         parts=(tuple(names), np.concatenate(part)),
         materials=(tuple(words), np.concatenate(material)) if named else None,
+        looks=tuple(map(of_gltf, gltf.listed("materials"))) if named else None,
+        units="meter",
         source=GltfFile(gltf, primitives),
     )
     made = untextured(np.concatenate(V)[used], Polygons(corner.ravel().astype(np.int64), size), extras)
@@ -164,20 +164,12 @@ def _welded(V: FloatArray, mesh: IntArray) -> IntArray:
     return np.asarray(first[same.ravel()])
 
 
-def srgb(colours: FloatArray) -> FloatArray:
-    """Colours as other formats have them, from ones proportional to light."""
-    low, slope, scale, power = SRGB
-    rgb = np.clip(colours[:, :3], 0, 1)
-    made = np.where(rgb <= low, rgb * slope, scale * rgb ** (1 / power) - (scale - 1))
-    return np.column_stack((made, colours[:, 3:]))
-
-
-def save_glb(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write GLB: a new file, or the one that was read with texture coordinates."""
+def save_gltf(temporary: str, mesh: MeshFile, path: Path) -> None:
+    """Write GLB or glTF: a new file, or the one that was read with texture coordinates."""
     if isinstance(mesh.extras.source, GltfFile):
         _save_again(temporary, mesh, mesh.extras.source)
     else:
-        save_new_glb(temporary, mesh)
+        save_new_gltf(temporary, mesh)
 
 
 def _save_again(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
@@ -230,30 +222,24 @@ def _save_again(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
             primitive["material"] = _plain_material(text)
     if polygons and EXTENSION not in text.setdefault("extensionsUsed", []):
         text["extensionsUsed"].append(EXTENSION)
-    _warn_of_images(text)
-    _write(temporary, gltf, text, arrays, old)
+    if mesh.image is None:
+        warn_of_images(len(text.get("textures", ())))
+    else:
+        for material in text["materials"]:
+            without_images(material)
+        for key in ("images", "textures", "samplers"):
+            text.pop(key, None)
+    _write(temporary, gltf, text, arrays, old, mesh.image)
 
 
 def _plain_material(text: dict[str, Any]) -> int:
     """Readers drop texture coordinates that no material goes with."""
     materials = text.setdefault("materials", [])
     for i, material in enumerate(materials):
-        if material.get("name") == "igl_linabf":
+        if material.get("name") == PLAIN:
             return i
-    materials.append(
-        {"name": "igl_linabf", "pbrMetallicRoughness": {"metallicFactor": 0}, "doubleSided": True}
-    )
+    materials.append(as_gltf(Material(), PLAIN))
     return len(materials) - 1
-
-
-def _warn_of_images(text: dict[str, Any]) -> None:
-    if text.get("textures"):
-        warnings.warn(
-            f"{len(text['textures'])} images of its materials were made for the old texture coordinates: "
-            "bake them anew",
-            MeshWarning,
-            stacklevel=stack_level(),
-        )
 
 
 def _write(
@@ -262,6 +248,7 @@ def _write(
     text: dict[str, Any],
     arrays: list[tuple[dict[str, Any], NDArray[Any], int]],
     old: int,
+    picture: bytes | None,
 ) -> None:
     """Write what is still used of the old buffers, and the new arrays."""
     used = set[int]()
@@ -310,7 +297,7 @@ def _write(
             accessor["min"], accessor["max"] = rows.min(axis=0).tolist(), rows.max(axis=0).tolist()
         accessors.append(accessor)
     text["accessors"], text["bufferViews"], text["buffers"] = accessors, views, [{"byteLength": size}]
-    write_glb(temporary, text, parts)
+    write_gltf(temporary, text, parts, picture)
 
 
 def _embed(image: dict[str, Any], folder: Path, put: Callable[..., int]) -> None:

@@ -1,23 +1,15 @@
-"""Images: as files, and inside GLB files as the texture of what is there."""
+"""Images: as files, and as the texture of a mesh."""
 
 from __future__ import annotations
 
-import json
 import os
-import struct
-from io import BytesIO
-from typing import Any
 
-import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .._runtime import replacing
-from ..errors import MeshError
-from .files import write_mesh
-from .gltf import write_glb
-
-LINEAR_MIPMAPS, LINEAR = 9987, 9729  # glTF's numbers for filters
-MODES = {1: "L", 3: "RGB", 4: "RGBA"}
+from .files import bare
+from .pictures import picture
+from .saving import written
 
 
 def write_image(path: str | os.PathLike[str], image: ArrayLike) -> None:
@@ -45,7 +37,7 @@ def write_image(path: str | os.PathLike[str], image: ArrayLike) -> None:
     True
     """
     with replacing(path) as temporary:
-        _picture(image).save(temporary)
+        picture(image).save(temporary)
 
 
 def write_textured(
@@ -56,23 +48,26 @@ def write_textured(
     FTC: ArrayLike,
     image: ArrayLike,
 ) -> None:
-    """Write a GLB file of a surface with an image as its texture.
+    """Write a surface with an image as its texture.
+
+    GLB, glTF and 3MF hold the image. Beside OBJ it is in a PNG file of the same name, and in an MTL file
+    that names it.
 
     Parameters
     ----------
-    path : path of a GLB file
+    path : path of a GLB, glTF, OBJ or 3MF file
     V : (#V, 3) float
-    F : (#F, 3) int
+    F : (#F, 3) int, or polygons
     TC : (#TC, 2) float
         Texture coordinates in the unit square, v upwards.
-    FTC : (#F, 3) int
+    FTC : (#F, 3) int, or in the shape of `F`
     image : (#rows, #columns[, 1, 3 or 4]) float
         From 0 to 1, the upper row first, as `bake` returns it. Viewers take it for sRGB.
 
     Raises
     ------
     MeshError
-        The suffix is not .glb, or arrays have other shapes.
+        The suffix is none of these, or arrays have other shapes.
     OSError
         The file cannot be written. In that case nothing is left behind.
 
@@ -86,47 +81,5 @@ def write_textured(
     >>> os.path.getsize(path) > 1000
     True
     """
-    if os.path.splitext(path)[1].lower() != ".glb":
-        raise MeshError(f"{path} does not end in .glb: images are written into GLB files only")
-    with replacing(path) as temporary:
-        write_mesh(temporary, V, F, TC, FTC)
-        embed_texture(temporary, image)
-
-
-def embed_texture(path: str | os.PathLike[str], image: ArrayLike) -> None:
-    """Make an image the texture of all that a GLB file holds; colours at vertices are left out."""
-    data = BytesIO()
-    _picture(image).save(data, "PNG")
-    with open(path, "rb") as file:
-        content = file.read()
-    length = struct.unpack_from("<I", content, 12)[0]
-    description: dict[str, Any] = json.loads(content[20 : 20 + length])
-    size = description["buffers"][0]["byteLength"]
-    binary = content[28 + length : 28 + length + size]
-    binary += b"\0" * (-len(binary) % 4)
-    description["bufferViews"].append(
-        {"buffer": 0, "byteOffset": len(binary), "byteLength": len(data.getvalue())}
-    )
-    description["buffers"][0]["byteLength"] = len(binary) + len(data.getvalue())
-    description["images"] = [{"bufferView": len(description["bufferViews"]) - 1, "mimeType": "image/png"}]
-    description["samplers"] = [{"magFilter": LINEAR, "minFilter": LINEAR_MIPMAPS}]
-    description["textures"] = [{"source": 0, "sampler": 0}]
-    for material in description["materials"]:
-        shading = material.get("pbrMetallicRoughness", {})
-        material["pbrMetallicRoughness"] = {**shading, "metallicFactor": 0, "baseColorTexture": {"index": 0}}
-    for mesh in description["meshes"]:
-        for primitive in mesh["primitives"]:
-            primitive["attributes"].pop("COLOR_0", None)  # viewers would multiply by it
-    write_glb(str(path), description, [binary, data.getvalue()])
-
-
-def _picture(image: ArrayLike) -> Any:
-    from PIL import Image
-
-    pixels: NDArray[Any] = np.asarray(image, dtype=np.float64)
-    if pixels.ndim == 2:
-        pixels = pixels[:, :, None]
-    if pixels.ndim != 3 or pixels.shape[2] not in MODES or 0 in pixels.shape:
-        raise MeshError(f"an image has the shape {pixels.shape}: pass rows, columns and 1, 3 or 4 channels")
-    bytes_ = np.rint(np.clip(np.nan_to_num(pixels), 0, 1) * 255).astype(np.uint8)
-    return Image.fromarray(np.ascontiguousarray(bytes_[:, :, 0] if pixels.shape[2] == 1 else bytes_))
+    with written(path, bare(V, F), TC, FTC, image):
+        pass

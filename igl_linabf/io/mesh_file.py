@@ -37,6 +37,8 @@ class MeshFile:
         Normals, colours, names, and what only the format itself can keep.
     path : Path or None
         Where it was read from.
+    image : bytes or None
+        A PNG to be written as its texture.
     """
 
     V: FloatArray
@@ -45,6 +47,7 @@ class MeshFile:
     texture: IntArray | None = None
     extras: Extras = NOTHING
     path: Path | None = None
+    image: bytes | None = None
 
     @property
     def F(self) -> Faces:  # noqa: N802  # as everywhere

@@ -9,11 +9,31 @@ from pathlib import Path
 import numpy as np
 
 from .._types import FloatArray, IntArray
+from .materials import PLAIN, Material, library_text, warn_of_images
 from .mesh_file import MeshFile
-from .obj import ObjText
+from .obj import LIBRARY, ObjText
 from .parsing import Named
 
 LINE = b"l"  # a polyline may name texture coordinates, too
+
+
+def materials_beside(mesh: MeshFile, path: Path) -> dict[str, bytes]:
+    """The library of the materials, and the image that they have, by the suffixes of their files."""
+    if not _has_library(mesh):
+        return {}
+    names, of = mesh.extras.materials or ((), np.full(len(mesh.polygons), -1))
+    materials = dict(zip(names, mesh.extras.looks or [Material()] * len(names), strict=True))
+    if (of < 0).any():
+        materials[PLAIN] = Material()
+    if mesh.image is None:
+        return {".mtl": library_text(materials).encode()}
+    return {".mtl": library_text(materials, path.with_suffix(".png").name).encode(), ".png": mesh.image}
+
+
+def _has_library(mesh: MeshFile) -> bool:
+    """Whether an MTL file is written: that of an OBJ that was read stays as it is but for an image."""
+    from_obj = isinstance(mesh.extras.source, ObjText)
+    return mesh.image is not None or (mesh.extras.materials is not None and not from_obj)
 
 
 def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
@@ -24,6 +44,8 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
         return
     extras = mesh.extras
     V = mesh.V if extras.colours is None else np.column_stack((mesh.V, extras.colours[:, :3]))
+    names, of = extras.materials or ((), np.full(len(mesh.polygons), -1))
+    words = (*names, PLAIN) if _has_library(mesh) else ()
     columns = [mesh.polygons.corners + 1, mesh.texture + 1]
     if extras.normals is not None and extras.normal is not None:
         columns.append(extras.normal + 1)
@@ -34,9 +56,12 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
     form = "/".join(["{}"] * len(columns))
     forms = {k: f"f{f' {form}' * k}\n" for k in np.unique(mesh.polygons.sizes).tolist()}
     sizes, width, flat = mesh.polygons.sizes.tolist(), len(columns), corners.ravel().tolist()
-    heads = _heads(len(mesh.polygons), (("o", extras.parts), ("usemtl", extras.materials)))
+    materials = (words, np.where(of < 0, len(names), of)) if words else None
+    heads = _heads(len(mesh.polygons), (("o", extras.parts), ("usemtl", materials)))
     with open(temporary, "w", encoding="utf-8", newline="\n") as file:  # igl.writeOBJ misses a full disk
         file.write("# igl_linabf\n")
+        if words:
+            file.write(f"mtllib {path.with_suffix('.mtl').name}\n")
         for keyword, rows in tables:
             _write_rows(file.writelines, keyword, rows)
         start = 0
@@ -73,10 +98,16 @@ def _save_again(temporary: str, mesh: MeshFile, text: ObjText, path: Path) -> No
     faces = _face_lines(text, mesh.texture + 1, mesh.polygons.sizes)
     first, waiting = (int(text.faces[0]) if len(text.faces) else -1), iter(faces)
     of_face = set(text.faces.tolist())
+    if mesh.image is None:
+        warn_of_images(sum(look.images for look in mesh.extras.looks or ()))
+    new_library = f"mtllib {path.with_suffix('.mtl').name}\n".encode() if _has_library(mesh) else b""
     with open(temporary, "wb") as file:
+        file.write(new_library)
         for i, line in enumerate(text.lines):
             if i == first:
                 file.write(map_)
+                if new_library and (mesh.extras.materials is None or mesh.extras.materials[1][0] < 0):
+                    file.write(f"usemtl {PLAIN}\n".encode())
             if i in of_face:
                 file.write(next(waiting))
                 continue
@@ -85,7 +116,9 @@ def _save_again(temporary: str, mesh: MeshFile, text: ObjText, path: Path) -> No
                 continue
             if word == [LINE]:
                 line = b" ".join(w.partition(b"/")[0] for w in line.split())
-            elif word == [b"mtllib"] and mesh.path is not None:
+            elif word == [LIBRARY] and new_library:
+                continue
+            elif word == [LIBRARY] and mesh.path is not None:
                 line = _moved(line, mesh.path.parent, path.parent)
             file.write(line + b"\n")
 

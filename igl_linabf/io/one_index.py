@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
-from ..errors import MeshError
+from ..errors import MeshError, MeshWarning, stack_level
+from .mesh_file import MeshFile
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,12 +41,33 @@ def one_index(*indices: IntArray) -> OneIndex:
     return OneIndex(tuple(index[first] for index in indices), corners.ravel().astype(np.int64))
 
 
-def split_at_seams(
-    V: FloatArray, F: IntArray, TC: FloatArray, FTC: IntArray
-) -> tuple[FloatArray, FloatArray, IntArray]:
-    """Each distinct pair of position and texture coordinate at a corner, and the faces over these pairs."""
-    made = one_index(F.ravel(), FTC.ravel())
-    return V[made.rows[0]], TC[made.rows[1]], made.corners.reshape(F.shape)
+def split_at_seams(mesh: MeshFile) -> tuple[FloatArray, FloatArray, IntArray]:
+    """Each distinct pair of position and texture coordinate at a corner, and triangles over these pairs."""
+    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    made = one_index(mesh.polygons.corners, mesh.texture)
+    return mesh.V[made.rows[0]], mesh.TC[made.rows[1]], made.corners[mesh.split.place]
+
+
+def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray]:
+    """The flat map as a surface, u, v, 0: points (n, 3) and triangles.
+
+    Vertices keep their numbers if each has one texture coordinate at most; those without are at the origin.
+    """
+    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    made = one_index(mesh.polygons.corners, mesh.texture)
+    if len(np.unique(made.rows[0])) == len(made.rows[0]):
+        points = np.zeros((len(mesh.V), 3))
+        points[made.rows[0], :2] = mesh.TC[made.rows[1]]
+        return points, mesh.triangles
+    warnings.warn(
+        "vertices are written once for each of their texture coordinates: data of the given vertices "
+        "does not fit to the flat surface",
+        MeshWarning,
+        stacklevel=stack_level(),
+    )
+    return np.column_stack((mesh.TC[made.rows[1]], np.zeros(len(made.rows[1])))), made.corners[
+        mesh.split.place
+    ]
 
 
 def single(rows: FloatArray, name: str) -> NDArray[np.float32]:

@@ -34,6 +34,8 @@ class Extras:
         Normals, and their rows at the corners.
     parts, materials : names and (#F,) int64
         Objects or groups; materials.
+    looks : tuple of Material or None
+        What the materials look like.
     units : str or None
         Of length, as 3MF names them: "millimeter", "inch", ...
     source : object
@@ -45,6 +47,7 @@ class Extras:
     normal: IntArray | None = None
     parts: Named | None = None
     materials: Named | None = None
+    looks: tuple[Any, ...] | None = None  # of `materials`, which imports this
     units: str | None = None
     source: Any = None
 

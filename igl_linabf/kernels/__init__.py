@@ -8,7 +8,8 @@ from .choice import fast_by, is_fast, numpy_only
 from .cholesky import Factor, analysed, factored
 from .connectivity import boundary_loops, connected_labels, cycles, entries, in_one_piece, undirected
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
-from .small_systems import fan_gradients, fan_product, solved
+from .small_systems import separate_errors, solved
+from .supernodes import Supernodes, supernodal_factor, supernodal_solve, supernodes
 from .systems import (
     at_edges,
     block_product,

@@ -93,8 +93,13 @@ def undirected(corner: IntArray, n: int) -> Joined:
     """
     tail, head = corner[NEXT].ravel(), corner[PREV].ravel()
     key = np.minimum(tail, head) * n + np.maximum(tail, head)
-    order = np.argsort(key, kind="stable")
-    key = key[order]
+    bits = len(key).bit_length()
+    if n * n < 2 ** (63 - bits):  # a sort of numbers takes a tenth of the time of a stable order
+        both = np.sort((key << bits) | np.arange(len(key)))
+        order, key = both & ((1 << bits) - 1), both >> bits
+    else:
+        order = np.argsort(key, kind="stable")
+        key = key[order]
     starts = np.ones(len(key), dtype=bool)
     np.not_equal(key[1:], key[:-1], out=starts[1:])
     begin = np.flatnonzero(starts)

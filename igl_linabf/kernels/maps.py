@@ -111,4 +111,4 @@ def third_moments(
     sizes = np.diff(start)
     a, b, c = z[corner] - np.repeat(centre, sizes)
     x = ((a + b + c) / 3 * np.repeat(turn, sizes)).real
-    return _sums(double * x**3, start)
+    return _sums(double * (x * x * x), start)  # a power takes ten times as long

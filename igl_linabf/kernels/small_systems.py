@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from .choice import compiled, inlined, with_loops
+from .choice import compiled, inlined
 from .cholesky import Factor, Index
-from .triangles import NEXT, PREV, row_sums
 
 
 @inlined
@@ -57,54 +56,40 @@ def solved(factor: Factor, b: FloatArray) -> FloatArray:
 
 
 @inlined
-def _fan_sums(
-    first: int, last: int, row: IntArray, pair: FloatArray, cot: FloatArray, x: FloatArray, y: FloatArray
+def _fan_errors(
+    t: int, row: Index, pair: FloatArray, cot: FloatArray, x: FloatArray
+) -> tuple[float, float, float]:
+    """P M^T x in triangle `t`; x is (#rows + 1, 2), and its last row zero."""
+    a, b, c = row[0, t], row[1, t], row[2, t]
+    u = x[a, 0] + cot[0, t] * (x[c, 1] - x[b, 1])
+    v = x[b, 0] + cot[1, t] * (x[a, 1] - x[c, 1])
+    w = x[c, 0] + cot[2, t] * (x[b, 1] - x[a, 1])
+    f, g, h = pair[2, t] * (u - v), pair[0, t] * (v - w), pair[1, t] * (w - u)
+    return f - h, g - f, h - g
+
+
+@inlined
+def _fan_add(
+    t: int, row: Index, cot: FloatArray, u: float, v: float, w: float, y: FloatArray, sign: float
 ) -> None:
-    """Add M P M^T x of the triangles `first` to `last` to `y`, both (#rows + 1, 2)."""
-    for t in range(first, last):
-        a, b, c = row[0, t], row[1, t], row[2, t]
-        p, q, r = cot[0, t], cot[1, t], cot[2, t]
-        u = x[a, 0] + p * (x[c, 1] - x[b, 1])
-        v = x[b, 0] + q * (x[a, 1] - x[c, 1])
-        w = x[c, 0] + r * (x[b, 1] - x[a, 1])
-        f, g, h = pair[2, t] * (u - v), pair[0, t] * (v - w), pair[1, t] * (w - u)
-        u, v, w = f - h, g - f, h - g  # the errors
-        p, q, r = p * u, q * v, r * w
-        y[a, 0] += u
-        y[b, 0] += v
-        y[c, 0] += w
-        y[a, 1] += q - r
-        y[b, 1] += r - p
-        y[c, 1] += p - q
+    """Add M times the errors of triangle `t` to `y`, (#rows + 1, 2)."""
+    a, b, c = row[0, t], row[1, t], row[2, t]
+    p, q, r = cot[0, t] * u, cot[1, t] * v, cot[2, t] * w
+    y[a, 0] += sign * u
+    y[b, 0] += sign * v
+    y[c, 0] += sign * w
+    y[a, 1] += sign * (q - r)
+    y[b, 1] += sign * (r - p)
+    y[c, 1] += sign * (p - q)
 
 
-def _fan_product(row: IntArray, pair: FloatArray, cot: FloatArray, x: FloatArray) -> FloatArray:
-    n, m = len(x) // 2, row.shape[1]
-    padded, y = np.zeros((n + 1, 2)), np.zeros((n + 1, 2))
-    padded[:n] = x.reshape(n, 2)
-    _fan_sums(0, m, row, pair, cot, padded, y)
-    return y[:n].copy().ravel()
-
-
-@with_loops(_fan_product)
-def fan_product(row: IntArray, pair: FloatArray, cot: FloatArray, x: FloatArray) -> FloatArray:
-    """S x = M P M^T x without S; `row` is that of each corner, (3, #F), #rows for none; x is (2 #rows,).
-
-    `pair` are P's `pair_weights`.
-    """
-    vertex, wheel = (np.append(x[k::2], 0.0).take(row) for k in (0, 1))
-    y = vertex + cot * (wheel[PREV] - wheel[NEXT])
-    along = pair * (y[NEXT] - y[PREV])
-    sums = row_sums(row, cot, along[PREV] - along[NEXT], len(x) // 2 + 1)
-    return np.column_stack([values[:-1] for values in sums]).ravel()
-
-
-def _gradients(
+def _separate_errors(
     row_start: IntArray,
     face_start: IntArray,
-    row: IntArray,
+    row: Index,
     pair: FloatArray,
     cot: FloatArray,
+    e: FloatArray,
     b: FloatArray,
     rtol: float,
     most: int,
@@ -114,15 +99,18 @@ def _gradients(
     below: FloatArray,
     diagonal: FloatArray,
 ) -> tuple[FloatArray, IntArray, BoolArray]:
-    n, size = len(b), len(row_start) - 1
-    x, r, p, q = np.zeros((n, 2)), b.copy(), np.zeros((n + 1, 2)), np.empty((n + 1, 2))
+    n, size, e = len(b), len(row_start) - 1, e.copy()
+    x, r, p, q = np.zeros((n + 1, 2)), np.empty((n + 1, 2)), np.zeros((n + 1, 2)), np.empty((n + 1, 2))
     z, work = np.empty((n, 2)), np.empty((n, 2))
     steps, converged = np.zeros(size, dtype=np.int64), np.zeros(size, dtype=np.bool_)
+    r[:n] = b
     for k in range(size):
         first, last = row_start[k], row_start[k + 1]
+        for t in range(face_start[k], face_start[k + 1]):
+            _fan_add(t, row, cot, e[0, t], e[1, t], e[2, t], r, -1.0)
         norm = 0.0
         for i in range(first, last):
-            norm += b[i, 0] * b[i, 0] + b[i, 1] * b[i, 1]
+            norm += r[i, 0] * r[i, 0] + r[i, 1] * r[i, 1]
         goal, rho_before = rtol * np.sqrt(norm), 1.0
         converged[k] = goal == 0
         while steps[k] < most and not converged[k]:
@@ -139,7 +127,9 @@ def _gradients(
                 for j in range(2):
                     p[i, j] = z[i, j] + share * p[i, j]
                     q[i, j] = 0.0
-            _fan_sums(face_start[k], face_start[k + 1], row, pair, cot, p, q)
+            for t in range(face_start[k], face_start[k + 1]):
+                u, v, w = _fan_errors(t, row, pair, cot, p)
+                _fan_add(t, row, cot, u, v, w, q, 1.0)
             curvature = 0.0
             for i in range(first, last):
                 curvature += p[i, 0] * q[i, 0] + p[i, 1] * q[i, 1]
@@ -153,28 +143,47 @@ def _gradients(
             steps[k] += 1
         for i in range(first, last):
             converged[k] &= np.isfinite(x[i, 0]) and np.isfinite(x[i, 1])
-    return x, steps, converged
+        for t in range(face_start[k], face_start[k + 1]):
+            u, v, w = _fan_errors(t, row, pair, cot, x)
+            e[0, t] += u
+            e[1, t] += v
+            e[2, t] += w
+    return e, steps, converged
 
 
-def fan_gradients(
+def separate_errors(
     row_start: IntArray,
     face_start: IntArray,
     row: IntArray,
     pair: FloatArray,
     cot: FloatArray,
+    e0: FloatArray,
     b: FloatArray,
     factor: Factor,
     rtol: float,
     most: int,
 ) -> tuple[FloatArray, IntArray, BoolArray]:
-    """Conjugate gradients of each mesh for itself, S by `fan_product`, and `factor` the preconditioner's.
+    """e0 + P M^T x of meshes side by side, S x = b - M e0 by conjugate gradients for each mesh by itself.
 
-    Mesh k has the rows `row_start[k]` to `row_start[k + 1]`, and such triangles. Returns x, as b,
-    the steps of each mesh, and whether it converged.
+    S = M P M^T, `pair` are the `pair_weights`, and `factor` is that of the preconditioner. `row` is that of
+    each corner, (3, #F), #rows for none. Mesh k has the rows `row_start[k]` to `row_start[k + 1]`, and such
+    triangles; b is (#rows, 2). Returns also the steps of each mesh, and whether it converged.
     """
-    s, pairs = factor.symbolic, b.reshape(-1, 2)
-    system = (row_start, face_start, row, pair, cot, pairs, rtol, most)
-    x, steps, converged = compiled(_gradients)(
-        *system, s.order, s.indptr, s.rows, factor.below, factor.diagonal
+    s = factor.symbolic
+    made: tuple[FloatArray, IntArray, BoolArray] = compiled(_separate_errors)(
+        row_start,
+        face_start,
+        row.astype(np.uint32),
+        pair,
+        cot,
+        e0,
+        b,
+        rtol,
+        most,
+        s.order,
+        s.indptr,
+        s.rows,
+        factor.below,
+        factor.diagonal,
     )
-    return x.ravel(), steps, converged
+    return made

@@ -155,8 +155,8 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
     return quality_of(surface, surface.checked_map(uv))
 
 
-def quality_of(surface: Submesh, map_: FloatArray) -> Quality:
-    """`quality` of a checked map of a checked surface."""
+def quality_of(surface: Submesh, map_: FloatArray, overlaps: int | None = None) -> Quality:
+    """`quality` of a checked map of a checked surface; of which the overlapping pairs may be known."""
     changed, whole = change_of(surface, map_), Parts.of_sizes([len(surface.F)])
     weight, conformal = changed.double_area / changed.double_area.sum(), changed.conformal
     return Quality(
@@ -172,7 +172,7 @@ def quality_of(surface: Submesh, map_: FloatArray) -> Quality:
         edge_change_99=float(_percentile_99(changed.edge_change, whole)[0]),
         texel_spread=float(_spread(changed, whole)[0]),
         flips=int(np.count_nonzero(changed.flipped)),
-        overlaps=len(overlapping_pairs(map_, surface.F)),
+        overlaps=len(overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps,
         faces=len(surface.F),
     )
 

@@ -9,7 +9,15 @@ import shapely
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..surface import Parts, Submesh, complex_positions, face_components, of_size_one, signed_double_areas
+from ..surface import (
+    Parts,
+    Submesh,
+    complex_positions,
+    cycles,
+    face_components,
+    of_size_one,
+    signed_double_areas,
+)
 
 MIN_DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
 BLOCK_SIZE = 1 << 16  # triangles searched at a time, which bounds the memory
@@ -106,26 +114,34 @@ def _injective(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:
         return proved  # not an oriented surface: its boundary edges do not bound it
     twin = head * n + tail
     boundary = np.flatnonzero(~np.isin(twin, code, assume_unique=True))
-    ends = np.column_stack((z[tail[boundary]], z[head[boundary]]))
-    segments = np.stack((ends.real, ends.imag), axis=2)
-    of = chart[boundary % len(F)]
-    ask = np.flatnonzero(upright[of])
-    ask = ask[np.argsort(of[ask], kind="stable")]
+    of, tail, head = chart[boundary % len(F)], tail[boundary], head[boundary]
+    order = np.argsort(tail)
+    upright[of[order[1:][tail[order[1:]] == tail[order[:-1]]]]] = False  # loops touch in a vertex
+    ask = order[upright[of[order]]]
     if len(ask):
-        chart, place = np.unique(of[ask], return_inverse=True)
-        proved[chart] = _wind_once(segments[ask], place)
+        proved[of[ask]] = True
+        proved &= _wind_once(z[tail[ask]], np.searchsorted(tail[ask], head[ask]), of[ask], number)
     return proved
 
 
-def _wind_once(segments: FloatArray, of: IntArray) -> BoolArray:
-    """Whether directed segments make simple disjoint loops, one of them counter-clockwise; for each chart."""
-    merged = shapely.line_merge(
-        shapely.multilinestrings(shapely.linestrings(segments), indices=of), directed=True
-    )
-    loops, chart = shapely.get_parts(merged, return_index=True)
-    open_ = np.bincount(chart[~shapely.is_closed(loops)], minlength=len(merged))
-    turns = np.bincount(chart[shapely.is_ccw(loops)], minlength=len(merged))
-    return np.asarray(shapely.is_simple(merged) & (open_ == 0) & (turns == 1))
+def _wind_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) -> BoolArray:
+    """Whether loops are simple and disjoint, one of them counter-clockwise; for each of a number of charts.
+
+    Each point has the place of the one after it, and its chart.
+    """
+    loops = cycles(following)
+    sizes = [len(loop) + 1 for loop in loops]
+    points = z[[point for loop in loops for point in (*loop, loop[0])]]
+    lines = shapely.linestrings(points.real, points.imag, indices=np.repeat(np.arange(len(loops)), sizes))
+    chart = of[[loop[0] for loop in loops]]
+    turns = np.bincount(chart[shapely.is_ccw(lines)], minlength=number)
+    simple = np.bincount(chart[~shapely.is_simple(lines)], minlength=number) == 0
+    several = np.flatnonzero((np.bincount(chart, minlength=number) > 1)[chart])
+    if len(several):
+        several = several[np.argsort(chart[several], kind="stable")]
+        charts, place = np.unique(chart[several], return_inverse=True)
+        simple[charts] &= shapely.is_simple(shapely.multilinestrings(lines[several], indices=place))
+    return np.asarray(simple & (turns == 1))
 
 
 def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:

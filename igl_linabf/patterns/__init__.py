@@ -7,7 +7,7 @@ numbered seams, fold lines and grain arrows; and the drawing of it in a file.
 from .pieces import MILLIMETRES, Pattern, PatternSeam
 from .pieces import pattern_of as pattern_of
 from .writing import PAPERS, PATTERN_SUFFIXES, write_pattern
-from .writing import draw_pattern as draw_pattern
+from .writing import drawn as drawn
 
 UNITS = tuple(MILLIMETRES)
 

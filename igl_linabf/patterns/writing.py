@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal
@@ -94,14 +95,16 @@ def write_pattern(
     if paper not in PAPERS:
         raise ValueError(f"paper is {paper!r}: use one of {', '.join(PAPERS)}")
     pattern = pattern_of(V, F, atlas, units, crease, grain)
+    with drawn(path, pattern, paper):
+        return pattern
+
+
+@contextmanager
+def drawn(path: str | os.PathLike[str], pattern: Pattern, paper: str) -> Iterator[None]:
+    """Write a pattern; the file takes its place when the block succeeds. The suffix chooses the format."""
     with replacing(path) as temporary:
-        draw_pattern(temporary, pattern, paper)
-    return pattern
-
-
-def draw_pattern(path: str, pattern: Pattern, paper: str) -> None:
-    """Write a pattern; the suffix chooses the format."""
-    WRITERS[Path(path).suffix.lower()](path, sheet_of(pattern), PAPERS[paper])
+        WRITERS[Path(path).suffix.lower()](temporary, sheet_of(pattern), PAPERS[paper])
+        yield
 
 
 def _needed(module: str) -> Any:

@@ -83,7 +83,7 @@ def _joined(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
     V = np.concatenate([V for V, _ in meshes])
     lost = np.bincount(corner.ravel(), minlength=len(V)) == 0
     with np.errstate(invalid="ignore"):
-        largest = vertices.max(np.abs(V).max(axis=1))  # that is NaN where a coordinate is
+        largest = Parts(3 * vertices.start).max(np.abs(V).ravel())  # that is NaN where a coordinate is
         good = (largest > SMALLEST_COORDINATE) & (largest < LARGEST_COORDINATE) & ~vertices.any(lost)
     if not good.all():
         return None, good
@@ -100,7 +100,7 @@ def _topologies(corner: IntArray, vertices: Parts, faces: Parts) -> tuple[Topolo
     """Connectivity of disks side by side; None, and which of them are disks so far, where not all are."""
     n, m = int(vertices.start[-1]), corner.shape[1]
     edges, sides, sound = undirected(corner, n)
-    of_edge = Parts(np.searchsorted(edges.min(axis=1), vertices.start))  # they come by their lower ends
+    of_edge = Parts(np.searchsorted(np.minimum(*edges.T), vertices.start))  # they come by their lower ends
     good = np.ones(len(faces), dtype=bool)
     if not sound:
         _, crowded, turned = faults(corner, edges)

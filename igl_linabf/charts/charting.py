@@ -1,0 +1,217 @@
+"""The charts of a surface: pieces, flattened, and cut further where they flip, overlap or stretch."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._runtime import part
+from .._types import FloatArray, IntArray
+from ..errors import FallbackWarning, some, stack_level
+from ..flattening import Flattening, Isometric, Method, Outcome, flatten_together, guaranteed
+from ..measures import (
+    Quality,
+    change_of,
+    overlapping_pairs,
+    overlapping_pairs_of_each,
+    quality_of,
+    quality_of_each,
+)
+from ..surface import (
+    Cleaned,
+    Submesh,
+    check_finite,
+    complex_positions,
+    flipped_faces,
+    seam_mask,
+    signed_double_areas,
+)
+from .atlas import BEYOND_USE, ROUNDING, Chart
+from .crease_cuts import parted
+from .given import sides_of_cleaned
+from .halving import halves
+from .overlap_seams import MAX_SPLITS, seams_between
+from .pieces import flattened
+from .scaf import moved_apart
+from .seams import seams_of
+
+SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
+DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
+MANY = 8  # charts from which they are flattened and measured together
+MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
+MAX_LEAF_ROUNDS = 8  # of more seams for that, before it is halved
+TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
+
+
+@dataclass(frozen=True)
+class Task:
+    """Arguments of `unwrap`, and whether more seams may be found."""
+
+    method: Method
+    may_find_seams: bool
+    trade: float
+    holes: bool
+    bijective: bool
+    max_stretch: float | None
+    hidden: FloatArray | None
+
+    def seams_of(self, piece: Submesh, *, disks: bool = False, gain: float = 0.0) -> IntArray:
+        """`seams_of` a piece, as the task wants them."""
+        isometric = isinstance(self.method, Isometric)
+        hidden, holes = self.hidden, self.holes
+        return seams_of(
+            piece, self.trade, holes=holes, disks=disks, gain=gain, hidden=hidden, isometric=isometric
+        )
+
+    @property
+    def most_stretch(self) -> float:
+        """Of a chart, in L2, from which on it is cut further."""
+        if self.max_stretch is not None:
+            return self.max_stretch * (1 + ROUNDING)
+        return BEYOND_USE if self.may_find_seams else np.inf
+
+    @property
+    def most_splits(self) -> int:
+        """Of a chart and its parts."""
+        return MAX_SPLITS if self.max_stretch is None else MAX_SPLITS_FOR_STRETCH
+
+
+def pieces_of(
+    surface: Submesh, cleaned: Cleaned, seams: ArrayLike | None, F: IntArray, task: Task
+) -> list[Submesh]:
+    """The surface cut along the seams that are given, and those that are found."""
+    pieces = [surface]
+    if seams is not None:
+        if surface.vertices is not cleaned.origin:
+            mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned)
+        else:
+            mask = seam_mask(seams, surface.named_faces, surface.n_given)
+        pieces = surface.cut(mask)
+    if not task.may_find_seams:
+        return pieces
+    return [part for piece in pieces for part in piece.cut_along(_seams_worth(piece, task))]
+
+
+def _seams_worth(piece: Submesh, task: Task) -> IntArray:
+    """The seams that its components need, and those that their stretch is worth; of disks, too."""
+    if not task.holes:
+        return task.seams_of(piece, disks=True, gain=DISK_GAIN)
+    parts = piece.components()
+    disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
+    found = [task.seams_of(part, disks=disk, gain=DISK_GAIN) for part, disk in zip(parts, disks, strict=True)]
+    return np.concatenate(found)
+
+
+Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping faces, its figures
+
+
+def charts_of(pieces: list[Submesh], task: Task) -> list[tuple[Chart, Submesh]]:
+    """Flatten the pieces, and the parts of those that are cut further; all that wait at once."""
+    waiting: list[tuple[tuple[int, ...], Submesh]] = [((i,), piece) for i, piece in enumerate(pieces)]
+    total, reached, splits = sum(len(piece.F) for piece in pieces), 0, 0
+    done: list[tuple[tuple[int, ...], Chart, Submesh]] = []
+    while waiting:
+        parts: list[tuple[tuple[int, ...], Submesh]] = []
+        known = _known_together([piece for _, piece in waiting], task.method)
+        for (key, piece), of_piece in zip(waiting, known, strict=True):
+            reached += len(piece.F) if not splits else 0
+            with part("charts", SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total):
+                made = _chart(piece, splits, task, of_piece)
+            if isinstance(made, Chart):
+                done.append((key, made, piece))
+            else:
+                parts += [((*key, k), smaller) for k, smaller in enumerate(made)]
+        waiting, splits = parts, splits + 1
+    done.sort(key=lambda entry: entry[0])  # parts stand where the piece was
+    return [(chart, piece) for _, chart, piece in done]
+
+
+def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]:
+    """Maps of many small pieces, and what is measured of them; None: to be found alone."""
+    known: list[Known | None] = [None] * len(pieces)
+    if len(pieces) < MANY:
+        return known
+    results = flatten_together([(piece.V, piece.F) for piece in pieces], method)
+    good = [(i, result) for i, result in enumerate(results) if result is not None]
+    pairs = overlapping_pairs_of_each([(result.uv, pieces[i].F) for i, result in good])
+    measured = [(pieces[i], result.uv, len(over)) for (i, result), over in zip(good, pairs, strict=True)]
+    for (i, result), over, quality in zip(good, pairs, quality_of_each(measured), strict=True):
+        known[i] = result, over, quality
+    return known
+
+
+def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Chart | list[Submesh]:
+    """The flattened piece; or its parts, if it has to be cut further."""
+    result = flattened(piece, task.method) if known is None else known[0]
+    if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
+        if splits < task.most_splits and len(leaves := _more_leaves(piece, task)):
+            return piece.cut_along(leaves)
+        result, known = _flattened_without_flips(piece, result, task), None
+    if known is None:
+        check_finite(result.uv, piece.vertices, "uv")
+    pairs, cost = overlapping_pairs(result.uv, piece.F) if known is None else known[1], 0.0
+    if len(pairs) and task.bijective and not result.holes:
+        result, cost = _made_bijective(piece, result)
+        pairs, known = overlapping_pairs(result.uv, piece.F), None
+    elif len(pairs) and splits < task.most_splits:
+        if result.holes:  # first to a disk
+            return _disks(piece, task)
+        parts = [disk for part in parted(piece, result.uv, pairs) for disk in _disks(part, task)]
+        parts = parts or piece.cut_along(seams_between([piece], piece.faces[pairs]))
+        if len(parts) > 1:
+            return parts
+    quality = quality_of(piece, result.uv, len(pairs)) if known is None else known[2]
+    if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
+        return parts
+    return Chart(piece.faces, result, quality, splits, len(pairs), cost)
+
+
+def _disks(piece: Submesh, task: Task) -> list[Submesh]:
+    """The piece with its holes joined by the shortest seams."""
+    if len(piece.topology.loops) == 1:
+        return [piece]
+    return piece.cut_along(replace(task, trade=0.0, holes=False).seams_of(piece))
+
+
+def _less_stretched(piece: Submesh, splits: int, task: Task) -> list[Submesh]:
+    """The piece cut further, and from some number of cuts on halved; nothing where that cannot be."""
+    if splits < MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, task)):
+        return piece.cut_along(leaves)
+    return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH and piece.cells[0].any() else []
+
+
+def _more_leaves(piece: Submesh, task: Task) -> IntArray:
+    """More seams for a piece with flips: `trade` is doubled until `find_seams` finds some."""
+    trades = max(task.trade, 1.0) * 2.0 ** np.arange(TRADE_DOUBLINGS)
+    found = (replace(task, trade=t).seams_of(piece, disks=True) for t in trades)
+    return next((seams for seams in found if len(seams)), np.zeros((0, 2), dtype=np.int64))
+
+
+def _flattened_without_flips(piece: Submesh, result: Flattening, task: Task) -> Flattening:
+    """The map with guarantee='injective', for a piece that no seam keeps from flipping."""
+    surer = guaranteed(task.method)
+    if surer is None:
+        return result
+    warnings.warn(
+        f"no seams were found that prevent flips in the chart of faces {some(piece.faces)}: it is flattened "
+        "with guarantee='injective', at more distortion",
+        FallbackWarning,
+        stacklevel=stack_level(),
+    )
+    return flattened(piece, surer)
+
+
+def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, float]:
+    """The map with its overlapping parts moved apart, and the increase of F/3nt."""
+    uv, _ = moved_apart(result.uv, piece.topology)  # what is wrong is told of the atlas
+    corner = piece.topology.corner
+    areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
+    uv *= np.sqrt(areas[0] / areas[1])
+    flipped = flipped_faces(complex_positions(uv), corner)
+    before, after = (float(change_of(piece, m).angle_distortion.mean()) for m in (result.uv, uv))
+    outcome = Outcome.FLIPPED if len(flipped) else result.outcome
+    message = f"{result.message}; moved apart to be bijective: F/3nt {before:.4g} -> {after:.4g}"
+    return replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message), after - before

@@ -1,0 +1,99 @@
+"""Overlapping parts of an isometric map, cut apart along creases.
+
+Between creases lie regions: planes, cylinders, cones. In an isometric map they keep their places, whichever
+creases are cut. So they are put together again, those with the longest common crease first, as long as
+nothing of the one lies over the other.
+"""
+
+from __future__ import annotations
+
+from heapq import heapify, heappop, heappush
+
+import numpy as np
+
+from .._types import FloatArray, IntArray
+from ..measures import change_of
+from ..surface import Submesh, connected_labels
+from .creases import SHARP, bends, face_normals
+
+ISOMETRIC = 1.005  # stretch and conformal distortion, on average, up to which a map is
+
+Lengths = list[dict[int, float]]  # of the creases to each neighbour of a region
+
+
+def parted(piece: Submesh, uv: FloatArray, pairs: IntArray) -> list[Submesh]:
+    """The parts of a piece whose faces `pairs` overlap in its map; none if creases do not part them."""
+    if not _is_isometric(piece, uv):
+        return []
+    region, sides, length = _regions(piece)
+    number = int(region.max()) + 1
+    over = _unique_pairs(region[pairs], number)[0]
+    if not len(over):
+        return []
+    touching, of = _unique_pairs(region[sides], number)
+    common = np.bincount(of, length, minlength=len(touching))
+    return piece.divided(_joined(number, touching.tolist(), common.tolist(), over.tolist())[region])
+
+
+def _is_isometric(piece: Submesh, uv: FloatArray) -> bool:
+    changed = change_of(piece, uv)
+    weight = changed.double_area / changed.double_area.sum()
+    stretch, shear = float(weight @ changed.squared_stretch) ** 0.5, float(weight @ changed.conformal)
+    return bool(max(stretch, shear) < ISOMETRIC)
+
+
+def _regions(piece: Submesh) -> tuple[IntArray, IntArray, FloatArray]:
+    """The region of each face; the two faces at each edge between two regions, and its length."""
+    topology, m = piece.topology, len(piece.F)
+    every = np.flatnonzero(topology.sides[1] >= 0)
+    faces = topology.sides[:, every].T % m
+    sharp = np.abs(bends(piece, face_normals(piece))) >= SHARP
+    sharp &= np.isin(every, piece.cells[1])  # diagonals of polygons are no creases
+    region = connected_labels(faces[~sharp], m)
+    between = sharp & (region[faces[:, 0]] != region[faces[:, 1]])
+    a, b = topology.edges[every[between]].T
+    return region, faces[between], np.linalg.norm(piece.V[a] - piece.V[b], axis=1)
+
+
+def _unique_pairs(pairs: IntArray, number: int) -> tuple[IntArray, IntArray]:
+    """The pairs of two different regions, each once, and which of them each such pair is."""
+    low, high = np.sort(pairs, axis=1).T
+    different = low != high
+    key, of = np.unique((low * number + high)[different], return_inverse=True)
+    return np.column_stack(np.divmod(key, number)), of
+
+
+def _joined(number: int, touching: list[list[int]], common: list[float], over: list[list[int]]) -> IntArray:
+    """The group of each region: regions that touch, and of which none lies over another one."""
+    lengths: Lengths = [{} for _ in range(number)]
+    apart: list[set[int]] = [set() for _ in range(number)]
+    for (a, b), length in zip(touching, common, strict=True):
+        lengths[a][b] = lengths[b][a] = length
+    for a, b in over:
+        apart[a].add(b)
+        apart[b].add(a)
+    waiting = [(-length, a, b) for (a, b), length in zip(touching, common, strict=True)]
+    heapify(waiting)
+    members = [[region] for region in range(number)]
+    while waiting:
+        length, a, b = heappop(waiting)
+        if lengths[a].get(b) != -length or b in apart[a]:
+            continue  # joined meanwhile, or by a longer crease; or to be kept apart
+        if len(lengths[a]) + len(apart[a]) < len(lengths[b]) + len(apart[b]):
+            a, b = b, a
+        for other, more in lengths[b].items():
+            del lengths[other][b]
+            if other != a:
+                total = lengths[a].get(other, 0.0) + more
+                lengths[a][other] = lengths[other][a] = total
+                heappush(waiting, (-total, min(a, other), max(a, other)))
+        for other in apart[b]:
+            apart[other].discard(b)
+            apart[other].add(a)
+        apart[a] |= apart[b]
+        members[a] += members[b]
+        lengths[b], apart[b], members[b] = {}, set(), []
+    group = np.empty(number, dtype=np.int64)
+    for a, regions in enumerate(members):
+        group[regions] = a
+    return group

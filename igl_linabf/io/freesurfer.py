@@ -1,0 +1,54 @@
+"""FreeSurfer's surfaces, by nibabel, and its flat patches, which nibabel does not write."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+
+from ..errors import MeshError, some
+from ..surface import Polygons, topology_of
+from .mesh_file import MeshFile
+from .one_index import flat_surface, one_index
+from .packages import checked, needed, quietly
+from .parsing import Extras, Parsed
+
+PATCH = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])
+
+
+def parse_freesurfer(path: Path) -> Parsed:
+    """The surface of a FreeSurfer file, lh.pial for example."""
+    nibabel = needed("nibabel.freesurfer")
+    path.open("rb").close()  # what cannot be opened is no damage
+    V, F = quietly(nibabel.read_geometry, str(path))
+    polygons = Polygons.of_triangles(np.asarray(F, dtype=np.int64))
+    return checked(np.asarray(V, dtype=np.float64), polygons, Extras(units="millimeter"))
+
+
+def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
+    """Write the flat map as a surface."""
+    points, triangles = flat_surface(mesh)
+    needed("nibabel.freesurfer").write_geometry(temporary, points, triangles, create_stamp="igl_linabf")
+
+
+def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
+    """Write a flat patch: the vertices that have a place in the plane, by their numbers on the surface.
+
+    Numbers count from 1, and are negative on the boundary. The triangles are those of the surface.
+    """
+    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    made = one_index(mesh.polygons.corners, mesh.texture)
+    vertex, times = np.unique(made.rows[0], return_counts=True)
+    if (times > 1).any():
+        raise MeshError(
+            f"vertices {some(vertex[times > 1])} are on seams, and a patch has one place for each: write "
+            ".surf or .gii, or flatten a disk"
+        )
+    used, F = np.unique(mesh.triangles, return_inverse=True)
+    loops = topology_of(F.reshape(-1, 3), used).loops
+    border = np.isin(made.rows[0], used[np.concatenate(loops)] if loops else ())
+    rows = np.zeros(len(vertex), dtype=PATCH)
+    rows["vertex"] = np.where(border, -1, 1) * (made.rows[0] + 1)
+    rows["place"][:, :2] = mesh.TC[made.rows[1]]
+    head = np.array([-1, len(rows)], dtype=">i4")
+    Path(temporary).write_bytes(head.tobytes() + rows.tobytes())

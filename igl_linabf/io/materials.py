@@ -1,0 +1,178 @@
+"""What materials look like, in the two ways that formats say it: MTL beside OBJ, and glTF's own."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._types import FloatArray
+from ..errors import MeshWarning, stack_level
+from .parsing import numbers
+
+Colour = tuple[float, float, float]
+WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
+LOW, SLOPE, SCALE, POWER = 0.0031308, 12.92, 1.055, 2.4  # of sRGB
+PLAIN = "igl_linabf"  # the material of faces that have none
+TEXTURE = "Texture"  # what names of images end with in glTF
+IMAGES = ("map_", "bump", "disp", "decal", "refl", "norm")  # what lines of MTL with images begin with
+
+
+@dataclass(frozen=True)
+class Material:
+    """A material's look.
+
+    Attributes
+    ----------
+    colour, emission : (r, g, b)
+        sRGB, from 0 to 1.
+    alpha : float
+        1 is opaque.
+    metallic, roughness : float or None
+        From 0 to 1; None if the file does not say.
+    images : bool
+        Whether it has images, which fit to the texture coordinates that were read.
+    lines : tuple of str
+        Its lines in the MTL file that it comes from.
+    """
+
+    colour: Colour = WHITE
+    alpha: float = 1.0
+    metallic: float | None = None
+    roughness: float | None = None
+    emission: Colour = BLACK
+    images: bool = False
+    lines: tuple[str, ...] = ()
+
+
+def srgb(light: FloatArray) -> FloatArray:
+    """Colours as most formats have them, from ones proportional to light."""
+    rgb = np.clip(light, 0, 1)
+    return np.asarray(np.where(rgb <= LOW, rgb * SLOPE, SCALE * rgb ** (1 / POWER) - (SCALE - 1)))
+
+
+def linear(colours: FloatArray) -> FloatArray:
+    """Colours as glTF stores them, proportional to light."""
+    rgb = np.clip(colours, 0, 1)
+    return np.asarray(np.where(rgb <= LOW * SLOPE, rgb / SLOPE, ((rgb + SCALE - 1) / SCALE) ** POWER))
+
+
+def library(path: Path) -> dict[str, Material]:
+    """The materials of an MTL file by name; what it says that is not understood stays in their lines."""
+    lines: dict[str, list[str]] = {}
+    now: list[str] = []
+    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+        key, _, rest = line.strip().partition(" ")
+        if key == "newmtl":
+            now = lines.setdefault(rest.strip(), [])
+        elif key and not key.startswith("#"):
+            now.append(line.strip())
+    return {name: _of_lines(tuple(its)) for name, its in lines.items()}
+
+
+def _of_lines(lines: tuple[str, ...]) -> Material:
+    said: dict[str, list[float]] = {}
+    for line in lines:
+        key, *words = line.split()
+        said[key] = numbers([word.encode() for word in words[:3]], min(len(words), 3))
+
+    def colour(key: str, default: Colour) -> Colour:
+        values = said.get(key) or list(default)
+        return (values[0], values[-1], values[-1]) if len(values) < 3 else (values[0], values[1], values[2])
+
+    def number(key: str) -> float | None:
+        values = said.get(key)
+        return values[0] if values else None
+
+    alpha, clear = number("d"), number("Tr")
+    return Material(
+        colour=colour("Kd", WHITE),
+        alpha=1.0 - (clear or 0.0) if alpha is None else alpha,
+        metallic=number("Pm"),
+        roughness=number("Pr"),
+        emission=colour("Ke", BLACK),
+        images=any(_names_image(line) for line in lines),
+        lines=lines,
+    )
+
+
+def _names_image(line: str) -> bool:
+    return line.lower().startswith(IMAGES)
+
+
+def library_text(materials: Mapping[str, Material], image: str | None = None) -> str:
+    """An MTL file; with the name of an image, this is the texture of all of them."""
+    said = ["# igl_linabf"]
+    for name, look in materials.items():
+        said += ["", f"newmtl {name}"]
+        kept = look.lines or _lines_of(look)
+        if image is not None:  # the image is their colour
+            kept = tuple(line for line in kept if not _names_image(line) and line.split()[0] != "Kd")
+            kept = (*kept, "Kd 1 1 1", f"map_Kd {image}")
+        said += kept
+    return "\n".join([*said, ""])
+
+
+def _lines_of(look: Material) -> tuple[str, ...]:
+    said = [f"Kd {' '.join(f'{c:.6g}' for c in look.colour)}", f"d {look.alpha:.6g}"]
+    said += [f"{key} {v:.6g}" for key, v in (("Pm", look.metallic), ("Pr", look.roughness)) if v is not None]
+    if look.emission != BLACK:
+        said.append(f"Ke {' '.join(f'{c:.6g}' for c in look.emission)}")
+    return tuple(said)
+
+
+def of_gltf(material: Mapping[str, Any]) -> Material:
+    """A material of glTF."""
+    shading: Mapping[str, Any] = material.get("pbrMetallicRoughness", {})
+    factor = [float(v) for v in shading.get("baseColorFactor", (1, 1, 1, 1))]
+    return Material(
+        colour=_rgb(srgb(np.array(factor[:3]))),
+        alpha=factor[3] if material.get("alphaMode", "OPAQUE") != "OPAQUE" else 1.0,
+        metallic=float(shading.get("metallicFactor", 1.0)),
+        roughness=float(shading.get("roughnessFactor", 1.0)),
+        emission=_rgb(srgb(np.array(material.get("emissiveFactor", BLACK), dtype=float))),
+        images=any(key.endswith(TEXTURE) for of in (material, shading) for key in of),
+    )
+
+
+def _rgb(values: Sequence[float] | FloatArray) -> Colour:
+    r, g, b = (float(v) for v in values)
+    return r, g, b
+
+
+def warn_of_images(count: int) -> None:
+    """Images that stay were made for what is no longer there."""
+    if count:
+        warnings.warn(
+            f"{count} images of its materials were made for the old texture coordinates: bake them anew",
+            MeshWarning,
+            stacklevel=stack_level(),
+        )
+
+
+def without_images(material: dict[str, Any]) -> None:
+    """Leave out all images that a material of glTF names, also in its extensions."""
+    for key in list(material):
+        if key.endswith(TEXTURE):
+            del material[key]
+        elif isinstance(material[key], dict):
+            without_images(material[key])
+
+
+def as_gltf(look: Material, name: str | None = None) -> dict[str, Any]:
+    """The material as glTF describes it."""
+    shading: dict[str, Any] = {"metallicFactor": look.metallic or 0}
+    if look.colour != WHITE or look.alpha != 1:
+        shading["baseColorFactor"] = [*linear(np.array(look.colour)).tolist(), look.alpha]
+    if look.roughness is not None:
+        shading["roughnessFactor"] = look.roughness
+    made = {"pbrMetallicRoughness": shading, "doubleSided": True}
+    if look.emission != BLACK:
+        made["emissiveFactor"] = linear(np.array(look.emission)).tolist()
+    if look.alpha < 1:
+        made["alphaMode"] = "BLEND"
+    return made if name is None else {"name": name, **made}

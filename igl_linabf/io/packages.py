@@ -1,0 +1,39 @@
+"""Readers and writers of other packages: found, called quietly, their meshes checked."""
+
+from __future__ import annotations
+
+import warnings
+from importlib import import_module
+from typing import Any
+
+from .._types import FloatArray
+from ..surface import Polygons
+from .parsing import Damaged, Extras, Parsed, untextured
+
+
+def needed(module: str) -> Any:
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise ImportError(
+            f"{error}: pip install 'igl-linabf[formats]' reads and writes this format"
+        ) from None
+
+
+def quietly(read: Any, *given: Any, **named: Any) -> Any:
+    """What another package's reader returns; whatever it raises says that the file is damaged."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            return read(*given, **named)
+    except (MemoryError, Damaged):
+        raise
+    except Exception as error:  # each package has its own
+        raise Damaged(f"{type(error).__name__}: {error}") from None
+
+
+def checked(V: FloatArray, polygons: Polygons, extras: Extras) -> Parsed:
+    bad = polygons.outside(len(V))
+    if len(bad):
+        raise Damaged(f"faces {bad[0]} and {len(bad) - 1} others name vertices outside 0..{len(V) - 1}")
+    return untextured(V, polygons, extras)

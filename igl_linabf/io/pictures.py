@@ -1,0 +1,33 @@
+"""Arrays as images of Pillow, and as PNG."""
+
+from __future__ import annotations
+
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from ..errors import MeshError
+
+CHANNELS = (1, 3, 4)
+
+
+def picture(image: ArrayLike) -> Any:
+    """Pillow's image of numbers from 0 to 1."""
+    from PIL import Image
+
+    pixels: NDArray[Any] = np.asarray(image, dtype=np.float64)
+    if pixels.ndim == 2:
+        pixels = pixels[:, :, None]
+    if pixels.ndim != 3 or pixels.shape[2] not in CHANNELS or 0 in pixels.shape:
+        raise MeshError(f"an image has the shape {pixels.shape}: pass rows, columns and 1, 3 or 4 channels")
+    bytes_ = np.rint(np.clip(np.nan_to_num(pixels), 0, 1) * 255).astype(np.uint8)
+    return Image.fromarray(np.ascontiguousarray(bytes_[:, :, 0] if pixels.shape[2] == 1 else bytes_))
+
+
+def png(image: ArrayLike) -> bytes:
+    """The image as the bytes of a PNG file."""
+    data = BytesIO()
+    picture(image).save(data, "PNG")
+    return data.getvalue()
