@@ -133,8 +133,8 @@ def unwrap(
         oriented manifold, or a face has no area. With `texel_density`, also: the charts do not fit on the
         pages.
     ValueError
-        `trade`, `margin`, `period`, `max_stretch`, `weld` or a number of the packing is out of its range, or options
-        do not go together.
+        `trade`, `margin`, `period`, `max_stretch`, `weld` or a number of the packing is out of its range, or
+        options do not go together.
 
     Warns
     -----
