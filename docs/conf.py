@@ -5,11 +5,15 @@ import sys
 import tempfile
 from importlib import metadata
 from pathlib import Path
+from typing import Any
 
 import pyvista as pv
+from sphinx.util.inspect import TypeAliasForwardRef
 
 HERE = Path(__file__).parent
 sys.path[:0] = [str(HERE), str(HERE.parent / "demos")]  # gallery_pages; the demos import each other
+
+import gallery_pages  # noqa: E402  # of this folder
 
 pv.BUILDING_GALLERY = True  # keeps the plotters for the scraper
 pv.OFF_SCREEN = True
@@ -50,6 +54,15 @@ autosummary_generate = True
 autosummary_filename_map = {"igl_linabf.Quality": "igl_linabf.Quality-class"}
 templates_path = ["_templates"]
 autodoc_typehints = "signature"
+# names of arrays as they are written, not what they stand for
+autodoc_type_aliases = {name: name for name in ("ArrayLike", "FloatArray", "IntArray", "BoolArray")}
+autodoc_type_aliases |= {
+    "GivenCones": "Literal['auto'] | ArrayLike",
+    "ConeAngles": "Literal['quarter'] | ArrayLike | None",
+    "Values": "ArrayLike | Callable[[FloatArray], ArrayLike]",
+}
+python_maximum_signature_line_length = 80  # else a parameter a line
+python_trailing_comma_in_multi_line_signatures = False
 numpydoc_show_class_members = False
 numpydoc_xref_param_type = False
 default_role = "code"  # single backticks, as in the docstrings
@@ -57,7 +70,7 @@ default_role = "code"  # single backticks, as in the docstrings
 # reference describes where they are used
 nitpick_ignore_regex = [
     ("py:.*", r"(numpy|np|pv|pyvista|pathlib|os|collections|typing|torch|trimesh|open3d|meshio)\..*"),
-    ("py:.*", r"(ArrayLike|FloatArray|IntArray)"),
+    ("py:.*", r"(ArrayLike|FloatArray|IntArray|BoolArray)"),
     ("py:.*", r"igl_linabf\.(surface|flattening\.methods|flattening\.shapes|plot\.scene|angles)\..*"),
 ]
 
@@ -94,3 +107,13 @@ html_theme_options = {
     "footer_start": ["copyright"],
     "footer_end": [],
 }
+
+
+def _named(self: TypeAliasForwardRef, name: str) -> None:
+    self.name = self.__name__ = self.__qualname__ = name
+    self.__module__ = "builtins"
+
+
+def setup(app: Any) -> None:
+    TypeAliasForwardRef.__init__ = _named  # within a union, Sphinx 9.0 prints the class of an alias
+    app.connect("builder-inited", gallery_pages.wide_thumbnails, priority=900)  # once the galleries are made

@@ -25,6 +25,7 @@ FIRST = (
     "cones_bunny",
     "even_texels",
     "baking",
+    "front_page",
     "polygons",
     "pattern",
     "colours_into_glb",
@@ -54,3 +55,21 @@ def scenes(block: object, block_vars: dict[str, Any], gallery_conf: dict[str, An
         frame = f'<iframe class="scene" title="{page.stem}" src="../_static/scenes/{page.name}"></iframe>'
         shown.append(f".. raw:: html\n\n    {frame}\n")
     return "\n".join(shown)
+
+
+def wide_thumbnails(app: Any) -> None:
+    """Fill the thumbnails of tall pictures, whose rows are alike, with their upper rows."""
+    from PIL import Image
+
+    conf = app.config.sphinx_gallery_conf
+    width, height = conf.get("thumbnail_size", (400, 280))
+    for folder in conf["gallery_dirs"]:
+        for thumbnail in Path(app.srcdir, folder, "images", "thumb").glob("sphx_glr_*_thumb.png"):
+            source = thumbnail.parent.parent / thumbnail.name.replace("_thumb.png", "_001.png")
+            if not source.is_file():
+                continue
+            with Image.open(source) as picture:
+                tall = picture.width * height // width
+                if picture.height > 1.3 * tall:
+                    upper = picture.convert("RGB").crop((0, 0, picture.width, tall))
+                    upper.resize((width, height), Image.Resampling.LANCZOS).save(thumbnail)

@@ -11,7 +11,8 @@ from scipy.spatial import cKDTree
 
 from igl_linabf import MeshError, unwrap
 from igl_linabf.charts import pack
-from igl_linabf.charts.packing import Placed
+from igl_linabf.charts.layout_search import largest_layout
+from igl_linabf.charts.packing import Placed, Wish, _prepared
 from igl_linabf.surface import complex_positions, signed_double_areas
 
 Chart = tuple[np.ndarray, np.ndarray]
@@ -179,6 +180,32 @@ def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
         pack(charts, texel_density=40)
 
 
+def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
+    V, F = bumps()
+    size = np.sqrt(igl.doublearea(V, F).sum() / 2)
+    density = 300 / size
+    atlas = unwrap(V, F, resolution=128, texel_density=density)
+    assert atlas.good
+    assert atlas.pages == len(np.unique(np.floor(atlas.TC[atlas.FTC].mean(axis=1)), axis=0)) > 4
+    assert atlas.scale * 128 == pytest.approx(density)
+    charts = [(atlas.TC, atlas.FTC[atlas.chart == k]) for k in range(len(atlas.charts))]
+    parts = [igl.remove_unreferenced(np.insert(uv, 2, 0.0, axis=1), F)[:2] for uv, F in charts]
+    placed = [Placed(1, 0, uv[:, :2], 0, page) for (uv, _), page in zip(parts, atlas.page, strict=True)]
+    assert footprints(placed, parts, 128).max() == 1
+    with pytest.raises(MeshError, match="fit on 2 pages"):
+        unwrap(V, F, resolution=128, texel_density=density, pages=2)
+
+
+def test_moves_fill_a_texture_better_than_the_first_layout() -> None:
+    charts = [(uv - uv.min(axis=0), F) for uv, F in SETS["six"]]
+    wish = Wish.of(MARGIN, 1024, 2, None, None)
+    prepared = _prepared(charts, wish)[-1]
+    quick, thorough = (largest_layout(prepared, wish.spacing, 1, thorough=t) for t in (False, True))
+    assert thorough.side <= quick.side
+    again = largest_layout(prepared, wish.spacing, 1, thorough=True)
+    assert (again.corner == thorough.corner).all()
+
+
 def test_more_pages_hold_larger_charts_in_tiles() -> None:
     charts = SETS["equal"]
     sizes = []
@@ -260,7 +287,7 @@ def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam() -> None:
     assert len(whole.charts) == 1
     assert len(cut.charts) > 1
     assert cut.good
-    gain = whole.fill**-0.5 - cut.fill**-0.5
+    gain = 1 / whole.fill - 1 / cut.fill
     size = np.sqrt(igl.doublearea(V, F).sum() / 2)
     assert 6 * gain > (cut.seam_length - whole.seam_length) / size > 0
     assert cut.fill > 1.5 * whole.fill

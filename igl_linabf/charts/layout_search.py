@@ -2,7 +2,8 @@
 
 The largest chart comes first, each to where the square that holds all of them grows least, and there to the
 corner. Layouts of several orders are found on a coarse grid, with charts turned to many directions. The best
-ones are found again on a fine grid, with the turns that they have.
+ones are found again on a fine grid, with the turns that they have. If there is time and charts are few, moves
+are tried before: a chart at another place of the order, or held in one direction.
 """
 
 from __future__ import annotations
@@ -22,7 +23,9 @@ FEW, SOME = 24, 40  # charts up to which as many turns and layouts are tried as 
 MOST_SHAPED, LARGEST = 100, 60  # charts that are placed by their shape; of more, how many of the largest ones
 SMALL = 1 / 400  # of the area of all: of more charts than that, those below are placed as rectangles
 RECTANGULAR = 0.9  # of the rectangle around it: a chart with this area is one
-COARSE, FINE, FIXED = 64, 512, 384  # cells along a page's side
+COARSE, MIDDLE, FINE, FIXED = 64, 128, 448, 384  # cells along a page's side
+DIRECTIONS = 32  # of charts that are moved
+MOST_MOVES, MOVED = 100, 400  # of them, and of charts that are placed again for them
 ROOM = 1.3  # side of the page that a layout grows on, of the one it is meant for
 SHARE = 0.62  # of a page that charts are expected to cover
 HALVINGS = 7  # of the interval of sides
@@ -103,8 +106,11 @@ def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | Non
     return _on_pages(charts, charts.shaped(), charts.turns(8), side, spacing, pages)
 
 
-def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | None:
-    """The layout whose pages have the smallest side, so that charts have the largest share of it."""
+def largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool = False) -> Layout | None:
+    """The layout whose pages have the smallest side, so that charts have the largest share of it.
+
+    Where it is to be `thorough`, a few charts take up to half a second more.
+    """
     shaped, n = charts.shaped(), len(charts.outlines)
     if n * spacing.gap**2 > pages * (spacing.inner + spacing.gap) ** 2:
         return None
@@ -115,7 +121,9 @@ def largest_layout(charts: Charts, spacing: Spacing, pages: int) -> Layout | Non
     if len(shaped):
         found = _coarse(charts, shaped, spacing)
         if pages == 1 and len(shaped) == n:
-            return _fine(charts, found, spacing)
+            if thorough and 1 < n <= FEW:
+                return _fine(charts, [_moved(charts, found[0], spacing), *found], spacing, 3)
+            return _fine(charts, found, spacing, 2 if n <= SOME else 1)
         turns[shaped] = found[0].layout.turn[shaped, None]
     low = float(np.sqrt(charts.areas.sum() / pages)) / spacing.inner
     low = max(low, float(charts.sizes.min(axis=1).max()) / spacing.inner, charts.least_side / spacing.inner)
@@ -179,10 +187,36 @@ def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing, quickly: bool = 
     return sorted(found, key=lambda entry: entry.reached)
 
 
-def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing) -> Layout | None:
-    """The best ones again on a fine grid, until one serves the page that it needs; None if none does."""
+def _moved(charts: Charts, start: _Grown, spacing: Spacing) -> _Grown:
+    """A layout of a smaller square, after moves at random."""
+    chance, n = np.random.default_rng(0), len(start.order)
+    turns, masks = charts.turns(DIRECTIONS), dict[int, list[Mask]]()
+    best = _grown(charts, start.order, turns, start.reached, MIDDLE, spacing, masks)
+    held: dict[int, int] = {}  # the direction of charts that have but one
+    share = charts.areas / charts.areas.sum()
+    for _ in range(min(MOST_MOVES, MOVED // n)):
+        order, now = best.order, held
+        if chance.random() < 0.5:
+            at, to = chance.integers(n, size=2)
+            order = np.insert(np.delete(order, at), to, order[at])
+        else:
+            chart = int(chance.choice(n, p=share) if chance.random() < 0.7 else chance.integers(n))
+            now = {key: k for key, k in held.items() if key != chart}
+            if chart not in held or chance.random() < 0.7:
+                now[chart] = int(chance.integers(len(turns[chart])))
+        turned, masks_now = list(turns), dict(masks)
+        for chart, k in now.items():
+            turned[chart], masks_now[chart] = turns[chart][k : k + 1], masks[chart][k : k + 1]
+        tried = _grown(charts, order, turned, start.reached, MIDDLE, spacing, masks_now)
+        if tried.reached <= best.reached:  # an equal one may lead on
+            best, held = tried, now
+    return best
+
+
+def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing, tried: int) -> Layout | None:
+    """The first ones again on a fine grid, until one serves the page that it needs; None if none does."""
     found: list[_Grown] = []
-    for entry in _different(coarse)[: 2 if len(charts.outlines) <= SOME else 1]:
+    for entry in _different(coarse)[:tried]:
         side, turns = entry.reached, entry.layout.turn[:, None]
         for trial in range(MOST_TRIALS):
             found.append(_grown(charts, entry.order, turns, side, FINE, spacing, {}))

@@ -1,21 +1,26 @@
-"""Charts of many limbs, cut further where that pays: a page is filled better, for some more seam.
+"""Charts cut further for their pages: those larger than a page, and those of many limbs where that pays.
 
-Charts that fill a share f of the page have texels 1 / sqrt(f) times as wide as those of a full one. That is
-what an L2 stretch of 1 / sqrt(f) would do. So `trade` says here, too, how much seam lowering it is worth.
+Charts that cover a share f of a page need 1 / f as many texels as they use. `trade` is the seam length that
+lowering this by one is worth, as it is for the L2 stretch. The parts keep the chart's map, each at the scale
+of its own area: so what is packed is what was tried.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..surface import Submesh, connected_labels, sum_by
+from ..measures import overlapping_pairs, quality_of
+from ..surface import Parts, Submesh, complex_positions, connected_labels, sum_by
+from .atlas import Chart
 from .packing import Wish, expected_fill
+from .pieces import cut_out
+from .shelves import narrowest_turns
 
 MOST_CUTS, MOST_IDLE = 8, 1  # of all cuts, and of those in a row that do not pay yet
 DIRECTIONS, OFFSETS = 8, 7  # of the lines that are tried
@@ -23,6 +28,8 @@ TRIED = 4  # of them are packed
 LOOSE = 1.25  # of the area of their convex hulls is what charts take on a page
 SHORTEST = 0.7  # of a chart's diameter is the side of a page that has room for it
 BAND = 0.04  # of the chart's width: within it the shortest seam is sought
+MIDDLE = 0.15  # the same, where a chart is halved that is larger than a page
+FITS = 0.98  # of a page's side is what cells of a grid leave to a chart
 OUTWARDS = np.stack((np.cos(np.pi / 16 * np.arange(32)), np.sin(np.pi / 16 * np.arange(32))))
 UNITS = 1 << 20  # of length: flows are integers
 
@@ -44,7 +51,10 @@ class Flat:
     parent: int
 
 
-def cut_for_fill(charts: list[Flat], wish: Wish, trade: float) -> list[Flat]:
+Charts = list[tuple[Chart, Submesh]]  # each with its piece of the surface
+
+
+def cut_for_fill(done: Charts, wish: Wish, trade: float) -> Charts:
     """The charts, some of them cut along short seams, one after the other.
 
     One cut alone may not pay where two do: so some more are tried before the best ones so far are taken.
@@ -53,6 +63,7 @@ def cut_for_fill(charts: list[Flat], wish: Wish, trade: float) -> list[Flat]:
     def filled(tried: list[Flat]) -> float:
         return expected_fill([(chart.uv, chart.piece.F) for chart in tried], wish)
 
+    charts = _flat(done)
     fill = filled(charts)
     chosen, most, worth, idle = charts, 0.0, 0.0, 0
     for _ in range(MOST_CUTS):
@@ -63,7 +74,7 @@ def cut_for_fill(charts: list[Flat], wish: Wish, trade: float) -> list[Flat]:
                 continue
             after = [*charts[:k], *parts, *charts[k + 1 :]]
             then = filled(after)
-            gain = trade * (fill**-0.5 - then**-0.5) - seam
+            gain = trade * (1 / fill - 1 / then) - seam
             if best is None or gain > best[0]:
                 best = gain, then, after
         if best is None or idle > MOST_IDLE:
@@ -72,7 +83,66 @@ def cut_for_fill(charts: list[Flat], wish: Wish, trade: float) -> list[Flat]:
         worth, idle = worth + gain, idle + 1
         if worth > most:
             chosen, most, idle = charts, worth, 0
-    return chosen
+    return _parted(done, chosen)
+
+
+def cut_to_fit(done: Charts, wish: Wish) -> Charts:
+    """Charts that fit on pages of the side that is asked for: larger ones are halved along short seams."""
+    assert wish.side is not None
+    most = FITS * wish.side * wish.spacing.inner
+    waiting, small = _flat(done), list[Flat]()
+    while waiting:
+        chart = waiting.pop()
+        z = complex_positions(chart.uv)
+        turn = narrowest_turns(z, Parts.of_sizes([len(z)]))[0]
+        wide, high = np.ptp((z * turn).real), np.ptp((z * turn).imag)
+        along = (complex_positions(_centres(chart)) * (turn if wide > high else 1j * turn)).real
+        longest = max(wide, high)
+        if longest > most:
+            along -= (along.min() + along.max()) / 2
+            parts = _parts(chart, _shortest_between(along, MIDDLE * longest, *_inner_edges(chart)))
+        if longest <= most or len(parts) == 1:
+            small.append(chart)
+        else:
+            waiting += parts
+    return _parted(done, sorted(small, key=lambda chart: (chart.parent, int(chart.piece.faces[0]))))
+
+
+def _flat(done: Charts) -> list[Flat]:
+    return [Flat(piece, chart.result.uv, i) for i, (chart, piece) in enumerate(done)]
+
+
+def _parted(done: Charts, parts: list[Flat]) -> Charts:
+    """The charts as they are, or their parts, with their maps."""
+    numbers = np.bincount([part.parent for part in parts])
+    return [
+        (_part_of(*done[part.parent], part), part.piece) if numbers[part.parent] > 1 else done[part.parent]
+        for part in parts
+    ]
+
+
+def _part_of(chart: Chart, piece: Submesh, part: Flat) -> Chart:
+    result = cut_out(chart.result, piece, part.piece, part.uv)
+    overlapping = len(overlapping_pairs(part.uv, part.piece.F)) if chart.overlapping else 0
+    quality = quality_of(part.piece, part.uv)
+    return replace(chart, faces=part.piece.faces, result=result, quality=quality, overlapping=overlapping)
+
+
+def _centres(chart: Flat) -> FloatArray:
+    """Of the cells, in the map."""
+    cell = chart.piece.cells[0]
+    m = int(cell.max()) + 1
+    total = np.stack([sum_by(cell, x, m) for x in chart.uv[chart.piece.F].mean(axis=1).T], axis=1)
+    return np.asarray(total / np.bincount(cell)[:, None])
+
+
+def _inner_edges(chart: Flat) -> tuple[IntArray, IntArray, FloatArray]:
+    """The cells on both sides of each edge that may be cut, and its length on the surface."""
+    piece = chart.piece
+    cell, inside = piece.cells
+    right, left = cell[piece.topology.sides[:, inside] % len(piece.F)]
+    ends = piece.topology.edges[inside]
+    return right, left, np.linalg.norm(piece.V[ends[:, 0]] - piece.V[ends[:, 1]], axis=1)
 
 
 def _promising(charts: list[Flat], fill: float, trade: float) -> Iterator[tuple[int, BoolArray, float]]:
@@ -82,14 +152,10 @@ def _promising(charts: list[Flat], fill: float, trade: float) -> Iterator[tuple[
     wide = np.array([_diameter(chart.uv) for chart in charts])
     k = int(np.argmax(np.maximum(LOOSE * hulls, SHORTEST**2 * wide**2) - areas))
     chart, total = charts[k], float(areas.sum())
-    cell, inside = chart.piece.cells
-    m = int(cell.max()) + 1
-    right, left = cell[chart.piece.topology.sides[:, inside] % len(chart.piece.F)]
-    ends = chart.piece.topology.edges[inside]
-    length = np.linalg.norm(chart.piece.V[ends[:, 0]] - chart.piece.V[ends[:, 1]], axis=1) / np.sqrt(total)
-    count = np.bincount(cell)
-    centre = np.stack([sum_by(cell, x, m) for x in chart.uv[chart.piece.F].mean(axis=1).T], axis=1)
-    centre /= count[:, None]
+    right, left, length = _inner_edges(chart)
+    length = length / np.sqrt(total)
+    centre = _centres(chart)
+    m = len(centre)
     rest_hull, rest_wide = float(np.delete(hulls, k).sum()), float(np.delete(wide, k).max(initial=0.0))
     ranked: list[tuple[float, FloatArray, float]] = []
     for angle in np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
@@ -106,7 +172,7 @@ def _promising(charts: list[Flat], fill: float, trade: float) -> Iterator[tuple[
                 hull += _hull(points)
                 widest = max(widest, _diameter(points))
             page = max(LOOSE * hull, SHORTEST**2 * widest**2, total)
-            gain = trade * (fill**-0.5 - (total / page) ** -0.5) - float(length[~same].sum())
+            gain = trade * (1 / fill - page / total) - float(length[~same].sum())
             ranked.append((gain, along - at, high - low))
     ranked.sort(key=lambda entry: -entry[0])
     for _, along, width in ranked[:TRIED]:
@@ -153,6 +219,7 @@ def _parts(chart: Flat, side: BoolArray) -> list[Flat]:
     for part in piece.cut(mask):
         uv = np.empty((len(part.V), 2))
         uv[part.F] = chart.uv[piece.F[place[part.faces]]]
+        uv *= np.sqrt(float(part.measured[0].sum()) / 2 / _area(uv[part.F]))
         made.append(Flat(part, uv, chart.parent))
     return made
 

@@ -201,7 +201,7 @@ def _prepared(
 def _layout(charts: Charts, wish: Wish) -> Layout:
     n, spacing = len(charts.outlines), wish.spacing
     if wish.side is None:
-        found = largest_layout(charts, spacing, wish.pages or 1)
+        found = largest_layout(charts, spacing, wish.pages or 1, thorough=wish.resolution is not None)
         if found is None:
             raise MeshError(f"{n} charts do not fit with a margin of {spacing.gap:g}: use a smaller one")
         return found

@@ -8,6 +8,7 @@ from time import perf_counter
 import numpy as np
 
 from .._runtime import advance
+from .._types import FloatArray
 from ..errors import MeshError, some
 from ..flattening import Flattening, LinABF, Method
 from ..measures import change_of
@@ -27,6 +28,24 @@ def flattened(piece: Submesh, method: Method) -> Flattening:
     advance("check", 0.05)
     made = method.run(mesh, None)
     return replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})
+
+
+def cut_out(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:
+    """The map of a part of a flattened piece: the piece's map, but for its scale."""
+    rows = np.searchsorted(piece.faces, part.faces)
+    place = np.full(len(piece.F), -1)
+    place[rows] = np.arange(len(rows))
+    flipped, repaired = (np.sort(kept[kept >= 0]) for kept in (place[result.flipped], place[result.repaired]))
+    return replace(
+        result,
+        uv=uv,
+        F=part.F,
+        angles=result.angles[rows],
+        message=f"{result.message}; one of the parts that its map is cut into",
+        flipped=flipped,
+        repaired=repaired,
+        holes=result.holes if len(part.topology.loops) > 1 else (),
+    )
 
 
 def distortion(pieces: list[Submesh]) -> float:

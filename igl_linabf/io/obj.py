@@ -28,6 +28,8 @@ STATEMENTS = frozenset(
     b"cstype deg bmat step curv curv2 surf parm trim hole scrv sp end con ctech stech call csh".split()
 )
 LIBRARY = b"mtllib"
+SPACE = ord(" ")
+NO_LINES: IntArray = np.zeros(0, dtype=np.int64)
 # 0 is no index; textures and normals may be left out
 CORNER = re.compile(rb"(-?0*[1-9]\d{0,17})(?:/(-?0*[1-9]\d{0,17})?(?:/(-?\d{1,18})?)?)?")
 FORMS = {b"": (0,), b"/": (0, 1), b"//": (0, 1, 2), b"!": (0, 2)}  # v, v/vt, v/vt/vn, v//vn without digits
@@ -62,22 +64,21 @@ def parse_obj(data: bytes, name: str) -> Parsed:
     lines = _plain(data, raw)
     where = _by_statement(lines)
     advance("reading", 0.2)
-    at = {key: np.array(where.get(key, ()), dtype=np.int64) for key in (b"v", b"vt", b"vn", b"f")}
-    V, colours = _vertices(lines, at[b"v"])
+    V, colours = _vertices(lines, where[b"v"])
     advance("reading", 0.4)
-    TC = _table(lines, at[b"vt"], _two, NO_TEXTURE)[:, :2]
+    TC = _table(lines, where[b"vt"], _two, NO_TEXTURE)[:, :2]
     if TC.shape[1] == 1:
         TC = np.column_stack((TC, np.zeros(len(TC))))
-    normals = _table(lines, at[b"vn"], _three, NO_NORMAL)[:, :3]
-    index, sizes = _faces(lines, at)
+    normals = _table(lines, where[b"vn"], _three, NO_NORMAL)[:, :3]
+    index, sizes = _faces(lines, where)
     advance("reading", 0.8)
     n = len(V)
     polygons = Polygons(index[:, 0], sizes)
     bad = polygons.outside(n)
     if len(bad):
-        line = at[b"f"][bad[0]]
+        line = where[b"f"][bad[0]]
         refuse(int(line) + 1, raw[line], f"names a vertex outside the {n} of the file")
-    unknown = sorted(line for key in where.keys() - STATEMENTS for line in where[key])
+    unknown = sorted(line for key in where.keys() - STATEMENTS for line in where[key].tolist())
     if unknown and len(sizes):
         warnings.warn(
             f"lines {some(np.array(unknown) + 1)} of {name} are no statements of OBJ (the first: "
@@ -90,9 +91,9 @@ def parse_obj(data: bytes, name: str) -> Parsed:
         colours=colours,
         normals=normals if own_normals else None,
         normal=index[:, 2] if own_normals else None,
-        parts=_named(lines, where, b"o" if b"o" in where else b"g", at[b"f"]),
-        materials=_named(lines, where, b"usemtl", at[b"f"]),
-        source=ObjText(raw, at[b"f"]),
+        parts=_named(lines, where, b"o" if b"o" in where else b"g", where[b"f"]),
+        materials=_named(lines, where, b"usemtl", where[b"f"]),
+        source=ObjText(raw, where[b"f"]),
     )
     return Parsed(V, polygons, TC, index[:, 1], extras)
 
@@ -118,22 +119,33 @@ def _plain(data: bytes, lines: list[bytes]) -> list[bytes]:
     """The lines without comments, their words one space apart."""
     if b"#" in data:
         lines = [text.partition(b"#")[0] if b"#" in text else text for text in lines]
-    if b"\t" in data or b"  " in data or b" \n" in data or b" \r" in data or b"\n " in data:
+    if _has_loose_blanks(data):
         return [b" ".join(text.split()) for text in lines]
     return [*map(bytes.strip, lines)] if b"#" in data or data[:1] == b" " else lines
 
 
-def _by_statement(lines: list[bytes]) -> dict[bytes, list[int]]:
+def _has_loose_blanks(data: bytes) -> bool:
+    """Whether there are tabs, or spaces beside spaces or at the ends of lines."""
+    if b"\t" in data:
+        return True
+    text = np.frombuffer(data, dtype=np.uint8)
+    space, blank = text == SPACE, text <= SPACE
+    return bool((space[1:] & blank[:-1]).any() or (blank[1:] & space[:-1]).any())
+
+
+def _by_statement(lines: list[bytes]) -> dict[bytes, IntArray]:
     """The lines of each keyword, from 0."""
-    where: dict[bytes, list[int]] = {}
-    for i, text in enumerate(lines):
-        key = text[:2]
-        key = key[:1] if key in (b"v ", b"f ") else text.partition(b" ")[0]
-        if key in where:
-            where[key].append(i)
-        else:
-            where[key] = [i]
-    where.pop(b"", None)
+    head = np.array(lines, dtype="S3").view(np.uint8).reshape(-1, 3).T  # the first three bytes of each
+    rest, where = head[0] > 0, dict[bytes, IntArray]()
+    for key in (b"v", b"vt", b"vn", b"f"):
+        found = np.logical_and.reduce([row == code for row, code in zip(head, key + b" ", strict=False)])
+        where[key] = np.flatnonzero(found)
+        rest &= ~found
+    others: dict[bytes, list[int]] = {}
+    for i in np.flatnonzero(rest).tolist():
+        others.setdefault(lines[i].partition(b" ")[0], []).append(i)
+    for key, own in others.items():
+        where[key] = np.sort(np.append(where.get(key, NO_LINES), own))
     return where
 
 
@@ -193,9 +205,12 @@ def _faces(lines: list[bytes], at: dict[bytes, IntArray]) -> tuple[IntArray, Int
 
 def _at_once(texts: list[bytes]) -> tuple[IntArray, IntArray] | None:
     """The faces, if there are only a few forms of lines; None if one of them is damaged."""
-    if any(b"//" in text for text in texts):
-        texts = [text.replace(b"//", b"!") for text in texts]
-    forms = [text.translate(None, b"0123456789-") for text in texts]
+    whole = b"\n".join(texts)
+    if b"!" in whole:
+        return None
+    whole = whole.replace(b"//", b"!")
+    forms = whole.translate(None, b"0123456789-").split(b"\n")
+    texts = whole.translate(APART).split(b"\n")
     different = {form: i for i, form in enumerate(dict.fromkeys(forms))}
     if len(different) > MANY_FORMS:
         return None
@@ -208,8 +223,6 @@ def _at_once(texts: list[bytes]) -> tuple[IntArray, IntArray] | None:
     for i, row in enumerate(words):
         rows, columns = np.flatnonzero(of == i), FORMS[row[0]]
         own = texts if len(words) == 1 else [texts[k] for k in rows.tolist()]
-        if len(columns) > 1:
-            own = [text.translate(APART) for text in own]
         try:
             table = np.loadtxt(own, dtype=np.int64, ndmin=2, comments=None)
         except (ValueError, OverflowError):
@@ -234,13 +247,13 @@ def _one_by_one(texts: list[bytes], lines: list[bytes], at: IntArray) -> tuple[I
 
 
 def _named(
-    lines: list[bytes], where: dict[bytes, list[int]], key: bytes, faces: IntArray
+    lines: list[bytes], where: dict[bytes, IntArray], key: bytes, faces: IntArray
 ) -> tuple[tuple[str, ...], IntArray] | None:
     """Names that statements before the faces give them, and the name's number of each face; -1: none."""
     at = where.get(key)
     if at is None:
         return None
-    given = [lines[i].partition(b" ")[2].decode("utf-8", "replace") for i in at]
+    given = [lines[i].partition(b" ")[2].decode("utf-8", "replace") for i in at.tolist()]
     names = {name: i for i, name in enumerate(dict.fromkeys(given))}
     number = np.array([-1, *(names[name] for name in given)], dtype=np.int64)
     return tuple(names), number[np.searchsorted(at, faces)]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_array
@@ -31,12 +32,14 @@ class DrawnSeams:
     paths: list[IntArray] = field(default_factory=list)
     end: int | None = None
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def _graph(self) -> csr_array:
+        """The lengths of the edges; built at the first seam that is drawn."""
         ends = np.concatenate((self.F[:, [1, 2]], self.F[:, NEXT][:, [1, 2]], self.F[:, PREV][:, [1, 2]]))
         ends = np.unique(np.sort(ends, axis=1), axis=0)
         lengths = np.linalg.norm(self.V[ends[:, 0]] - self.V[ends[:, 1]], axis=1)
         n = len(self.V)
-        self._graph = csr_array((lengths, (ends[:, 0], ends[:, 1])), shape=(n, n))
+        return csr_array((lengths, (ends[:, 0], ends[:, 1])), shape=(n, n))
 
     @property
     def edges(self) -> Pairs:

@@ -7,7 +7,6 @@ method, its iterations, the trade of seam length for stretch, and the colours.
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable
 from functools import partial
 from itertools import count
@@ -24,14 +23,15 @@ from ..flattening import METHODS, BoundaryName
 from ..io import replacing, unit_square, write_mesh
 from ..measures import MEASURES, Measure
 from ..surface import face_array, vertex_array
+from .displays import NO_DISPLAY, has_display
 from .drawn_seams import DrawnSeams
 from .kept_maps import Asked, KeptMaps, Shown
+from .picking import hit_at
 from .scene import SEAM, add_cut, add_flat, add_surface, board, distortions, face_the_camera
 from .sliders import add_sliders
 
 NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
 MARK = "#e815c4"
-NO_DISPLAY = "there is no display to open a window on: set DISPLAY, or write a picture instead (--screenshot)"
 CLICK_MOVES = 4  # pixels at most between press and release of a click
 HELP = (
     """\
@@ -271,14 +271,9 @@ class Viewer:
             return
         drawn = self.shown.drawn
         side = int(x >= self.plotter.window_size[0] / 2)
-        points = drawn.flat.V if side else drawn.V
-        renderer = self.plotter.renderers[side]
-        ends = [_world(renderer, x, y, depth) for depth in (0.0, 1.0)]
-        surface = pv.PolyData.from_regular_faces(points, drawn.F)
-        hits, faces = surface.ray_trace(*ends, first_point=False)
-        if len(faces):
-            i = int(np.argmin(np.linalg.norm(hits - ends[0], axis=1)))
-            face, weights = int(faces[i]), _barycentric(hits[i], points[drawn.F[faces[i]]])
+        hit = hit_at(self.plotter.renderers[side], drawn.flat.V if side else drawn.V, drawn.F, x, y)
+        if hit is not None:
+            face, weights = hit
             if self.drawing:
                 self.drawn.to(int(self.F[face, np.argmax(weights)]))
             else:
@@ -399,36 +394,3 @@ def view(
     with pv.vtk_verbosity("error"):
         viewer.plotter.show(title=title, screenshot=screenshot)
     return viewer
-
-
-def has_display() -> bool:
-    """Whether there is a display to open a window on; without one, VTK may end the process.
-
-    Returns
-    -------
-    bool
-        Judged from environment variables; the display itself is not opened.
-
-    Examples
-    --------
-    >>> import igl
-    >>> V, F = igl.icosahedron()
-    >>> viewer = Viewer(V, F, off_screen=not has_display())
-    """
-    names = ("DISPLAY", "WAYLAND_DISPLAY")
-    return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in names)
-
-
-def _world(renderer: Any, x: int, y: int, depth: float) -> FloatArray:
-    renderer.SetDisplayPoint(x, y, depth)
-    renderer.DisplayToWorld()
-    point = np.array(renderer.GetWorldPoint())
-    return np.asarray(point[:3] / point[3])
-
-
-def _barycentric(point: FloatArray, corners: FloatArray) -> FloatArray:
-    """Barycentric coordinates of the point of the triangle that is nearest to `point`."""
-    sides = np.column_stack((corners[1] - corners[0], corners[2] - corners[0]))
-    second, third = np.linalg.lstsq(sides, point - corners[0], rcond=None)[0]
-    weights = np.clip([1 - second - third, second, third], 0, 1)
-    return np.asarray(weights / weights.sum())

@@ -1,0 +1,27 @@
+"""Whether a window can be opened."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+NO_DISPLAY = "there is no display to open a window on: set DISPLAY, or write a picture instead (--screenshot)"
+
+
+def has_display() -> bool:
+    """Whether there is a display to open a window on; without one, VTK may end the process.
+
+    Returns
+    -------
+    bool
+        Judged from environment variables; the display itself is not opened.
+
+    Examples
+    --------
+    >>> import igl
+    >>> from igl_linabf.plot import Viewer
+    >>> V, F = igl.icosahedron()
+    >>> viewer = Viewer(V, F, off_screen=not has_display())
+    """
+    names = ("DISPLAY", "WAYLAND_DISPLAY")
+    return not sys.platform.startswith("linux") or any(os.environ.get(name) for name in names)
