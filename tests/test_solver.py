@@ -8,6 +8,7 @@ from conftest import best_fit_distance, load
 from scipy import sparse
 
 from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, layout, linabf
+from igl_linabf.kernels import is_fast
 from igl_linabf.linalg import (
     NotPositiveDefiniteError,
     SmallBlocks,
@@ -19,6 +20,7 @@ from igl_linabf.linalg import (
 from igl_linabf.linalg import factors as solver
 from igl_linabf.linalg.factors import IglCholesky
 
+WITH_CHOLMOD = [solver.Cholmod, *([solver.Compiled] if is_fast() else [])] if solver.has_cholmod() else []
 needs_cholmod = pytest.mark.skipif(not solver.has_cholmod(), reason="scikit-sparse is not installed")
 
 
@@ -64,18 +66,19 @@ def test_without_scikit_sparse_all_works_the_same(monkeypatch) -> None:
 def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> None:
     V, F = load("cortex")
     analysed, factored = [], []
-    analyse, factor = solver.Cholmod.__init__, solver.Cholmod._numeric
 
-    def counted(self, lower) -> None:
-        analysed.append(lower.shape[0])
-        analyse(self, lower)
+    def counted(kind, name, rows) -> None:
+        made = getattr(kind, name)
 
-    def counted_factor(self, lower):
-        factored.append(lower.shape[0])
-        return factor(self, lower)
+        def run(self, lower):
+            rows.append(lower.shape[0])
+            return made(self, lower)
 
-    monkeypatch.setattr(solver.Cholmod, "__init__", counted)
-    monkeypatch.setattr(solver.Cholmod, "_numeric", counted_factor)
+        monkeypatch.setattr(kind, name, run)
+
+    for kind in WITH_CHOLMOD:
+        counted(kind, "__init__", analysed)
+        counted(kind, "_numeric", factored)
     flatten(V, F)
     # the Laplacian, and the small system of the slivers; step and chord share one factor of each
     n, slivers = analysed
@@ -91,9 +94,30 @@ def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> No
 @needs_cholmod
 def test_supernodal_and_simplicial_factors_agree(monkeypatch) -> None:
     V, F = load("cortex")
+    compiled = flatten(V, F, LinABF(rtol=1e-11)).uv
+    monkeypatch.setattr(choice, "COMPILED_FROM", np.inf)
     uv = flatten(V, F, LinABF(rtol=1e-11)).uv
     monkeypatch.setattr(solver, "SIMPLICIAL_UP_TO", 0)
-    assert np.abs(flatten(V, F, LinABF(rtol=1e-11)).uv - uv).max() <= 1e-9 * np.ptp(uv)
+    for other in (compiled, flatten(V, F, LinABF(rtol=1e-11)).uv):
+        assert np.abs(other - uv).max() <= 1e-9 * np.ptp(uv)
+
+
+@needs_cholmod
+@pytest.mark.skipif(not is_fast(), reason="numba is not installed")
+@pytest.mark.parametrize("n", [1, 2, 40, 900])
+def test_compiled_factors_of_any_pattern_are_right(n: int) -> None:
+    """Also of forests, dense rows, and patterns that were not analysed."""
+    rng = np.random.default_rng(n)
+    for density in (0.0, 1 / n, 3 / n, 0.2):
+        A = sparse.random_array((n, n), density=min(density, 1.0), rng=rng)
+        A = A + A.T
+        A.setdiag(np.asarray(abs(A).sum(axis=0)).ravel() + 1)
+        lower, b = sparse.tril(A).tocsc(), rng.normal(size=(n, 3))
+        analysis = solver.Compiled(lower)
+        assert np.allclose(A @ analysis.factor(lower).solve(b), b)
+        assert np.allclose(
+            A.diagonal()[:, None] * analysis.factor(sparse.diags_array(A.diagonal()).tocsc()).solve(b), b
+        )
 
 
 def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkeypatch) -> None:
@@ -108,7 +132,7 @@ def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkey
     assert np.abs(result.angles - expected.angles).max() <= 1e-10
 
 
-@pytest.mark.parametrize("kind", [SuperLU, IglCholesky, *([solver.Cholmod] if solver.has_cholmod() else [])])
+@pytest.mark.parametrize("kind", [SuperLU, IglCholesky, *WITH_CHOLMOD])
 @pytest.mark.parametrize("supernodal", [False, True])
 def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: bool, monkeypatch) -> None:
     if supernodal:
@@ -121,7 +145,7 @@ def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: boo
         analysis = kind(good)
         with pytest.raises(NotPositiveDefiniteError) as caught:
             analysis.factor(bad)
-        assert caught.value.row == 20 or (bad_value == 0 and kind is not solver.Cholmod)
+        assert caught.value.row == 20 or (bad_value == 0 and kind not in WITH_CHOLMOD)
         factored, precondition = analysis.factor(good), analysis.preconditioner(good)
         b = np.arange(100.0).reshape(50, 2)
         full = good + sparse.tril(good, -1).T

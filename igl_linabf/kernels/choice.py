@@ -43,6 +43,16 @@ def fast_by() -> str:
     return f"compiled by numba {numba.__version__}"
 
 
+def only_loops(loops: Callable[P, T]) -> Callable[P, T]:
+    """A kernel without a form in NumPy: `loops` compiled, for where `is_fast`."""
+
+    def run(*args: P.args, **kwargs: P.kwargs) -> T:
+        made: Callable[..., T] = compiled(loops)
+        return made(*args, **kwargs)
+
+    return run
+
+
 @contextmanager
 def numpy_only() -> Iterator[None]:
     """Run NumPy's forms in the block, in this thread."""
@@ -76,7 +86,8 @@ def inlined(part: Callable[P, T]) -> Callable[P, T]:
 @cache
 def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
     """The loops compiled: once for a machine, as the code is kept on disk; other threads run meanwhile."""
-    options = {"nogil": True, "error_model": "numpy"}
+    # sums may be added up in the order that is fastest
+    options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
     named = {name: loops.__globals__.get(name) for name in loops.__code__.co_names}
     parts = {name: compiled(part) for name, part in named.items() if part in _parts}
     if parts:

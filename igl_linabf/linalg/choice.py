@@ -8,12 +8,23 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Literal, get_args
 
+import numpy as np
 from scipy import sparse
 
 from ..errors import FallbackWarning, MemoryLimitError, stack_level
 from ..kernels import is_fast
 from . import memory
-from .factors import SIMPLICIAL_UP_TO, Analysis, Cholmod, IglCholesky, Multigrid, has_cholmod
+from .factors import (
+    COMPILED_FROM,
+    COMPILED_UP_TO,
+    SIMPLICIAL_UP_TO,
+    Analysis,
+    Cholmod,
+    Compiled,
+    IglCholesky,
+    Multigrid,
+    has_cholmod,
+)
 from .small_blocks import SmallBlocks
 
 SolverName = Literal["auto", "cholmod", "multigrid", "direct"]
@@ -58,6 +69,9 @@ class Solvers:
         ):
             return Multigrid()
         if self.direct or memory.fits(wanted):
+            real = lower.dtype == np.float64
+            if is_fast() and has_cholmod() and real and COMPILED_FROM <= n <= COMPILED_UP_TO:
+                return Compiled(lower)
             return self._factoring(lower)
         warnings.warn(
             f"the factor of {n:,} rows would take about {memory.gigabytes(wanted)} of "

@@ -7,7 +7,7 @@ from functools import cache
 from scipy import sparse
 
 from .choice import Solvers, blas_of_cholmod
-from .factors import Analysis, Cholmod, cholmod
+from .factors import Analysis, Cholmod
 
 SUPERNODAL_FROM = 10_000  # rows: with a good BLAS a supernodal factor takes a third of the time
 
@@ -16,16 +16,8 @@ def factored_often(lower: sparse.csc_array) -> Analysis:
     """The analysis of a scalar Laplacian, given by its lower triangle, that is factored often."""
     analysis = Solvers().laplacian(lower)
     if type(analysis) is Cholmod and lower.shape[0] > SUPERNODAL_FROM and _good_blas():
-        return _Supernodal(lower)
+        return Cholmod(lower, simplicial_up_to=0)
     return analysis
-
-
-class _Supernodal(Cholmod):
-    """As `Cholmod`, but always supernodal."""
-
-    def __init__(self, lower: sparse.csc_array) -> None:
-        self._supernodal = True
-        self._symbolic = cholmod.analyze(lower, mode="supernodal", ordering_method="amd")
 
 
 @cache
