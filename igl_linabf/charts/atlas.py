@@ -94,6 +94,8 @@ class Atlas:
         The vertices that are cones; empty without.
     cone_angles : (#C,) float64
         The angles of the map's triangles at each sum to this, radians.
+    period : float or None
+        Of the texture that goes on across the seams, from the origin of `TC`; None if none was asked for.
     split : Triangles or None
         How polygons were split; None if the faces are triangles.
     """
@@ -115,6 +117,7 @@ class Atlas:
     scale: float = 0.0
     cones: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cone_angles: FloatArray = field(default_factory=lambda: np.zeros(0))
+    period: float | None = None
     split: Triangles | None = None
 
     @property
