@@ -73,8 +73,8 @@ def _unwrap(options: argparse.Namespace) -> int:
         angles = np.deg2rad(
             _table(angles, np.float64, "numbers: write one angle in degrees on each line").ravel()
         )
-    names = ("trade", "holes", "bijective", "max_stretch", "complete", "hide", "weld", "strict", *NAMES)
-    settings = {name: getattr(options, name) for name in names}
+    names = ("trade", "holes", "bijective", "max_stretch", "complete", "hide", "weld", "strict", "period")
+    settings = {name: getattr(options, name) for name in (*names, *NAMES)}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         with part("unwrapping", COMPUTED):
@@ -149,6 +149,11 @@ UNWRAP = Command(
             "metavar": "ANGLES",
             "help": "quarter (turns), or a file of their angle sums in degrees (default: of one scale)",
         },
+        "period": {
+            "type": float,
+            "metavar": "SHARE",
+            "help": "of a texture, as a share of the page's side: it goes on across seams of quarter turns",
+        },
         "complete": {"action": "store_true", "help": "find the seams that the given ones leave missing"},
         "trade": TRADED,
         "max-stretch": {
@@ -188,6 +193,7 @@ UNWRAP = Command(
         "bunny.obj -o bunny.obj --seams pairs.txt --complete    # along the edges of pairs.txt, and more",
         "body.obj -o body.obj --hide 0,0,-1    # seams at the back",
         "body.obj -o body.obj --cones auto --cone-angles quarter    # both sides of each seam match",
+        "body.obj -o body.obj --cones auto --cone-angles quarter --period 0.02    # 50 repeats go on",
         "body.obj -o body.obj --resolution 2048 --padding 8    # for a texture of this size",
         "body.obj -o body.obj --resolution 2048 --texel-density 400 --pages 4    # on up to four pages",
         "body.ply -o body.glb --bake colors    # with the texture in it",
