@@ -5,9 +5,10 @@
 
 `--bff` names the command of https://github.com/GeometryCollective/boundary-first-flattening, which chooses
 the cones. Without it `find_cones` does, and the columns of BFF are missing. The meshes are the Stanford
-bunny and those of kind `closed` in IGL_LINABF_MESHES. Prints Markdown. `--speed` prints the time of
-a map of the bunny with cones over that of `flatten` on the same surface cut, without and with finding the
-seam and cutting along it.
+bunny and those of kind `closed` in IGL_LINABF_MESHES. Prints Markdown. `--speed` prints the
+time of maps with cones over that of `flatten` on the same surface cut, without and with finding the seam and
+cutting along it, and that of all of `unwrap` over that of `unwrap` along the same seams. There the meshes are
+subdivided to about 100,000 triangles. Set OMP_NUM_THREADS=1.
 Where a surface has handles, BFF
 leaves curvature along their whole loops, which is no map with the same cones: it is left out there.
 """
@@ -20,27 +21,18 @@ import subprocess
 import sys
 import tempfile
 import warnings
-from collections.abc import Callable, Sequence
-from dataclasses import replace
-from functools import partial
 from pathlib import Path
-from statistics import median
 from time import process_time
 
 import igl
 import numpy as np
-from meshes import shared, stanford
+from meshes import pial, shared, stanford, subdivided
 
-from igl_linabf import LinABF, OutcomeWarning, find_cones, flatten, quality, unwrap
-from igl_linabf.charts.cone_seams import seam_through
-from igl_linabf.charts.coned import _flattened as unwrapped
-from igl_linabf.charts.cones import CONE_TRADE, ConePiece, angles_of, found_on
-from igl_linabf.charts.given_seams import textured_seams
-from igl_linabf.flattening import flatten_with_cones
+from igl_linabf import OutcomeWarning, cut, find_cones, flatten, quality, unwrap
 from igl_linabf.io import read_mesh, read_texture
-from igl_linabf.surface import Submesh, planar_mesh
 
 CONES = 16
+TURNS = 3
 
 
 def cell(V: np.ndarray, F: np.ndarray, TC: np.ndarray, FTC: np.ndarray, seconds: float) -> str:
@@ -50,10 +42,19 @@ def cell(V: np.ndarray, F: np.ndarray, TC: np.ndarray, FTC: np.ndarray, seconds:
     used = np.unique(FTC)
     packed = np.searchsorted(used, FTC)
     q = quality(V[origin[used]], packed, TC[used])
-    mismatch = textured_seams(Submesh.checked(V, F).topology, TC, FTC)[1]
+    mismatch = sides_apart(F, TC, FTC)
     return (
         f"{q.angle_distortion:.2e}, {q.stretch_l2:.3g}, {np.expm1(mismatch):.0e}, {q.flips} | {seconds:.2f}"
     )
+
+
+def sides_apart(F: np.ndarray, TC: np.ndarray, FTC: np.ndarray) -> float:
+    """The largest |log ratio| of the lengths of both sides of an edge."""
+    length = np.linalg.norm(TC[np.roll(FTC, -1, axis=1)] - TC[FTC], axis=2).ravel()
+    ends = np.sort(np.stack((F, np.roll(F, -1, axis=1)), axis=-1).reshape(-1, 2), axis=1)
+    order = np.lexsort(ends.T)
+    same = (ends[order][1:] == ends[order][:-1]).all(axis=1)
+    return float(np.abs(np.log(length[order][1:] / length[order][:-1]))[same].max())
 
 
 def by_bff(command: str, V: np.ndarray, F: np.ndarray) -> tuple[str, np.ndarray]:
@@ -74,39 +75,35 @@ def by_bff(command: str, V: np.ndarray, F: np.ndarray) -> tuple[str, np.ndarray]
 
 
 def speed() -> None:
-    """Print how many times the time of `flatten` cones take: medians of turns, CPU seconds of one thread."""
-    print("| mesh | triangles | cones | with the cutting | quarter cones | with the cutting |")
-    print("|---|---|---|---|---|---|")
-    for name, V, F in (stanford(),):
-        component = Submesh.checked_manifold(V, F).components()[0]
-        place = ConePiece(component)
-        cones = found_on(place, CONES, CONE_TRADE)
-        node = place.piece.node[cones]
-        (cut,) = component.cut_along(component.vertices[place.piece.edges[seam_through(place.piece, node)]])
-        mesh = replace(planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
-        cells = []
-        for wanted in (None, "quarter"):
-            sums = np.where(component.topology.interior, 2 * np.pi, np.nan)
-            sums[cones] = angles_of(place, cones, wanted)
-            calls = (
-                partial(flatten, cut.V, cut.F),
-                partial(flatten_with_cones, mesh, component.topology, sums, (), bool(wanted), LinABF()),
-                partial(unwrapped, place, cones, sums[cones], bool(wanted), LinABF()),
-            )
-            free, coned, whole = cpu_medians(calls)
-            cells += [f"{coned / free:.2f}", f"{whole / free:.2f}"]
+    """Print how many times the time of a free boundary cones take: medians of turns, of one thread."""
+    print(
+        "| mesh | triangles | cones | with the cutting | whole | quarter cones | with the cutting | whole |"
+    )
+    print("|---" * 8 + "|")
+    closed = [(name, V, F, round(np.log(1e5 / len(F)) / np.log(4))) for name, V, F in shared("closed")]
+    upsampled = [subdivided((name, V, F), times) if times else (name, V, F) for name, V, F, times in closed]
+    for name, V, F in [stanford(), subdivided(pial(), 1), *upsampled]:
+        cones, cells = find_cones(V, F, CONES), []
+        for settings in ({}, {"cone_angles": "quarter"}):
+            seconds = np.median([turn(V, F, cones, settings) for _ in range(TURNS + 1)][1:], axis=0)
+            coned, cutting, whole, free, seamed = seconds
+            cells += [f"{coned / free:.2f}", f"{(coned + cutting) / free:.2f}", f"{whole / seamed:.2f}"]
         print(f"| {name} | {len(F):,} | {' | '.join(cells)} |", flush=True)
 
 
-def cpu_medians(calls: Sequence[Callable[[], object]], repeat: int = 5) -> list[float]:
-    """Median CPU seconds of each call, after one that is not timed; they take turns."""
-    seconds: list[list[float]] = [[] for _ in calls]
-    for _ in range(repeat + 1):
-        for call, taken in zip(calls, seconds, strict=True):
-            start = process_time()
-            call()
-            taken.append(process_time() - start)
-    return [median(taken[1:]) for taken in seconds]
+def turn(V: np.ndarray, F: np.ndarray, cones: np.ndarray, settings: dict[str, str]) -> list[float]:
+    """Seconds of the map with cones, of cutting for it, of all of `unwrap`; and with a free boundary."""
+    start = process_time()
+    atlas = unwrap(V, F, cones=cones, **settings)
+    whole = process_time() - start
+    coned = atlas.charts[0].result.seconds
+    start = process_time()
+    unwrap(V, F, atlas.seams)
+    seamed = process_time() - start
+    V, F, _ = cut(V, F, atlas.seams)
+    disks = [igl.remove_unreferenced(V, F[chart.faces])[:2] for chart in atlas.charts]
+    free = sum(flatten(*disk).seconds["total"] for disk in disks)
+    return [coned["total"] - coned["check"], coned["check"], whole, free, seamed]
 
 
 def main() -> None:

@@ -2,21 +2,26 @@
 
     python benchmarks/many.py [--repeat 3]
 
-The meshes are made here: disks of random triangulations, leaves of four triangles, cubes. Seconds are
-those of the processor, medians. Prints Markdown.
+The meshes are made here: disks of random triangulations, leaves of four triangles, cubes. Times are those
+of the processor, medians; where a column says so, of the clock, by which threads count. igl.lscm is called
+in a loop, too. Prints Markdown.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import warnings
 from collections.abc import Callable
-from time import process_time
+from contextlib import nullcontext
+from time import perf_counter, process_time
 
+import igl
 import numpy as np
 from scipy.spatial import Delaunay
 
 import igl_linabf as il
+from igl_linabf import kernels
 from igl_linabf.charts import pack
 
 Surface = tuple[np.ndarray, np.ndarray]
@@ -61,9 +66,43 @@ def cubes(n: int = 2000) -> Surface:
 
 
 def seconds(work: Callable[[], object]) -> float:
-    start = process_time()
+    """Of the processor."""
+    return both(work)[0]
+
+
+def both(work: Callable[[], object]) -> tuple[float, float]:
+    """Seconds of the processor, and of the clock."""
+    start = process_time(), perf_counter()
     work()
-    return process_time() - start
+    return process_time() - start[0], perf_counter() - start[1]
+
+
+def ends(F: np.ndarray) -> np.ndarray:
+    """Two vertices of the rim far from each other, for the pins of libigl."""
+    rim = igl.boundary_loop(F)
+    return rim[[0, len(rim) // 2]]
+
+
+def compared(meshes: list[Surface], repeat: range) -> str:
+    """The cells of a row of the table: a loop of `flatten`, `flatten_many`, a loop of igl.lscm."""
+    n, pins, at = len(meshes), [ends(F) for _, F in meshes], np.array([[0.0, 0.0], [1.0, 0.0]])
+    il.flatten_many(meshes[:50])
+    loop, many = [il.flatten(V, F) for V, F in meshes[:200]], il.flatten_many(meshes)
+    pairs = zip(loop, many, strict=False)
+    worst = max(
+        float(np.abs(a.uv - b.uv).max() / np.ptp(a.uv)) for a, b in pairs if isinstance(b, il.Flattening)
+    )
+    runs = [
+        (
+            both(lambda: [il.flatten(V, F) for V, F in meshes]),
+            both(lambda: il.flatten_many(meshes)),
+            both(lambda: [igl.lscm(V, F, b, at) for (V, F), b in zip(meshes, pins, strict=True)]),
+        )
+        for _ in repeat
+    ]
+    one, all_, libigl = np.median(runs, axis=0) * 1000 / n
+    cells = [*one / all_, libigl[0] / all_[0]]
+    return f"{one[0]:.2f} | {all_[0]:.3f} | {' | '.join(f'{ratio:.1f}' for ratio in cells)} | {worst:.0e}"
 
 
 def main() -> None:
@@ -71,26 +110,19 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=3)
     repeat = range(parser.parse_args().repeat)
     warnings.simplefilter("ignore")
-    print("| meshes | triangles each | a loop, ms a mesh | flatten_many | faster | largest difference |")
-    print("|---|---|---|---|---|---|")
-    for n, triangles in ((5000, 8), (2000, 50), (1000, 500), (200, 2000)):
+    print(f"Kernels: {kernels.fast_by()}. Cores: {len(os.sched_getaffinity(0))}.\n")
+    print(
+        "| meshes | triangles each | kernels | a loop, ms a mesh | flatten_many | faster | by the clock "
+        "| than a loop of igl.lscm | largest difference |"
+    )
+    print("|---|---|---|---|---|---|---|---|---|")
+    forms = {"compiled": nullcontext, "NumPy": kernels.numpy_only}
+    for n, triangles in ((2000, 8), (1000, 50), (1000, 500), (100, 2000)):
         meshes = [disk(triangles, seed) for seed in range(n)]
-        il.flatten_many(meshes[:50])
-        loop, many = [il.flatten(V, F) for V, F in meshes], il.flatten_many(meshes)
-        pairs = zip(loop, many, strict=True)
-        worst = max(
-            float(np.abs(a.uv - b.uv).max() / np.ptp(a.uv)) for a, b in pairs if isinstance(b, il.Flattening)
-        )
-        runs = [
-            (
-                seconds(lambda: [il.flatten(V, F) for V, F in meshes]),  # noqa: B023
-                seconds(lambda: il.flatten_many(meshes)),  # noqa: B023
-            )
-            for _ in repeat
-        ]
-        one, all_ = np.median(runs, axis=0) * 1000 / n
         size = np.median([len(F) for _, F in meshes])
-        print(f"| {n:,} | {size:.0f} | {one:.2f} | {all_:.3f} | {one / all_:.1f} | {worst:.0e} |", flush=True)
+        for name, form in list(forms.items())[0 if kernels.is_fast() else 1 :]:
+            with form():
+                print(f"| {n:,} | {size:.0f} | {name} | {compared(meshes, repeat)} |", flush=True)
     print("\n| `unwrap` of | charts | seconds | packing alone | fill | L2 stretch | sound |")
     print("|---|---|---|---|---|---|---|")
     for name, (V, F) in {"5,000 leaves": tree(), "2,000 cubes": cubes()}.items():

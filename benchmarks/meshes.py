@@ -9,6 +9,8 @@ from pathlib import Path
 
 import igl
 import numpy as np
+from nilearn.datasets import fetch_surf_fsaverage
+from nilearn.surface import load_surf_mesh
 
 from igl_linabf.io import read_mesh
 
@@ -37,6 +39,12 @@ def brain() -> Mesh:
     """The cortex of the demo."""
     V, F, _ = cortex()
     return "cortex", V, F
+
+
+def pial() -> Mesh:
+    """The closed cortex that it was cut from."""
+    surface = load_surf_mesh(fetch_surf_fsaverage("fsaverage5")["pial_left"])
+    return "pial", np.asarray(surface.coordinates, dtype=float), np.asarray(surface.faces, dtype=np.int64)
 
 
 def subdivided(mesh: Mesh, times: int) -> Mesh:

@@ -3,11 +3,10 @@ A weave across the seam
 =======================
 
 The Stanford bunny, closed, is flattened twice along one seam. On the left the curvature is left at cones,
-whose angles are multiples of 90 degrees. Both sides of each seam edge are then equally long in the map, and
-turned by a multiple of 90 degrees: the threads of a woven texture go on across the seam in the same
-direction, at the same width. Where a thread meets the next one is left to chance: one row in the middle of
-the close-up is wider or narrower. On the right the boundary is free, as `flatten` leaves it: there the
-threads meet at any angle.
+whose angles are multiples of 90 degrees. Both sides of each seam edge are then equally long in the map,
+turned by a multiple of 90 degrees, and shifted by whole periods of a woven texture: each thread goes on
+across the seam, over and under the others. On the right the boundary is free, as `flatten` leaves it: there
+the threads meet at any angle.
 
 The cones are spheres, and both sides of the seam have the same colour in the map. The close-ups show the
 same part of the seam, without lines on it::
@@ -30,25 +29,25 @@ from igl_linabf.io import read_mesh, replacing
 from igl_linabf.plot import plot_checkerboard, plot_uv
 
 LOOK = np.array([-0.1, 0.5, -0.85])  # of the camera, down on the back
-THREADS = 90  # along the side of a square of the surface's area
+PERIOD = 1 / 90  # of the weave, two threads, as a share of the page's side
 
 
 def weave(pixels: int = 64) -> pv.Texture:
-    """Threads over and under each other, two by two of them; turned by 90 degrees it is a weave as well."""
+    """Threads over and under each other, two by two of them; the same when it is turned by 90 degrees."""
     at = (np.arange(2 * pixels) + 0.5) / pixels
     thread = np.floor(at).astype(int)
     bulge = np.sin(np.pi * (at % 1)) ** 0.5  # brightness across a thread
     above = (thread[:, None] + thread) % 2 == 0  # where the horizontal one is
     shade = np.where(above, bulge[:, None], bulge)
-    colour = np.where(above[..., None], [214, 120, 70], [245, 238, 220])
-    texture = pv.Texture((colour * (0.35 + 0.65 * shade[..., None])).astype(np.uint8))
+    dark, light = np.array([110, 45, 20]), np.array([250, 225, 185])
+    texture = pv.Texture((dark + (light - dark) * shade[..., None] ** 2).astype(np.uint8))
     texture.repeat = texture.interpolate = texture.mipmap = True
     return texture
 
 
-def frequency(atlas: Atlas) -> float:
-    """Threads along the longer side of the map, so that they are equally wide on all maps."""
-    return float(THREADS * np.ptp(atlas.TC, axis=0).max() / np.sqrt(atlas.fill))
+def frequency(atlas: Atlas, like: Atlas) -> float:
+    """Threads along the longer side of a map, as wide on the surface as those of another one."""
+    return float(2 / PERIOD * np.ptp(atlas.TC, axis=0).max() * like.scale / atlas.scale)
 
 
 def turned(atlas: Atlas) -> float:
@@ -75,7 +74,7 @@ def close_up(V: np.ndarray, F: np.ndarray, atlas: Atlas) -> tuple[np.ndarray, np
 if __name__ == "__main__":
     V, F = read_mesh(sys.argv[1]) if len(sys.argv) > 1 else bunny()
     cones = find_cones(V, F)
-    matched = unwrap(V, F, cones=cones, cone_angles="quarter")
+    matched = unwrap(V, F, cones=cones, cone_angles="quarter", period=PERIOD)
     free = unwrap(V, F, matched.seams)
     with pv.vtk_verbosity("error"):
         plotter = pv.Plotter(shape=(3, 2), off_screen=True, window_size=[1500, 2100], border=False)
@@ -84,7 +83,7 @@ if __name__ == "__main__":
         said += f" and {turned(atlas):.2g} degrees\nF/3nt {atlas.quality.angle_distortion:.2e}"
         said += f", L2 stretch {atlas.quality.stretch_l2:.3g}, {len(atlas.cones)} cones"
         print(said)
-        options = {"texture": weave(), "frequency": frequency(atlas), "plotter": plotter}
+        options = {"texture": weave(), "frequency": frequency(atlas, matched), "plotter": plotter}
         plotter.subplot(0, column)
         plot_checkerboard(V, F, atlas, seams=None if column == 0 else [], **options)
         plotter.view_vector((0.2, -1, 0.2), viewup=(0, 0, 1))

@@ -47,7 +47,11 @@ if __name__ == "__main__":
     for suffix in (".obj", ".glb"):
         write_mesh(f"out/{name}{suffix}", V, F, chosen.TC, chosen.FTC)
     with replacing(f"out/{name}.png") as temporary:
-        plot_compare(
-            V[chosen.origin], chosen.FTC, {"linABF": chosen.TC}, off_screen=True, screenshot=temporary
-        ).close()
+        plotter = plot_compare(
+            V[chosen.origin], chosen.FTC, {"linABF": chosen.TC}, off_screen=True, show=False
+        )
+        plotter.subplot(0, 0)
+        plotter.view_vector((0.35, -1.0, 0.25), viewup=(0, 0, 1))  # upright
+        plotter.show(screenshot=temporary)
+        plotter.close()
     print(f"\nwrote out/{name}.obj, .glb and .png")

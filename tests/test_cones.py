@@ -93,6 +93,59 @@ def test_sums_are_reached_and_seams_match(name: str, how: str | None) -> None:
         assert (atlas.cone_angles > 1.5).all()
 
 
+@pytest.mark.parametrize(
+    "name",
+    ("pial", "nut", "double_torus", "crown", "closed__igl_fandisk.off", "closed__igl_3holes.off", SEVERAL[1]),
+)
+def test_a_texture_of_the_period_goes_on_across_quarter_seams(name: str) -> None:
+    V, F = load(name)
+    period = 1 / 200
+    given = {"cones": find_cones(V, F), "cone_angles": "quarter"}
+    atlas = unwrap(V, F, period=period, **given)
+    assert atlas.good and not atlas.quality.flips
+    assert atlas.seam_mismatch <= 1e-9
+    # from one side of a seam edge to the other: a quarter turn and whole periods, at both of its ends
+    at = {}
+    for vertices, places in zip(F.tolist(), atlas.TC[atlas.FTC] @ [1, 1j], strict=True):
+        at.update({(vertices[k - 1], vertices[k]): places[[k - 1, k]] for k in range(3)})
+    one, other = (
+        np.array([at[i, j] for i, j in ends.tolist()]) for ends in (atlas.seams, atlas.seams[:, ::-1])
+    )
+    other = other[:, ::-1]
+    turn = (other[:, 1] - other[:, 0]) / (one[:, 1] - one[:, 0])
+    quarter = np.exp(0.5j * np.pi * np.round(np.angle(turn) / (np.pi / 2)))
+    assert np.abs(turn - quarter).max() <= 1e-9
+    shift = (other - quarter[:, None] * one) / period
+    assert np.abs(shift - np.round(shift)).max() <= 1e-9
+    assert len(np.unique(np.round(shift))) > 2
+    # and the map is hardly another one
+    free = unwrap(V, F, margin=0.01, **given)
+    assert atlas.quality.angle_distortion <= 1.1 * free.quality.angle_distortion
+    assert atlas.quality.stretch_l2 == pytest.approx(free.quality.stretch_l2, rel=0.01)
+
+
+@pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # parts of the map may touch
+def test_a_period_that_flips_triangles_is_refused_with_one_that_does_not() -> None:
+    V, F = load("closed__optcuts_horse_f10000.obj")
+    with pytest.raises(MeshError, match=r"triangles of chart .* would flip") as raised:
+        unwrap(V, F, cones="auto", cone_angles="quarter", period=0.15)
+    enough = float(str(raised.value).split("use ")[-1].split(",")[0])
+    assert not unwrap(V, F, cones="auto", cone_angles="quarter", period=enough).quality.flips
+
+
+@pytest.mark.parametrize("asked", [{}, {"cones": 4}, {"cones": 4, "cone_angles": "quarter", "period": 0.0}])
+def test_a_period_needs_quarter_cones(asked: dict[str, object]) -> None:
+    V, F = load("pial")
+    with pytest.raises(ValueError, match="period is"):
+        unwrap(V, F, **{"period": 0.01, **asked})
+
+
+def test_a_period_and_angles_that_are_no_quarter_turns_are_refused() -> None:
+    V, F = load("pial")
+    with pytest.raises(MeshError, match="no multiple of 90 degrees"):
+        unwrap(V, F, cones=find_cones(V, F, 6), cone_angles=np.full(6, 4 * np.pi / 3), period=0.01)
+
+
 @pytest.mark.parametrize("how", [None, "quarter"])
 @pytest.mark.parametrize("name", ("pial", "nut", *CLOSED[2:], "closed__igl_3holes.off"))
 def test_curvatures_obey_gauss_bonnet(name: str, how: str | None) -> None:

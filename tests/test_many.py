@@ -14,6 +14,7 @@ from conftest import bumps, tree_cut
 from scipy.spatial import ConvexHull
 
 import igl_linabf as il
+from igl_linabf._runtime import in_threads
 from igl_linabf.charts import TRADE
 from igl_linabf.charts.cut_graph import closed_surface
 from igl_linabf.charts.seams import _cost as seam_cost
@@ -117,6 +118,31 @@ def test_a_bad_mesh_is_its_own_error_and_never_the_end() -> None:
         np.testing.assert_allclose(result.uv, alone.uv, rtol=0, atol=1e-10)
     assert all(isinstance(result, il.MeshError) for result in made[-3:-1])
     assert il.flatten_many([]) == []
+
+
+def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.MonkeyPatch) -> None:
+    meshes = [bumps(60 + 7 * k, k, 0.3) for k in range(24)]
+    thin = bumps(300)
+    meshes[3] = meshes[20] = (thin[0] * [1, 0.02, 1], thin[1])  # with slivers, which go together
+    monkeypatch.setattr("igl_linabf.flattening.many.AT_ONCE", 1000)
+    made = []
+    for threads in "1", "3":
+        monkeypatch.setenv("OMP_NUM_THREADS", threads)
+        made.append(il.flatten_many(meshes))
+    for one, three in zip(*made, strict=True):
+        np.testing.assert_array_equal(one.uv, three.uv)
+        assert str(one).split("seconds")[0] == str(three).split("seconds")[0]
+    done: list[int] = []
+
+    def work(k: int) -> int:
+        if k == 2:
+            raise MemoryError
+        done.append(k)
+        return k
+
+    with pytest.raises(MemoryError):
+        list(in_threads(work, range(1000)))
+    assert len(done) < 999
 
 
 def test_a_symmetric_disk_is_turned_the_same_way_by_any_rounding() -> None:

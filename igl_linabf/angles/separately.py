@@ -29,8 +29,6 @@ class Separate:
     ----------
     at : Iterate
         All of them.
-    laplacian : Analysis or None
-        Of the Laplacians over the rows; None where all were flat from the start.
     how : str
         What solved the system.
     stepped : (#disks,) bool
@@ -46,7 +44,6 @@ class Separate:
     """
 
     at: Iterate
-    laplacian: Analysis | None
     how: str
     stepped: BoolArray
     good: BoolArray
@@ -84,8 +81,8 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
                 at = problem.at(at.alpha + e)
             families.append(families_of(at, rows, disks.faces))
     families += families[-1:] * (3 - len(families))
-    laplacian, how = (None, "none") if solver is None else (solver.laplacian, solver.how)
-    return Separate(at, laplacian, how, stepped, good & ~thin, thin, inner_steps, np.array(families))
+    how = "none" if solver is None else solver.how
+    return Separate(at, how, stepped, good & ~thin, thin, inner_steps, np.array(families))
 
 
 @dataclass(frozen=True, eq=False)

@@ -94,6 +94,8 @@ class Atlas:
         The vertices that are cones; empty without.
     cone_angles : (#C,) float64
         The angles of the map's triangles at each sum to this, radians.
+    period : float or None
+        Of the texture that goes on across the seams, from the origin of `TC`; None if none was asked for.
     split : Triangles or None
         How polygons were split; None if the faces are triangles.
     """
@@ -115,6 +117,7 @@ class Atlas:
     scale: float = 0.0
     cones: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cone_angles: FloatArray = field(default_factory=lambda: np.zeros(0))
+    period: float | None = None
     split: Triangles | None = None
 
     @property
@@ -136,7 +139,7 @@ class Atlas:
 
     @property
     def troubles(self) -> list[str]:
-        """A sentence on each chart with flipped or overlapping faces, or stretched beyond use.
+        """A sentence on each chart with flipped or overlapping faces, or stretched beyond use; on lost faces.
 
         Beyond use is an L2 stretch of more than `max_stretch`, or than 10 where none was asked for.
         """
@@ -159,6 +162,12 @@ class Atlas:
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
                     + (more or "give more seams there, complete=True, max_stretch or a larger trade")
                 )
+        collapsed = self.quality.flips - sum(len(chart.result.flipped) for chart in self.charts)
+        if collapsed > 0:
+            said.append(
+                f"{collapsed:,} faces are so small beside the others that double precision has no place for "
+                "them in one page: unwrap them apart"
+            )
         return said
 
     def __repr__(self) -> str:

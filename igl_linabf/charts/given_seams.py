@@ -59,12 +59,12 @@ def _triangles(F: ArrayLike, FTC: ArrayLike) -> tuple[IntArray, IntArray]:
 
 def edges_between_textures(topology: Topology, texture: IntArray) -> IntArray:
     """`texture_seams` of a surface that is checked, by its own vertices."""
-    return np.asarray(topology.edges[_between_textures(topology, texture)])
+    return np.asarray(topology.edges[rows_between_textures(topology, texture)])
 
 
 def textured_seams(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
     """`edges_between_textures`, and the largest |log ratio| of the lengths of their two sides."""
-    between = _between_textures(topology, FTC)
+    between = rows_between_textures(topology, FTC)
     start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
     halves = topology.sides[:, between]
     length = np.linalg.norm(TC[end[halves]] - TC[start[halves]], axis=-1)
@@ -73,7 +73,7 @@ def textured_seams(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[I
     return topology.edges[between], float(np.nan_to_num(ratio, nan=0.0).max(initial=0.0))
 
 
-def _between_textures(topology: Topology, texture: IntArray) -> IntArray:
+def rows_between_textures(topology: Topology, texture: IntArray) -> IntArray:
     """Rows of `topology.edges`."""
     inside = np.flatnonzero(topology.sides[1] >= 0)
     first, second = topology.sides[:, inside]

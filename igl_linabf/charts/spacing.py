@@ -51,6 +51,10 @@ class Spacing:
         """The side of what charts may cover."""
         return 1 - 2 * self.border
 
+    def wider(self, by: float) -> Spacing:
+        """The same and `by` more on all sides."""
+        return Spacing(self.gap + by, self.border + by)
+
     def at_most(self, gap: float) -> Spacing:
         """The same, made smaller in proportion, if the gap is larger than this."""
         return self if self.gap <= gap else Spacing(gap, self.border * gap / self.gap)

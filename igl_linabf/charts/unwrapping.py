@@ -20,6 +20,7 @@ from .given import given_back, without_charts
 from .given_seams import textured_seams
 from .limbs import cut_for_fill, cut_to_fit
 from .packing import Wish, pack_maps
+from .period import with_period
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .seams import TRADE
 from .visibility import hiding
@@ -44,6 +45,7 @@ def unwrap(
     padding: float = 2,
     texel_density: float | None = None,
     pages: int | None = None,
+    period: float | None = None,
     max_stretch: float | None = None,
     complete: bool = False,
     hide: ArrayLike | None = None,
@@ -93,11 +95,14 @@ def unwrap(
         Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
         charts share a texel of a bilinear lookup.
     texel_density : float, optional
-        Texels per unit of length of V, on average over a chart; needs `resolution`. By default charts
-        are as large as the pages hold.
+        Texels per unit of length of V, on average over a chart; needs `resolution`. Charts that are larger
+        than a page are cut, unless `seams` are given. By default charts are as large as the pages hold.
     pages : int, optional
         Pages to use; with `texel_density` at most, and by default as many as it takes. Page k is the
         unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
+    period : float, optional
+        That of a texture, as a share of the page's side, for cones in quarter turns: all seams then shift it
+        by whole periods, so that it goes on across them. The map moves by about half a period.
     max_stretch : float, optional
         Cut or split charts, beyond given `seams`, too, until the L2 stretch of each is at most this.
         At least 1; by default stretch is only weighed against seam length.
@@ -123,12 +128,13 @@ def unwrap(
         The arrays are malformed, a coordinate at a face is NaN or infinite, a seam is no edge, or
         given seams leave a chart with handles or without a boundary and are not to be completed.
         A cone is no interior vertex, or the cones are too few, or their angles do not obey
-        Gauss-Bonnet; the message has the numbers that do. With `strict`, also: the surface is no
+        Gauss-Bonnet; the message has the numbers that do. The period is too long for the distances of
+        the cones; the message has one that is not. With `strict`, also: the surface is no
         oriented manifold, or a face has no area. With `texel_density`, also: the charts do not fit on the
         pages.
     ValueError
-        `trade`, `margin`, `max_stretch`, `weld` or a number of the packing is out of its range, or options
-        do not go together.
+        `trade`, `margin`, `period`, `max_stretch`, `weld` or a number of the packing is out of its range, or
+        options do not go together.
 
     Warns
     -----
@@ -163,9 +169,16 @@ def unwrap(
         if any(asked.values()):
             listed = ", ".join(name for name, given in asked.items() if given)
             raise ValueError(f"cones= does not go together with {listed}: its seams run through the cones")
+    if period is not None and not (cones is not None and cone_angles is not None and 0 < period < 1):
+        raise ValueError(
+            f"period is {period!r}: give a share of the page's side, above 0 and below 1, with cones and "
+            'cone_angles="quarter"'
+        )
     if max_stretch is not None and not max_stretch >= 1:
         raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
     wish = Wish.of(margin, resolution, padding, texel_density, pages)
+    if period is not None:
+        wish = replace(wish, spacing=wish.spacing.wider(period))  # charts may move by about so much
     split = split_polygons(V, F)
     if split is not None:
         F, seams = split.F, None if seams is None else mask_of_triangles(seams, split, len(np.asarray(V)))
@@ -183,7 +196,8 @@ def unwrap(
     if not len(surface.F):
         return in_polygons(without_charts(cleaned, given), split)
     hidden = hiding(surface, hide, np.arange(len(given)) if split is None else split.face)
-    task = Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch, hidden)
+    finds, joins = seams is None or complete, seams is None
+    task = Task(method_of(method), finds, trade, holes, bijective, max_stretch, hidden, joins)
     with reporting(progress):
         if cones is None:
             with part("seams", SEAMS_END):
@@ -196,10 +210,12 @@ def unwrap(
             wish = replace(wish.in_units(2.0**cleaned.power), upright=cone_angles is not None)
             may_cut = resolution is not None and task.may_find_seams and cones is None
             charts = cut_to_fit(made.charts, wish) if may_cut and wish.side is not None else made.charts
-            atlas = _packed(surface, charts, wish)
+            atlas = replace(_packed(surface, charts, wish), cones=made.cones)
+            if period is not None:
+                atlas = with_period(surface, atlas, [piece for _, piece in charts], period)
             if may_cut and wish.side is None:
                 atlas = _fuller(surface, atlas, charts, wish, task)
-    atlas = replace(atlas, max_stretch=max_stretch, cones=made.cones, cone_angles=made.angles)
+    atlas = replace(atlas, max_stretch=max_stretch, cone_angles=made.angles)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)
     atlas = in_polygons(atlas, split)

@@ -73,8 +73,8 @@ def _unwrap(options: argparse.Namespace) -> int:
         angles = np.deg2rad(
             _table(angles, np.float64, "numbers: write one angle in degrees on each line").ravel()
         )
-    names = ("trade", "holes", "bijective", "max_stretch", "complete", "hide", "weld", "strict", *NAMES)
-    settings = {name: getattr(options, name) for name in names}
+    names = ("trade", "holes", "bijective", "max_stretch", "complete", "hide", "weld", "strict", "period")
+    settings = {name: getattr(options, name) for name in (*names, *NAMES)}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         with part("unwrapping", COMPUTED):
@@ -149,6 +149,11 @@ UNWRAP = Command(
             "metavar": "ANGLES",
             "help": "quarter (turns), or a file of their angle sums in degrees (default: of one scale)",
         },
+        "period": {
+            "type": float,
+            "metavar": "SHARE",
+            "help": "of a texture, as a share of the page's side: it goes on across seams of quarter turns",
+        },
         "complete": {"action": "store_true", "help": "find the seams that the given ones leave missing"},
         "trade": TRADED,
         "max-stretch": {
@@ -188,14 +193,13 @@ UNWRAP = Command(
         "bunny.obj -o bunny.obj --seams pairs.txt --complete    # along the edges of pairs.txt, and more",
         "body.obj -o body.obj --hide 0,0,-1    # seams at the back",
         "body.obj -o body.obj --cones auto --cone-angles quarter    # both sides of each seam match",
+        "body.obj -o body.obj --cones auto --cone-angles quarter --period 0.02    # 50 repeats go on",
         "body.obj -o body.obj --resolution 2048 --padding 8    # for a texture of this size",
         "body.obj -o body.obj --resolution 2048 --texel-density 400 --pages 4    # on up to four pages",
         "body.ply -o body.glb --bake colors    # with the texture in it",
         "body.ply -o body.obj --bake colors    # with body.mtl and body.png beside it",
         "scan.stl -o scan.ply --weld 1e-5 --holes",
         "part.obj -o part.obj --strict --bijective",
-        "head.obj -o head.obj --hide 0,0,-1    # seams at the back, which looks along -z",
-        "body.obj -o body.obj --cones auto --cone-angles quarter    # both sides of each seam match",
         "body.obj -o body.glb --resolution 1024 --padding 4 --bake normals",
         "city.obj -o city.obj --resolution 2048 --texel-density 64 --pages 4    # as UDIM tiles",
         "'scans/*.stl' -o maps/ --format glb --json > figures.jsonl    # one line a mesh",

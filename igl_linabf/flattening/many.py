@@ -47,10 +47,11 @@ def flatten_many(
 ) -> list[Flattening | MeshError]:
     """Flatten many meshes at once: what a loop of `flatten` returns, in less time.
 
-    Small disks go side by side into one linear system, as they do not touch: it is assembled, analysed and
-    factored once, and each disk has its own steps, residuals and outcome. Their isometric maps are made
-    likewise. What needs more than linear ABF's two solves, or begins far from an isometry, disks with holes,
-    large meshes, shaped boundaries and other methods are flattened one by one.
+    Small disks go side by side into linear systems, as they do not touch: a system is assembled, analysed
+    and factored once, and each disk has its own steps, residuals and outcome. Threads work at several
+    systems at a time, as many as there are cores or as OMP_NUM_THREADS says. Isometric maps begin with these.
+    What needs more than linear ABF's two solves, or begins far from an isometry, disks with holes, large
+    meshes, shaped boundaries and other methods are flattened one by one.
 
     Parameters
     ----------
@@ -203,7 +204,7 @@ def _flat(disks: Disks, method: LinABF) -> Results:
     if stepped is None:
         return [], []
     with timed("layout"):
-        flat = flat_disks(disks, problem.constraints, stepped.at, solvers, stepped.laplacian)
+        flat = flat_disks(disks, problem.constraints, stepped.at, solvers)
     if flat is None:
         return [], []
     good = stepped.good & ~flat.flipped & (flat.gap <= GAP)

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray
 from ..angles import Constraints, Iterate
-from ..linalg import Analysis, Solvers
+from ..linalg import Solvers
 from ..surface import Disks, area_ratio, centred_each, complex_positions, signed_double_areas
 from .boundary import develop_boundaries
 
@@ -37,9 +37,7 @@ class FlatDisks:
     solver: str
 
 
-def flat_disks(
-    disks: Disks, constraints: Constraints, at: Iterate, solvers: Solvers, laplacian: Analysis | None
-) -> FlatDisks | None:
+def flat_disks(disks: Disks, constraints: Constraints, at: Iterate, solvers: Solvers) -> FlatDisks | None:
     """Lay out the angles of disks side by side; None where there is no exact factor.
 
     By another one a disk's map would depend on the others.
@@ -56,7 +54,7 @@ def flat_disks(
     if pattern.n:
         weight = topology.sum_at_edges(at.cot) / 2
         lower = pattern.laplacian(weight)
-        factored = (laplacian or solvers.laplacian(lower)).factor(lower)
+        factored = pattern.analysis(solvers, lower).factor(lower)
         if not factored.exact:
             return None
         z[topology.interior] = complex_positions(factored.solve(pattern.pull(weight, z)))

@@ -61,7 +61,8 @@ def plot_checkerboard(
         Edges of F to draw as dark lines; by default those of the atlas. `[]` draws none. Cones of an
         atlas are spheres, and the seam between them has a colour for each arc.
     frequency : float
-        Squares of the checkerboard along the longer side of the map.
+        Squares of the checkerboard along the longer side of the map. An atlas with a `period` has two
+        squares a period instead.
     texture : pyvista.Texture, optional
         A texture instead of the checkerboard, repeated every two squares.
     plotter : pyvista.Plotter, optional

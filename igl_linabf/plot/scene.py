@@ -37,6 +37,8 @@ class Scene:
         Positions of the cones.
     sides : SeamSides or None
         The sides of the seam of an atlas with cones.
+    period : float or None
+        That of the texture for which an atlas is made.
     """
 
     V: FloatArray
@@ -45,6 +47,7 @@ class Scene:
     seams: FloatArray
     cones: FloatArray = field(default_factory=lambda: np.zeros((0, 3)))
     sides: SeamSides | None = None
+    period: float | None = None
 
     @property
     def flipped(self) -> BoolArray:
@@ -54,11 +57,11 @@ class Scene:
     @property
     def flat(self) -> Scene:
         """The map as a surface in the plane z = 0."""
-        return replace(flat_scene(self.uv, self.F), sides=self.sides)
+        return replace(flat_scene(self.uv, self.F), sides=self.sides, period=self.period)
 
     def fitted(self, onto: Scene) -> Scene:
         """The scene with its map rotated, scaled and moved to fit another one."""
-        return replace(self, uv=fit(self.uv, onto.uv))
+        return replace(self, uv=fit(self.uv, onto.uv), period=None)
 
 
 def scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | None = None) -> Scene:
@@ -78,7 +81,8 @@ def scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | 
     if len(map_) != len(points):
         raise MeshError(f"uv has {len(map_)} rows for {len(points)} vertices: pass one row a vertex")
     vertices, faces = compact(faces, len(points))
-    drawn = Scene(points[vertices], faces, map_[vertices], lines)
+    period = uv.period if isinstance(uv, Atlas) else None
+    drawn = Scene(points[vertices], faces, map_[vertices], lines, period=period)
     if not isinstance(uv, Atlas) or not len(uv.cones) or seams is not None:
         return drawn
     return replace(drawn, cones=vertex_array(V)[uv.cones], sides=seam_sides(uv))
@@ -93,7 +97,7 @@ def _ends(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
 def flat_scene(uv: ArrayLike | Atlas, F: ArrayLike) -> Scene:
     """The map as a surface in the plane z = 0."""
     if isinstance(uv, Atlas):
-        flat = flat_scene(uv.TC, uv.triangles)
+        flat = replace(flat_scene(uv.TC, uv.triangles), period=uv.period)
         return replace(flat, sides=seam_sides(uv)) if len(uv.cones) else flat
     return scene(np.insert(vertex_array(uv, 2, "uv"), 2, 0.0, axis=1), F, uv)
 
@@ -163,7 +167,9 @@ def add_surface(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
     elif options.get("texture") is not None:
         corner, size = drawn.uv.min(axis=0), np.ptp(drawn.uv, axis=0).max()
         # `frequency` squares along the longer side; a texture is two squares wide
-        surface.active_texture_coordinates = (drawn.uv - corner) * (frequency / 2 / size)
+        surface.active_texture_coordinates = (
+            (drawn.uv - corner) * (frequency / 2 / size) if drawn.period is None else drawn.uv / drawn.period
+        )
     if surface.n_cells:
         plotter.add_mesh(surface, **options)
     if flipped.any():
