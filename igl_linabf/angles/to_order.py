@@ -8,7 +8,7 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from .iterations import State, chord_step
-from .last_steps import conformal_steps
+from .last_steps import conformal_steps, conformal_system, corrected
 from .linearised import Iterate, linearise, solve
 
 FIRST_RTOL = 0.1  # relative residual to which the first step towards prescribed sums is solved
@@ -34,6 +34,7 @@ def prescribed_steps(state: State, rtol: float, tol: float, most: int) -> State:
     rows = np.concatenate(on_circles) if on_circles else np.empty(0, dtype=np.int64)
     sought = _Sought(rows[rows >= 0])
     chord_below = CIRCLE_CHORD_BELOW if len(constraints.circles) == 1 else CHORD_BELOW
+    conformal = None
     for _ in range(most):
         if state.steps and not len(sought.rows):
             state = conformal_steps(state, tol)
@@ -45,7 +46,11 @@ def prescribed_steps(state: State, rtol: float, tol: float, most: int) -> State:
         sought, towards = sought.extrapolated(state)
         here = replace(state, at=towards)
         if chord:
-            state = chord_step(here, rtol)
+            conformal = conformal or conformal_system(state)
+            made = state if conformal is None else corrected(here, conformal)
+            if not made.at.residual.largest < missing:
+                made = chord_step(here, rtol)
+            state = replace(made, lin=state.lin)
         else:
             slow = not first and state.steps[-1].inner_steps >= SLOW
             lin = linearise(
