@@ -23,6 +23,8 @@ SECTIONS = [
     ("Holes, uncut", "uncut.py"),
     ("Boundaries to order", "boundaries.py"),
     ("Any surface, beside other programs", "unwrap.py"),
+    ("Hard surfaces", "parts.py"),
+    ("Time of an atlas", "unwrap_time.py"),
     ("Even texels", "isometric.py"),
     ("Many at once", "many.py"),
     ("Distortion", "distortion.py"),

@@ -8,7 +8,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import load
-from hard_surfaces import DEVELOPABLE, box
+from hard_surfaces import DEVELOPABLE, box, plate_with_holes
 
 from igl_linabf import MeshError, OutcomeWarning, cut, find_seams, unwrap
 
@@ -47,6 +47,23 @@ def test_a_net_does_not_depend_on_position_size_or_numbering() -> None:
         atlas = unwrap(V_other, F_other)
         assert atlas.quality.stretch_l2 < 1.001
         assert atlas.seam_length == pytest.approx(scale * length, rel=1e-5)
+
+
+def test_a_net_that_lies_over_itself_is_parted_along_sharp_creases_only() -> None:
+    V, F = plate_with_holes(12)
+    atlas = unwrap(V, F)
+    assert atlas.good
+    assert atlas.quality.stretch_l2 < 1.001
+    assert 1 < len(atlas.charts) < 2 * 12 + 2  # two planes and twelve tubes, and few of these are alone
+    edges, _, sides = igl.edge_flaps(F)[:3]
+    normal = igl.per_face_normals(V, F, np.zeros(3))
+    bend = np.arccos(np.clip((normal[sides[:, 0]] * normal[sides[:, 1]]).sum(axis=1), -1, 1))
+    cuts, net = (
+        {tuple(pair) for pair in np.sort(e, axis=1).tolist()} for e in (atlas.seams, find_seams(V, F))
+    )
+    added = np.array([tuple(pair) in cuts - net for pair in np.sort(edges, axis=1).tolist()])
+    assert net < cuts
+    assert (bend[added] > np.deg2rad(40)).all()
 
 
 @pytest.mark.parametrize("name", ["pial", "nut", "double_torus", "ball", "ant", "cuboid, fine"])

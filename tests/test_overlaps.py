@@ -48,6 +48,21 @@ def test_pairs_of_a_spiral_are_those_that_clipping_finds() -> None:
     assert np.array_equal(pairs, by_clipping(uv, F))
 
 
+@pytest.mark.parametrize("turns", [0.98, 1.02, 1.1])
+def test_pairs_where_the_ends_of_a_ring_meet_are_those_that_clipping_finds(turns: float) -> None:
+    angle, radius = np.linspace(0, 2 * np.pi * turns, 40), np.linspace(1, 2.5, 12)
+    z = (np.exp(1j * angle)[:, None] * radius).ravel()
+    corner = np.arange(len(z)).reshape(40, 12)
+    a, b, c, d = (x.ravel() for x in (corner[:-1, :-1], corner[:-1, 1:], corner[1:, 1:], corner[1:, :-1]))
+    F, uv = (
+        np.vstack((np.column_stack((a, b, c)), np.column_stack((a, c, d)))),
+        np.column_stack((z.real, z.imag)),
+    )
+    assert (len(overlaps(uv, F)) > 0) == (turns > 1)
+    for scale, faces in ((1, F), (1e-9, F), (1e6, F[:, ::-1])):
+        assert np.array_equal(overlaps(scale * uv, faces), by_clipping(uv, F))
+
+
 def test_pairs_among_flipped_faces_are_those_that_clipping_finds() -> None:
     _, F, uv = strip(0.9, 20)
     uv = uv + np.random.default_rng(0).normal(scale=0.1, size=uv.shape)

@@ -196,7 +196,8 @@ def unwrap(
     if not len(surface.F):
         return in_polygons(without_charts(cleaned, given), split)
     hidden = hiding(surface, hide, np.arange(len(given)) if split is None else split.face)
-    task = Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch, hidden)
+    finds, joins = seams is None or complete, seams is None
+    task = Task(method_of(method), finds, trade, holes, bijective, max_stretch, hidden, joins)
     with reporting(progress):
         if cones is None:
             with part("seams", SEAMS_END):

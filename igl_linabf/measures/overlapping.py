@@ -18,6 +18,7 @@ from ..surface import (
     of_size_one,
     signed_double_areas,
 )
+from .winding import may_overlap
 
 MIN_DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
 BLOCK_SIZE = 1 << 16  # triangles searched at a time, which bounds the memory
@@ -76,8 +77,11 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
     if between:
         return _search(map_, F, None)
     chart = face_components(F, len(map_))
-    suspect = ~_injective(complex_positions(map_), F, chart)[chart]
-    index = np.flatnonzero(suspect)
+    z = complex_positions(map_)
+    suspect = ~_injective(z, F, chart)
+    index = np.flatnonzero(suspect[chart])
+    if np.count_nonzero(suspect) == 1:
+        index = index[may_overlap(z, F[index])]
     return np.asarray(index[_search(map_, F[index], chart[index])]) if len(index) else _no_pairs()
 
 

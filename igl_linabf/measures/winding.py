@@ -1,0 +1,77 @@
+"""Where a chart's boundary winds around a place more than once: only there can the chart overlap itself."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..surface import counted, signed_double_areas
+
+MOST_CELLS = 512  # along a side of the grid
+CLOSE = 1e-6  # of a cell: more than rounding moves a point
+
+
+def may_overlap(z: ComplexArray, F: IntArray) -> BoolArray:
+    """Faces of a chart near places that its boundary winds around more than once; all, if some are flipped.
+
+    Within a cell of a grid that the boundary does not pass, it winds around all points as often.
+    """
+    tail, head = F.T.ravel(), F[:, [1, 2, 0]].T.ravel()
+    code = np.sort(tail * len(z) + head)
+    if (code[1:] == code[:-1]).any() or not (signed_double_areas(z, F.T) > 0).all():
+        return np.ones(len(F), dtype=bool)
+    rim = ~np.isin(head * len(z) + tail, code, assume_unique=True)
+    side = int(np.clip(np.sqrt(len(F)), 8, MOST_CELLS))
+    used = z[F]
+    low = complex(used.real.min(), used.imag.min())
+    scale = side / max(float(np.ptp(used.real)), float(np.ptp(used.imag)))
+    a, b = _short((z[tail[rim]] - low) * scale, (z[head[rim]] - low) * scale)
+    marked = _passed(a, b, side) | (_winding(a, b, side) > 1)
+    total = np.zeros((side + 1, side + 1), dtype=np.int64)
+    total[1:, 1:] = marked.cumsum(axis=0).cumsum(axis=1)
+    used = (used - low) * scale
+    left, right = _cells(used.real.min(axis=1), used.real.max(axis=1), side)
+    below, above = _cells(used.imag.min(axis=1), used.imag.max(axis=1), side)
+    above, right = above + 1, right + 1
+    return np.asarray(total[above, right] - total[below, right] - total[above, left] + total[below, left] > 0)
+
+
+def _short(start: ComplexArray, end: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
+    """Sides in pieces that are shorter than a cell."""
+    number = np.maximum(np.ceil(1.01 * np.abs(end - start)), 1).astype(np.int64)
+    of, step = counted(number)
+    a, along = start[of], (end - start)[of]
+    ends = np.where(step + 1 == number[of], end[of], a + along * ((step + 1) / number[of]))
+    return a + along * (step / number[of]), ends
+
+
+def _cells(low: FloatArray, high: FloatArray, side: int) -> tuple[IntArray, IntArray]:
+    """The first and the last column, or row, that something from `low` to `high` touches."""
+    first, last = (np.clip(np.floor(x), 0, side - 1).astype(np.int64) for x in (low - CLOSE, high + CLOSE))
+    return first, last
+
+
+def _passed(a: ComplexArray, b: ComplexArray, side: int) -> BoolArray:
+    """Cells that short pieces may pass."""
+    columns = _cells(np.minimum(a.real, b.real), np.maximum(a.real, b.real), side)
+    rows = _cells(np.minimum(a.imag, b.imag), np.maximum(a.imag, b.imag), side)
+    marked = np.zeros((side, side), dtype=bool)
+    for row in rows:
+        for column in columns:
+            marked[row, column] = True
+    return marked
+
+
+def _winding(a: ComplexArray, b: ComplexArray, side: int) -> IntArray:
+    """How often short pieces wind around the cells' centres."""
+    low, high = np.minimum(a.imag, b.imag), np.maximum(a.imag, b.imag)
+    row = (
+        np.ceil(high - 0.5).astype(np.int64) - 1
+    )  # a piece crosses the line through one row's centres at most
+    crossing = low <= row + 0.5
+    a, b, row = a[crossing], b[crossing], row[crossing]
+    at = a.real + (row + 0.5 - a.imag) / (b.imag - a.imag) * (b.real - a.real)
+    first = np.clip(np.ceil(at - 0.5), 0, side).astype(np.int64)  # the first centre on its right
+    turns = np.zeros((side, side + 1), dtype=np.int64)
+    np.add.at(turns, (row, first), np.where(b.imag < a.imag, 1, -1))
+    return np.asarray(np.cumsum(turns, axis=1)[:, :side])
