@@ -41,7 +41,8 @@ class Solvers:
     solver : {"auto", "cholmod", "multigrid", "direct"}
         "cholmod" and "multigrid" precondition conjugate gradients by a CHOLMOD factor or a PyAMG
         V-cycle. "auto" is "cholmod" where scikit-sparse is installed, with compiled loops for the
-        factors of small and middle-sized meshes where numba is. Where it is not, it is the Cholesky factor of libigl's wheel, and multigrid from `MULTIGRID_FROM` rows on. "direct"
+        factors of small and middle-sized meshes where numba is. Without scikit-sparse, it is the
+        Cholesky factor of libigl's wheel, and multigrid from `MULTIGRID_FROM` rows on. "direct"
         factors the whole system.
     """
 
