@@ -69,8 +69,8 @@ class Solvers:
         ):
             return Multigrid()
         if self.direct or memory.fits(wanted):
-            real = lower.dtype == np.float64
-            if is_fast() and has_cholmod() and real and COMPILED_FROM <= n <= COMPILED_UP_TO:
+            large = not small and COMPILED_FROM <= n <= COMPILED_UP_TO and lower.dtype == np.float64
+            if large and is_fast() and has_cholmod():
                 return Compiled(lower)
             return self._factoring(lower)
         warnings.warn(
