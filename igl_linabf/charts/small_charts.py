@@ -79,7 +79,7 @@ class _Host:
         code = _codes(piece, rim)
         order = np.argsort(code)
         self._rim, self._code = rim[order], code[order]
-        self._double_area = float(piece.measured[0].sum())
+        self._double_area = self._flat_area = float(piece.measured[0].sum())  # the map has the scale one
         self._squared = chart.quality.stretch_l2**2 * self._double_area
         self._uv = [chart.result.uv[piece.F]]  # of the corners of all that is in the chart
 
@@ -119,8 +119,8 @@ class _Host:
         own_area = float(changed.double_area.sum())
         share = own_area / double_area.sum()  # stretch is measured at a scale of its own: the host's is one
         squared = self._squared + share * float(changed.double_area @ changed.squared_stretch)
-        area = self._double_area + own_area
-        if not np.sqrt(squared / area) <= min(STRETCHED * self._chart.quality.stretch_l2, most_stretch):
+        area, flat_area = self._double_area + own_area, self._flat_area + float(double_area.sum())
+        if not np.sqrt(squared * flat_area) / area <= min(STRETCHED * self._chart.quality.stretch_l2, most_stretch):
             return False
         own, others = uv[piece.F], np.concatenate(self._uv)
         low, high = own.min(axis=(0, 1)), own.max(axis=(0, 1))
@@ -132,7 +132,7 @@ class _Host:
         of_host[run.own] = run.of_host
         self.guests.append(_Guest(piece, uv, of_host))
         self._uv.append(own)
-        self._squared, self._double_area = squared, area
+        self._squared, self._double_area, self._flat_area = squared, area, flat_area
         return True
 
     def joined(self, entry: Made) -> Made:
