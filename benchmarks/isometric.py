@@ -2,15 +2,18 @@
 
     python benchmarks/isometric.py
 
-The meshes are the bunny and those of the kinds closed, handles, holes and multi in IGL_LINABF_MESHES. Peers
-are added if they are installed. The last table has the cortex by both methods. Prints Markdown.
+The meshes are the bunny, a cortex, nut and ant of pyvista's wheel, and those of the kinds closed, handles,
+holes and multi in IGL_LINABF_MESHES. Peers are added if they are installed. The last table has the cortex by
+both methods. Prints Markdown.
 """
 
 from __future__ import annotations
 
+import sys
 import warnings
 from collections.abc import Mapping
 from functools import partial
+from pathlib import Path
 from statistics import median
 from time import perf_counter
 
@@ -21,15 +24,19 @@ from peers import Maker, charts_of, ours, programs, relative_seams
 
 from igl_linabf import MeshWarning, OutcomeWarning, flatten, overlaps, quality
 
+sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
+
+from carried import of_pyvista, pial
+
 HEADS = ("charts", "seam / sqrt(area)", "L2 stretch", "texels 99 : 1 %", "overlaps, flips", "s")
 
 
 def makers() -> Mapping[str, Maker]:
-    """`unwrap` by its methods, and the installed peers but Blender."""
+    """`unwrap` by its methods, no chart cut to fill a page; and the installed peers but Blender."""
     mine: dict[str, Maker] = {
-        "linabf": partial(ours, method="linabf"),
-        "isometric": partial(ours, method="isometric"),
-        "isometric, trade 30": partial(ours, method="isometric", trade=30.0),
+        "linabf": partial(ours, resolution=None),
+        "isometric": partial(ours, method="isometric", resolution=None),
+        "isometric, trade 30": partial(ours, method="isometric", trade=30.0, resolution=None),
     }
     return mine | {name: make for name, make in programs().items() if name in ("xatlas", "uvunwrap")}
 
@@ -76,7 +83,8 @@ def main() -> None:
     warnings.simplefilter("ignore", MeshWarning)
     print(f"| mesh | triangles | atlas | {' | '.join(HEADS)} |\n|{'---|' * (3 + len(HEADS))}")
     rows: dict[str, list[list[float]]] = {}
-    for name, V, F in [stanford(), *shared("closed", "handles", "holes", "multi")]:
+    carried = [("pial", *pial()), *((name, *of_pyvista(name)) for name in ("nut", "ant"))]
+    for name, V, F in [stanford(), *carried, *shared("closed", "handles", "holes", "multi")]:
         if len(F) < 100:
             continue
         for of, make in makers().items():

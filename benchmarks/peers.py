@@ -57,9 +57,9 @@ class Made(NamedTuple):
 Maker = Callable[[np.ndarray, np.ndarray], Made]
 
 
-def ours(V: np.ndarray, F: np.ndarray, **options: object) -> Made:
+def ours(V: np.ndarray, F: np.ndarray, resolution: int | None = RESOLUTION, **options: object) -> Made:
     start = perf_counter()
-    atlas = unwrap(V, F, resolution=RESOLUTION, padding=PADDING, **options)
+    atlas = unwrap(V, F, resolution=resolution, padding=PADDING, **options)
     return Made(atlas.origin, atlas.FTC, atlas.TC * RESOLUTION, RESOLUTION**2, perf_counter() - start)
 
 

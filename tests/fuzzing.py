@@ -40,6 +40,7 @@ KINDS: dict[str, tuple[Callable[[int], str], int]] = {
     "`flatten` and `unwrap`, corrupted meshes": (meshes.check_corrupted, 1400),
     "`unwrap`, disks, holes, spheres": (lambda seed: meshes.check_unwrap(_disk(seed, 60)), 400),
     "`unwrap`, any triangles": (meshes.check_any, 1000),
+    "`unwrap`, mixtures of nasty and real meshes": (meshes.check_nasty, 1000),
     "`quality`, `overlaps`, `layout`, `cut`": (meshes.check_map, 500),
     "damaged files, `igl-linabf flatten`": (lambda seed: files.check_file(seed, "flatten"), 1200),
     "damaged files, `igl-linabf compare`": (lambda seed: files.check_file(seed, "compare"), 500),

@@ -14,6 +14,8 @@ from fractions import Fraction
 import igl
 import numpy as np
 from bad_input import tetrahedron, torus
+from carried import of_pyvista
+from nasty_meshes import NASTY, joined
 from scipy.spatial import Delaunay
 
 import igl_linabf as il
@@ -372,6 +374,7 @@ def check_atlas(V: np.ndarray, F: np.ndarray, atlas: il.Atlas) -> None:
         flat = (FTC[clean] == FTC[clean][:, [1, 2, 0]]).any(axis=1)
         require(not flat.any(), "a face of a chart has a texture corner twice")
         require(len(il.overlaps(TC, solid)) == 0, "called good, with overlaps")
+        require(atlas.quality.flips == 0, "called good, with flips")
     aside = np.delete(FTC, clean, axis=0)
     collapsed = (aside == aside[:, [1, 2, 0]]).any(axis=1)
     require(bool(collapsed.all()), "a face that was set aside has an area")
@@ -389,7 +392,37 @@ def check_any(seed: int) -> str:
     else:
         V, F = replace(Disk.random(rng, 60), scale=0).made()
         V, F = doubled(V, F) if kind == 3 and len(igl.boundary_loop_all(F)) == 1 else (V, F)
-    for _ in range(int(rng.integers(4))):
+    return _unwrapped(V, F, rng, int(rng.integers(4)))
+
+
+def check_nasty(seed: int) -> str:
+    """One or two of the nasty meshes and of real ones, with more damage and unused vertices that are NaN."""
+    rng = np.random.default_rng(seed)
+    parts = [_nasty_or_real(rng) for _ in range(int(rng.integers(1, 3)))]
+    size = [max(float(np.ptp(V[np.unique(F)], axis=0).max()), 1e-9) for V, F in parts]
+    V, F = joined(*((V / s, F) for (V, F), s in zip(parts, size, strict=True)))
+    V[~np.isfinite(V)] = 0
+    V, F = damaged(V, F, rng) if rng.random() < 0.5 else (V, F)
+    V = np.clip(V, -1e300, 1e300)
+    order = rng.permutation(len(V) + 3)
+    place = np.argsort(order)
+    V = np.vstack((V, np.full((3, 3), np.nan)))[order]
+    return _unwrapped(V, place[F], rng, 0)
+
+
+def _nasty_or_real(rng: np.random.Generator) -> Surface:
+    if rng.random() < 0.7:
+        return NASTY[sorted(NASTY)[int(rng.integers(len(NASTY)))]]()
+    name = str(rng.choice(["airplane", "ant", "nut"]))
+    V, F = of_pyvista(name)
+    if rng.random() < 0.5:  # an open part of it
+        F = F[(V[F].mean(axis=1) @ rng.normal(size=3)) < 0]
+    return (V, F) if len(F) else (V, np.array([[0, 1, 2]]))
+
+
+def _unwrapped(V: np.ndarray, F: np.ndarray, rng: np.random.Generator, damages: int) -> str:
+    """Unwrap it after some more damages; check the atlas and what `clean` makes of it."""
+    for _ in range(damages):
         with np.errstate(over="ignore"):
             V, F = damaged(V, F, rng)
         V = np.clip(V, -1e300, 1e300)

@@ -162,13 +162,35 @@ def test_unreferenced_vertices_and_degenerate_faces() -> None:
         unwrap(np.where(np.arange(len(V))[:, None] == F[3, 0], V[F[3, 1]], V), F, strict=True)
 
 
-@pytest.mark.parametrize(("name", "charts"), [("stress__flipfree_deer.obj", 3), ("limb", 15)])
+@pytest.mark.parametrize(("name", "charts"), [("stress__flipfree_deer.obj", 2), ("limb", 9)])
 def test_a_disk_that_double_precision_does_not_hold_is_cut_open(name: str, charts: int) -> None:
     V, F = load(name)
     assert len(flatten(V, F).flipped) > 0
     atlas = unwrap(V, F)
     assert atlas.good
     assert len(atlas.charts) <= charts
+
+
+@pytest.mark.parametrize("name", ["limb", "closed__igl_cow.off"])
+def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    V, F = load(name)
+    joined = unwrap(V, F)
+    monkeypatch.setattr("igl_linabf.charts.charting.with_small_joined", lambda made, most: made)
+    apart = unwrap(V, F)
+    assert min(len(chart.faces) for chart in apart.charts) < 10
+    assert len(joined.charts) < len(apart.charts)
+    assert joined.good
+    assert joined.quality.flips == joined.quality.overlaps == 0
+    assert joined.quality.stretch_l2 < 1.01 * apart.quality.stretch_l2
+    assert joined.seam_length < apart.seam_length
+    for chart in joined.charts:  # each map is that of its faces, at their size
+        of_faces = V[joined.origin[joined.FTC[chart.faces]]]
+        assert (of_faces == V[F[chart.faces]]).all()
+        assert igl.doublearea(chart.result.uv, chart.result.F).sum() == pytest.approx(
+            igl.doublearea(V, F[chart.faces]).sum()
+        )
 
 
 @pytest.mark.parametrize(

@@ -83,7 +83,9 @@ def test_citation_and_changelog_are_of_this_version() -> None:
     assert f"\n## {version} - " in (ROOT / "CHANGELOG.md").read_text()
 
 
-@pytest.mark.parametrize("script", sorted([*ROOT.glob("demos/*.py"), *ROOT.glob("recipes/*.py")]), ids=str)
+@pytest.mark.parametrize(
+    "script", sorted([*ROOT.glob("demos/*.py"), *ROOT.glob("recipes/*.py")]), ids=lambda p: p.stem
+)
 def test_the_galleries_can_show_what_a_script_draws(script: Path) -> None:
     text = script.read_text(encoding="utf-8")
     # of a closed plotter, the gallery has the picture that was shown

@@ -62,7 +62,8 @@ def test_a_net_that_lies_over_itself_is_parted_along_sharp_creases_only() -> Non
         {tuple(pair) for pair in np.sort(e, axis=1).tolist()} for e in (atlas.seams, find_seams(V, F))
     )
     added = np.array([tuple(pair) in cuts - net for pair in np.sort(edges, axis=1).tolist()])
-    assert net < cuts
+    assert len(net - cuts) < len(net) / 10  # but for edges across which small charts are joined again
+    assert added.any()
     assert (bend[added] > np.deg2rad(40)).all()
 
 

@@ -139,7 +139,7 @@ class Atlas:
 
     @property
     def troubles(self) -> list[str]:
-        """A sentence on each chart with flipped or overlapping faces, or stretched beyond use.
+        """A sentence on each chart with flipped or overlapping faces, or stretched beyond use; on lost faces.
 
         Beyond use is an L2 stretch of more than `max_stretch`, or than 10 where none was asked for.
         """
@@ -162,6 +162,12 @@ class Atlas:
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
                     + (more or "give more seams there, complete=True, max_stretch or a larger trade")
                 )
+        collapsed = self.quality.flips - sum(len(chart.result.flipped) for chart in self.charts)
+        if collapsed > 0:
+            said.append(
+                f"{collapsed:,} faces are so small beside the others that double precision has no place for "
+                "them in one page: unwrap them apart"
+            )
         return said
 
     def __repr__(self) -> str:

@@ -13,7 +13,6 @@ from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, some, stack_level
 from ..flattening import Flattening, Isometric, Method, Outcome, flatten_together, guaranteed
 from ..measures import (
-    Quality,
     change_of,
     overlapping_pairs,
     overlapping_pairs_of_each,
@@ -33,10 +32,12 @@ from .atlas import BEYOND_USE, ROUNDING, Chart
 from .crease_cuts import parted
 from .given import sides_of_cleaned
 from .halving import halves
+from .kept_maps import Known, kept_maps
 from .overlap_seams import MAX_SPLITS, seams_between
 from .pieces import flattened
 from .scaf import moved_apart
 from .seams import seams_of
+from .small_charts import with_small_joined
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
@@ -48,7 +49,7 @@ TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 
 @dataclass(frozen=True)
 class Task:
-    """Arguments of `unwrap`, and whether more seams may be found."""
+    """Arguments of `unwrap`, whether more seams may be found, and whether small charts are joined."""
 
     method: Method
     may_find_seams: bool
@@ -57,6 +58,7 @@ class Task:
     bijective: bool
     max_stretch: float | None
     hidden: FloatArray | None
+    joins: bool
 
     def seams_of(self, piece: Submesh, *, disks: bool = False, gain: float = 0.0) -> IntArray:
         """`seams_of` a piece, as the task wants them."""
@@ -105,27 +107,31 @@ def _seams_worth(piece: Submesh, task: Task) -> IntArray:
     return np.concatenate(found)
 
 
-Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping faces, its figures
+_Cut = tuple[Submesh, Known | None]  # a piece, and its map, if it has one
+_Part = tuple[tuple[int, ...], Submesh, Known | None]  # its place among the pieces, too
 
 
 def charts_of(pieces: list[Submesh], task: Task) -> list[tuple[Chart, Submesh]]:
     """Flatten the pieces, and the parts of those that are cut further; all that wait at once."""
-    waiting: list[tuple[tuple[int, ...], Submesh]] = [((i,), piece) for i, piece in enumerate(pieces)]
+    waiting: list[_Part] = [((i,), piece, None) for i, piece in enumerate(pieces)]
     total, reached, splits = sum(len(piece.F) for piece in pieces), 0, 0
     done: list[tuple[tuple[int, ...], Chart, Submesh]] = []
     while waiting:
-        parts: list[tuple[tuple[int, ...], Submesh]] = []
-        known = _known_together([piece for _, piece in waiting], task.method)
-        for (key, piece), of_piece in zip(waiting, known, strict=True):
+        parts: list[_Part] = []
+        together = iter(_known_together([piece for _, piece, kept in waiting if kept is None], task.method))
+        for key, piece, kept in waiting:
+            known = next(together) if kept is None else kept
             reached += len(piece.F) if not splits else 0
             with part("charts", SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total):
-                made = _chart(piece, splits, task, of_piece)
+                made = _chart(piece, splits, task, known)
             if isinstance(made, Chart):
                 done.append((key, made, piece))
             else:
-                parts += [((*key, k), smaller) for k, smaller in enumerate(made)]
+                parts += [((*key, k), *smaller) for k, smaller in enumerate(made)]
         waiting, splits = parts, splits + 1
     done.sort(key=lambda entry: entry[0])  # parts stand where the piece was
+    if task.joins:
+        done = with_small_joined(done, task.most_stretch)
     return [(chart, piece) for _, chart, piece in done]
 
 
@@ -143,12 +149,12 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]
     return known
 
 
-def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Chart | list[Submesh]:
+def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Chart | list[_Cut]:
     """The flattened piece; or its parts, if it has to be cut further."""
     result = flattened(piece, task.method) if known is None else known[0]
     if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
         if splits < task.most_splits and len(leaves := _more_leaves(piece, task)):
-            return piece.cut_along(leaves)
+            return _anew(piece.cut_along(leaves))
         result, known = _flattened_without_flips(piece, result, task), None
     if known is None:
         check_finite(result.uv, piece.vertices, "uv")
@@ -158,15 +164,20 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         pairs, known = overlapping_pairs(result.uv, piece.F), None
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
-            return _disks(piece, task)
+            return _anew(_disks(piece, task))
         parts = [disk for part in parted(piece, result.uv, pairs) for disk in _disks(part, task)]
         parts = parts or piece.cut_along(seams_between([piece], piece.faces[pairs]))
         if len(parts) > 1:
-            return parts
+            return list(zip(parts, kept_maps(piece, result, parts, pairs), strict=True))
     quality = quality_of(piece, result.uv, len(pairs)) if known is None else known[2]
     if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
-        return parts
+        return _anew(parts)
     return Chart(piece.faces, result, quality, splits, len(pairs), cost)
+
+
+def _anew(parts: list[Submesh]) -> list[_Cut]:
+    """Parts that are flattened again."""
+    return [(part, None) for part in parts]
 
 
 def _disks(piece: Submesh, task: Task) -> list[Submesh]:

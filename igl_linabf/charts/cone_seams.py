@@ -11,7 +11,8 @@ from scipy.sparse import csgraph
 from .._types import IntArray
 from ..angles import ClosedPath
 from ..surface import NEXT, Submesh, Topology
-from .cut_graph import ClosedSurface, join, open_handles, shortened
+from .branches import shortened
+from .cut_graph import ClosedSurface, join, open_handles
 
 
 def seam_through(piece: ClosedSurface, cones: IntArray) -> IntArray:

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 from scipy import sparse
@@ -20,12 +18,11 @@ from .visibility import Smoothing, shown, valleys
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
 FIRST_BASES = 4  # base points for the loops around handles, far from each other
+MOST_BASES = 6  # of a round, evenly along the loops
 BASE_ROUNDS = 3  # of such points
-MOST_BASES = 16  # of a round, evenly along the loops
-BRANCH_ROUNDS = 4  # of moving branch points
 SHORTER = 1 - 1e-9  # times a length: what is shorter by less is equal
 
-Cost = Callable[[IntArray], float]  # of a seam
+Shape = tuple[int, int, bool]  # what a seam goes on to be when it moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -274,63 +271,7 @@ def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -
     return np.concatenate((seam, np.setdiff1d(np.union1d(bridge, paths), seam)))
 
 
-def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
-    """Move the branch points, one after another, to where their arcs are shortest, if `cost` falls."""
-    for _ in range(BRANCH_ROUNDS):
-        before = piece.total(seam)
-        degree = np.bincount(piece.ends[seam].ravel(), minlength=piece.n)
-        for branch in np.flatnonzero(degree >= 3).tolist():
-            seam = _moved(piece, seam, branch, cost)
-        if not piece.total(seam) < before * SHORTER:
-            break
-    return seam
-
-
-def _moved(piece: ClosedSurface, seam: IntArray, branch: int, cost: Cost) -> IntArray:
-    """The seam with the arcs at `branch` rerouted to the point from which they are shortest.
-
-    If more than three arcs meet, or at a hole, two of them may share a new branch.
-    """
-    arcs = arcs_at(piece, seam, branch)
-    free = len(arcs) == 3 and branch >= piece.holes
-    for chosen in [tuple(arcs)] if free else combinations(arcs, 2):
-        own = np.concatenate([arc for arc, _ in chosen])
-        rest, length = np.setdiff1d(seam, own), piece.total(own) / SHORTER
-        tips = [tip for _, tip in chosen] + [branch] * (not free)
-        nodes, place = np.unique(np.append(piece.ends[rest].ravel(), tips), return_inverse=True)
-        label = connected_labels(place[: 2 * len(rest)].reshape(-1, 2), len(nodes))
-        groups = label[place[2 * len(rest) :]]
-        if len(np.unique(groups)) == 3:
-            searches = [piece.search(nodes[label == group], limit=length) for group in groups]
-        else:
-            others = np.unique(piece.ends[rest])
-            searches = [piece.search(np.array([tip]), others, length) for tip in tips]
-        centre = int(np.argmin(sum(distance for distance, _, _ in searches)))
-        ways = [piece.paths(before, [centre]) for _, before, _ in searches]
-        moved = np.unique(np.concatenate((rest, *ways)))
-        shorter = piece.total(moved) < piece.total(seam) * SHORTER
-        if shorter and shape(piece, moved) == shape(piece, seam) and cost(moved) < cost(seam):
-            return moved
-    return seam
-
-
-def arcs_at(piece: ClosedSurface, seam: IntArray, branch: int) -> list[tuple[IntArray, int]]:
-    """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
-    around: dict[int, list[tuple[int, int]]] = {}
-    for edge, (i, j) in zip(seam.tolist(), piece.ends[seam].tolist(), strict=True):
-        around.setdefault(i, []).append((edge, j))
-        around.setdefault(j, []).append((edge, i))
-    arcs = []
-    for edge, node in around.get(branch, []):
-        arc = [edge]
-        while len(around[node]) == 2 and node >= piece.holes:
-            edge, node = next(step for step in around[node] if step[0] != arc[-1])
-            arc.append(edge)
-        arcs.append((np.array(arc), node))
-    return arcs
-
-
-def shape(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, bool]:
+def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
     """Numbers of components and cycles of the seam with the holes; whether the surface stays in one piece."""
     nodes, place = np.unique(
         np.concatenate((np.arange(piece.holes), piece.ends[seam].ravel())), return_inverse=True

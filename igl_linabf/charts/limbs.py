@@ -27,6 +27,7 @@ DIRECTIONS, OFFSETS = 8, 7  # of the lines that are tried
 TRIED = 4  # of them are packed
 LOOSE = 1.25  # of the area of their convex hulls is what charts take on a page
 SHORTEST = 0.7  # of a chart's diameter is the side of a page that has room for it
+GRID = 64  # squares along a chart, of which connected cells are taken as one to look for lines
 BAND = 0.04  # of the chart's width: within it the shortest seam is sought
 MIDDLE = 0.15  # the same, where a chart is halved that is larger than a page
 FITS = 0.98  # of a page's side is what cells of a grid leave to a chart
@@ -155,53 +156,68 @@ def _promising(charts: list[Flat], fill: float, trade: float) -> Iterator[tuple[
     right, left, length = _inner_edges(chart)
     length = length / np.sqrt(total)
     centre = _centres(chart)
-    m = len(centre)
+    a, b, across, spots = _coarse(right, left, length, centre)
     rest_hull, rest_wide = float(np.delete(hulls, k).sum()), float(np.delete(wide, k).max(initial=0.0))
-    ranked: list[tuple[float, FloatArray, float]] = []
+    ranked: list[tuple[float, FloatArray, float, float]] = []
     for angle in np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
-        along = centre @ [np.cos(angle), np.sin(angle)]
+        direction = np.array([np.cos(angle), np.sin(angle)])
+        along = spots @ direction
         low, high = along.min(), along.max()
         for share in (np.arange(OFFSETS) + 1) / (OFFSETS + 1):
             at = low + share * (high - low)
             side = along > at
-            same = side[right] == side[left]
-            label = connected_labels(np.column_stack((right[same], left[same])), m)
+            same = side[a] == side[b]
+            label = connected_labels(np.column_stack((a[same], b[same])), len(spots))
             hull, widest = rest_hull, rest_wide
             for part in range(int(label.max()) + 1):
-                points = centre[label == part]
+                points = spots[label == part]
                 hull += _hull(points)
                 widest = max(widest, _diameter(points))
             page = max(LOOSE * hull, SHORTEST**2 * widest**2, total)
-            gain = trade * (1 / fill - page / total) - float(length[~same].sum())
-            ranked.append((gain, along - at, high - low))
+            gain = trade * (1 / fill - page / total) - float(across[~same].sum())
+            ranked.append((gain, direction, at, high - low))
     ranked.sort(key=lambda entry: -entry[0])
-    for _, along, width in ranked[:TRIED]:
-        side = _shortest_between(along, BAND * width, right, left, length)
+    for _, direction, at, width in ranked[:TRIED]:
+        side = _shortest_between(centre @ direction - at, BAND * width, right, left, length)
         yield k, side, float(length[side[right] != side[left]].sum())
+
+
+def _coarse(
+    right: IntArray, left: IntArray, length: FloatArray, centre: FloatArray
+) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
+    """Connected cells of one square of a grid as one: the ends of edges, their lengths, the centres."""
+    if len(centre) <= GRID**2:
+        return right, left, length, centre
+    square = np.floor(centre / (np.ptp(centre, axis=0).max() / GRID)).astype(np.int64)
+    same = (square[right] == square[left]).all(axis=1)
+    of = connected_labels(np.column_stack((right[same], left[same])), len(centre))
+    spots = np.stack([sum_by(of, x, int(of.max()) + 1) for x in centre.T], axis=1) / np.bincount(of)[:, None]
+    return of[right[~same]], of[left[~same]], length[~same], spots
 
 
 def _shortest_between(
     along: FloatArray, band: float, right: IntArray, left: IntArray, length: FloatArray
 ) -> BoolArray:
     """Cells on one side of the shortest seam in a band around a line: a minimum cut."""
-    m = len(along)
-    first, last = np.flatnonzero(along < -band), np.flatnonzero(along > band)
-    if not len(first) or not len(last):
+    within = np.abs(along) <= band
+    m = int(np.count_nonzero(within))
+    node = np.where(along < 0, m, m + 1)  # what is beyond the band is one node on each side
+    if len(np.unique(node[~within])) < 2:
         return along > 0
+    node[within] = np.arange(m)
+    i, j = node[right], node[left]
     capacity = np.maximum(np.rint(length / length.max() * UNITS).astype(np.int64), 1)
-    much = np.full(len(first) + len(last), min(int(capacity.sum()), np.iinfo(np.int32).max), dtype=np.int64)
-    rows = np.concatenate((right, left, np.full(len(first), m), last))
-    columns = np.concatenate((left, right, first, np.full(len(last), m + 1)))
-    values = np.concatenate((capacity, capacity, much))
-    graph = sparse.csr_array((values, (rows, columns)), shape=(m + 2, m + 2)).astype(np.int32)
+    values, index = np.tile(capacity, 2), (np.append(i, j), np.append(j, i))
+    graph = sparse.csr_array((values, index), shape=(m + 2, m + 2))
+    graph.data = np.minimum(graph.data, np.iinfo(np.int32).max)
+    graph = graph.astype(np.int32)
     flow = csgraph.maximum_flow(graph, m, m + 1).flow
     left_over = sparse.csr_array(graph - flow)
     left_over.data[left_over.data <= 0] = 0
     left_over.eliminate_zeros()
-    reached = csgraph.breadth_first_order(left_over, m, return_predecessors=False)
     side = np.ones(m + 2, dtype=bool)
-    side[reached] = False
-    return np.asarray(side[:m])
+    side[csgraph.breadth_first_order(left_over, m, return_predecessors=False)] = False
+    return np.asarray(side[node])
 
 
 def _parts(chart: Flat, side: BoolArray) -> list[Flat]:

@@ -7,7 +7,8 @@ from collections.abc import Callable
 import numpy as np
 
 from .._types import IntArray
-from .cut_graph import SHORTER, ClosedSurface, arcs_at, shape
+from .branches import arcs_at, in_groups, longest, steps_along
+from .cut_graph import SHORTER, ClosedSurface, shape
 
 STRIDE = 0.3  # times the surface's size: points on a seam between which it is rerouted
 
@@ -16,7 +17,7 @@ def rerouted(piece: ClosedSurface, seam: IntArray, accepted: Callable[[IntArray]
     """The seam on the shortest ways between points on it, where valleys are shorter.
 
     The points are `STRIDE` apart: the seam slides into a valley nearby, and stays where its leaves are. If
-    not all together is accepted, the arcs are tried one by one.
+    not all together is accepted, halves of the arcs are tried, and so on.
     """
     routes, old = piece.with_lengths(piece.length * piece.valley), shape(piece, seam)
 
@@ -25,16 +26,11 @@ def rerouted(piece: ClosedSurface, seam: IntArray, accepted: Callable[[IntArray]
         for arc in arcs:
             moved = _straightened(routes, moved, arc)
         if np.array_equal(np.sort(moved), np.sort(seam)):
-            return None
+            return seam
         return moved if shape(piece, moved) == old and accepted(moved) else None
 
     arcs = _arcs(piece, seam)
-    if (together := tried(arcs, seam)) is not None:
-        return together
-    for arc in arcs:
-        moved = tried([arc], seam)
-        seam = seam if moved is None else moved
-    return seam
+    return in_groups([arcs[k] for k in longest([piece.total(arc) for arc in arcs])], seam, tried)
 
 
 def _arcs(piece: ClosedSurface, seam: IntArray) -> list[IntArray]:
@@ -42,7 +38,8 @@ def _arcs(piece: ClosedSurface, seam: IntArray) -> list[IntArray]:
     degree = np.bincount(piece.ends[seam].ravel(), minlength=piece.n)
     degree[: piece.holes] = 0
     starts = np.flatnonzero((degree == 1) | (degree >= 3)).tolist()
-    arcs = [(start, *arc) for start in starts for arc in arcs_at(piece, seam, start)]
+    steps = steps_along(piece, seam)
+    arcs = [(start, *arc) for start in starts for arc in arcs_at(piece, steps, start)]
     return [arc for start, arc, tip in arcs if tip > start or tip < piece.holes]  # from one of its two ends
 
 

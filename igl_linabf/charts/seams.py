@@ -18,9 +18,10 @@ from ..surface import (
     seam_mask,
     vertex_array,
 )
+from .branches import shortened
 from .coarse import Contracted, clusters, contracted
 from .creases import flat_share
-from .cut_graph import ClosedSurface, closed_surface, join, open_handles, shortened
+from .cut_graph import ClosedSurface, closed_surface, join, open_handles
 from .expected import expected, log_scale
 from .nets import HARD, Nets
 from .routes import rerouted

@@ -7,11 +7,11 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
+from .branches import Steps, in_groups, longest, replaced, steps_along
 from .cut_graph import SHORTER, ClosedSurface, shape
 
 ROUNDS = 1  # of straight arcs and balanced branch points
 
-Steps = dict[int, list[tuple[int, int]]]  # from each node: the seam's edges, and where they lead
 Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the first to the last
 
 
@@ -93,57 +93,59 @@ def tightened(
 def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
     """Each arc by the shortest path that the corridor and the other arcs allow."""
     piece = corridor.piece
-    barred = set(piece.ends[seam].ravel().tolist())
-    for edges, nodes in _arcs(piece, seam, fixed):
-        if nodes[0] == nodes[-1] or len(edges) == 1:
-            continue
-        length = corridor.total(np.array(edges))
-        barred.difference_update(nodes[1:])
-        _, before = corridor.search(nodes[0], barred, length)
-        way = corridor.way(before, corridor.place(nodes[-1]))
-        if len(way) > 1:
-            new = piece.between(np.array(way[:-1]), np.array(way[1:]))
-            moved = np.concatenate((np.setdiff1d(seam, edges), new))
-            if corridor.total(new) < length * SHORTER and corridor.accepts(moved):
-                seam, nodes = moved, way
-        barred.update(nodes)
-    return seam
+
+    def moved(arcs: list[Arc], seam: IntArray) -> IntArray | None:
+        barred, old = set(piece.ends[seam].ravel().tolist()), seam
+        for edges, nodes in arcs:
+            length = corridor.total(np.array(edges))
+            barred.difference_update(nodes[1:])
+            _, before = corridor.search(nodes[0], barred, length)
+            way = corridor.way(before, corridor.place(nodes[-1]))
+            if len(way) > 1:
+                new = piece.between(np.array(way[:-1]), np.array(way[1:]))
+                if corridor.total(new) < length * SHORTER:
+                    seam, nodes = np.concatenate((np.setdiff1d(seam, edges), new)), way
+            barred.update(nodes)
+        return seam if seam is old or corridor.accepts(seam) else None
+
+    arcs = [arc for arc in _arcs(piece, seam, fixed) if arc[1][0] != arc[1][-1] and len(arc[0]) > 1]
+    arcs = [arcs[k] for k in longest([corridor.total(np.array(edges)) for edges, _ in arcs])]
+    return in_groups(arcs, seam, moved)
 
 
 def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float) -> IntArray:
     """Each point where three arcs meet moved to where they are shortest."""
-    piece, steps = corridor.piece, _steps(corridor.piece, seam)
-    movable = (node for node in steps if node >= piece.holes and node not in fixed)
-    for branch in [node for node in movable if len(steps[node]) == 3]:
-        steps = _steps(piece, seam)
-        if len(steps.get(branch, [])) != 3:
-            continue
-        arms = [_arm(piece, steps, fixed, branch, start, reach) for start in steps[branch]]
-        tips = [nodes[-1] for _, nodes in arms]
-        if len({*tips, branch}) < 4:
-            continue
-        own = np.array([edge for edges, _ in arms for edge in edges])
-        barred = set(steps).difference(*(nodes[:-1] for _, nodes in arms))
-        length = corridor.total(own)
-        searches = [corridor.search(tip, barred, length) for tip in tips]
-        total = np.sum([distance for distance, _ in searches], axis=0)
-        centre = int(np.argmin(total))
-        if total[centre] < length * SHORTER:
-            ways = [np.array(corridor.way(before, centre)) for _, before in searches]
-            moved = np.concatenate(
-                (np.setdiff1d(seam, own), *(piece.between(way[:-1], way[1:]) for way in ways))
-            )
-            if corridor.accepts(moved):
-                seam = moved
-    return seam
+    piece = corridor.piece
 
+    def arms_at(steps: Steps, branch: int) -> list[Arc]:
+        return [_arm(piece, steps, fixed, branch, start, reach) for start in steps[branch]]
 
-def _steps(piece: ClosedSurface, seam: IntArray) -> Steps:
-    steps: Steps = {}
-    for edge, (i, j) in zip(seam.tolist(), piece.ends[seam].tolist(), strict=True):
-        steps.setdefault(i, []).append((edge, j))
-        steps.setdefault(j, []).append((edge, i))
-    return steps
+    def moved(branches: list[int], seam: IntArray) -> IntArray | None:
+        steps, old = steps_along(piece, seam), seam
+        for branch in branches:
+            if len(steps.get(branch, ())) != 3:
+                continue
+            arms = arms_at(steps, branch)
+            tips = [nodes[-1] for _, nodes in arms]
+            if len({*tips, branch}) < 4:
+                continue
+            own = np.array([edge for edges, _ in arms for edge in edges])
+            barred = set(steps).difference(*(nodes[:-1] for _, nodes in arms))
+            length = corridor.total(own)
+            searches = [corridor.search(tip, barred, length) for tip in tips]
+            total = np.sum([distance for distance, _ in searches], axis=0)
+            centre = int(np.argmin(total))
+            if total[centre] < length * SHORTER:
+                ways = [np.array(corridor.way(before, centre)) for _, before in searches]
+                new = np.concatenate([piece.between(way[:-1], way[1:]) for way in ways])
+                seam = np.concatenate((np.setdiff1d(seam, own), new))
+                replaced(piece, steps, own, new)
+        return seam if seam is old or corridor.accepts(seam) else None
+
+    steps = steps_along(piece, seam)
+    movable = [node for node in steps if node >= piece.holes and node not in fixed and len(steps[node]) == 3]
+    lengths = [sum(corridor.total(np.array(edges)) for edges, _ in arms_at(steps, node)) for node in movable]
+    return in_groups([movable[k] for k in longest(lengths)], seam, moved)
 
 
 def _arm(
@@ -167,7 +169,7 @@ def _is_joint(piece: ClosedSurface, steps: Steps, fixed: set[int], node: int) ->
 
 def _arcs(piece: ClosedSurface, seam: IntArray, fixed: set[int]) -> list[Arc]:
     """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
-    steps, taken, arcs = _steps(piece, seam), set[int](), list[Arc]()
+    steps, taken, arcs = steps_along(piece, seam), set[int](), list[Arc]()
     joints = [node for node in steps if _is_joint(piece, steps, fixed, node)]
     for node in [*joints, *steps]:
         for step in steps[node]:

@@ -95,8 +95,8 @@ def unwrap(
         Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
         charts share a texel of a bilinear lookup.
     texel_density : float, optional
-        Texels per unit of length of V, on average over a chart; needs `resolution`. By default charts
-        are as large as the pages hold.
+        Texels per unit of length of V, on average over a chart; needs `resolution`. Charts that are larger
+        than a page are cut, unless `seams` are given. By default charts are as large as the pages hold.
     pages : int, optional
         Pages to use; with `texel_density` at most, and by default as many as it takes. Page k is the
         unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
@@ -196,7 +196,8 @@ def unwrap(
     if not len(surface.F):
         return in_polygons(without_charts(cleaned, given), split)
     hidden = hiding(surface, hide, np.arange(len(given)) if split is None else split.face)
-    task = Task(method_of(method), seams is None or complete, trade, holes, bijective, max_stretch, hidden)
+    finds, joins = seams is None or complete, seams is None
+    task = Task(method_of(method), finds, trade, holes, bijective, max_stretch, hidden, joins)
     with reporting(progress):
         if cones is None:
             with part("seams", SEAMS_END):

@@ -200,8 +200,6 @@ UNWRAP = Command(
         "body.ply -o body.obj --bake colors    # with body.mtl and body.png beside it",
         "scan.stl -o scan.ply --weld 1e-5 --holes",
         "part.obj -o part.obj --strict --bijective",
-        "head.obj -o head.obj --hide 0,0,-1    # seams at the back, which looks along -z",
-        "body.obj -o body.obj --cones auto --cone-angles quarter    # both sides of each seam match",
         "body.obj -o body.glb --resolution 1024 --padding 4 --bake normals",
         "city.obj -o city.obj --resolution 2048 --texel-density 64 --pages 4    # as UDIM tiles",
         "'scans/*.stl' -o maps/ --format glb --json > figures.jsonl    # one line a mesh",

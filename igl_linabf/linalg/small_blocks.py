@@ -11,7 +11,7 @@ from .. import kernels
 from .._types import FloatArray
 from .factors import Factored, NotPositiveDefiniteError
 
-SMALL = 2_000  # triangles up to which a mesh's system is small: its ordering takes the square of them
+SMALL = 3_000  # triangles up to which a mesh's system is small: its ordering takes the square of them
 
 
 class SmallBlocks:

@@ -1,0 +1,134 @@
+"""Branch points of a seam, moved to where it is shorter; and what moves arcs of it uses, too."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations
+from typing import TypeVar
+
+import numpy as np
+
+from .._types import IntArray
+from ..surface import connected_labels
+from .cut_graph import SHORTER, ClosedSurface, Shape, shape
+
+MOST_TRIES = 12  # of moving some of these together
+BRANCH_ROUNDS = 3  # of moving branch points, on average
+MOST_MOVED = 24  # branch points or arcs, so that the time does not grow with the number of handles
+
+Item = TypeVar("Item")  # of a seam: a branch point or an arc
+Cost = Callable[[IntArray], float]  # of a seam
+Steps = dict[int, list[tuple[int, int]]]  # from each node: the seam's edges, and where they lead
+Arc = tuple[IntArray, int]  # edges in a row, and the node at their end
+
+
+def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
+    """Move the branch points, one after another, to where their arcs are shortest, if `cost` falls.
+
+    A branch point is tried again when an arc of it has moved. If there are very many, those of the longest
+    arcs are.
+    """
+    kept, steps = shape(piece, seam), steps_along(piece, seam)
+    waiting = _longest(piece, steps, [node for node in sorted(steps) if len(steps[node]) >= 3])
+    for _ in range(BRANCH_ROUNDS * len(waiting)):
+        if not waiting:
+            break
+        branch = waiting.pop(0)
+        if len(steps.get(branch, ())) >= 3:
+            moved, ends = _moved(piece, seam, arcs_at(piece, steps, branch), branch, kept, cost)
+            replaced(piece, steps, np.setdiff1d(seam, moved), np.setdiff1d(moved, seam))
+            seam = moved
+            waiting += sorted(ends.difference(waiting))
+    return seam
+
+
+def _longest(piece: ClosedSurface, steps: Steps, branches: list[int]) -> list[int]:
+    """The branch points of the longest arcs, in their order."""
+    if len(branches) <= MOST_MOVED:
+        return branches
+    at = [np.concatenate([arc for arc, _ in arcs_at(piece, steps, branch)]) for branch in branches]
+    return [branches[k] for k in longest([piece.total(arcs) for arcs in at])]
+
+
+def longest(lengths: list[float]) -> IntArray:
+    """The indices of those that are moved, in their order."""
+    return np.sort(np.argsort(-np.array(lengths), kind="stable")[:MOST_MOVED])
+
+
+def in_groups(
+    items: list[Item], seam: IntArray, moved: Callable[[list[Item], IntArray], IntArray | None]
+) -> IntArray:
+    """The seam with all items moved together; where that is not accepted, halves of them, and so on."""
+    waiting = [items]
+    for _ in range(MOST_TRIES):
+        if not waiting:
+            break
+        group = waiting.pop()
+        new = moved(group, seam)
+        if new is not None:
+            seam = new
+        elif len(group) > 1:
+            waiting += [group[len(group) // 2 :], group[: len(group) // 2]]
+    return seam
+
+
+def _moved(
+    piece: ClosedSurface, seam: IntArray, arcs: list[Arc], branch: int, kept: Shape, cost: Cost
+) -> tuple[IntArray, set[int]]:
+    """The seam with the arcs at `branch` rerouted to the point from which they are shortest; their ends.
+
+    If more than three arcs meet, or at a hole, two of them may share a new branch.
+    """
+    free = len(arcs) == 3 and branch >= piece.holes
+    for chosen in [tuple(arcs)] if free else combinations(arcs, 2):
+        own = np.concatenate([arc for arc, _ in chosen])
+        rest, length = np.setdiff1d(seam, own), piece.total(own) / SHORTER
+        tips = [tip for _, tip in chosen] + [branch] * (not free)
+        nodes, place = np.unique(np.append(piece.ends[rest].ravel(), tips), return_inverse=True)
+        label = connected_labels(place[: 2 * len(rest)].reshape(-1, 2), len(nodes))
+        groups = label[place[2 * len(rest) :]]
+        if len(np.unique(groups)) == 3:
+            searches = [piece.search(nodes[label == group], limit=length) for group in groups]
+        else:
+            others = np.unique(piece.ends[rest])
+            searches = [piece.search(np.array([tip]), others, length) for tip in tips]
+        centre = int(np.argmin(sum(distance for distance, _, _ in searches)))
+        ways = [piece.paths(before, [centre]) for _, before, _ in searches]
+        moved = np.unique(np.concatenate((rest, *ways)))
+        shorter = piece.total(moved) < piece.total(seam) * SHORTER
+        if shorter and shape(piece, moved) == kept and cost(moved) < cost(seam):
+            return moved, {*tips, centre}
+    return seam, set()
+
+
+def steps_along(piece: ClosedSurface, seam: IntArray) -> Steps:
+    """From each node of the seam: its edges, and where they lead."""
+    steps: Steps = {}
+    for edge, (i, j) in zip(seam.tolist(), piece.ends[seam].tolist(), strict=True):
+        steps.setdefault(i, []).append((edge, j))
+        steps.setdefault(j, []).append((edge, i))
+    return steps
+
+
+def replaced(piece: ClosedSurface, steps: Steps, old: IntArray, new: IntArray) -> None:
+    """Change the steps along a seam to those of one with other edges."""
+    for edge, (i, j) in zip(old.tolist(), piece.ends[old].tolist(), strict=True):
+        for a, b in ((i, j), (j, i)):
+            steps[a].remove((edge, b))
+            if not steps[a]:
+                del steps[a]
+    for edge, (i, j) in zip(new.tolist(), piece.ends[new].tolist(), strict=True):
+        steps.setdefault(i, []).append((edge, j))
+        steps.setdefault(j, []).append((edge, i))
+
+
+def arcs_at(piece: ClosedSurface, steps: Steps, branch: int) -> list[Arc]:
+    """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
+    arcs = []
+    for edge, node in steps.get(branch, []):
+        arc = [edge]
+        while len(steps[node]) == 2 and node >= piece.holes:
+            edge, node = next(step for step in steps[node] if step[0] != arc[-1])
+            arc.append(edge)
+        arcs.append((np.array(arc), node))
+    return arcs

@@ -1,0 +1,51 @@
+"""The map of a chart that is split, kept on its largest part.
+
+A part of a map has no flips that the map has not, and no overlaps that the split has parted. So only the
+small parts are flattened again: a split costs little, and the largest part cannot overlap itself anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .._types import IntArray
+from ..flattening import Flattening
+from ..measures import Quality, quality_of
+from ..surface import Submesh, complex_positions, signed_double_areas
+
+KEPT = 0.9  # share of its faces from which on a part keeps the map: a smaller one gains by a new one
+EVEN = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
+
+Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping faces, its figures
+
+
+def kept_maps(
+    piece: Submesh, result: Flattening, parts: list[Submesh], pairs: IntArray
+) -> list[Known | None]:
+    """The map of the part that keeps it; None for the others. `pairs` of faces overlap in the map."""
+    kept: list[Known | None] = [None] * len(parts)
+    largest = int(np.argmax([len(part.F) for part in parts]))
+    apart = not np.isin(piece.faces[pairs], parts[largest].faces).all(axis=1).any()
+    if apart and len(parts[largest].F) >= KEPT * len(piece.F) and result.outcome.good:
+        made = _on_part(piece, result, parts[largest])
+        kept[largest] = made if made[2].stretch_l2 <= EVEN else None
+    return kept
+
+
+def _on_part(piece: Submesh, result: Flattening, part: Submesh) -> Known:
+    rows = np.searchsorted(piece.faces, part.faces)
+    uv = np.empty((len(part.V), 2))
+    uv[part.F] = result.uv[piece.F[rows]]
+    double_area = np.abs(signed_double_areas(complex_positions(uv), part.topology.corner))
+    uv *= np.sqrt(part.measured[0].sum() / double_area.sum())  # as large as the surface, like every map
+    made = replace(
+        result,
+        uv=uv,
+        F=part.F,
+        angles=result.angles[rows],
+        repaired=np.flatnonzero(np.isin(rows, result.repaired)),
+        message=f"{result.message}; a part of this map, {len(piece.F) - len(rows):,} faces were cut off",
+    )
+    return made, np.zeros((0, 2), dtype=np.int64), quality_of(part, uv)

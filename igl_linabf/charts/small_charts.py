@@ -1,0 +1,200 @@
+"""Charts of a few faces that a split leaves, joined to a neighbour where they lie flat beside it.
+
+The neighbour keeps its map. The small chart is laid out beside it as conformally as the seam's vertices
+allow, which stay where they are.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from .._types import FloatArray, IntArray
+from ..measures import change_of, overlapping_pairs, quality_of
+from ..surface import Submesh, complex_positions, flat_angles, signed_double_areas
+from .atlas import Chart
+
+FEW, LARGE = 16, 0.01  # faces of a small chart; and the share of the surface's area that it may have
+NEGLIGIBLE, MANY = 1e-3, 300  # the share of a chart that is small whatever its faces, up to so many
+STRETCHED = 1.01  # times the neighbour's L2 stretch that both may have together
+
+Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
+Made = tuple[Key, Chart, Submesh]
+
+
+def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
+    """The charts, of which small ones are parts of others of the same piece now, where that can be."""
+    area = [float(piece.measured[0].sum()) for _, _, piece in made]
+    split = [len(key) > 1 for key, _, _ in made]
+    whole = sum(area)
+    small = [
+        parted
+        and ((len(piece.F) <= FEW and a < LARGE * whole) or (len(piece.F) <= MANY and a < NEGLIGIBLE * whole))
+        and len(piece.topology.loops) == 1
+        for parted, a, (_, _, piece) in zip(split, area, made, strict=True)
+    ]
+    hosts: dict[int, list[_Host]] = {}
+    for i, (key, chart, piece) in enumerate(made):
+        if split[i] and not small[i] and not chart.overlapping and chart.result.outcome.good:
+            hosts.setdefault(key[0], []).append(_Host(i, chart, piece))
+    taken = set[int]()
+    for i in sorted(np.flatnonzero(small).tolist(), key=lambda i: area[i]):
+        key, _, piece = made[i]
+        runs = [(run, host) for host in hosts.get(key[0], []) for run in host.runs(piece)]
+        runs.sort(key=lambda entry: -entry[0].length)
+        if any(host.takes(piece, run, most_stretch) for run, host in runs):
+            taken.add(i)
+    larger = {host.index: host for of_piece in hosts.values() for host in of_piece if host.guests}
+    return [
+        larger[i].joined(entry) if i in larger else entry for i, entry in enumerate(made) if i not in taken
+    ]
+
+
+@dataclass(frozen=True)
+class _Run:
+    """Edges in a row between a small chart and a host: their vertices in both, and their length."""
+
+    own: IntArray
+    of_host: IntArray
+    length: float
+
+
+@dataclass(frozen=True)
+class _Guest:
+    """A small chart, its vertices' places and, on the run, their index in the host; else -1."""
+
+    piece: Submesh
+    uv: FloatArray
+    of_host: IntArray
+
+
+class _Host:
+    """A chart that small ones may be joined to, and those that are."""
+
+    def __init__(self, index: int, chart: Chart, piece: Submesh) -> None:
+        self.index, self.guests = index, list[_Guest]()
+        self._chart, self._piece = chart, piece
+        rim = np.concatenate([np.column_stack((loop, np.roll(loop, -1))) for loop in piece.topology.loops])
+        code = _codes(piece, rim)
+        order = np.argsort(code)
+        self._rim, self._code = rim[order], code[order]
+        self._double_area = float(piece.measured[0].sum())
+        self._squared = chart.quality.stretch_l2**2 * self._double_area
+        self._uv = [chart.result.uv[piece.F]]  # of the corners of all that is in the chart
+
+    def runs(self, piece: Submesh) -> list[_Run]:
+        """Where a chart of one boundary loop lies beside this one, but not all around."""
+        loop = piece.topology.loops[0]
+        code = _codes(piece, np.column_stack((np.roll(loop, -1), loop)))  # as the host goes along them
+        place = np.minimum(np.searchsorted(self._code, code), len(self._code) - 1)
+        beside = self._code[place] == code
+        end, start = self._rim[place].T
+        # edge k, from loop[k] to loop[k + 1], goes on in edge k + 1 if the host's vertex there is one
+        goes_on = beside & np.roll(beside, -1) & (end == np.roll(start, -1))
+        first = np.flatnonzero(beside & ~np.roll(goes_on, 1))
+        found = []
+        for k in first.tolist():
+            number = 1
+            while goes_on[(k + number - 1) % len(loop)]:
+                number += 1
+            edges = (k + np.arange(number)) % len(loop)
+            own, of_host = (
+                np.append(loop[edges], loop[(k + number) % len(loop)]),
+                np.append(start[edges], end[edges[-1]]),
+            )
+            length = float(np.linalg.norm(np.diff(piece.V[own], axis=0), axis=1).sum())
+            if own[0] != own[-1] and of_host[0] != of_host[-1]:
+                found.append(_Run(own, of_host, length))
+        return found
+
+    def takes(self, piece: Submesh, run: _Run, most_stretch: float) -> bool:
+        """Whether a chart has room beside this one; it is then a part of it."""
+        result = self._chart.result
+        uv = _laid_out(piece, run.own, result.uv[run.of_host])
+        double_area = signed_double_areas(complex_positions(uv), piece.topology.corner)
+        if not (double_area > 0).all():
+            return False
+        changed = change_of(piece, uv)
+        own_area = float(changed.double_area.sum())
+        share = own_area / double_area.sum()  # stretch is measured at a scale of its own: the host's is one
+        squared = self._squared + share * float(changed.double_area @ changed.squared_stretch)
+        area = self._double_area + own_area
+        if not np.sqrt(squared / area) <= min(STRETCHED * self._chart.quality.stretch_l2, most_stretch):
+            return False
+        own, others = uv[piece.F], np.concatenate(self._uv)
+        low, high = own.min(axis=(0, 1)), own.max(axis=(0, 1))
+        near = ((others.min(axis=1) <= high) & (others.max(axis=1) >= low)).all(axis=1)
+        corners = np.concatenate((own, others[near])).reshape(-1, 2)
+        if len(overlapping_pairs(corners, np.arange(len(corners)).reshape(-1, 3), between=True)):
+            return False
+        of_host = np.full(len(piece.V), -1)
+        of_host[run.own] = run.of_host
+        self.guests.append(_Guest(piece, uv, of_host))
+        self._uv.append(own)
+        self._squared, self._double_area = squared, area
+        return True
+
+    def joined(self, entry: Made) -> Made:
+        """The chart with all that it took."""
+        key, chart, piece = entry
+        V, uv, F, angles = [piece.V], [chart.result.uv], [piece.F], [chart.result.angles]
+        faces, vertices = [piece.faces], [piece.vertices]
+        inner = [] if piece.inner is None else [piece.inner]
+        n = len(piece.V)
+        for guest in self.guests:
+            new = guest.of_host < 0
+            index = np.where(new, n + np.cumsum(new) - 1, guest.of_host)
+            n += int(new.sum())
+            F.append(index[guest.piece.F])
+            V.append(guest.piece.V[new])
+            uv.append(guest.uv[new])
+            vertices.append(guest.piece.vertices[new])
+            faces.append(guest.piece.faces)
+            angles.append(flat_angles(complex_positions(guest.uv), guest.piece.topology.corner).T)
+            inner += [] if guest.piece.inner is None else [guest.piece.inner]
+        order = np.argsort(np.concatenate(faces))
+        whole = Submesh(
+            np.concatenate(V),
+            np.concatenate(F)[order],
+            np.concatenate(faces)[order],
+            np.concatenate(vertices),
+            piece.n_given,
+            np.concatenate(inner)[order] if inner else None,
+        )
+        flat = np.concatenate(uv)
+        double_area = np.abs(signed_double_areas(complex_positions(flat), whole.topology.corner))
+        flat *= np.sqrt(whole.measured[0].sum() / double_area.sum())
+        place = np.empty(len(order), dtype=np.int64)
+        place[order] = np.arange(len(order))
+        number = len(whole.F) - len(piece.F)
+        result = replace(
+            chart.result,
+            uv=flat,
+            F=whole.F,
+            angles=np.concatenate(angles)[order],
+            repaired=np.sort(place[chart.result.repaired]),
+            message=f"{chart.result.message}; {number:,} faces of small charts are joined to it",
+        )
+        return key, replace(chart, faces=whole.faces, result=result, quality=quality_of(whole, flat)), whole
+
+
+def _codes(piece: Submesh, ends: IntArray) -> IntArray:
+    start, end = piece.vertices[ends].T
+    return np.asarray(start * piece.n_given + end)
+
+
+def _laid_out(piece: Submesh, fixed: IntArray, at: FloatArray) -> FloatArray:
+    """The map of least squares to a conformal one, with some vertices where they are (LSCM)."""
+    double_area, dot = piece.measured
+    m, n = len(piece.F), len(piece.V)
+    side = np.linalg.norm(piece.V[piece.F[:, 1]] - piece.V[piece.F[:, 0]], axis=1)
+    corner = np.stack((np.zeros(m), side, (dot[0] + 1j * double_area) / side), axis=1)
+    weight = np.roll(corner, -2, axis=1) - np.roll(corner, -1, axis=1)  # sum of weight z = 0: a similarity
+    matrix = np.zeros((m, n), dtype=complex)
+    matrix[np.arange(m)[:, None], piece.F] = weight / np.sqrt(double_area)[:, None]
+    z, free = np.zeros(n, dtype=complex), np.ones(n, dtype=bool)
+    z[fixed], free[fixed] = complex_positions(at), False
+    if free.any():
+        z[free] = np.linalg.lstsq(matrix[:, free], -matrix[:, ~free] @ z[~free], rcond=None)[0]
+    return np.column_stack((z.real, z.imag))
