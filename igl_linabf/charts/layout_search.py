@@ -84,7 +84,7 @@ class Charts:
         return float(self.sizes.max() / np.sqrt(2))
 
     def turns(self, directions: int) -> list[ComplexArray]:
-        """Of each chart by equal steps, as many as are asked for or allowed; short rectangles stay upright."""
+        """Of each chart by equal steps, as many as are wanted or allowed; short rectangles stay upright."""
         few = min(directions, 4)
         areas = self.areas
         rectangular = areas > RECTANGULAR * self.sizes.prod(axis=1)
