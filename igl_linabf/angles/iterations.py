@@ -31,6 +31,10 @@ class State:
         """Name of the solver of the last system."""
         return "none" if self.lin is None else self.lin.how
 
+    def at_rest(self) -> State:
+        """The same state with the analyses, but without the factors, which take most of the memory."""
+        return self if self.lin is None else replace(self, lin=self.lin.without_factors)
+
     def back_to_start(self) -> State:
         """The state at the initial estimate, with the steps and analyses so far."""
         return replace(self, at=self.problem.start)
