@@ -1,12 +1,14 @@
 """Write docs/performance.md: time over igl.lscm of every method at every size, stages, memory, growth, peers.
 
-    python benchmarks/performance.py [--repeat 7] [--cpu] [--largest 2] [--build-peers FOLDER] [--print]
+    python benchmarks/performance.py [--repeat 7] [--cpu] [--largest 2] [--huge]
+                                     [--build-peers FOLDER] [--print]
 
 Runs of all methods take turns in one process, after one that is not timed; a ratio is that of medians, with
 the 95 % interval of 2,000 bootstrap samples. Time is wall time with the checks of the input, or with --cpu,
-for a busy machine, that of the processor. --largest N subdivides face N times (4^N x 52 k triangles).
---build-peers compiles BFF from its sources in FOLDER, with cmake. With --print the page is printed, not
-written.
+for a busy machine, that of the processor. --largest N subdivides face N times (4^N x 52 k triangles). --huge
+adds linabf of up to 5.8 million triangles, each in a process of its own, and the exponent of its time: that
+takes most of 24 GB, and about five minutes. --build-peers compiles BFF from its sources in FOLDER, with
+cmake. With --print the page is printed, not written.
 """
 
 from __future__ import annotations
@@ -43,6 +45,7 @@ from igl_linabf.surface import planar
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
 NATURAL = ("igl_camel_b", "optcuts_foot_i_f10000", "igl_lion", "igl_camelhead", "igl_face")
 GROWN = "igl_face"
+HUGE = (GROWN, f"{GROWN}, 4 x", f"{GROWN}, 16 x", f"{GROWN}, 64 x", "igl_camelhead, 256 x")
 MUCH = 400_000  # triangles from which three runs have to do, and other programs are not waited for
 Call = Callable[[], object]
 
@@ -103,20 +106,21 @@ def ratio(ours: np.ndarray, theirs: np.ndarray) -> str:
     return f"**{np.median(ours) / np.median(theirs):.2f}** ({low:.2f} to {high:.2f})"
 
 
-def peak(name: str, what: str) -> float:
-    """Bytes by which a process of its own grows with a method, at the peak."""
+def peak(name: str, what: str) -> tuple[int, float, float, int]:
+    """Triangles, seconds of the processor and on the wall, and bytes by which a process of its own grows."""
     code = f"import performance; performance.grown({name!r}, {what!r})"
     folder = Path(__file__).parent
     done = subprocess.run(
         [sys.executable, "-c", code], cwd=folder, capture_output=True, text=True, check=True, env=os.environ
     )
-    return float(done.stdout.split()[-1])
+    triangles, cpu, wall, grown = done.stdout.split()[-4:]
+    return int(triangles), float(cpu), float(wall), int(grown)
 
 
 def grown(name: str, what: str) -> None:
-    """Print the bytes by which this process grows with a method; for `peak`."""
+    """Print what `peak` returns, for this process."""
     warnings.simplefilter("ignore")
-    times = {"": 0, "4": 1, "16": 2, "64": 3}[name.partition(", ")[2].removesuffix(" x")]
+    times = {"": 0, "4": 1, "16": 2, "64": 3, "256": 4}[name.partition(", ")[2].removesuffix(" x")]
     with redirect_stdout(StringIO()):
         (mesh,) = (mesh for mesh in shared("disk") if mesh[0] == name.partition(",")[0])
         _, V, F = subdivided(mesh, times)
@@ -125,9 +129,9 @@ def grown(name: str, what: str) -> None:
         for method in ("lscm", "linabf", "abf"):
             il.flatten(*small, method)  # what is imported and compiled does not count
     Path("/proc/self/clear_refs").write_text("5")  # the peak so far is forgotten
-    before = most_used()
+    before, cpu, wall = most_used(), process_time(), perf_counter()
     call()
-    print(most_used() - before)
+    print(len(F), process_time() - cpu, perf_counter() - wall, most_used() - before)
 
 
 def most_used() -> int:
@@ -193,6 +197,7 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=7)
     parser.add_argument("--cpu", action="store_true")
     parser.add_argument("--largest", type=int, default=2)
+    parser.add_argument("--huge", action="store_true")
     parser.add_argument("--build-peers", type=Path, metavar="FOLDER")
     parser.add_argument("--print", action="store_true", dest="printed")
     options = parser.parse_args()
@@ -206,6 +211,8 @@ def main() -> None:
     command = " ".join(["python benchmarks/performance.py", *sys.argv[1:]])
     said = f"`{command}`\n\nTime {'of the processor' if options.cpu else 'on the wall'}. {machine()}."
     page = f"{said}\n\n{figures.text(largest)}"
+    if options.huge:
+        page += f"\n\n{of_millions(options.cpu)}"
     if options.printed:
         print(page)
     else:
@@ -256,7 +263,7 @@ class Figures:
             parts.append("\n".join(lines))
             if platform.system() == "Linux":
                 methods = ("igl.lscm", "linabf", "abf")
-                cells = " | ".join(f"{peak(largest, method) / 1e9:.2f} GB" for method in methods)
+                cells = " | ".join(f"{peak(largest, method)[-1] / 1e9:.2f} GB" for method in methods)
                 parts.append(table("Memory at the peak", ["mesh", *methods], [f"| {largest} | {cells} |"]))
         names = sorted({peer for _, row in self.peers for peer in row})
         if names:
@@ -266,6 +273,22 @@ class Figures:
             ]
             parts.append(table("Other programs, over `igl.lscm`", ["mesh", *names], rows).replace("nan", "-"))
         return "\n\n".join(parts)
+
+
+def of_millions(cpu: bool) -> str:
+    """Time and memory of `linabf` up to 5.8 million triangles, and the exponent of its time over the size."""
+    found = [peak(name, "linabf") for name in HUGE]
+    rows = [
+        f"| {name} | {triangles:,} | {cpu_seconds if cpu else wall:.3g} s | {grown / 1e9:.2f} GB |"
+        for name, (triangles, cpu_seconds, wall, grown) in zip(HUGE, found, strict=True)
+    ]
+    x, y = np.log([[made[0], made[1 if cpu else 2]] for made in found]).T
+    return "\n".join(
+        [
+            table("Millions of triangles", ["mesh", "triangles", "linabf", "memory at the peak"], rows),
+            f"\nTime grows by the power {np.polyfit(x, y, 1)[0]:.2f} of the number of triangles.",
+        ]
+    )
 
 
 def table(title: str, columns: Sequence[str], rows: list[str]) -> str:

@@ -2,7 +2,7 @@
 Even texels
 ===========
 
-Textures want `method="isometric"`. The same few seams, two maps: linear ABF keeps angles and lets the squares
+Textures want `method="isometric"`. As few seams, two maps: linear ABF keeps angles and lets the squares
 of a checkerboard grow and shrink; the isometric map keeps both as well as it can, and no triangle flips.
 
 The models are the Stanford bunny and a cortical hemisphere, closed. If xatlas is installed, its atlas stands

@@ -80,13 +80,13 @@ def converge(state: State, tol: float) -> AbfResult:
         lin, x = state.lin, direction.x
         change, residual = _change(direction.e, state), state.at.residual.largest
         if max(change, residual) <= tol:
-            return AbfResult(state, True, free)
+            return AbfResult(state.at_rest(), True, free)
         best, stalled = (
             (max(change, residual), 0) if max(change, residual) < 0.7 * best else (best, stalled + 1)
         )
         if stalled > STALLED or (k > 1 and state.steps[-1].limited):
             break
-    return AbfResult(state, False, free)
+    return AbfResult(state.at_rest(), False, free)
 
 
 def converge_feasibly(state: State, tol: float) -> AbfResult:
@@ -112,11 +112,11 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         state, x = replace(state, lin=direction.lin), direction.x
         change = _change(np.where(held, 0.0, direction.e), state)
         if change <= tol and state.at.residual.largest <= tol:
-            return AbfResult(state, True, held)
+            return AbfResult(state.at_rest(), True, held)
         state, scale = _searched(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
         if scale < LEAST_SCALE:
             break
-    return AbfResult(state, False, held)
+    return AbfResult(state.at_rest(), False, held)
 
 
 def _gradient(state: State) -> FloatArray:

@@ -41,19 +41,13 @@ def conformal_steps(state: State, tol: float) -> State:
             break
         fresh = conformal is None
         if conformal is None:
-            conformal = _factored(state)
-        if conformal is None or conformal.precondition is None:
+            conformal = conformal_system(state)
+        if conformal is None:
             break
-        e0, rhs = right_side(conformal, state.at)
-        with timed("solve"):
-            x = conformal.precondition(rhs)
-        with timed("assembly"):
-            system = conformal.system
-            e = e0 + system.conformally(system.at_corners(conformal.at_corners(x)))
-        corrected = state.advanced(Direction(e, x, 0, conformal), "conformal")
-        left = corrected.at.residual.largest / missing
+        made = corrected(state, conformal)
+        left = made.at.residual.largest / missing
         if left < IN_VAIN:
-            state = corrected
+            state = made
         elif fresh:
             break
         if left > SLOW:
@@ -61,7 +55,19 @@ def conformal_steps(state: State, tol: float) -> State:
     return replace(state, lin=least_norm)
 
 
-def _factored(state: State) -> Linearised | None:
+def corrected(state: State, conformal: Linearised) -> State:
+    """The state after one correction with a system of `conformal_system`."""
+    assert conformal.precondition is not None
+    e0, rhs = right_side(conformal, state.at)
+    with timed("solve"):
+        x = conformal.precondition(rhs)
+    with timed("assembly"):
+        system = conformal.system
+        e = e0 + system.conformally(system.at_corners(conformal.at_corners(x)))
+    return state.advanced(Direction(e, x, 0, conformal), "conformal")
+
+
+def conformal_system(state: State) -> Linearised | None:
     """The constraints linearised at the present angles, with the inverse in the conformal metric.
 
     None if that is singular, or where no Laplacian preconditions.

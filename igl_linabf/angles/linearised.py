@@ -158,6 +158,11 @@ class Linearised:
     how: str = "none"
     fallback: str = ""
 
+    @property
+    def without_factors(self) -> Linearised:
+        """The same without what only its own solves need."""
+        return replace(self, inverse=None, precondition=None, whole=None)
+
     def product(self, x: FloatArray) -> FloatArray:
         """The system's matrix times x."""
         return self.S.matvec(x) if self.closing is None else self.closing.matvec(self.S.matvec, x)

@@ -95,8 +95,8 @@ def unwrap(
         Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
         charts share a texel of a bilinear lookup.
     texel_density : float, optional
-        Texels per unit of length of V, on average over a chart; needs `resolution`. By default charts
-        are as large as the pages hold.
+        Texels per unit of length of V, on average over a chart; needs `resolution`. Charts that are larger
+        than a page are cut, unless `seams` are given. By default charts are as large as the pages hold.
     pages : int, optional
         Pages to use; with `texel_density` at most, and by default as many as it takes. Page k is the
         unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.

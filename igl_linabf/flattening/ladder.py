@@ -250,12 +250,13 @@ def one_system(rtol: float, tol: float) -> Stage:
                 else:
                     state = chord_step(state, rtol)
                     gap, allowed = develop_boundary(problem.angles.constraints, state.at.residual).gap, GAP
+                state = state.at_rest()
                 if gap > allowed:
                     detail = f"a boundary loop fails to close by {gap:.1%} of its length"
                     return Candidate("linear step", Status.OPEN_LOOP, detail, state)
             if limited := state.steps[-1].limited:
                 detail = f"a full step would make an angle of {limited} triangles zero or negative"
-                return Candidate("linear step", Status.CUT_SHORT, detail, state)
+                return Candidate("linear step", Status.CUT_SHORT, detail, state.at_rest())
         return drawn(problem, "linear step", state, converged=state.at.residual.largest <= tol)
 
     return stage
@@ -267,7 +268,7 @@ def prescribed(rtol: float, tol: float) -> Stage:
     def stage(problem: Problem, tried: Tried) -> Candidate:
         # the outer loop is drawn on its circle anyway, but small errors move those of holes a lot
         enough = {"circle": max(tol, ON_CIRCLE), "circles": tol / 10}.get(problem.shape.name, tol)
-        state = prescribed_steps(problem.start, rtol, enough, MAX_PRESCRIBED)
+        state = prescribed_steps(problem.start, rtol, enough, MAX_PRESCRIBED).at_rest()
         reached = state.at.residual.largest <= enough
         note = "" if reached else f"the iterations did not converge within {MAX_PRESCRIBED} steps"
         return drawn(problem, "active set", state, converged=reached, note=note)
@@ -282,7 +283,7 @@ def iterated(rtol: float, tol: float, most: int, note: bool = True) -> Stage:
     """
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
-        state = active_set(tried[-1].state if tried else problem.start, rtol, tol, most)
+        state = active_set(tried[-1].state if tried else problem.start, rtol, tol, most).at_rest()
         reached = state.at.residual.largest <= tol
         failed = f"the iterations did not converge within {most} steps"
         said = "further iterations flip more triangles" if reached else failed

@@ -40,8 +40,8 @@ class Solvers:
     ----------
     solver : {"auto", "cholmod", "multigrid", "direct"}
         "cholmod" and "multigrid" precondition conjugate gradients by a CHOLMOD factor or a PyAMG
-        V-cycle. "auto" is "cholmod" where scikit-sparse is installed; small meshes get compiled loops
-        where numba is. Where scikit-sparse is not, it is the
+        V-cycle. "auto" is "cholmod" where scikit-sparse is installed, with compiled loops for the
+        factors of small and middle-sized meshes where numba is. Without scikit-sparse, it is the
         Cholesky factor of libigl's wheel, and multigrid from `MULTIGRID_FROM` rows on. "direct"
         factors the whole system.
     """
@@ -69,8 +69,8 @@ class Solvers:
         ):
             return Multigrid()
         if self.direct or memory.fits(wanted):
-            real = lower.dtype == np.float64
-            if is_fast() and has_cholmod() and real and COMPILED_FROM <= n <= COMPILED_UP_TO:
+            compiled = self.solver == "auto" and has_cholmod() and is_fast() and lower.dtype == np.float64
+            if compiled and COMPILED_FROM <= n <= COMPILED_UP_TO:
                 return Compiled(lower)
             return self._factoring(lower)
         warnings.warn(
