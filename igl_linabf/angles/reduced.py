@@ -15,8 +15,7 @@ from .constraints import Constraints
 
 SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is corrected for
 SLIVER_OF_MANY_STEPS = 5.0  # and where sums are prescribed: they take many steps
-SMALL = 10_000  # rows below which the steps that this saves take less time than it
-SMALL_OF_MANY_STEPS = 5_000
+SMALL = 5_000  # rows below which the steps that this saves take less time than it
 SLIVER_OF_SMALL = 100.0  # and so the ratio there
 
 
@@ -130,7 +129,7 @@ class System:
         """Rows of the triangles in which P_t and s_t K_t differ so much that a correction saves time."""
         side_by_side = self.topology.n_outer > 1  # small disks
         n, largest = self.constraints.n, SLIVER
-        if n >= SMALL_OF_MANY_STEPS and self.constraints.made_to_order:
+        if n >= SMALL and self.constraints.made_to_order:
             largest = SLIVER_OF_MANY_STEPS
         elif n < SMALL or side_by_side:
             largest = SLIVER_OF_SMALL

@@ -12,7 +12,7 @@ from .last_steps import conformal_steps, conformal_system, corrected
 from .linearised import Iterate, linearise, solve
 
 FIRST_RTOL = 0.1  # relative residual to which the first step towards prescribed sums is solved
-CHORD_BELOW = 2e-3  # residual below which the last system is as good as a new one
+CHORD_BELOW = 3e-2  # residual below which corrections in the conformal metric end the steps
 CIRCLE_CHORD_BELOW = 1e-2  # and for one circle, where the sums limit what a step gains
 SLOW = 30  # inner steps from which a new factor pays
 MEMORY, MIX_BELOW = 5, 0.1  # of the circle's extrapolation: earlier steps, residual from which on

@@ -84,9 +84,12 @@ class Charts:
         return float(self.sizes.max() / np.sqrt(2))
 
     def turns(self, directions: int) -> list[ComplexArray]:
-        """Of each chart by equal steps, as many as are asked for or allowed; rectangles stay upright."""
+        """Of each chart by equal steps, as many as are wanted or allowed; short rectangles stay upright."""
         few = min(directions, 4)
-        steps = np.where(self.upright | (self.areas > RECTANGULAR * self.sizes.prod(axis=1)), few, directions)
+        areas = self.areas
+        rectangular = areas > RECTANGULAR * self.sizes.prod(axis=1)
+        rectangular &= self.sizes.max(axis=1) < np.sqrt(areas.sum()) / 2  # or along a diagonal
+        steps = np.where(self.upright | rectangular, few, directions)
         by = {n: np.exp(2j * np.pi * np.arange(n) / n) for n in (few, directions)}
         return [by[n] for n in steps.tolist()]
 

@@ -23,6 +23,7 @@ Grow = Callable[[Seam], Seam]
 Parts = Callable[[Seam], list[Submesh]]
 
 HARD = 0.5  # share of the area that lies flat, from which a surface has planes, and nets are compared
+ANGULAR = 0.5  # share of the curvature that is on sharp creases then
 LEVELS = (0.0, 0.02, 0.2)  # radians of curvature at a crease, from which on a net goes through it
 TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
 SHARP_SHARE = 0.15  # of its length: what a sharp crease counts, beyond what is free
@@ -87,6 +88,18 @@ class Nets:
         bent = np.abs(piece.curvature)
         bent[: piece.holes] = 0
         return not ((bent > piece.noise) & ~sharp & (soft | (bent <= TIP))).any()
+
+    @cached_property
+    def angular(self) -> bool:
+        """Whether most of what is curved is on sharp creases, as corners are.
+
+        On a smooth surface whose triangles were split into coplanar ones it is not, though each lies flat.
+        """
+        piece = self.piece
+        bent = np.where(np.abs(piece.curvature) > piece.noise, np.abs(piece.curvature), 0.0)
+        bent[: piece.holes] = 0
+        sharp = np.unique(piece.ends[piece.sharp == 1])
+        return float(bent[sharp].sum()) >= ANGULAR * float(bent.sum())
 
     def expected(self, seam: Seam) -> float:
         """L2 stretch to expect, and the shear of coarse faces at vertices that are pressed flat."""

@@ -237,7 +237,7 @@ def _best(
     with_nets = trade > 0 and not (holes and piece.holes > 1)
     nets = Nets(piece, trade, lambda seam: log_scale(piece, _open_nodes(piece, seam), piece.curvature))
     few = piece.n <= DIRECT
-    hard = with_nets and (flat_share(component) >= HARD or nets.creased)
+    hard = with_nets and (nets.creased or (nets.angular and flat_share(component) >= HARD))
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
     if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
         if gain is None or nets.cost(none) - nets.cost(net) >= gain:

@@ -18,6 +18,7 @@ from .atlas import Chart
 FEW, LARGE = 16, 0.01  # faces of a small chart; and the share of the surface's area that it may have
 NEGLIGIBLE, MANY = 1e-3, 300  # the share of a chart that is small whatever its faces, up to so many
 STRETCHED = 1.01  # times the neighbour's L2 stretch that both may have together
+SHEARED = 10.0  # times its mean angle distortion that the small one may have
 
 Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
 Made = tuple[Key, Chart, Submesh]
@@ -116,6 +117,8 @@ class _Host:
         if not (double_area > 0).all():
             return False
         changed = change_of(piece, uv)
+        if not changed.angle_distortion.mean() <= SHEARED * self._chart.quality.angle_distortion:
+            return False
         own_area = float(changed.double_area.sum())
         share = own_area / double_area.sum()  # stretch is measured at a scale of its own: the host's is one
         squared = self._squared + share * float(changed.double_area @ changed.squared_stretch)
