@@ -123,7 +123,8 @@ class _Host:
         share = own_area / double_area.sum()  # stretch is measured at a scale of its own: the host's is one
         squared = self._squared + share * float(changed.double_area @ changed.squared_stretch)
         area, flat_area = self._double_area + own_area, self._flat_area + float(double_area.sum())
-        if not np.sqrt(squared * flat_area) / area <= min(STRETCHED * self._chart.quality.stretch_l2, most_stretch):
+        stretch = np.sqrt(squared * flat_area) / area
+        if not stretch <= min(STRETCHED * self._chart.quality.stretch_l2, most_stretch):
             return False
         own, others = uv[piece.F], np.concatenate(self._uv)
         low, high = own.min(axis=(0, 1)), own.max(axis=(0, 1))
