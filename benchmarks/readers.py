@@ -86,6 +86,7 @@ READERS: dict[str, tuple[Callable[[str], Surface], tuple[str, ...]]] = {
 MODULES = {"libigl": "igl", "numpy-stl": "stl"}
 FORMS = {
     "OBJ": ("obj", 0),
+    "OBJ, uv and normals": ("obj", 1),
     "OFF": ("off", 0),
     "PLY, text": ("ply", 0),
     "PLY, binary": ("ply", 1),
