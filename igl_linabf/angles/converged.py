@@ -10,8 +10,9 @@ from .._runtime import advance
 from .._types import BoolArray, FloatArray
 from ..errors import SingularSystemError
 from ..surface import NEXT, PREV
+from .iterates import Step
 from .iterations import State
-from .linearised import Direction, Step, linearise, solve
+from .linearised import Direction, linearise, solve
 
 ANCHORED_RTOL = 0.03  # relative reduction of what an anchored step's multipliers miss
 FEASIBLE_RTOL = 0.01  # and of a feasible or restoring step's

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from .linearised import AngleProblem, Direction, Iterate, Kind, Linearised, Step, advance, linearise, solve
+from .iterates import AngleProblem, Iterate, Kind, Step
+from .linearised import Direction, Linearised, advance, linearise, solve
 
 
 @dataclass(frozen=True, eq=False)

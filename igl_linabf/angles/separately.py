@@ -14,7 +14,8 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..linalg import Analysis, Factored, Multigrid, SmallBlocks, block_conjugate_gradients
 from ..surface import Disks, Parts
 from .constraints import Constraints
-from .linearised import AngleProblem, Iterate, cut_short, linearise
+from .iterates import AngleProblem, Iterate, cut_short
+from .linearised import linearise
 from .preconditioner import Solve, conformal_inverse
 from .reduced import System
 

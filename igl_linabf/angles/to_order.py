@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._types import FloatArray, IntArray
+from .iterates import Iterate
 from .iterations import State, chord_step
 from .last_steps import conformal_steps, conformal_system, corrected
-from .linearised import Iterate, linearise, solve
+from .linearised import linearise, solve
 
 FIRST_RTOL = 0.1  # relative residual to which the first step towards prescribed sums is solved
 CHORD_BELOW = 3e-2  # residual below which corrections in the conformal metric end the steps
