@@ -2,6 +2,7 @@
 
     python benchmarks/cones.py [--bff bff-command-line]
     python benchmarks/cones.py --speed
+    python benchmarks/cones.py --period
 
 `--bff` names the command of https://github.com/GeometryCollective/boundary-first-flattening, which chooses
 the cones. Without it `find_cones` does, and the columns of BFF are missing. The meshes are the Stanford
@@ -9,6 +10,7 @@ bunny and those of kind `closed` in IGL_LINABF_MESHES. Prints Markdown. `--speed
 time of maps with cones over that of `flatten` on the same surface cut, without and with finding the seam and
 cutting along it, and that of all of `unwrap` over that of `unwrap` along the same seams. There the meshes are
 subdivided to about 100,000 triangles. Set OMP_NUM_THREADS=1.
+`--period` prints how the distortion of quarter cones grows with the period of a texture.
 Where a surface has handles, BFF
 leaves curvature along their whole loops, which is no map with the same cones: it is left out there.
 """
@@ -28,11 +30,12 @@ import igl
 import numpy as np
 from meshes import pial, shared, stanford, subdivided
 
-from igl_linabf import OutcomeWarning, cut, find_cones, flatten, quality, unwrap
+from igl_linabf import MeshError, OutcomeWarning, cut, find_cones, flatten, quality, unwrap
 from igl_linabf.io import read_mesh, read_texture
 
 CONES = 16
 TURNS = 3
+PERIODS = 180, 90, 45
 
 
 def cell(V: np.ndarray, F: np.ndarray, TC: np.ndarray, FTC: np.ndarray, seconds: float) -> str:
@@ -106,13 +109,32 @@ def turn(V: np.ndarray, F: np.ndarray, cones: np.ndarray, settings: dict[str, st
     return [coned["total"] - coned["check"], coned["check"], whole, free, seamed]
 
 
+def periods() -> None:
+    """Print the distortion of quarter cones whose seams shift by whole periods, and of those without one."""
+    print("| mesh | cones | no period |" + "".join(f" 1/{n} |" for n in PERIODS))
+    print("|---" * (3 + len(PERIODS)) + "|")
+    for name, V, F in [stanford(), *shared("closed")]:
+        cones, cells = find_cones(V, F), []
+        for period in (None, *(1 / n for n in PERIODS)):
+            try:
+                atlas = unwrap(V, F, cones=cones, cone_angles="quarter", period=period)
+                cells.append(f"{atlas.quality.angle_distortion:.2e}")
+            except MeshError:
+                cells.append("refused")
+        print(f"| {name} | {len(cones)} | {' | '.join(cells)} |", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--bff", help="the command of boundary first flattening")
     parser.add_argument("--speed", action="store_true", help="the time of cones over that of a free boundary")
+    parser.add_argument("--period", action="store_true", help="distortion by the period of a texture")
     options = parser.parse_args()
     if options.speed:
         speed()
+        return
+    if options.period:
+        periods()
         return
     if options.bff is None:
         print("BFF is left out: --bff names its command", file=sys.stderr)

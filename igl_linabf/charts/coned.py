@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._runtime import advance, part
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from ..flattening import Flattening, Method, flatten_with_cones
+from ..flattening import Flattening, Method, Outcome, flatten_with_cones
 from ..measures import overlapping_pairs, quality_of
 from ..surface import Cleaned, Submesh, check_finite, planar_mesh
 from .atlas import Chart
@@ -220,10 +220,14 @@ def _of_part(whole: Flattening, piece: Submesh, smaller: Submesh) -> Flattening:
     def local(faces: IntArray) -> IntArray:
         return np.flatnonzero(np.isin(rows, faces))
 
-    return replace(
+    flipped = local(whole.flipped)
+    part = replace(
         whole,
         uv=whole.uv[vertex],
         angles=whole.angles[rows],
-        flipped=local(whole.flipped),
+        flipped=flipped,
         repaired=local(whole.repaired),
     )
+    if whole.outcome is Outcome.FLIPPED and not len(flipped):
+        return replace(part, outcome=Outcome.VALID, message="no triangle of this part of the map is flipped")
+    return part

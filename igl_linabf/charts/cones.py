@@ -142,7 +142,7 @@ def _grown(place: ConePiece, n: int | None, trade: float) -> IntArray:
         strain = _strain(place, scale)
         bad = bool(len(strain)) and strain.max() > 0
         if n is None and len(scale.nodes) >= place.fewest:
-            cost = (np.inf if bad else scale.stretch) + len(scale.nodes) / trade
+            cost = scale.stretch + len(scale.nodes) / trade + _price(place, scale, bad)
             in_vain = 0 if cost < least else in_vain + 1
             if cost < least:
                 best, least = scale.nodes, cost
@@ -160,6 +160,13 @@ def _grown(place: ConePiece, n: int | None, trade: float) -> IntArray:
             break
         scale = scale.with_cone(int(np.argmax(far)))
     return scale.nodes if n is not None or not np.isfinite(least) else best
+
+
+def _price(place: ConePiece, scale: ConeScale, strained: bool) -> float:
+    """What strained cones cost: as much as usable stretch; or all, if no triangles have such angles."""
+    angle = 2 * np.pi - scale.curvature
+    possible = ((angle > 0) & (angle < np.pi * place.valence[scale.nodes])).all()
+    return np.inf if not possible else USABLE if strained else 0.0
 
 
 def _strain(place: ConePiece, scale: ConeScale) -> FloatArray:
