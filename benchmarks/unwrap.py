@@ -99,7 +99,8 @@ def main() -> None:
         f"At {RESOLUTION} x {RESOLUTION} with {PADDING} texels of padding. Seams: length over the square\n"
         "root of the area. Spread: texel areas, 99th over 1st percentile. Fill: share of the page; those\n"
         "of xatlas and uvunwrap need not be square. Touching: charts that share a texel of a bilinear\n"
-        "lookup with another one. s: seconds. igl.lscm: on the charts of unwrap, not packed.\n"
+        "lookup with another one. s: seconds. igl.lscm: on the charts of unwrap, not packed; it flattens\n"
+        "each anew, while in unwrap a chart that is cut so that the page is fuller keeps its map.\n"
     )
     print(f"| mesh | by | {HEADS} |\n|{'---|' * (HEADS.count('|') + 3)}")
     tables: dict[str, list[list[float]]] = {}

@@ -160,6 +160,31 @@ def test_the_isometric_map_has_even_texels_on_the_same_few_seams(tmp_path) -> No
     assert picture.shape[0] == 1000
 
 
+def test_charts_share_no_texel_and_pages_hold_two_surfaces(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "packing.py")
+    found = re.findall(r"(.+): (\d+)% covered, (\d+) texels shared", text)
+    assert [name for name, *_ in found][:3] == ["padding 2", "padding 12", "two surfaces"]
+    near, apart = (int(share) for _, share, _ in found[:2])
+    assert near > apart  # padding takes room
+    picture = pixels(tmp_path / "out" / "packing.png")[..., :3].astype(int)
+    assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
+    parts = [part for row in np.split(picture, 2) for part in np.split(row, 3, axis=1)]
+    shown = [(np.ptp(part, axis=2) > 20).mean() for part in parts]  # charts are coloured, pages are not
+    for (_, share, _), seen in zip(found, shown, strict=True):
+        assert abs(seen - 0.8 * int(share) / 100) < 0.06  # a page is 0.8 of its panel
+
+
+def test_pins_flip_triangles_in_least_squares_and_none_in_the_isometric_map(tmp_path) -> None:
+    text = run(tmp_path, ROOT / "demos" / "pins.py")
+    found = re.findall(r"^(.+): (\d+) flipped, pins at most (\S+) mm away", text, re.M)
+    flips, off = ({name: float(row[k]) for name, *row in found} for k in (0, 1))
+    assert flips["least squares"] > 0 == flips["free"] == flips["isometric"]
+    assert off["free"] > 10 > 1e-3 > max(off["least squares"], off["isometric"])
+    image = pixels(tmp_path / "out" / "pins.png")[..., :3].astype(int)
+    dots = np.abs(image - pv.Color(MARK).int_rgb).max(axis=2) < 60
+    assert min(part.sum() for part in np.split(dots, 3, axis=1)) > 14 * 20
+
+
 def test_boundaries_to_order(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "boundaries.py")
     assert len(re.findall(r", 0 flipped", text)) == 6

@@ -117,6 +117,7 @@ endsolid
         (".ply", PLY.replace("float z", "float w"), "has not the properties x, y and z"),
         (".ply", PLY.replace("int vertex_index", "float vertex_index"), "no list of integers vertex_indices"),
         (".ply", PLY.replace("ascii", "binary_big_endian"), "a list of|it ends in row|bytes follow"),
+        (".ply", PLY.replace("element face", "element tristrips"), "triangle strips, no faces"),
         (".stl", SOLID.replace("vertex 0 1 0\n", ""), "line 6, 'endloop', is out of place"),
         (".stl", SOLID.replace("0 1 0", "0 nan 0"), "triangles 0 have coordinates that are NaN"),
         (".stl", SOLID[:-10], "it ends in line 8, without endsolid"),
@@ -135,3 +136,16 @@ def test_lines_that_obj_does_not_know_are_passed_over_with_a_warning() -> None:
     ):
         mesh = parse(f"nanf 1 2\n{OBJ}?\n".encode(), ".obj", "mesh")
     assert len(mesh.triangles()[0]) == 4
+
+
+def test_words_of_an_off_file_may_be_spread_over_lines(tmp_path) -> None:
+    whole, spread = tmp_path / "whole.off", tmp_path / "spread.off"
+    whole.write_text(OFF)
+    head, counts, *rows = OFF.splitlines()
+    spread.write_text("\n".join([head, counts, *(f"{word}\n" for row in rows for word in row.split())]))
+    (V, F), (spread_V, spread_F) = read_mesh(whole), read_mesh(spread)
+    np.testing.assert_array_equal(V, spread_V)
+    np.testing.assert_array_equal(F, spread_F)
+    spread.write_text(spread.read_text() + "7\n")
+    with pytest.raises(MeshError, match="lines follow"):
+        read_mesh(spread)

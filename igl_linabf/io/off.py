@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from itertools import pairwise
 
 import numpy as np
 
@@ -26,6 +27,8 @@ def parse_off(data: bytes) -> Parsed:
         raise Damaged(f"after {head[0].decode()} the numbers of vertices and faces are missing")
     n, m = counts
     rows, at = rows[first + 1 :], at[first + 1 :]
+    if len(rows) != n + m and head[0] == b"OFF":
+        rows, at = _one_a_line(rows, at, n, m)
     if len(rows) != n + m:
         raise Damaged(f"its head promises {n} vertices and {m} faces, and {len(rows)} lines follow")
     points = columns_of(rows[:n], at[:n], VERTEX, "is no vertex: it takes three numbers")
@@ -37,3 +40,18 @@ def parse_off(data: bytes) -> Parsed:
     for i in faces.outside(n)[:1]:
         refuse(at[i], rows[i], f"names a vertex outside 0..{n - 1}")
     return untextured(np.column_stack([points[axis].values for axis in "xyz"]), faces)
+
+
+def _one_a_line(rows: list[bytes], at: list[int], n: int, m: int) -> tuple[list[bytes], list[int]]:
+    """A row for each vertex and face whose words are spread over lines; else the rows given."""
+    words = [(word, line) for row, line in zip(rows, at, strict=True) for word in row.split()]
+    starts = list(range(0, 3 * n + 1, 3))
+    for _ in range(m):
+        size = words[starts[-1]][0] if starts[-1] < len(words) else b""
+        if not size.isdigit() or int(size) > len(words):
+            return rows, at
+        starts.append(starts[-1] + 1 + int(size))
+    if starts[-1] != len(words):
+        return rows, at
+    joined = [b" ".join(word for word, _ in words[i:j]) for i, j in pairwise(starts)]
+    return joined, [words[i][1] for i in starts[:-1]]

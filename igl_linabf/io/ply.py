@@ -67,6 +67,8 @@ def parse_ply(data: bytes) -> Parsed:
     """
     order, elements, comments, start, line = _header(data)
     tables = _binary(data, start, elements, order) if order else _text(data[start:], elements, line)
+    if "tristrips" in tables and "face" not in tables:
+        raise Damaged("it holds triangle strips, no faces: open it in MeshLab and export it again as PLY")
     if "vertex" not in tables or "face" not in tables:
         raise Damaged("its head has no element vertex, or no element face")
     vertex, face = tables["vertex"], tables["face"]

@@ -1,0 +1,97 @@
+"""
+Texels and pages
+================
+
+Charts have to fill a texture, and keep apart in it. `resolution` says how many texels a page has, and
+`padding` how many of them lie between two charts. `pack_together` puts several surfaces on one page, at one
+scale for all. `texel_density` sets the scale; then there are as many pages as it takes.
+
+Above is the bunny with 2 and with 12 texels of padding, and with a cortical hemisphere on the same page.
+Below are three pages of both at a higher density. Each texel that a chart covers has a colour. One that two
+charts share would be red; there is none::
+
+    python demos/packing.py
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import igl
+import numpy as np
+import pyvista as pv
+from even_texels import decimated, hemisphere
+from stretch import bunny
+
+from igl_linabf import Atlas, pack_together, unwrap
+from igl_linabf.io import replacing
+from igl_linabf.plot import WARNING
+from igl_linabf.textures import covered
+
+RESOLUTION = 256
+SHARED = -2  # of a texel with two charts
+COLOURS = ("#2f6690", "#81a4cd", "#d9a441", "#5f8a5f", "#8d6a9f", "#f5f3ee", WARNING)  # charts; none; two
+
+
+def charts_of(atlases: Sequence[Atlas], page: int) -> np.ndarray:
+    """The chart of each texel of a page, counted over all atlases; -1 where there is none."""
+    image, charts = np.full(RESOLUTION**2, -1), 0
+    for atlas in atlases:
+        chart = igl.vertex_components(atlas.triangles)[atlas.triangles[:, 0]]
+        corners = atlas.TC[atlas.triangles]
+        here = np.floor(corners.mean(axis=1)) @ [1, 10] == page
+        for k in np.unique(chart[here]):
+            triangles = (corners[here & (chart == k)] - [page % 10, page // 10]) * RESOLUTION - 0.5
+            texels = covered(triangles, RESOLUTION).index
+            image[texels] = np.where(image[texels] == -1, charts + k, SHARED)
+        charts += int(chart.max()) + 1
+    return image.reshape(RESOLUTION, RESOLUTION)
+
+
+def show(plotter: pv.Plotter, place: tuple[int, int], said: str, atlases: Sequence[Atlas], page: int) -> None:
+    """Draw a page, the row of v = 0 below."""
+    charts = charts_of(atlases, page)
+    said = f"{said}: {(charts != -1).mean():.0%} covered"
+    print(f"{said}, {(charts == SHARED).sum()} texels shared")
+    assert not (charts == SHARED).any()
+    palette = np.array([pv.Color(name).int_rgb for name in COLOURS], dtype=np.uint8)
+    image = palette[np.choose(-np.minimum(charts, 0), (charts % 5, 5, 6))]
+    texture = pv.Texture(np.ascontiguousarray(image[::-1]))
+    texture.interpolate = False
+    plotter.subplot(*place)
+    plotter.add_mesh(pv.Plane(direction=(0, 0, 1)), texture=texture, lighting=False)
+    plotter.add_text(said, font_size=10)
+    plotter.view_xy()
+    plotter.camera.zoom(1.3)
+
+
+if __name__ == "__main__":
+    rabbit, triangles = decimated(*bunny(), 3000)
+    brain = decimated(*hemisphere(), 4000)
+    options = {"method": "isometric", "trade": 30, "resolution": RESOLUTION}
+    near, apart = (unwrap(3 * rabbit, triangles, padding=padding, **options) for padding in (2, 12))
+    other = unwrap(*brain, padding=2, **options)
+    assert near.good and apart.good and other.good
+    assert near.scale > apart.scale  # padding takes room
+
+    together = pack_together([near, other], resolution=RESOLUTION, padding=2)
+    assert np.isclose(together[0].scale, together[1].scale)
+    density = 1.5 * together[0].scale * RESOLUTION
+    dense = pack_together([near, other], resolution=RESOLUTION, padding=2, texel_density=density)
+    pages = max(atlas.pages for atlas in dense)
+    print(f"{density:.3f} texels per millimetre take {pages} pages")
+    np.testing.assert_allclose([atlas.scale * RESOLUTION for atlas in dense], density)
+
+    with pv.vtk_verbosity("error"):
+        plotter = pv.Plotter(shape=(2, 3), off_screen=True, window_size=[1500, 1000], border=False)
+    show(plotter, (0, 0), "padding 2", [near], 0)
+    show(plotter, (0, 1), "padding 12", [apart], 0)
+    show(plotter, (0, 2), "two surfaces", together, 0)
+    for page in range(min(pages, 3)):
+        show(plotter, (1, page), f"page {1001 + page}", dense, page)
+    Path("out").mkdir(exist_ok=True)
+    with replacing("out/packing.png") as temporary:
+        plotter.show(screenshot=temporary)
+    plotter.close()
+    print("wrote out/packing.png")
