@@ -82,6 +82,7 @@ def refused_or_read(data: bytes, suffix: str) -> None:
 )
 @example(b"f " + b"9" * 5000, ".obj", b"")
 @example(b"4000000000 4000000000 0\n", ".off", b"OFF\n")
+@example(b"1 1 0\n0 0 0 " + b"9" * 5000, ".off", b"OFF\n")
 @example(
     b"format binary_little_endian 1.0\nelement vertex 4000000000\nproperty int x\nend_header\n",
     ".ply",

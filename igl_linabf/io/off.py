@@ -11,7 +11,7 @@ from .parsing import Damaged, Parsed, Property, columns_of, indices, polygons_of
 
 VERTEX = tuple(Property(axis, "f8") for axis in "xyz")
 FACE = (Property("corners", "i4", "i4"),)
-NO_FACE = "is no face: it takes a number from 3 on and as many vertex indices"
+MAX_DIGITS = 9  # of the number of corners; Python refuses to read thousands of them
 
 
 def parse_off(data: bytes) -> Parsed:
@@ -45,10 +45,12 @@ def parse_off(data: bytes) -> Parsed:
 def _one_a_line(rows: list[bytes], at: list[int], n: int, m: int) -> tuple[list[bytes], list[int]]:
     """A row for each vertex and face whose words are spread over lines; else the rows given."""
     words = [(word, line) for row, line in zip(rows, at, strict=True) for word in row.split()]
+    if len(words) < 3 * n + m:
+        return rows, at
     starts = list(range(0, 3 * n + 1, 3))
     for _ in range(m):
         size = words[starts[-1]][0] if starts[-1] < len(words) else b""
-        if not size.isdigit() or int(size) > len(words):
+        if not size.isdigit() or len(size) > MAX_DIGITS or int(size) > len(words):
             return rows, at
         starts.append(starts[-1] + 1 + int(size))
     if starts[-1] != len(words):
