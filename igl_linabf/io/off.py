@@ -12,6 +12,7 @@ from .parsing import Damaged, Parsed, Property, columns_of, indices, polygons_of
 VERTEX = tuple(Property(axis, "f8") for axis in "xyz")
 FACE = (Property("corners", "i4", "i4"),)
 MAX_DIGITS = 9  # of the number of corners; Python refuses to read thousands of them
+NO_FACE = "is no face: it takes a number from 3 on and as many vertex indices"
 
 
 def parse_off(data: bytes) -> Parsed:
