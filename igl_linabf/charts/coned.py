@@ -19,6 +19,7 @@ from .atlas import Chart
 from .cone_seams import paths_across, seam_through
 from .cones import CONE_TRADE, ConePiece, angles_of, found_on
 from .overlap_seams import MAX_SPLITS, seams_between
+from .pieces import cut_out, on_part
 
 GivenCones = Literal["auto"] | ArrayLike
 ConeAngles = Literal["quarter"] | ArrayLike | None
@@ -213,21 +214,7 @@ def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
 
 def _of_part(whole: Flattening, piece: Submesh, smaller: Submesh) -> Flattening:
     """The map of a piece on a part of it."""
-    rows = np.searchsorted(piece.faces, smaller.faces)
-    vertex = np.empty(len(smaller.V), dtype=np.int64)
-    vertex[smaller.F] = piece.F[rows]
-
-    def local(faces: IntArray) -> IntArray:
-        return np.flatnonzero(np.isin(rows, faces))
-
-    flipped = local(whole.flipped)
-    part = replace(
-        whole,
-        uv=whole.uv[vertex],
-        angles=whole.angles[rows],
-        flipped=flipped,
-        repaired=local(whole.repaired),
-    )
-    if whole.outcome is Outcome.FLIPPED and not len(flipped):
+    part = cut_out(whole, piece, smaller, on_part(whole.uv, piece, smaller))
+    if whole.outcome is Outcome.FLIPPED and not len(part.flipped):
         return replace(part, outcome=Outcome.VALID, message="no triangle of this part of the map is flipped")
     return part
