@@ -13,6 +13,7 @@ from .small_systems import separate_errors, solved
 from .supernodes import Supernodes, supernodal_factor, supernodal_solve, supernodes
 from .systems import (
     at_edges,
+    block_entries,
     block_product,
     conformal_weights,
     disparity,
@@ -34,4 +35,4 @@ from .triangles import (
     row_sums,
     sum_by,
 )
-from .vectors import block_axpy, block_dots
+from .vectors import block_axpy, block_dots, dot, move, turn
