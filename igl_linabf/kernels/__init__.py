@@ -10,7 +10,8 @@ from .cholesky import Factor, analysed, factored
 from .connectivity import boundary_loops, connected_labels, cycles, entries, in_one_piece, undirected
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
 from .small_systems import separate_errors, solved
-from .supernodes import Supernodes, supernodal_factor, supernodal_solve, supernodes
+from .supernodal import supernodal_factor, supernodal_solve
+from .supernodes import Supernodes, supernodes
 from .systems import (
     at_edges,
     block_entries,

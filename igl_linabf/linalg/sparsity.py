@@ -36,7 +36,7 @@ class Symmetric:
         return np.asarray(self.upper @ x + self._lower @ x)
 
     def among(self, chosen: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
-        """Row, column and place in `values` of the entries of U, at least of those in `chosen` rows or columns."""
+        """Row, column and place in `values` of entries of U; all in `chosen` rows or columns are among them."""
         entries = self.upper.tocoo()
         return entries.row, entries.col, np.arange(self.upper.nnz)
 
