@@ -36,7 +36,7 @@ class Symmetric:
         return np.asarray(self.upper @ x + self._lower @ x)
 
     def among(self, chosen: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
-        """Row, column and place in `values` of entries of U; all in `chosen` rows or columns are among them."""
+        """Row, column and place in `values` of entries of U, of all in `chosen` rows or columns at least."""
         entries = self.upper.tocoo()
         return entries.row, entries.col, np.arange(self.upper.nnz)
 
