@@ -1,9 +1,9 @@
 """Where on a page's grid of cells a chart's mask meets none that is taken, and the square grows least.
 
-In NumPy, the cells are the bits of one integer, row after row: a shift moves the whole page. A run of n cells
-of the mask is free where n bits in a row are. `page | page >> 1` has a bit where one of two is taken, the same
-again with a shift of 2 where one of four is: so a run takes two shifts, however long it is. Equal runs one
-above the other are one block, by shifts of rows.
+In NumPy, the cells are the bits of one integer, row after row: a shift moves the whole page. A run of n
+cells of the mask is free where n bits in a row are. `page | page >> 1` has a bit where one of two is taken,
+the same again with a shift of 2 where one of four is: so a run takes two shifts, however long it is. Equal
+runs one above the other are one block, by shifts of rows.
 """
 
 from __future__ import annotations
@@ -76,16 +76,16 @@ def best_place(
 ) -> Place:
     """Which mask, and where (x, y), so that the square that holds all grows least; -1 if none has room.
 
-    `taken` is a square page, whose cells that are taken lie within `width` and `height`; `shapes` are rows and
-    columns of the masks. Mask k has the `blocks` from `start[k]` to `start[k + 1]`: the first row and column,
-    the length and the number of rows of equal runs of cells, the largest ones first.
+    `taken` is a square page, whose cells that are taken lie within `width` and `height`; `shapes` are rows
+    and columns of the masks. Mask k has the `blocks` from `start[k]` to `start[k + 1]`: the first row and
+    column, the length and the number of rows of equal runs of cells, the largest ones first.
     """
     square = max(width, height)
     if square:
         found = _best_within(taken, width, height, square, square, shapes, blocks, start)
         if found[0] >= 0:  # which is all the same to the square: no larger one is searched
             return found
-    rows, columns = (shapes.max(axis=0) + [height, width]).tolist()
+    rows, columns = height + int(shapes[:, 0].max()), width + int(shapes[:, 1].max())
     return _best_within(taken, width, height, columns, rows, shapes, blocks, start)
 
 
