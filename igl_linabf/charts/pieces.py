@@ -10,7 +10,7 @@ import numpy as np
 from .._runtime import advance
 from .._types import FloatArray
 from ..errors import MeshError, some
-from ..flattening import Flattening, LinABF, Method
+from ..flattening import Flattening, LinABF, Method, Outcome
 from ..measures import change_of
 from ..surface import Submesh, complex_positions, planar_mesh, signed_double_areas
 
@@ -44,12 +44,15 @@ def of_own_size(uv: FloatArray, piece: Submesh) -> FloatArray:
 
 
 def cut_out(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:
-    """The map of a part of a flattened piece, which is the piece's map at some scale."""
+    """The map of a part of a flattened piece, which is the piece's map at some scale.
+
+    Only a part that has flipped triangles is flipped.
+    """
     rows = np.searchsorted(piece.faces, part.faces)
     place = np.full(len(piece.F), -1)
     place[rows] = np.arange(len(rows))
     flipped, repaired = (np.sort(kept[kept >= 0]) for kept in (place[result.flipped], place[result.repaired]))
-    return replace(
+    made = replace(
         result,
         uv=uv,
         F=part.F,
@@ -58,6 +61,9 @@ def cut_out(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -
         repaired=repaired,
         holes=result.holes if len(part.topology.loops) > 1 else (),
     )
+    if made.outcome is not Outcome.FLIPPED or len(flipped):
+        return made
+    return replace(made, outcome=Outcome.VALID, message="no triangle of this part of the map is flipped")
 
 
 def distortion(pieces: list[Submesh]) -> float:
