@@ -14,6 +14,7 @@ from scipy.sparse import linalg
 import igl_linabf as il
 from igl_linabf import kernels
 from igl_linabf.angles import constraints_of
+from igl_linabf.charts.outlines import Outline, masks_of
 from igl_linabf.kernels.choice import compiled
 from igl_linabf.linalg import NotPositiveDefiniteError, SmallBlocks
 from igl_linabf.surface import planar
@@ -26,6 +27,17 @@ def topology_and_angles():
     alpha = np.arctan2(mesh.double_area, mesh.dot)
     alpha[:, ::7] *= np.random.default_rng(0).uniform(0.1, 1, (3, 1))
     return mesh, mesh.topology, alpha
+
+
+def a_page_and_masks():
+    """Rings of several sizes, and a page whose gaps some of them fit into."""
+    rim = np.exp(2j * np.pi * np.arange(40) / 40) * (1 + 0.3 * np.cos(2 * np.pi * np.arange(40) / 8))
+    rings = Outline(rim, np.roll(rim, -1), np.ones(40, dtype=np.int64), 3.0)
+    (masks,) = masks_of([rings], [np.exp(2j * np.pi * np.arange(8) / 8) * np.linspace(0.6, 1.1, 8)], 9.0, 0.5)
+    page = np.zeros((64, 64), dtype=bool)
+    page[:40, :50] = np.hypot(*np.indices((40, 50)) - 20) > 12
+    page[30:44, 20:30] = True
+    return page, 50, 44, masks.shapes, masks.blocks, masks.start
 
 
 def cases():
@@ -72,6 +84,7 @@ def cases():
         "turn": (rng.normal(size=40), 0.7, rng.normal(size=40)),
         "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),
         "block_entries": (*at[:2], rng.random(pattern.n) < 0.2),
+        "best_place": (*a_page_and_masks(),),
         "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
     }
 
