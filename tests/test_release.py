@@ -88,7 +88,7 @@ def test_a_type_checker_sees_every_name_and_no_other(tmp_path) -> None:
         cwd=tmp_path,
         capture_output=True,
         text=True,
-        timeout=200,
+        timeout=600,
         env={**os.environ, "MYPYPATH": str(ROOT)},
     )
     errors = [line for line in process.stdout.splitlines() if "error:" in line]
