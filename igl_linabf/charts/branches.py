@@ -36,7 +36,7 @@ def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
         branch = waiting.pop(0)
         if len(steps.get(branch, ())) >= 3:
             moved, ends = _moved(piece, seam, arcs_at(piece, steps, branch), branch, kept, cost)
-            replaced(piece, steps, np.setdiff1d(seam, moved), np.setdiff1d(moved, seam))
+            replaced(piece, steps, piece.without(seam, moved), piece.without(moved, seam))
             seam = moved
             waiting += sorted(ends.difference(waiting))
     return seam
@@ -82,15 +82,14 @@ def _moved(
     free = len(arcs) == 3 and branch >= piece.holes
     for chosen in [tuple(arcs)] if free else combinations(arcs, 2):
         own = np.concatenate([arc for arc, _ in chosen])
-        rest, length = np.setdiff1d(seam, own), piece.total(own) / SHORTER
+        rest, length = piece.without(seam, own), piece.total(own) / SHORTER
         tips = [tip for _, tip in chosen] + [branch] * (not free)
-        nodes, place = np.unique(np.append(piece.ends[rest].ravel(), tips), return_inverse=True)
-        label = connected_labels(place[: 2 * len(rest)].reshape(-1, 2), len(nodes))
-        groups = label[place[2 * len(rest) :]]
-        if len(np.unique(groups)) == 3:
-            searches = [piece.search(nodes[label == group], limit=length) for group in groups]
+        label = connected_labels(piece.ends[rest], piece.n)
+        groups = label[tips]
+        if len(set(groups.tolist())) == 3:
+            searches = [piece.search(np.flatnonzero(label == group), limit=length) for group in groups]
         else:
-            others = np.unique(piece.ends[rest])
+            others = piece.ends[rest].ravel()
             searches = [piece.search(np.array([tip]), others, length) for tip in tips]
         centre = int(np.argmin(sum(distance for distance, _, _ in searches)))
         ways = [piece.paths(before, [centre]) for _, before, _ in searches]

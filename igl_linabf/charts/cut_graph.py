@@ -9,7 +9,8 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
+from ..kernels import nearest_sources
 from ..surface import Submesh, connected_labels, sum_by
 from .creases import angle_noise, bends, face_normals, sharpness
 from .scale import ZeroAtNodes
@@ -99,21 +100,18 @@ class ClosedSurface:
         return self.shortest[np.searchsorted(self.key, np.minimum(i, j) * self.n + np.maximum(i, j))]
 
     def search(
-        self, sources: IntArray, avoid: IntArray | None = None, limit: float = np.inf
+        self, sources: IntArray, avoid: IntArray | BoolArray | None = None, limit: float = np.inf
     ) -> tuple[FloatArray, IntArray, IntArray]:
-        """The distance of each node to the nearest source, the node before it on the path, that source."""
-        graph = self.graph
+        """The distance of each node to the nearest source, the node before it on the path, that source.
+
+        `avoid` are nodes, or a mask of them.
+        """
+        open_ = np.ones(self.n, dtype=bool)
         if avoid is not None:
-            open_ = np.ones(self.n, dtype=bool)
             open_[avoid] = False
             open_[sources] = True
-            rows = np.repeat(np.arange(self.n), np.diff(graph.indptr))
-            data = np.where(open_[rows] & open_[graph.indices], graph.data, np.inf)
-            graph = sparse.csr_array((data, graph.indices, graph.indptr), shape=graph.shape)
-        distance, before, source = csgraph.dijkstra(
-            graph, indices=sources, min_only=True, return_predecessors=True, limit=limit
-        )
-        return distance, before.astype(np.int64), source.astype(np.int64)
+        graph = self.graph
+        return nearest_sources(graph.indptr, graph.indices, graph.data, sources, open_, limit)
 
     def paths(self, before: IntArray, ends: list[int]) -> IntArray:
         """The edges on the shortest paths from some nodes to their sources, each once."""
@@ -128,23 +126,17 @@ class ClosedSurface:
         """The nodes on a seam, and the holes."""
         return np.union1d(self.ends[seam], np.arange(self.holes))
 
-    @cached_property
-    def _dual(self) -> tuple[IntArray, IntArray, IntArray]:
-        """The faces beside each face, row by row; the rows' starts; the places of each edge's sides."""
-        face = self.faces.ravel()
-        order = np.argsort(face, kind="stable")
-        place = np.empty(len(order), dtype=np.int64)
-        place[order] = np.arange(len(order))
-        start = np.searchsorted(face[order], np.arange(self.n_faces + 1))
-        return self.faces[:, ::-1].ravel()[order], start, place.reshape(-1, 2)
-
     def leaves_whole(self, seam: IntArray) -> bool:
         """Whether the surface is in one piece when it is cut along the seam."""
-        beside, start, place = self._dual
-        beside = beside.copy()
-        beside[place[seam]] = self.faces[seam]  # to the face itself instead
-        graph = sparse.csr_array((np.ones(len(beside)), beside, start), shape=(self.n_faces, self.n_faces))
-        return len(csgraph.breadth_first_order(graph, 0, return_predecessors=False)) == self.n_faces
+        crossed = np.ones(len(self.faces), dtype=bool)
+        crossed[seam] = False
+        return not connected_labels(self.faces[crossed], self.n_faces).any()
+
+    def without(self, seam: IntArray, others: IntArray) -> IntArray:
+        """The edges of a seam that are not among others."""
+        kept = np.ones(len(self.ends), dtype=bool)
+        kept[others] = False
+        return seam[kept[seam]]
 
     def total(self, seam: IntArray) -> float:
         return float(self.length[seam].sum())
@@ -273,12 +265,11 @@ def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -
 
 def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
     """Numbers of components and cycles of the seam with the holes; whether the surface stays in one piece."""
-    nodes, place = np.unique(
-        np.concatenate((np.arange(piece.holes), piece.ends[seam].ravel())), return_inverse=True
-    )
-    label = connected_labels(place[piece.holes :].reshape(-1, 2), len(nodes))
-    number = int(label.max(initial=-1)) + 1
-    cycles = number + len(seam) - len(nodes)
+    on = np.zeros(piece.n, dtype=bool)
+    on[: piece.holes], on[piece.ends[seam]] = True, True
+    nodes = np.count_nonzero(on)
+    number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1 - (piece.n - nodes)
+    cycles = number + len(seam) - nodes
     return number, cycles, not cycles or piece.leaves_whole(seam)  # a forest separates nothing
 
 
