@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..surface import Submesh
+from ..surface import NEXT, PREV, Submesh
 
 NOISE = 2.0**-23  # of the extent: what coordinates in single precision are off by
 UNSURE = 100.0  # times the noise: faces of less height have a normal that means nothing
@@ -19,16 +19,24 @@ def extent(V: FloatArray) -> float:
     return float(np.ptp(V, axis=0).max())
 
 
+def lengths_of(vectors: FloatArray) -> FloatArray:
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
+
+
+def edge_lengths(V: FloatArray, edges: IntArray) -> FloatArray:
+    return lengths_of(V[edges[:, 0]] - V[edges[:, 1]])
+
+
 def face_normals(component: Submesh) -> FloatArray:
     """Unit normals, (#F, 3); those of slivers are their neighbours', so that rounding bends no plane."""
     V, F, topology = component.V, component.F, component.topology
+    double_area, dot = component.measured
     a, b, c = V[F.T]
     normal = np.cross(b - a, c - a)
-    double_area = np.linalg.norm(normal, axis=1)
-    side = np.stack([np.linalg.norm(p - q, axis=1) for p, q in ((c, b), (a, c), (b, a))])
-    longest = side.argmax(axis=0)
+    squared_side = dot[NEXT] + dot[PREV]  # opposite to each corner
+    longest = squared_side.argmax(axis=0)
     normal /= np.maximum(double_area, np.finfo(float).tiny)[:, None]
-    unsure = double_area < UNSURE * NOISE * extent(V) * side.max(axis=0)
+    unsure = double_area < UNSURE * NOISE * extent(V) * np.sqrt(squared_side.max(axis=0))
     if unsure.any():
         m = len(F)
         twin = np.full(3 * m, -1)
@@ -48,11 +56,11 @@ def bends(component: Submesh, normal: FloatArray) -> FloatArray:
     """Angle between the normals at each edge of two faces; negative where the surface is concave."""
     topology, m = component.topology, len(component.F)
     sides = topology.sides[:, topology.sides[1] >= 0]
-    first, second = normal[sides % m]
-    cross = np.linalg.norm(np.cross(first, second), axis=1)
-    bend = np.arctan2(cross, (first * second).sum(axis=1))
-    apex = component.V[topology.corner.ravel()[sides]]  # opposite to the edge, on its two sides
-    rise = ((apex[1] - apex[0]) * (first - second)).sum(axis=1)
+    first, second = sides % m
+    turned = normal[first] - normal[second]
+    bend = 2 * np.arcsin(np.minimum(lengths_of(turned) / 2, 1))
+    apex = topology.corner.ravel()[sides]  # opposite to the edge, on its two sides
+    rise = np.einsum("ij,ij->i", component.V[apex[1]] - component.V[apex[0]], turned)
     return np.asarray(np.where(rise > 0, -bend, bend))
 
 
@@ -66,7 +74,7 @@ def flat_share(component: Submesh) -> float:
     inside = topology.sides[1] >= 0
     sides, (a, b) = topology.sides[:, inside] % m, topology.edges[inside].T
     double_area = component.measured[0]
-    length = np.linalg.norm(component.V[a] - component.V[b], axis=1)
+    length = lengths_of(component.V[a] - component.V[b])
     way = double_area[sides].sum(axis=0) / np.maximum(length, np.finfo(float).tiny)
     bend = np.abs(bends(component, face_normals(component)))
     straight = bend < STRAIGHT * way / np.sqrt(double_area.sum() / 2) + ROUNDING
@@ -83,6 +91,5 @@ def sharpness(bend: FloatArray) -> FloatArray:
 def angle_noise(component: Submesh, node: IntArray, n: int) -> FloatArray:
     """The curvature that rounding of coordinates makes at each node: long edges turn less than short ones."""
     V, edges = component.V, component.topology.edges
-    length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
-    turned = NOISE * extent(V) / np.maximum(length, np.finfo(float).tiny)
-    return np.asarray(np.bincount(node[edges].ravel(), np.repeat(turned, 2), minlength=n))
+    turned = NOISE * extent(V) / np.maximum(edge_lengths(V, edges), np.finfo(float).tiny)
+    return sum(np.bincount(node[end], turned, minlength=n) for end in edges.T)

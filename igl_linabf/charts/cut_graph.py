@@ -7,12 +7,11 @@ from functools import cached_property
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import nearest_sources
+from ..kernels import nearest_sources, spanning_forest
 from ..surface import Submesh, connected_labels, sum_by
-from .creases import angle_noise, bends, face_normals, sharpness
+from .creases import angle_noise, bends, edge_lengths, face_normals, sharpness
 from .scale import ZeroAtNodes
 from .visibility import Smoothing, shown, valleys
 
@@ -157,7 +156,7 @@ def closed_surface(
     edges = topology.edges[inside]
     ends = node[edges]
     every = np.flatnonzero(topology.sides[1] >= 0)
-    true_length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
+    true_length = edge_lengths(V, edges)
     bend = bends(component, face_normals(component))[np.searchsorted(every, inside)]
     length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
     double_area, dot = component.measured
@@ -223,14 +222,10 @@ def _loops(piece: ClosedSurface, base: int) -> tuple[IntArray, IntArray]:
     in_tree = np.zeros(len(piece.edges), dtype=bool)
     in_tree[piece.between(others, before[others])] = True
     loop = distance[piece.ends].sum(axis=1) + piece.length
-    order = np.argsort(-loop, kind="stable")
-    rank = np.empty(len(order))
-    rank[order] = np.arange(1, len(order) + 1)  # distinct weights name the edge
-    m, faces = piece.n_faces, piece.faces
-    dual, _ = first_of_each(faces.min(axis=1) * m + faces.max(axis=1), rank, np.flatnonzero(~in_tree))
-    cotree = csgraph.minimum_spanning_tree(sparse.csr_array((rank[dual], faces[dual].T), shape=(m, m)))
-    in_cotree = np.zeros(len(rank), dtype=bool)
-    in_cotree[order[cotree.data.astype(np.int64) - 1]] = True
+    outside = np.flatnonzero(~in_tree)
+    in_cotree = np.zeros(len(piece.edges), dtype=bool)
+    longest_first = outside[np.argsort(-loop[outside], kind="stable")]
+    in_cotree[spanning_forest(piece.faces, longest_first, piece.n_faces)] = True
     across = np.flatnonzero(~in_tree & ~in_cotree)
     seam = np.union1d(across, piece.paths(before, piece.ends[across].ravel().tolist()))
     while True:  # drop what all loops share on their way to the base
@@ -254,11 +249,7 @@ def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -
     ends = group[np.maximum(source, 0)[piece.ends]]  # a body without any of them has no source
     way = distance[piece.ends].sum(axis=1) + piece.length
     between = np.flatnonzero(ends[:, 0] != ends[:, 1])
-    bridge, key = first_of_each(ends.min(axis=1) * piece.n + ends.max(axis=1), way, between)
-    n = piece.n
-    tree = csgraph.minimum_spanning_tree(sparse.csr_array((way[bridge], (key // n, key % n)), shape=(n, n)))
-    i, j = tree.tocoo().coords
-    bridge = bridge[np.searchsorted(key, i.astype(np.int64) * n + j)]
+    bridge = spanning_forest(ends, between[np.argsort(way[between], kind="stable")], piece.n)
     paths = piece.paths(before, piece.ends[bridge].ravel().tolist())
     return np.concatenate((seam, np.setdiff1d(np.union1d(bridge, paths), seam)))
 
@@ -277,7 +268,9 @@ def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.c
     """The shortest edge between each two nodes, as a graph, their sorted keys, and these edges."""
     proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
     shortest, key = first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
-    return symmetric_graph(length[shortest], ends[shortest], n), key, shortest
+    start = np.searchsorted(key, n * np.arange(n + 1))
+    upper = sparse.csr_array((length[shortest], key % n, start), shape=(n, n))
+    return (upper + upper.T.tocsr()).tocsr(), key, shortest
 
 
 def symmetric_graph(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
@@ -288,6 +281,10 @@ def symmetric_graph(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_ar
 
 def first_of_each(key: IntArray, weight: FloatArray, index: IntArray) -> tuple[IntArray, IntArray]:
     """Of the `index` with equal `key` the one of least weight; and these keys, sorted."""
-    order = index[np.lexsort((weight[index], key[index]))]
-    keys, first = np.unique(key[order], return_index=True)
-    return order[first], keys
+    own = key[index]
+    if (own[1:] > own[:-1]).all():
+        return index, own
+    order = index[np.lexsort((weight[index], own))]
+    own = key[order]
+    first = np.append(True, own[1:] > own[:-1])
+    return order[first], own[first]

@@ -7,7 +7,15 @@ small systems there are loops only: without numba, a library makes them.
 
 from .choice import fast_by, is_fast, numpy_only
 from .cholesky import Factor, analysed, factored
-from .connectivity import boundary_loops, connected_labels, cycles, entries, in_one_piece, undirected
+from .connectivity import (
+    boundary_loops,
+    connected_labels,
+    cycles,
+    entries,
+    in_one_piece,
+    spanning_forest,
+    undirected,
+)
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
 from .paths import nearest_sources
 from .small_systems import separate_errors, solved
