@@ -71,6 +71,7 @@ def cases():
         "connected_labels": (t.edges[::3], t.n),
         "spanning_forest": (np.minimum(t.edges, t.n - 9), rng.permutation(len(t.edges))[::2], t.n),
         "nearest_sources": (*ways, np.array([3, 9, 9]), np.arange(t.n) % 7 > 0, 20.0),
+        "shortest_odd_walk": (*ways, (graph.data > 1.9) + 2 * (graph.data < 1.1), 5, 4),
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
         "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),

@@ -48,4 +48,4 @@ def _on_part(piece: Submesh, result: Flattening, part: Submesh) -> Known:
         repaired=np.flatnonzero(np.isin(rows, result.repaired)),
         message=f"{result.message}; a part of this map, {len(piece.F) - len(rows):,} faces were cut off",
     )
-    return made, np.zeros((0, 2), dtype=np.int64), quality_of(part, uv)
+    return made, np.zeros((0, 2), dtype=np.int64), quality_of(part, uv, overlaps=0)

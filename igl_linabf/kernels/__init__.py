@@ -17,7 +17,7 @@ from .connectivity import (
     undirected,
 )
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
-from .paths import nearest_sources
+from .paths import nearest_sources, shortest_odd_walk
 from .small_systems import separate_errors, solved
 from .supernodes import Supernodes, supernodal_factor, supernodal_solve, supernodes
 from .systems import (

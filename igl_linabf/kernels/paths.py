@@ -90,3 +90,62 @@ def nearest_sources(
         graph, indices=sources, min_only=True, return_predecessors=True, limit=limit
     )
     return distance, np.maximum(before.astype(np.int64), -1), np.maximum(source.astype(np.int64), -1)
+
+
+def _shortest_odd_walk(
+    indptr: IntArray, indices: IntArray, length: FloatArray, flip: IntArray, start: int, copies: int
+) -> IntArray:
+    n, size = len(indptr) - 1, 1
+    distance, before = np.full(copies * n, np.inf), np.full(copies * n, -1, dtype=np.int64)
+    place, heap = np.full(copies * n, -1, dtype=np.int64), np.empty(copies * n, dtype=np.int64)
+    goal = (copies - 1) * n + start
+    distance[start], heap[0], place[start] = 0.0, start, 0
+    while size and heap[0] != goal:
+        node = heap[0]
+        size -= 1
+        if size:
+            heap[0] = heap[size]
+            _sunk(heap, place, distance, size)
+        copy = node // n
+        for at in range(indptr[node - copy * n], indptr[node - copy * n + 1]):
+            there, way = (copy ^ flip[at]) * n + indices[at], distance[node] + length[at]
+            if way < distance[there]:
+                if place[there] < 0:
+                    heap[size], place[there] = there, size
+                    size += 1
+                distance[there], before[there] = way, node
+                _risen(heap, place, distance, place[there])
+    steps, at = 1, goal
+    while before[at] >= 0:
+        at = before[at]
+        steps += 1
+    walk, at = np.empty(steps, dtype=np.int64), goal
+    for k in range(steps):
+        walk[k] = at
+        at = before[at]
+    return walk
+
+
+@with_loops(_shortest_odd_walk)
+def shortest_odd_walk(
+    indptr: IntArray, indices: IntArray, length: FloatArray, flip: IntArray, start: int, copies: int
+) -> IntArray:
+    """The shortest closed walk from a node that crosses each of some ways an odd number of times.
+
+    Bits of `flip` tell which ways an edge crosses; the graph is given as in CSR. There is a copy of it for
+    each combination of bits: copy c, of the nodes from c n on, is reached over the ways of c's bits. The walk
+    is given from its end, which is in the last copy; that alone if there is no such walk.
+    """
+    n = len(indptr) - 1
+    rows, copy = np.repeat(np.arange(n), np.diff(indptr)), np.arange(copies)[:, None]
+    ends = (copy * n + rows).ravel(), ((copy ^ flip) * n + indices).ravel()
+    graph = sparse.csr_array((np.tile(length, copies), ends), shape=(copies * n, copies * n))
+    walk, limit = [(copies - 1) * n + start], 32 * float(length.max())
+    while True:  # most walks are short beside the whole graph
+        distance, before = csgraph.dijkstra(graph, indices=start, return_predecessors=True, limit=limit)
+        if np.isfinite(distance[walk[0]]) or not np.isfinite(limit):
+            break
+        limit = 4 * limit if limit < float(length.sum()) else np.inf
+    while before[walk[-1]] >= 0:
+        walk.append(int(before[walk[-1]]))
+    return np.array(walk, dtype=np.int64)
