@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from .._types import IntArray
+from .._types import FloatArray, IntArray
 from ..surface import connected_labels
 from .cut_graph import SHORTER, ClosedSurface, Shape, shape
 
@@ -87,10 +87,13 @@ def _moved(
         label = connected_labels(piece.ends[rest], piece.n)
         groups = label[tips]
         if len(set(groups.tolist())) == 3:
-            searches = [piece.search(np.flatnonzero(label == group), limit=length) for group in groups]
+            sources, others = [np.flatnonzero(label == group) for group in groups], None
         else:
-            others = piece.ends[rest].ravel()
-            searches = [piece.search(np.array([tip]), others, length) for tip in tips]
+            sources, others = [np.array([tip]) for tip in tips], piece.ends[rest].ravel()
+        first = piece.search(sources[0], others, length)
+        away = [_way_to(piece, first[0], nodes) for nodes in sources]
+        # where all three meet, the ways to two of them are as long as it is from one to the other, or longer
+        searches = [first, *(piece.search(sources[k], others, length - away[3 - k]) for k in (1, 2))]
         centre = int(np.argmin(sum(distance for distance, _, _ in searches)))
         ways = [piece.paths(before, [centre]) for _, before, _ in searches]
         moved = np.unique(np.concatenate((rest, *ways)))
@@ -98,6 +101,15 @@ def _moved(
         if shorter and shape(piece, moved) == kept and cost(moved) < cost(seam):
             return moved, {*tips, centre}
     return seam, set()
+
+
+def _way_to(piece: ClosedSurface, distance: FloatArray, nodes: IntArray) -> float:
+    """The least distance to some nodes; to one that is not passed, by way of its neighbours. 0 if unknown."""
+    way, graph = float(distance[nodes].min()), piece.graph
+    if len(nodes) == 1:
+        row = slice(graph.indptr[nodes[0]], graph.indptr[nodes[0] + 1])
+        way = min(way, float((distance[graph.indices[row]] + graph.data[row]).min(initial=np.inf)))
+    return way if np.isfinite(way) else 0.0
 
 
 def steps_along(piece: ClosedSurface, seam: IntArray) -> Steps:

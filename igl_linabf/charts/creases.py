@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._types import FloatArray, IntArray
+from ..kernels import bends, lengths, normals
 from ..surface import NEXT, PREV, Submesh
 
 NOISE = 2.0**-23  # of the extent: what coordinates in single precision are off by
@@ -19,23 +20,13 @@ def extent(V: FloatArray) -> float:
     return float(np.ptp(V, axis=0).max())
 
 
-def lengths_of(vectors: FloatArray) -> FloatArray:
-    return np.asarray(np.sqrt(np.einsum("ij,ij->i", vectors, vectors)))
-
-
-def edge_lengths(V: FloatArray, edges: IntArray) -> FloatArray:
-    return lengths_of(V[edges[:, 0]] - V[edges[:, 1]])
-
-
 def face_normals(component: Submesh) -> FloatArray:
     """Unit normals, (#F, 3); those of slivers are their neighbours', so that rounding bends no plane."""
     V, F, topology = component.V, component.F, component.topology
     double_area, dot = component.measured
-    a, b, c = V[F.T]
-    normal = np.cross(b - a, c - a)
+    normal = normals(V, topology.corner)
     squared_side = dot[NEXT] + dot[PREV]  # opposite to each corner
     longest = squared_side.argmax(axis=0)
-    normal /= np.maximum(double_area, np.finfo(float).tiny)[:, None]
     unsure = double_area < UNSURE * NOISE * extent(V) * np.sqrt(squared_side.max(axis=0))
     if unsure.any():
         m = len(F)
@@ -52,16 +43,11 @@ def face_normals(component: Submesh) -> FloatArray:
     return np.asarray(normal)
 
 
-def bends(component: Submesh, normal: FloatArray) -> FloatArray:
+def all_bends(component: Submesh) -> FloatArray:
     """Angle between the normals at each edge of two faces; negative where the surface is concave."""
-    topology, m = component.topology, len(component.F)
-    sides = topology.sides[:, topology.sides[1] >= 0]
-    first, second = sides % m
-    turned = normal[first] - normal[second]
-    bend = 2 * np.arcsin(np.minimum(lengths_of(turned) / 2, 1))
-    apex = topology.corner.ravel()[sides]  # opposite to the edge, on its two sides
-    rise = np.einsum("ij,ij->i", component.V[apex[1]] - component.V[apex[0]], turned)
-    return np.asarray(np.where(rise > 0, -bend, bend))
+    topology = component.topology
+    inside = np.ascontiguousarray(topology.sides[:, topology.sides[1] >= 0])
+    return bends(component.V, topology.corner, inside, face_normals(component))
 
 
 def flat_share(component: Submesh) -> float:
@@ -72,11 +58,11 @@ def flat_share(component: Submesh) -> float:
     """
     topology, m = component.topology, len(component.F)
     inside = topology.sides[1] >= 0
-    sides, (a, b) = topology.sides[:, inside] % m, topology.edges[inside].T
+    sides = topology.sides[:, inside] % m
     double_area = component.measured[0]
-    length = lengths_of(component.V[a] - component.V[b])
+    length = lengths(component.V, topology.edges[inside])
     way = double_area[sides].sum(axis=0) / np.maximum(length, np.finfo(float).tiny)
-    bend = np.abs(bends(component, face_normals(component)))
+    bend = np.abs(all_bends(component))
     straight = bend < STRAIGHT * way / np.sqrt(double_area.sum() / 2) + ROUNDING
     flat = np.zeros(m, dtype=bool)
     flat[sides[:, straight]] = True
@@ -88,8 +74,11 @@ def sharpness(bend: FloatArray) -> FloatArray:
     return np.asarray(np.clip((np.abs(bend) - SOFT) / (SHARP - SOFT), 0.0, 1.0))
 
 
-def angle_noise(component: Submesh, node: IntArray, n: int) -> FloatArray:
-    """The curvature that rounding of coordinates makes at each node: long edges turn less than short ones."""
-    V, edges = component.V, component.topology.edges
-    turned = NOISE * extent(V) / np.maximum(edge_lengths(V, edges), np.finfo(float).tiny)
-    return sum(np.bincount(node[end], turned, minlength=n) for end in edges.T)
+def angle_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) -> FloatArray:
+    """The curvature that rounding of coordinates makes at each node: long edges turn less than short ones.
+
+    `length` is that of the topology's edges.
+    """
+    turned = NOISE * extent(component.V) / np.maximum(length, np.finfo(float).tiny)
+    a, b = node[component.topology.edges].T
+    return np.asarray(np.bincount(a, turned, minlength=n) + np.bincount(b, turned, minlength=n))

@@ -9,9 +9,9 @@ import numpy as np
 from scipy import sparse
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import nearest_sources, spanning_forest
+from ..kernels import lengths, nearest_sources, spanning_forest
 from ..surface import Submesh, connected_labels, sum_by
-from .creases import angle_noise, bends, edge_lengths, face_normals, sharpness
+from .creases import all_bends, angle_noise, sharpness
 from .scale import ZeroAtNodes
 from .visibility import Smoothing, shown, valleys
 
@@ -156,8 +156,9 @@ def closed_surface(
     edges = topology.edges[inside]
     ends = node[edges]
     every = np.flatnonzero(topology.sides[1] >= 0)
-    true_length = edge_lengths(V, edges)
-    bend = bends(component, face_normals(component))[np.searchsorted(every, inside)]
+    every_length = lengths(V, topology.edges)
+    true_length = every_length[inside]
+    bend = all_bends(component)[np.searchsorted(every, inside)]
     length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
     double_area, dot = component.measured
     size = float(np.sqrt(double_area.sum() / 2))
@@ -188,7 +189,7 @@ def closed_surface(
         key=key,
         shortest=shortest,
         curvature=2 * np.pi - sum_by(corner, np.arctan2(double_area, dot), n),
-        noise=angle_noise(component, node, n),
+        noise=angle_noise(component, every_length, node, n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
         laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
         position=V[vertex],
@@ -258,7 +259,7 @@ def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
     """Numbers of components and cycles of the seam with the holes; whether the surface stays in one piece."""
     on = np.zeros(piece.n, dtype=bool)
     on[: piece.holes], on[piece.ends[seam]] = True, True
-    nodes = np.count_nonzero(on)
+    nodes = int(np.count_nonzero(on))
     number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1 - (piece.n - nodes)
     cycles = number + len(seam) - nodes
     return number, cycles, not cycles or piece.leaves_whole(seam)  # a forest separates nothing

@@ -96,7 +96,8 @@ def valleys(
 ) -> FloatArray:
     """What a seam's length is multiplied by at each edge: less than 1 in concave valleys."""
     n, double_area = len(component.V), component.measured[0]
-    turned = sum(np.bincount(end, bend * length / 2, minlength=n) for end in edges.T)
+    half = bend * length / 2
+    turned = np.bincount(edges[:, 0], half, minlength=n) + np.bincount(edges[:, 1], half, minlength=n)
     area = np.bincount(component.F.T.ravel(), np.tile(double_area / 6, 3), minlength=n)
     depth = np.maximum(-smoothing.of(turned) / smoothing.of(area) * size, 0)
     depth = (depth[edges[:, 0]] + depth[edges[:, 1]]) / 2

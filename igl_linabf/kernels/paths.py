@@ -46,8 +46,8 @@ def _nearest_sources(
 ) -> Paths:
     n, size = len(indptr) - 1, 0
     distance, before = np.full(n, np.inf), np.full(n, -1, dtype=np.int64)
-    source, place = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int32)
-    heap = np.empty(n, dtype=np.int32)
+    source, place = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
+    heap = np.empty(n, dtype=np.int64)
     for node in sources:
         if open_[node] and place[node] < 0:
             distance[node], source[node] = 0.0, node
