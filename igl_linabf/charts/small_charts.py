@@ -11,9 +11,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._types import FloatArray, IntArray
+from ..layouts import least_squares
+from ..linalg import NotPositiveDefiniteError, Solvers
 from ..measures import change_of, overlapping_pairs, quality_of
-from ..surface import Submesh, complex_positions, flat_angles, signed_double_areas
+from ..surface import Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from .atlas import Chart
+from .pieces import of_own_size
 
 FEW, LARGE = 16, 0.01  # faces of a small chart; and the share of the surface's area that it may have
 NEGLIGIBLE, MANY = 1e-3, 300  # the share of a chart that is small whatever its faces, up to so many
@@ -113,6 +116,8 @@ class _Host:
         """Whether a chart has room beside this one; it is then a part of it."""
         result = self._chart.result
         uv = _laid_out(piece, run.own, result.uv[run.of_host])
+        if uv is None:
+            return False
         double_area = signed_double_areas(complex_positions(uv), piece.topology.corner)
         if not (double_area > 0).all():
             return False
@@ -166,9 +171,7 @@ class _Host:
             piece.n_given,
             np.concatenate(inner)[order] if inner else None,
         )
-        flat = np.concatenate(uv)
-        double_area = np.abs(signed_double_areas(complex_positions(flat), whole.topology.corner))
-        flat *= np.sqrt(whole.measured[0].sum() / double_area.sum())
+        flat = of_own_size(np.concatenate(uv), whole)
         place = np.empty(len(order), dtype=np.int64)
         place[order] = np.arange(len(order))
         number = len(whole.F) - len(piece.F)
@@ -188,17 +191,14 @@ def _codes(piece: Submesh, ends: IntArray) -> IntArray:
     return np.asarray(start * piece.n_given + end)
 
 
-def _laid_out(piece: Submesh, fixed: IntArray, at: FloatArray) -> FloatArray:
-    """The map of least squares to a conformal one, with some vertices where they are (LSCM)."""
+def _laid_out(piece: Submesh, fixed: IntArray, at: FloatArray) -> FloatArray | None:
+    """The map of least squares to a conformal one (LSCM), with some vertices where they are.
+
+    None if the piece is too thin for that.
+    """
     double_area, dot = piece.measured
-    m, n = len(piece.F), len(piece.V)
-    side = np.linalg.norm(piece.V[piece.F[:, 1]] - piece.V[piece.F[:, 0]], axis=1)
-    corner = np.stack((np.zeros(m), side, (dot[0] + 1j * double_area) / side), axis=1)
-    weight = np.roll(corner, -2, axis=1) - np.roll(corner, -1, axis=1)  # sum of weight z = 0: a similarity
-    matrix = np.zeros((m, n), dtype=complex)
-    matrix[np.arange(m)[:, None], piece.F] = weight / np.sqrt(double_area)[:, None]
-    z, free = np.zeros(n, dtype=complex), np.ones(n, dtype=bool)
-    z[fixed], free[fixed] = complex_positions(at), False
-    if free.any():
-        z[free] = np.linalg.lstsq(matrix[:, free], -matrix[:, ~free] @ z[~free], rcond=None)[0]
-    return np.column_stack((z.real, z.imag))
+    try:
+        z, _ = least_squares(piece.topology, dot / double_area, fixed, complex_positions(at), Solvers("auto"))
+    except NotPositiveDefiniteError:
+        return None
+    return coordinates(z)
