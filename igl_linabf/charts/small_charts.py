@@ -29,8 +29,10 @@ Made = tuple[Key, Chart, Submesh]
 
 def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
     """The charts, of which small ones are parts of others of the same piece now, where that can be."""
-    area = [float(piece.measured[0].sum()) for _, _, piece in made]
     split = [len(key) > 1 for key, _, _ in made]
+    if not any(split):
+        return made
+    area = [float(piece.measured[0].sum()) for _, _, piece in made]
     whole = sum(area)
     small = [
         parted
