@@ -232,7 +232,7 @@ def _spread(changed: Change, faces: Parts) -> FloatArray:
 
 def _percentile_99(sides: FloatArray, faces: Parts) -> FloatArray:
     """Of each part, the 99th percentile of the values at the sides of its faces, (3, #F)."""
-    ordered = np.concatenate([np.sort(part, axis=None) for part in faces.split(sides)])
+    ordered = np.concatenate([np.sort(part, axis=None) for part in faces.split(sides.T)])
     place = 3 * faces.start[:-1] + 0.99 * (3 * faces.sizes - 1)
     low = np.floor(place).astype(np.int64)
     high = np.minimum(low + 1, 3 * faces.start[1:] - 1)
