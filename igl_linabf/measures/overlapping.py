@@ -9,6 +9,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..kernels import interpenetrating
 from ..surface import (
     Parts,
     Submesh,
@@ -169,26 +170,7 @@ def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
         keep = i < j
         if chart is not None:
             keep &= chart[solid[i]] == chart[solid[j]]
-        i, j = i[keep], j[keep]
-        for _ in range(2):  # a side of the one separates them, or a side of the other
-            for k in range(3):
-                reach = _reach(triangle, i, j, k)
-                least = MIN_DEPTH * np.minimum(height[i], height[j]) + np.maximum(rounding[i], rounding[j])
-                keep = reach > least
-                i, j = i[keep], j[keep]
-            i, j = j, i
-        found.append(np.column_stack((i, j)))
+        pairs = np.column_stack((i[keep], j[keep]))
+        found.append(pairs[interpenetrating(triangle, pairs, MIN_DEPTH * height, rounding)])
     pairs = solid[np.concatenate(found)]
     return np.asarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))], dtype=np.int64)
-
-
-def _reach(triangle: ComplexArray, i: IntArray, j: IntArray, k: int) -> FloatArray:
-    """How far triangles j reach across side k of triangles i, towards the inside."""
-    start = triangle[:, k]
-    side = triangle[:, (k + 1) % 3] - start
-    inward = (side / np.abs(side)).conj()[i]
-    start = start[i]
-    reach = (inward * (triangle[:, 0][j] - start)).imag
-    for corner in (1, 2):
-        np.maximum(reach, (inward * (triangle[:, corner][j] - start)).imag, out=reach)
-    return np.asarray(reach)
