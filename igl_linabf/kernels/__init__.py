@@ -12,9 +12,11 @@ from .maps import first_moments, second_moments, signed_double_areas, third_mome
 from .overlaps import interpenetrating
 from .places import best_place
 from .small_systems import separate_errors, solved
-from .supernodes import Supernodes, supernodal_factor, supernodal_solve, supernodes
+from .supernodal import supernodal_factor, supernodal_solve
+from .supernodes import Supernodes, supernodes
 from .systems import (
     at_edges,
+    block_entries,
     block_product,
     conformal_weights,
     disparity,
@@ -36,4 +38,4 @@ from .triangles import (
     row_sums,
     sum_by,
 )
-from .vectors import block_axpy, block_dots
+from .vectors import block_axpy, block_dots, dot, move, turn

@@ -136,13 +136,18 @@ class Compiled:
             return Compiled(lower).factor(lower)
         values, analysed = self._numeric(lower), self._analysed
 
+        def pair(b: Array) -> Array:
+            return kernels.supernodal_solve(values, analysed, np.ascontiguousarray(b))
+
         def solve(b: Array) -> Array:
+            if b.ndim == 2 and b.shape[1] == 2:
+                return pair(b)
             columns = b.reshape(len(b), -1)
             parts = [columns[:, k : k + 2] for k in range(0, columns.shape[1], 2)]
             if columns.shape[1] % 2:
                 parts[-1] = np.repeat(parts[-1], 2, axis=1)
-            made = [kernels.supernodal_solve(values, analysed, np.ascontiguousarray(part)) for part in parts]
-            return np.hstack(made)[:, : columns.shape[1]].reshape(b.shape) if made else np.empty_like(b)
+            made = np.hstack([pair(part) for part in parts]) if parts else np.empty_like(columns)
+            return made[:, : columns.shape[1]].reshape(b.shape)
 
         return Factored(self.name, True, solve)
 
