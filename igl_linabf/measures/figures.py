@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -209,9 +209,7 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
         ).tolist()
     flips = faces.sum(changed.flipped.astype(np.int64)).tolist()
     counts = zip(flips, overlaps, faces.sizes.tolist(), strict=True)
-    names = [field.name for field in fields(Quality)]
-    rows = ((*row, *count) for row, count in zip(figures, counts, strict=True))
-    return [Quality(**dict(zip(names, row, strict=True))) for row in rows]
+    return [Quality(*(*row, *count)) for row, count in zip(figures, counts, strict=True)]
 
 
 def _spread(changed: Change, faces: Parts) -> FloatArray:

@@ -9,12 +9,11 @@ import shapely
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import interpenetrating
+from ..kernels import boundary_loops, interpenetrating
 from ..surface import (
     Parts,
     Submesh,
     complex_positions,
-    cycles,
     face_components,
     of_size_one,
     signed_double_areas,
@@ -134,11 +133,12 @@ def _wind_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) 
 
     Each point has the place of the one after it, and its chart.
     """
-    loops = cycles(following)
-    sizes = [len(loop) + 1 for loop in loops]
-    points = z[[point for loop in loops for point in (*loop, loop[0])]]
-    lines = shapely.linestrings(points.real, points.imag, indices=np.repeat(np.arange(len(loops)), sizes))
-    chart = of[[loop[0] for loop in loops]]
+    ordered, sizes, _ = boundary_loops(np.arange(len(z)), following, len(z))
+    loops = Parts.of_sizes(sizes)
+    first = ordered[loops.start[:-1]]
+    points = z[np.insert(ordered, loops.start[1:], first)]
+    lines = shapely.linestrings(points.real, points.imag, indices=np.repeat(np.arange(len(loops)), sizes + 1))
+    chart = of[first]
     turns = np.bincount(chart[shapely.is_ccw(lines)], minlength=number)
     simple = np.bincount(chart[~shapely.is_simple(lines)], minlength=number) == 0
     several = np.flatnonzero((np.bincount(chart, minlength=number) > 1)[chart])
