@@ -9,7 +9,6 @@ from .choice import fast_by, is_fast, numpy_only
 from .cholesky import Factor, analysed, factored
 from .connectivity import boundary_loops, connected_labels, cycles, entries, in_one_piece, undirected
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
-from .overlaps import interpenetrating
 from .places import best_place
 from .small_systems import separate_errors, solved
 from .supernodal import supernodal_factor, supernodal_solve
@@ -25,6 +24,7 @@ from .systems import (
     pulled,
     system_blocks,
 )
+from .triangle_pairs import interpenetrating
 from .triangles import (
     NEXT,
     PREV,
