@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -41,7 +42,7 @@ from .small_charts import with_small_joined
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
-MANY = 8  # charts from which they are flattened and measured together
+MANY, TINY = 8, 4_000  # charts, or triangles of several, for which these are flattened together
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 MAX_LEAF_ROUNDS = 8  # of more seams for that or for flips, before it is halved
 NEEDLE = 1e-13  # area over squared length, up to which a map is made wider
@@ -123,7 +124,8 @@ def charts_of(pieces: list[Submesh], task: Task) -> list[tuple[Chart, Submesh]]:
         for key, piece, kept in waiting:
             known = next(together) if kept is None else kept
             reached += len(piece.F) if not splits else 0
-            with part("charts", SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total):
+            upto = SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total
+            with part("charts", upto) if known is None else nullcontext():
                 made = _chart(piece, splits, task, known)
             if isinstance(made, Chart):
                 done.append((key, made, piece))
@@ -139,7 +141,7 @@ def charts_of(pieces: list[Submesh], task: Task) -> list[tuple[Chart, Submesh]]:
 def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]:
     """Maps of many small pieces, and what is measured of them; None: to be found alone."""
     known: list[Known | None] = [None] * len(pieces)
-    if len(pieces) < MANY:
+    if len(pieces) < MANY and (len(pieces) < 2 or sum(len(piece.F) for piece in pieces) > TINY):
         return known
     results = flatten_together([(piece.V, piece.F) for piece in pieces], method)
     good = [(i, result) for i, result in enumerate(results) if result is not None]
