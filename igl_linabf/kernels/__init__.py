@@ -18,10 +18,13 @@ from .connectivity import (
 )
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
 from .paths import nearest_sources, shortest_odd_walk
+from .places import best_place
 from .small_systems import separate_errors, solved
-from .supernodes import Supernodes, supernodal_factor, supernodal_solve, supernodes
+from .supernodal import supernodal_factor, supernodal_solve
+from .supernodes import Supernodes, supernodes
 from .systems import (
     at_edges,
+    block_entries,
     block_product,
     conformal_weights,
     disparity,
@@ -30,6 +33,7 @@ from .systems import (
     pulled,
     system_blocks,
 )
+from .triangle_pairs import interpenetrating
 from .triangles import (
     NEXT,
     PREV,
@@ -46,4 +50,4 @@ from .triangles import (
     row_sums,
     sum_by,
 )
-from .vectors import block_axpy, block_dots
+from .vectors import block_axpy, block_dots, dot, move, turn
