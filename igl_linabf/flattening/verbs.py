@@ -361,4 +361,5 @@ def flattened(
         made = chosen.run(mesh, pinned, shape) if shape.name != "free" else chosen.run(mesh, pinned)
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
     seconds |= {**made.seconds, "total": perf_counter() - start}
-    return replace(made, uv=uv, F=mesh.vertices[made.F], seconds=seconds)
+    F = made.F if len(mesh.vertices) == mesh.n_given else mesh.vertices[made.F]
+    return replace(made, uv=uv, F=F, seconds=seconds)
