@@ -40,6 +40,15 @@ def a_page_and_masks():
     return page, 50, 44, masks.shapes, masks.blocks, masks.start
 
 
+def triangles_and_pairs():
+    """Counter-clockwise triangles in a square, many of which overlap."""
+    triangle = np.random.default_rng(2).normal(size=(60, 3, 2)) @ [1, 1j]
+    a, b = triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
+    turned = (a.conj() * b).imag < 0
+    triangle[turned] = triangle[turned][:, [0, 2, 1]]
+    return triangle, np.argwhere(np.tri(60, k=-1, dtype=bool)), np.full(60, 1e-6), np.full(60, 1e-15)
+
+
 def cases():
     """Each kernel with what it may get: sharp angles, holes, vertices without a row."""
     mesh, t, alpha = topology_and_angles()
@@ -80,6 +89,7 @@ def cases():
         "connected_labels": (t.edges[::3], t.n),
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
+        "interpenetrating": (*triangles_and_pairs(),),
         "dot": tuple(rng.normal(size=(2, 40))),
         "turn": (rng.normal(size=40), 0.7, rng.normal(size=40)),
         "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),

@@ -24,6 +24,7 @@ from .systems import (
     pulled,
     system_blocks,
 )
+from .triangle_pairs import interpenetrating
 from .triangles import (
     NEXT,
     PREV,

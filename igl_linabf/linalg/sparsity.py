@@ -12,7 +12,8 @@ from .._types import Array, BoolArray, FloatArray, IntArray
 from ..kernels import block_entries, block_product, entries, is_fast, laplacian_entries, pulled, system_blocks
 from ..surface import Topology, sum_by
 from .choice import Solvers
-from .factors import Analysis, Multigrid
+from .factors import Analysis
+from .multigrid import Multigrid
 from .small_blocks import SMALL
 
 
