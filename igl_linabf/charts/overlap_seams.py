@@ -11,7 +11,7 @@ from scipy.sparse import csgraph
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import shortest_odd_walk
+from ..kernels import lengths, shortest_odd_walk
 from ..surface import Submesh, Topology, check_planar, connected_labels, face_components
 
 BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
@@ -119,8 +119,9 @@ def _shortest_seam(part: Submesh, pairs: IntArray) -> IntArray:
     m = int(cell.max()) + 1
     right, left = cell[topology.sides[:, inner] % len(part.F)]  # the faces that such an edge separates
     most = min(MAX_OVERLAPS, max(1, int(np.log2(MAX_NODES / topology.n))))
-    sheets = _sheets(pairs, right, left, m, most)
-    while not len(seam := _seam_between(V, topology, inner, right, left, sheets)):
+    dual = _Dual.of(right, left, m)
+    sheets = _sheets(pairs, right, left, dual, most)
+    while not len(seam := _seam_between(V, topology, inner, right, left, dual, sheets)):
         # three single faces over each other: no closed line crosses all three ways an odd number of times
         sheets.pop()
     return seam
@@ -132,13 +133,14 @@ def _seam_between(
     inner: IntArray,
     right: IntArray,
     left: IntArray,
+    dual: _Dual,
     sheets: list[IntArray],
 ) -> IntArray:
     """The shortest seam that has the two sheets of each overlap on different sides; no edge if none does."""
     edges = topology.edges
-    length = np.linalg.norm(V[edges[inner, 0]] - V[edges[inner, 1]], axis=1)
+    length = lengths(V, edges[inner])
     spoke = PART_COST * np.linalg.norm(np.ptp(V, axis=0)) / 2
-    flip, dual = np.zeros(len(inner), dtype=np.int64), _Dual.of(right, left, len(sheets[0]))
+    flip = np.zeros(len(inner), dtype=np.int64)
     barred = np.zeros(len(inner), dtype=bool)
     for k, sheet in enumerate(sheets):
         flip[dual.crossed(sheet)] |= 1 << k
@@ -189,19 +191,18 @@ def _pruned(walk: list[int], n: int, rim: int) -> list[int]:
     return [*path, walk[-1] % n]
 
 
-def _sheets(pairs: IntArray, right: IntArray, left: IntArray, m: int, most: int) -> list[IntArray]:
+def _sheets(pairs: IntArray, right: IntArray, left: IntArray, dual: _Dual, most: int) -> list[IntArray]:
     """The two sheets of each of the `most` largest overlaps: faces marked 1 and 2, 0 elsewhere.
 
     Pairs are neighbours if one face is the same, and the others are neighbours: so an overlap is
     a component of them. Where it winds on, so that a face is over one and under another, its
     sheets are grown from one pair on until they meet. Each sheet is connected.
     """
+    neighbour, begin, m = dual.neighbour, dual.begin, len(dual.begin) - 1
     both = np.concatenate((pairs, pairs[:, ::-1]))
     code = np.unique(both[:, 0] * m + both[:, 1])
     upper, lower = code // m, code % m
     starts, ends = [], []
-    dual = _Dual.of(right, left, m)
-    neighbour, begin = dual.neighbour, dual.begin
     for k in range(int(np.diff(begin).max(initial=0))):
         here = np.flatnonzero(begin[upper] + k < begin[upper + 1])
         key = neighbour[begin[upper[here]] + k] * m + lower[here]

@@ -98,9 +98,10 @@ def _shortest_odd_walk(
     n, size = len(indptr) - 1, 1
     distance, before = np.full(copies * n, np.inf), np.full(copies * n, -1, dtype=np.int64)
     place, heap = np.full(copies * n, -1, dtype=np.int64), np.empty(copies * n, dtype=np.int64)
-    goal = (copies - 1) * n + start
     distance[start], heap[0], place[start] = 0.0, start, 0
-    while size and heap[0] != goal:
+    # To the end it is as far from (c, v) as from the start to (all but c, v): so both halves are one search.
+    last, middle, least = copies - 1, np.int64(-1), np.inf
+    while size and 2 * distance[heap[0]] < least:
         node = heap[0]
         size -= 1
         if size:
@@ -108,19 +109,32 @@ def _shortest_odd_walk(
             _sunk(heap, place, distance, size)
         copy = node // n
         for at in range(indptr[node - copy * n], indptr[node - copy * n + 1]):
-            there, way = (copy ^ flip[at]) * n + indices[at], distance[node] + length[at]
+            other, way = copy ^ flip[at], distance[node] + length[at]
+            there = other * n + indices[at]
             if way < distance[there]:
                 if place[there] < 0:
                     heap[size], place[there] = there, size
                     size += 1
                 distance[there], before[there] = way, node
                 _risen(heap, place, distance, place[there])
-    steps, at = 1, goal
-    while before[at] >= 0:
+                rest = distance[(last - other) * n + indices[at]]
+                if way + rest < least:
+                    least, middle = way + rest, there
+    if middle < 0:
+        return np.full(1, last * n + start)
+    halves, steps = np.array([(last - 2 * (middle // n)) * n + middle, middle]), np.zeros(2, dtype=np.int64)
+    for half in range(2):
+        at = halves[half]
+        while before[at] >= 0:
+            at = before[at]
+            steps[half] += 1
+    walk = np.empty(steps[0] + steps[1] + 1, dtype=np.int64)
+    at = halves[0]
+    for k in range(steps[0], -1, -1):
+        walk[k] = (last - 2 * (at // n)) * n + at  # in the opposite copy
         at = before[at]
-        steps += 1
-    walk, at = np.empty(steps, dtype=np.int64), goal
-    for k in range(steps):
+    at = halves[1]
+    for k in range(steps[0], len(walk)):
         walk[k] = at
         at = before[at]
     return walk
