@@ -2,8 +2,8 @@
 
 The front of a supernode is a dense matrix: the rows of A that belong to its columns, and what its children in
 the elimination tree leave. The front's columns are eliminated; what is left of the front goes to its parent.
-There is no form in NumPy: CHOLMOD's factor, in the same order, defines this one. On meshes of 10,000 to 200,000
-triangles it takes less than half of CHOLMOD's time.
+There is no form in NumPy: CHOLMOD's factor, in the same order, defines this one. On meshes of 10,000 to
+200,000 triangles it takes less than half of CHOLMOD's time.
 """
 
 from __future__ import annotations
