@@ -5,27 +5,13 @@ from __future__ import annotations
 import argparse
 import sys
 from functools import partial
-from pathlib import Path
 
 from .._runtime import part
 from ..flattening import flatten
 from ..io import SUFFIXES, unit_square, written
 from ..measures import quality
-from .commands import (
-    BOUNDARY,
-    CORNERS,
-    GOOD,
-    JSON,
-    MESHES,
-    METHOD,
-    NOT_VALID,
-    OUTPUT,
-    PICTURE,
-    QUIET,
-    WEIGHT,
-    Command,
-    method_with,
-)
+from .arguments import choice, shared, value
+from .commands import GOOD, NOT_VALID, Command, method_with
 from .jobs import COMPUTED, given_mesh
 from .outputs import check_outputs, hand_out
 
@@ -70,33 +56,22 @@ FLATTEN = Command(
     _flatten,
     "flatten a disk, with or without holes; write it with texture coordinates, print the quality",
     {
-        "mesh": MESHES,
-        "output": {
-            "metavar": "OUT",
-            "type": Path,
-            "required": True,
-            "help": OUTPUT,
-        },
-        "picture": PICTURE,
-        "method": METHOD,
-        "iterations": {"metavar": "N", "default": "auto", "help": "number of iterations, or auto"},
-        "layout": {"choices": ("auto", "boundary", "least-squares", "greedy"), "default": "auto"},
-        "outer": {"metavar": "VERTEX", "type": int, "help": "a vertex of the outer boundary loop"},
-        "boundary": BOUNDARY,
-        "corners": CORNERS,
-        "solver": {"choices": ("auto", "cholmod", "multigrid", "direct"), "default": "auto"},
-        "guarantee": {
-            "choices": ("injective",),
-            "help": "if triangles flip, run a last stage that leaves none flipped",
-        },
-        "weight": WEIGHT,
-        "units": {
-            "choices": ("square", "mesh"),
-            "default": "square",
-            "help": "scale of the texture coordinates: the unit square, or the mesh's units of length",
-        },
-        "json": JSON,
-        "quiet": QUIET,
+        **shared("mesh", "output", "picture", "method"),
+        "iterations": value("N", "number of iterations, or auto", default="auto"),
+        "layout": choice(("auto", "boundary", "least-squares", "greedy"), "auto"),
+        "outer": value("VERTEX", "a vertex of the outer boundary loop", int),
+        **shared("boundary", "corners"),
+        "solver": choice(("auto", "cholmod", "multigrid", "direct"), "auto"),
+        "guarantee": choice(
+            ("injective",), help="if triangles flip, run a last stage that leaves none flipped"
+        ),
+        **shared("weight"),
+        "units": choice(
+            ("square", "mesh"),
+            "square",
+            "scale of the texture coordinates: the unit square, or the mesh's units of length",
+        ),
+        **shared("json", "quiet"),
     },
     "Flatten a disk, with or without holes. Exit code 1: written, but with flipped triangles.",
     (
