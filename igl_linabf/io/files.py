@@ -18,7 +18,7 @@ from .corners import check_corners
 from .formats import parsed
 from .mesh_file import MeshFile
 from .obj import with_looks
-from .obj_writing import save_obj, save_polygons
+from .obj_writing import save_obj
 from .saving import written
 
 
@@ -244,9 +244,7 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
     missing = np.flatnonzero(~mapped[faces].all(axis=1))
     if len(missing):
         raise MeshError(f"face {missing[0]} has a vertex without coordinates in uv: pass a map of all faces")
-    made = MeshFile(positions, Polygons.of_triangles(faces)).textured(map_)
-    with replacing(path) as temporary:
-        save_obj(temporary, made, Path(path))
+    _write_one(path, MeshFile(positions, Polygons.of_triangles(faces)).textured(map_))
 
 
 def write_mesh(
@@ -301,6 +299,12 @@ def bare(V: ArrayLike, F: ArrayLike) -> MeshFile:
     return MeshFile(positions, faces)
 
 
+def _write_one(path: str | os.PathLike[str], mesh: MeshFile) -> None:
+    """As OBJ, whatever the suffix."""
+    with replacing(path) as temporary:
+        save_obj(temporary, mesh, Path(path))
+
+
 def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
     """Write a grid as an OBJ file of polygons, with its flat map as texture coordinates.
 
@@ -324,9 +328,7 @@ def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
     >>> os.path.getsize(path) > 50_000
     True
     """
-    corners = (np.repeat(face + 1, 2).tolist() for face in grid.faces)  # v and vt are of one index
-    with replacing(path) as temporary:
-        save_polygons(temporary, grid.V, grid.uv, corners)
+    _write_one(path, MeshFile(grid.V, Polygons.of(grid.faces)).textured(grid.uv))
 
 
 def unit_square(uv: ArrayLike) -> FloatArray:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +63,7 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
         if words:
             file.write(f"mtllib {path.with_suffix('.mtl').name}\n")
         for keyword, rows in tables:
-            _write_rows(file.writelines, keyword, rows)
+            file.writelines(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())
         start = 0
         for i, k in enumerate(sizes):
             if i in heads:
@@ -71,10 +71,6 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
             end = start + k * width
             file.write(forms[k].format(*flat[start:end]))
             start = end
-
-
-def _write_rows(write: object, keyword: str, rows: FloatArray) -> None:
-    write(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())  # type: ignore[operator]
 
 
 def _heads(n: int, named: Iterable[tuple[str, Named | None]]) -> dict[int, str]:
@@ -152,12 +148,3 @@ def _moved(line: bytes, old: Path, new: Path) -> bytes:
         return b"mtllib " + os.fsencode(os.path.relpath(old / name, new).replace(os.sep, "/"))
     except ValueError:  # on another drive
         return b"mtllib " + os.fsencode((old / name).resolve().as_posix())
-
-
-def save_polygons(path: str, V: FloatArray, TC: FloatArray, corners: Iterable[Sequence[int]]) -> None:
-    """Write polygons: of each v, vt, v, vt, ... from 1 on."""
-    with open(path, "w", encoding="ascii") as file:
-        file.write("# igl_linabf\n")
-        for keyword, rows in (("v", V), ("vt", TC)):
-            _write_rows(file.writelines, keyword, rows)
-        file.writelines(f"f{' {}/{}' * (len(row) // 2)}\n".format(*row) for row in corners)

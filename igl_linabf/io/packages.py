@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from .._types import FloatArray
@@ -20,12 +22,15 @@ def needed(module: str) -> Any:
         ) from None
 
 
-def quietly(read: Any, *given: Any, **named: Any) -> Any:
-    """What another package's reader returns; whatever it raises says that the file is damaged."""
+def quietly(read: Callable[[Any], Any], given: Any) -> Any:
+    """What another package's reader makes of a path; whatever it raises says that the file is damaged."""
+    if isinstance(given, Path):
+        given.open("rb").close()  # what cannot be opened is no damage
+        given = str(given)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return read(*given, **named)
+            return read(given)
     except (MemoryError, Damaged):
         raise
     except Exception as error:  # each package has its own

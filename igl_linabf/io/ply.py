@@ -185,7 +185,7 @@ def _table(data: bytes, start: int, element: Element, order: str) -> tuple[Colum
     done, ahead = 0, element.rows  # a run is looked for among so many rows
     while done < element.rows:
         sizes.append(_sizes(data, start, element, order, done))
-        dtype = _row_type(tuple(element.properties), sizes[-1], order)
+        dtype = row_type(tuple(element.properties), sizes[-1], order)
         n = min(ahead, element.rows - done, (len(data) - start) // dtype.itemsize)
         run = np.frombuffer(data, dtype, n, start)
         same = np.ones(n, dtype=bool)
@@ -208,7 +208,7 @@ def _table(data: bytes, start: int, element: Element, order: str) -> tuple[Colum
 
 
 @cache
-def _row_type(properties: tuple[Property, ...], sizes: tuple[int, ...], order: str) -> np.dtype[Any]:
+def row_type(properties: tuple[Property, ...], sizes: tuple[int, ...], order: str) -> np.dtype[Any]:
     fields: list[Any] = []
     for k, (of, size) in enumerate(zip(properties, sizes, strict=True)):
         fields += [(f"{k} size", order + (of.length or "V0")), (str(k), order + of.type, (size,))]
