@@ -17,7 +17,7 @@ from typing import Any, Literal, NamedTuple
 import psutil
 
 from .._types import FloatArray
-from ..charts import unwrap
+from ..charts import TRADE, unwrap
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import BoundaryName, Method, Outcome, flatten
 from ..io import MeshFile, read_file, unit_square, write_file
@@ -26,6 +26,8 @@ from . import places
 from .table import FAILED, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row
 
 How = Literal["unwrap", "flatten"]
+PADDING = 2.0  # texels
+OF_UNWRAP = ("trade", "holes", "bijective", "cones", "cone_angles", "resolution", "padding")
 
 _one_at_a_time = threading.Lock()  # the limit of memory and the warnings are the process's
 
@@ -37,15 +39,15 @@ class Settings:
     how: How
     method: Method
     format: str
-    trade: float
-    holes: bool
-    bijective: bool
-    boundary: BoundaryName
-    cones: int | Literal["auto"] | None
-    cone_angles: Literal["quarter"] | None
-    resolution: int | None
-    padding: float
-    memory: int | None
+    trade: float = TRADE
+    holes: bool = False
+    bijective: bool = False
+    boundary: BoundaryName = "free"
+    cones: int | Literal["auto"] | None = None
+    cone_angles: Literal["quarter"] | None = None
+    resolution: int | None = None
+    padding: float = PADDING
+    memory: int | None = None
 
     def key(self, version: str) -> str:
         """Of a version of a file. The memory makes no difference to a map."""
@@ -115,15 +117,7 @@ def _tried(task: Task) -> Row:
 
 
 def _unwrapped(mesh: MeshFile, row: Row, settings: Settings) -> _Made:
-    chosen: dict[str, Any] = {
-        "trade": settings.trade,
-        "holes": settings.holes,
-        "bijective": settings.bijective,
-        "cones": settings.cones,
-        "cone_angles": settings.cone_angles,
-        "resolution": settings.resolution,
-        "padding": settings.padding,
-    }
+    chosen = {name: getattr(settings, name) for name in OF_UNWRAP}
     atlas = unwrap(mesh.V, mesh.F, method=settings.method, progress=False, **chosen)
     flipped = any(not chart.result.outcome.good for chart in atlas.charts)
     outcome = VALID if atlas.good else Outcome.FLIPPED.value if flipped else OVERLAPPING

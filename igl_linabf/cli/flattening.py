@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from functools import partial
 
 from .._runtime import part
@@ -11,9 +10,9 @@ from ..flattening import flatten
 from ..io import SUFFIXES, unit_square, written
 from ..measures import quality
 from .arguments import choice, shared, value
-from .commands import GOOD, NOT_VALID, Command, method_with
+from .commands import GOOD, Command, method_with
 from .jobs import COMPUTED, given_mesh
-from .outputs import check_outputs, hand_out
+from .outputs import check_outputs, hand_out, judged
 
 
 def _flatten(options: argparse.Namespace) -> int:
@@ -32,16 +31,14 @@ def _flatten(options: argparse.Namespace) -> int:
     figures = {"quality": measured, "result": result}
     hand_out(options, f"{measured}\n\n{result}", figures, pictured, partial(written, mesh=mesh, TC=uv))
     if not result.outcome.good:
-        print(f"igl-linabf: {options.of}{result.message}", file=sys.stderr)
-        return NOT_VALID
-    if measured.flips > len(result.flipped):
-        print(
-            f"igl-linabf: {options.of}{measured.flips} triangles flip by rounding when the map is scaled to "
-            "the unit square: its scale varies too much; use --units mesh, or unwrap the mesh",
-            file=sys.stderr,
-        )
-        return NOT_VALID
-    return GOOD
+        return judged(options, False, [result.message])
+    if measured.flips <= len(result.flipped):
+        return GOOD
+    message = (
+        f"{measured.flips} triangles flip by rounding when the map is scaled to the unit square: its scale "
+        "varies too much; use --units mesh, or unwrap the mesh"
+    )
+    return judged(options, False, [message])
 
 
 def _iterations(text: str) -> int | str:

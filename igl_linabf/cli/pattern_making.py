@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import warnings
 from functools import partial
 
@@ -12,9 +11,9 @@ from ..charts import unwrap
 from ..errors import OutcomeWarning
 from ..patterns import PAPERS, PATTERN_SUFFIXES, UNITS, drawn, pattern_of
 from .arguments import SHARED, choice, format_of, shared, value, written_to
-from .commands import GOOD, NOT_VALID, Command
+from .commands import Command
 from .jobs import COMPUTED, given_mesh
-from .outputs import check_outputs, hand_out
+from .outputs import check_outputs, hand_out, judged
 from .unwrapping import direction
 
 
@@ -27,9 +26,7 @@ def _pattern(options: argparse.Namespace) -> int:
     pattern = pattern_of(mesh.V, mesh.F, atlas, options.units, options.crease, options.grain)
     figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern}
     hand_out(options, str(pattern), figures, write=partial(drawn, pattern=pattern, paper=options.paper))
-    for message in atlas.troubles:
-        print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
-    return GOOD if atlas.good else NOT_VALID
+    return judged(options, atlas.good, atlas.troubles)
 
 
 PATTERN = Command(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import warnings
 from functools import partial
 from typing import Any
@@ -16,9 +15,9 @@ from ..errors import MeshError, OutcomeWarning
 from ..io import SUFFIXES, written
 from .arguments import format_of, shared, switch, value
 from .baking import BAKE, RESOLUTION, baked, check_bake
-from .commands import GOOD, NOT_VALID, Command, method_with
+from .commands import Command, method_with
 from .jobs import COMPUTED, given_mesh
-from .outputs import check_outputs, hand_out
+from .outputs import check_outputs, hand_out, judged
 
 BAKED = 0.9  # of the whole: the bar when the texture is baked
 
@@ -61,9 +60,7 @@ def _unwrap(options: argparse.Namespace) -> int:
         image = baked(options.bake, mesh, atlas, options.resolution) if options.bake else None
     write = partial(written, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC, image=image)
     hand_out(options, str(atlas), figures, pictured, write)
-    for message in atlas.troubles:
-        print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
-    return GOOD if atlas.good else NOT_VALID
+    return judged(options, atlas.good, atlas.troubles)
 
 
 def direction(text: str) -> list[float]:

@@ -15,7 +15,7 @@ from ..charts import Atlas
 from ..errors import MeshError
 from ..measures import Measure, distortion
 from ..surface import compact, complex_positions, face_array, seam_mask, signed_double_areas, vertex_array
-from .cones import SeamSides, add_arcs, add_balls, seam_sides
+from .cones import SeamSides, add_balls, colours_of, seam_sides
 
 LIGHT, DARK, WARNING, SEAM = "#f4f1e8", "#2f6690", "#d1242f", "#16161d"
 FORMAT = "{:.3g}" if pv.vtk_version_info >= (9, 6) else "%.3g"  # VTK changed the language of it
@@ -186,7 +186,7 @@ def add_flat(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
     outline = pv.PolyData(drawn.V, lines=np.insert(edges[count == 1], 0, 2, axis=1).ravel())
     plotter.add_mesh(outline, color=plotter.theme.font.color, line_width=2)
     if drawn.sides is not None:
-        add_arcs(plotter, np.insert(drawn.sides.side, 2, 0.0, axis=2), drawn.sides.arc_of_side)
+        add_lines(plotter, np.insert(drawn.sides.side, 2, 0.0, axis=2), drawn.sides.arc_of_side)
     if drawn.flipped.any():
         above = drawn.V + np.array([0, 0, 1e-3 * np.ptp(drawn.V, axis=0).max()])
         marked = pv.PolyData.from_regular_faces(above, drawn.F[drawn.flipped])
@@ -208,21 +208,19 @@ def look_at_the_plane(plotter: pv.Plotter, bar: bool = False) -> None:
 
 def add_cut(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
     """Add the seams on the surface; with cones, arc by arc in a colour, and the cones as spheres."""
-    if drawn.sides is None:
-        add_seams(plotter, drawn.seams, **options)
-    else:
-        add_arcs(plotter, drawn.seams, drawn.sides.arc, **options)
-        add_balls(plotter, drawn.cones, float(np.linalg.norm(np.ptp(drawn.V, axis=0))), **options)
+    add_lines(plotter, drawn.seams, None if drawn.sides is None else drawn.sides.arc, **options)
+    add_balls(plotter, drawn.cones, float(np.linalg.norm(np.ptp(drawn.V, axis=0))), **options)
 
 
-def add_seams(plotter: pv.Plotter, segments: FloatArray, **options: Any) -> None:
-    """Add lines, (#E, 2, 3), on the surface."""
+def add_lines(plotter: pv.Plotter, segments: FloatArray, arcs: IntArray | None, **options: Any) -> None:
+    """Add lines, (#E, 2, 3): dark, or in the colours of their arcs."""
     if len(segments):
         lines = pv.line_segments_from_points(segments.reshape(-1, 3))
-        plotter.add_mesh(
-            lines,
-            **{"color": SEAM, "line_width": 5, "render_lines_as_tubes": True, "lighting": False, **options},
-        )
+        look: dict[str, Any] = {"color": SEAM, "line_width": 5}
+        if arcs is not None:
+            lines.cell_data["colour"] = colours_of(arcs)
+            look = {"scalars": "colour", "rgb": True, "line_width": 6}
+        plotter.add_mesh(lines, **{**look, "render_lines_as_tubes": True, "lighting": False, **options})
 
 
 def colour_scale(values: Iterable[FloatArray], measure: Measure) -> dict[str, Any]:

@@ -27,16 +27,13 @@ def add_sliders(viewer: Viewer) -> None:
     def iterate(value: float) -> None:
         viewer.iterate(round(value) - viewer.iterations)
 
-    def trade(value: float) -> None:
-        viewer.set_trade(value)
-
     def colour(name: str) -> None:
         viewer.measure = None if name == "board" else next(m for m in MEASURES if m == name)
         viewer.draw()
 
     _choice(viewer, 0, viewer.methods, viewer.method, method)
     _number(viewer, 1, "iterations, 0: auto", 0, MOST_ITERATIONS, viewer.iterations, "%.0f", iterate)
-    _number(viewer, 2, "trade", 0.0, LARGEST_TRADE, 6.0, "%.0f", trade)
+    _number(viewer, 2, "trade", 0.0, LARGEST_TRADE, 6.0, "%.0f", viewer.set_trade)
     _choice(viewer, 3, colours, viewer.measure or colours[0], colour)
 
 
