@@ -14,9 +14,8 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, vertex_array
-from .corners import check_corners
 from .formats import parsed
-from .mesh_file import MeshFile
+from .mesh_file import MeshFile, check_corners
 from .obj import with_looks
 from .obj_writing import save_obj
 from .saving import written
@@ -289,6 +288,51 @@ def write_mesh(
     [[0, 1, 2], [3, 4, 5]]
     """
     with written(path, bare(V, F), TC, FTC):
+        pass
+
+
+def write_textured(
+    path: str | os.PathLike[str],
+    V: ArrayLike,
+    F: ArrayLike,
+    TC: ArrayLike,
+    FTC: ArrayLike,
+    image: ArrayLike,
+) -> None:
+    """Write a surface with an image as its texture.
+
+    GLB, glTF and 3MF hold the image. Beside OBJ it is in a PNG file of the same name, and in an MTL file
+    that names it.
+
+    Parameters
+    ----------
+    path : path of a GLB, glTF, OBJ or 3MF file
+    V : (#V, 3) float
+    F : (#F, 3) int, or polygons
+    TC : (#TC, 2) float
+        Texture coordinates in the unit square, v upwards.
+    FTC : (#F, 3) int, or in the shape of `F`
+    image : (#rows, #columns[, 1, 3 or 4]) float
+        From 0 to 1, the upper row first, as `bake` returns it. Viewers take it for sRGB.
+
+    Raises
+    ------
+    MeshError
+        The suffix is none of these, or arrays have other shapes.
+    OSError
+        The file cannot be written. In that case nothing is left behind.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf, os, tempfile
+    >>> V, F = igl.icosahedron()
+    >>> atlas = igl_linabf.unwrap(V, F, resolution=64)
+    >>> path = os.path.join(tempfile.mkdtemp(), "ball.glb")
+    >>> write_textured(path, V, F, atlas.TC, atlas.FTC, igl_linabf.bake(V, F, atlas, V / 2 + 0.5, 64))
+    >>> os.path.getsize(path) > 1000
+    True
+    """
+    with written(path, bare(V, F), TC, FTC, image):
         pass
 
 

@@ -22,12 +22,8 @@ from .ngons import EXTENSION, polygons_among
 from .one_index import one_index, single
 from .parsing import Damaged, Extras, Parsed, untextured
 
-REFERENCES = {
-    "indices",
-    "input",
-    "output",
-    "inverseBindMatrices",
-}  # keys of accessors; and all in "attributes"
+# keys of accessors; and all in "attributes"
+REFERENCES = {"indices", "input", "output", "inverseBindMatrices"}
 UNMOVED: tuple[str, FloatArray] = ("", np.eye(4))
 
 
@@ -38,7 +34,7 @@ class Primitive(NamedTuple):
     ----------
     mesh, number : int
         Its place in the file.
-    faces, corners : slice
+    faces, corners : (#f,) int64 and (#c,) int64
         Of the polygons.
     vertex : (#c,) int64
         Its own vertex at each corner.
@@ -46,8 +42,8 @@ class Primitive(NamedTuple):
 
     mesh: int
     number: int
-    faces: slice
-    corners: slice
+    faces: IntArray
+    corners: IntArray
     vertex: IntArray
 
 
@@ -84,7 +80,7 @@ def _parsed(gltf: Gltf) -> Parsed:
         polygons = _polygons(gltf, primitive, len(local))
         k, m = len(polygons), len(polygons.corners)
         V.append(local @ matrix[:3, :3].T + matrix[:3, 3])
-        primitives.append(Primitive(i, j, slice(faces, faces + k), slice(at, at + m), polygons.corners))
+        primitives.append(Primitive(i, j, faces + np.arange(k), at + np.arange(m), polygons.corners))
         corners.append(polygons.corners + points)
         sizes.append(polygons.sizes)
         for name, rows in attributes.items():
@@ -101,7 +97,7 @@ def _parsed(gltf: Gltf) -> Parsed:
     merged = _welded(np.concatenate(V), np.repeat([p.mesh for p in primitives], [len(v) for v in V]))
     used, corner = np.unique(merged[flat], return_inverse=True)
     colours, normals = _whole(attributes["COLOR_0"]), _whole(attributes["NORMAL"])
-    part = [np.full(p.faces.stop - p.faces.start, p.mesh) for p in primitives]
+    part = [np.full(len(p.faces), p.mesh) for p in primitives]
     names = [
         shown.get(i, UNMOVED)[0] or str(mesh.get("name", f"mesh {i}"))
         for i, mesh in enumerate(gltf.listed("meshes"))
@@ -201,8 +197,7 @@ def _save_again(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
         primitive |= {"mode": 4, "attributes": {**taken(attributes), "TEXCOORD_0": st}}
         if targets:
             primitive["targets"] = [taken(target) for target in targets]
-        faces, corner = np.arange(len(mesh.polygons))[of.faces], np.arange(len(mesh.texture))[of.corners]
-        triangles, extensions = triangles_of(mesh, faces, corner, vertex)
+        triangles, extensions = triangles_of(mesh, of.faces, of.corners, vertex)
         primitive["indices"] = buffer.add(triangles.ravel(), INDICES)
         if extensions:
             primitive.setdefault("extensions", {}).update(extensions["extensions"])

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .._types import FloatArray, IntArray
+from .._types import IntArray
 from .materials import PLAIN, Material, library_text, warn_of_images
 from .mesh_file import MeshFile
 from .obj import LIBRARY, ObjText
@@ -46,12 +46,10 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
     V = mesh.V if extras.colours is None else np.column_stack((mesh.V, extras.colours[:, :3]))
     names, of = extras.materials or ((), np.full(len(mesh.polygons), -1))
     words = (*names, PLAIN) if _has_library(mesh) else ()
-    columns = [mesh.polygons.corners + 1, mesh.texture + 1]
+    columns, tables = [mesh.polygons.corners + 1, mesh.texture + 1], {"v": V, "vt": mesh.TC}
     if extras.normals is not None and extras.normal is not None:
         columns.append(extras.normal + 1)
-    tables: list[tuple[str, FloatArray]] = [("v", V), ("vt", mesh.TC)]
-    if len(columns) == 3 and extras.normals is not None:
-        tables.append(("vn", extras.normals))
+        tables["vn"] = extras.normals
     corners = np.column_stack(columns)
     form = "/".join(["{}"] * len(columns))
     forms = {k: f"f{f' {form}' * k}\n" for k in np.unique(mesh.polygons.sizes).tolist()}
@@ -62,7 +60,7 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
         file.write("# igl_linabf\n")
         if words:
             file.write(f"mtllib {path.with_suffix('.mtl').name}\n")
-        for keyword, rows in tables:
+        for keyword, rows in tables.items():
             file.writelines(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())
         start = 0
         for i, k in enumerate(sizes):

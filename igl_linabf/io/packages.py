@@ -13,13 +13,12 @@ from ..surface import Polygons
 from .parsing import Damaged, Extras, Parsed, untextured
 
 
-def needed(module: str) -> Any:
+def needed(module: str, how: str = "pip install 'igl-linabf[formats]' reads and writes this format") -> Any:
+    """The module of another package; where it is missing, the error says how to get it."""
     try:
         return import_module(module)
     except ImportError as error:
-        raise ImportError(
-            f"{error}: pip install 'igl-linabf[formats]' reads and writes this format"
-        ) from None
+        raise ImportError(f"{error}: {how}") from None
 
 
 def quietly(read: Callable[[Any], Any], given: Any) -> Any:

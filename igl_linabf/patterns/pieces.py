@@ -100,15 +100,9 @@ class Pattern:
     def __str__(self) -> str:
         rows: list[tuple[str, ...]] = [("seam", "pieces", "mm", "mm", "on the surface", "change")]
         for seam in self.seams:
-            one, other = seam.lengths
             pieces = "{} {}".format(*seam.pieces)
-            lengths = (
-                f"{one:.2f}",
-                f"{other:.2f}",
-                f"{seam.length:.2f}",
-                f"{round(seam.change, 4) + 0.0:+.2%}",
-            )
-            rows.append((str(seam.number), pieces, *lengths))
+            lengths = [f"{length:.2f}" for length in (*seam.lengths, seam.length)]
+            rows.append((str(seam.number), pieces, *lengths, f"{round(seam.change, 4) + 0.0:+.2%}"))
         width, height = self.size
         pieces = f"{self.pieces} piece{'s' * (self.pieces != 1)}"
         said = f"{pieces}, {width:.1f} x {height:.1f} mm, {len(self.folds)} fold edges"
@@ -224,6 +218,7 @@ def _seams(
             run.append(int(after[run[-1]]))
         one, other = np.array(run), partner[run]
         done[one] = done[other] = True
+        tail, head = (start, end) if twisted[first] else (end, start)
         seams.append(
             PatternSeam(
                 number=len(seams) + 1,
@@ -232,11 +227,7 @@ def _seams(
                 length=float(length[one].sum()),
                 sides=(
                     flat[np.append(start[one], end[one[-1]])],
-                    flat[
-                        np.append(start[other], end[other[-1]])
-                        if twisted[first]
-                        else np.append(end[other], start[other[-1]])
-                    ],
+                    flat[np.append(tail[other], head[other[-1]])],
                 ),
                 twisted=bool(twisted[first]),
             )
