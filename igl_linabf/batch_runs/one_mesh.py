@@ -97,9 +97,8 @@ def _tried(task: Task) -> Row:
             except OSError as error:
                 return replace(row, outcome=UNREADABLE, message=error.strerror or str(error))
             row = replace(row, triangles=len(mesh.triangles))
-            TC, FTC, done = (_unwrapped if task.settings.how == "unwrap" else _flattened)(
-                mesh, row, task.settings
-            )
+            made = _unwrapped if task.settings.how == "unwrap" else _flattened
+            TC, FTC, done = made(mesh, row, task.settings)
             writing = True
             with places.destination(places.joined(task.folder, row.output)) as path:
                 write_file(path, mesh, TC, FTC)

@@ -7,7 +7,7 @@ import json
 import os
 import sys
 from collections.abc import Iterable
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import asdict, dataclass, fields
 from importlib.util import find_spec
 from pathlib import Path
@@ -120,11 +120,8 @@ class Table:
 
     def __exit__(self, kind: type[BaseException] | None, _: object, __: TracebackType | None) -> None:
         try:
-            if kind is None:
+            with nullcontext() if kind is None else suppress(OSError):  # what ended the run is told
                 self.write()
-            else:
-                with suppress(OSError):  # what ended the run is told
-                    self.write()
         finally:
             self._close()
 

@@ -76,12 +76,12 @@ class MeshFile:
     @property
     def parts(self) -> tuple[str, ...]:
         """The names of the objects, or groups."""
-        return NO_NAMES if self.extras.parts is None else self.extras.parts[0]
+        return () if self.extras.parts is None else self.extras.parts[0]
 
     @property
     def materials(self) -> tuple[str, ...]:
         """The names of the materials."""
-        return NO_NAMES if self.extras.materials is None else self.extras.materials[0]
+        return () if self.extras.materials is None else self.extras.materials[0]
 
     def textured(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
         """The same with other texture coordinates.

@@ -17,6 +17,7 @@ from ..surface import (
     NEXT,
     Polygons,
     Topology,
+    Triangles,
     complex_positions,
     connected_labels,
     signed_double_areas,
@@ -117,22 +118,20 @@ def pattern_of(
         raise ValueError(f"units is {units!r}: use one of {', '.join(MILLIMETRES)}")
     points = vertex_array(V)
     repaired = isinstance(atlas, Atlas) and bool(atlas.repairs)
-    split = Polygons.of(F).split(points) if not isinstance(atlas, Atlas) else atlas.split
-    inner = None if split is None else split.inner
+    split: Triangles | None
     if isinstance(atlas, Atlas):
-        TC, FTC, origin = atlas.TC, atlas.triangles, atlas.origin
+        TC, FTC, origin, split = atlas.TC, atlas.triangles, atlas.origin, atlas.split
         if origin.max() >= len(points):
             raise MeshError(
                 f"the atlas names vertex {origin.max()} of {len(points)}: pass the unwrapped V and F"
             )
     else:
-        assert split is not None
+        split, origin = Polygons.of(F).split(points), np.arange(len(points))
         TC, FTC = vertex_array(atlas, 2, "uv"), split.F
         if len(TC) != len(points):
             raise MeshError(f"uv has {len(TC)} rows for {len(points)} vertices: pass one row a vertex")
-        origin = np.arange(len(points))
     solid = (FTC[:, NEXT] != FTC).all(axis=1)
-    FTC, inner = FTC[solid], None if inner is None else inner[solid]
+    FTC, inner = FTC[solid], None if split is None else split.inner[solid]
     used, F_flat = np.unique(FTC, return_inverse=True)
     F_flat = F_flat.reshape(-1, 3)
     surface, flat = points[origin[used]] * MILLIMETRES[units], TC[used]

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import igl
 import numpy as np
 import pyvista as pv
 from numpy.typing import ArrayLike
@@ -181,9 +182,8 @@ def add_flat(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
     """Add the flat map with its boundary, flipped faces on top, and point the camera at it."""
     bar = "scalars" in options and options.get("show_scalar_bar", True)
     add_surface(plotter, drawn, **{"lighting": False, **options})
-    sides = np.sort(np.concatenate([drawn.F[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
-    edges, count = np.unique(sides, axis=0, return_counts=True)
-    outline = pv.PolyData(drawn.V, lines=np.insert(edges[count == 1], 0, 2, axis=1).ravel())
+    edges, *_ = igl.boundary_facets(drawn.F)
+    outline = pv.PolyData(drawn.V, lines=np.insert(edges, 0, 2, axis=1).ravel())
     plotter.add_mesh(outline, color=plotter.theme.font.color, line_width=2)
     if drawn.sides is not None:
         add_lines(plotter, np.insert(drawn.sides.side, 2, 0.0, axis=2), drawn.sides.arc_of_side)
