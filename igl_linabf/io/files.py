@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-import igl
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -61,9 +60,6 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     F, _ = found.triangles()
     if not len(found.V) or not len(F):
         raise MeshError(f"{path} holds {len(found.V)} vertices and no triangles: is it a mesh?")
-    if path.suffix.lower() == ".stl":
-        V, _, _, F = igl.remove_duplicate_vertices(found.V, F, 0.0)
-        return vertex_array(V), face_array(F)
     return vertex_array(found.V), face_array(F)
 
 
@@ -104,9 +100,6 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
         raise MeshError(f"{path} holds {len(found.V)} vertices and no faces: is it a mesh?")
     V, polygons, TC, texture, extras = found
     extras = with_looks(extras, path)
-    if path.suffix.lower() == ".stl":
-        V, _, same, _ = igl.remove_duplicate_vertices(V, polygons.corners.reshape(-1, 3), 0.0)
-        polygons = Polygons(np.asarray(same, dtype=np.int64)[polygons.corners], polygons.sizes)
     if not len(TC) or (texture < 0).any():
         return MeshFile(vertex_array(V), polygons, None, None, extras, path)
     return MeshFile(vertex_array(V), polygons, TC, texture, extras, path)

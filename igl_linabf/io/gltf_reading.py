@@ -16,7 +16,7 @@ from .._types import FloatArray, IntArray
 from ..surface import Polygons
 from .gltf import INDICES, VERTEX_ATTRIBUTES, Buffer, save_new_gltf, triangles_of, write_gltf
 from .gltf_scene import Gltf, load_gltf, placements
-from .materials import PLAIN, Material, as_gltf, of_gltf, srgb, warn_of_images, without_images
+from .materials import PLAIN, Material, as_gltf, of_gltf, srgb, warn_of_images
 from .mesh_file import MeshFile
 from .ngons import EXTENSION, polygons_among
 from .one_index import one_index, single
@@ -174,13 +174,10 @@ def _save_again(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
     old = [(its.pop("attributes"), its.pop("targets", [])) for its in primitives]
     for its in primitives:
         its.pop("indices", None)
-    if mesh.image is not None:
-        for key in ("images", "textures", "samplers"):
-            text.pop(key, None)
-        for material in text.get("materials", ()):
-            without_images(material)
-    else:
+    if mesh.image is None:
         warn_of_images(len(text.get("textures", ())))
+    else:
+        text.pop("images", None)  # it is the only one then
     _carry_over(gltf, text, buffer)
     map_ = mesh.TC * [1, -1] + [0, 1]
     for of, primitive, (attributes, targets) in zip(source.primitives, primitives, old, strict=True):

@@ -20,7 +20,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, some, stack_level
 from ..surface import Polygons
 from .materials import Material, library
-from .parsing import Extras, Parsed, numbers, refuse, shown
+from .parsing import Extras, Named, Parsed, numbers, refuse, shown
 
 STATEMENTS = frozenset(
     b"v vt vn f vp l p o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp "
@@ -233,9 +233,7 @@ def _one_by_one(texts: list[bytes], lines: list[bytes], at: IntArray) -> tuple[I
     return np.array(index, dtype=np.int64).reshape(-1, 3), np.array(sizes, dtype=np.int64)
 
 
-def _named(
-    lines: list[bytes], where: dict[bytes, IntArray], key: bytes, faces: IntArray
-) -> tuple[tuple[str, ...], IntArray] | None:
+def _named(lines: list[bytes], where: dict[bytes, IntArray], key: bytes, faces: IntArray) -> Named | None:
     """Names that statements before the faces give them, and the name's number of each face; -1: none."""
     at = where.get(key)
     if at is None:
