@@ -67,26 +67,30 @@ class Scene:
 
 def scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | None = None) -> Scene:
     """The scene of a surface and its map or atlas; by default with the seams of the atlas."""
-    split = uv.split if isinstance(uv, Atlas) else None
-    points, faces = vertex_array(V), face_array(F) if split is None else split.F
+    points = vertex_array(V)
     if isinstance(uv, Atlas):
-        if len(uv.triangles) != len(faces) or uv.origin.max() >= len(points):
-            raise MeshError(
-                f"the atlas is of {len(uv.FTC)} faces, F has {len(faces)}: pass the unwrapped V and F"
-            )
-        edges = uv.seams if seams is None else _ends(seams, faces, len(points))
-        lines, points, faces, map_ = points[edges], points[uv.origin], uv.triangles, uv.TC
-    else:
-        map_ = vertex_array(uv, 2, "uv")
-        lines = points[_ends(() if seams is None else seams, faces, len(points))]
+        return _of_atlas(points, F, uv, seams)
+    faces, map_ = face_array(F), vertex_array(uv, 2, "uv")
+    lines = points[_ends(() if seams is None else seams, faces, len(points))]
     if len(map_) != len(points):
         raise MeshError(f"uv has {len(map_)} rows for {len(points)} vertices: pass one row a vertex")
     vertices, faces = compact(faces, len(points))
-    period = uv.period if isinstance(uv, Atlas) else None
-    drawn = Scene(points[vertices], faces, map_[vertices], lines, period=period)
-    if not isinstance(uv, Atlas) or not len(uv.cones) or seams is not None:
-        return drawn
-    return replace(drawn, cones=vertex_array(V)[uv.cones], sides=seam_sides(uv))
+    return Scene(points[vertices], faces, map_[vertices], lines)
+
+
+def _of_atlas(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: ArrayLike | None) -> Scene:
+    given = face_array(F) if atlas.split is None else atlas.split.F
+    if len(atlas.triangles) != len(given) or atlas.origin.max() >= len(points):
+        raise MeshError(
+            f"the atlas is of {len(atlas.FTC)} faces, F has {len(given)}: pass the unwrapped V and F"
+        )
+    edges = atlas.seams if seams is None else _ends(seams, given, len(points))
+    vertices, faces = compact(atlas.triangles, len(atlas.TC))
+    at = points[atlas.origin[vertices]]
+    drawn = Scene(at, faces, atlas.TC[vertices], points[edges], period=atlas.period)
+    if len(atlas.cones) and seams is None:
+        drawn = replace(drawn, cones=points[atlas.cones], sides=seam_sides(atlas))
+    return drawn
 
 
 def _ends(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
