@@ -9,10 +9,13 @@ from .choice import fast_by, is_fast, numpy_only
 from .cholesky import Factor, analysed, factored
 from .connectivity import boundary_loops, connected_labels, cycles, entries, in_one_piece, undirected
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
+from .places import best_place
 from .small_systems import separate_errors, solved
-from .supernodes import Supernodes, supernodal_factor, supernodal_solve, supernodes
+from .supernodal import supernodal_factor, supernodal_solve
+from .supernodes import Supernodes, supernodes
 from .systems import (
     at_edges,
+    block_entries,
     block_product,
     conformal_weights,
     disparity,
@@ -34,4 +37,4 @@ from .triangles import (
     row_sums,
     sum_by,
 )
-from .vectors import block_axpy, block_dots
+from .vectors import block_axpy, block_dots, dot, move, turn
