@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import Any
 
-import igl
 import numpy as np
+import pyvista as pv
 
 from .._types import FloatArray, IntArray
 
 
 def hit_at(renderer: Any, points: FloatArray, F: IntArray, x: int, y: int) -> tuple[int, FloatArray] | None:
     """The face under a pixel and barycentric coordinates in it; None beside the surface."""
-    start, end = (_world(renderer, x, y, depth) for depth in (0.0, 1.0))
-    hits = igl.ray_mesh_intersect(start, end - start, points, F, first=True)
-    if not hits:
+    ends = [_world(renderer, x, y, depth) for depth in (0.0, 1.0)]
+    hits, faces = pv.PolyData.from_regular_faces(points, F).ray_trace(*ends, first_point=False)
+    if not len(faces):
         return None
-    face, _, second, third = hits[0]
-    return face, np.array([1 - second - third, second, third])
+    i = int(np.argmin(np.linalg.norm(hits - ends[0], axis=1)))
+    return int(faces[i]), _barycentric(hits[i], points[F[faces[i]]])
 
 
 def _world(renderer: Any, x: int, y: int, depth: float) -> FloatArray:
@@ -25,3 +25,11 @@ def _world(renderer: Any, x: int, y: int, depth: float) -> FloatArray:
     renderer.DisplayToWorld()
     point = np.array(renderer.GetWorldPoint())
     return np.asarray(point[:3] / point[3])
+
+
+def _barycentric(point: FloatArray, corners: FloatArray) -> FloatArray:
+    """Barycentric coordinates of the point of the triangle that is nearest to `point`."""
+    sides = np.column_stack((corners[1] - corners[0], corners[2] - corners[0]))
+    second, third = np.linalg.lstsq(sides, point - corners[0], rcond=None)[0]
+    weights = np.clip([1 - second - third, second, third], 0, 1)
+    return np.asarray(weights / weights.sum())
