@@ -8,9 +8,10 @@ small systems there are loops only: without numba, a library makes them.
 from .choice import fast_by, is_fast, numpy_only
 from .cholesky import Factor, analysed, factored
 from .connectivity import boundary_loops, connected_labels, cycles, entries, in_one_piece, undirected
+from .fronts import Subtrees, Work, supernodal_backward, supernodal_factor, supernodal_forward
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
 from .small_systems import separate_errors, solved
-from .supernodes import Supernodes, supernodal_factor, supernodal_solve, supernodes
+from .supernodes import Supernodes, subtrees, supernodes
 from .systems import (
     at_edges,
     block_product,

@@ -1,9 +1,7 @@
-"""The Cholesky factorisation of a sparse matrix by supernodes, as loops (Duff, Reid 1983; Liu 1992).
+"""The supernodes of a sparse matrix's Cholesky factor, found from its pattern by loops (Liu 1992).
 
-A supernode is a run of columns of the factor with the same rows below them. Its front is a dense matrix: the
-rows of A that belong to its columns, and what its children in the elimination tree leave. The front's columns
-are eliminated; what is left of the front goes to its parent. There is no form in NumPy: CHOLMOD's factor, in
-the same order, defines this one. On meshes of up to about 200,000 triangles it takes half of CHOLMOD's time.
+A supernode is a run of columns of the factor with the same rows below them. There is no form in NumPy:
+CHOLMOD's factor, in the same order, defines these.
 """
 
 from __future__ import annotations
@@ -17,7 +15,7 @@ from .choice import inlined, only_loops
 
 SMALL, MEDIUM = 16, 48  # columns
 ZEROS_OF_SMALL, ZEROS_OF_MEDIUM, ZEROS = 0.8, 0.1, 0.05  # share of a supernode's entries that may be zeros
-WIDTH = 4  # columns that are eliminated together
+WIDTH = 4  # columns that are always one supernode where they are a chain
 
 
 class Supernodes(NamedTuple):
@@ -35,8 +33,8 @@ class Supernodes(NamedTuple):
     below_start : (#s + 1,) int64
     below : int64 array
         The rows below each supernode's columns, ascending.
-    children : (#s,) int64
-        How many children each has in the elimination tree.
+    parent : (#s,) int64
+        That of each in the elimination tree; -1 at roots.
     value_start : (#s + 1,) int64
         Where its part of L's values begins, a row of it for each column.
     stack, front : int
@@ -50,7 +48,7 @@ class Supernodes(NamedTuple):
     start: IntArray
     below_start: IntArray
     below: IntArray
-    children: IntArray
+    parent: IntArray
     value_start: IntArray
     stack: int
     front: int
@@ -194,14 +192,13 @@ def _supernodes(
         below_start[s + 1] = below_start[s] + size[s] - width
         value_start[s + 1] = value_start[s] + size[s] * width
         of[start[s] : start[s + 1]] = s
-    children, left = np.zeros(number, dtype=np.int64), np.zeros(number, dtype=np.int64)
+    left = np.zeros(number, dtype=np.int64)
     depth = stack = front = 0
     for s in range(number):
         depth += (size[s] - (start[s + 1] - start[s])) ** 2 - left[s]
         stack, front = max(stack, depth), max(front, size[s])
         if parent[start[s + 1] - 1] >= 0:
             above[s] = of[parent[start[s + 1] - 1]]
-            children[above[s]] += 1
             left[above[s]] += (below_start[s + 1] - below_start[s]) ** 2
     below, end = np.empty(below_start[number], dtype=np.int64), below_start[:-1].copy()
     seen = np.full(number, -1, dtype=np.int64)
@@ -214,7 +211,7 @@ def _supernodes(
                 below[end[s]] = i
                 end[s] += 1
                 s = above[s]
-    return column[: n + 1].copy(), row, source, start, below_start, below, children, value_start, stack, front
+    return column[: n + 1].copy(), row, source, start, below_start, below, above, value_start, stack, front
 
 
 _analysed = only_loops(_supernodes)
@@ -225,164 +222,16 @@ def supernodes(indptr: IntArray, indices: IntArray, order: IntArray) -> Supernod
     return Supernodes(order, *_analysed(indptr, indices, order))
 
 
-@inlined
-def _eliminate(F: FloatArray, width: int) -> int:
-    """Eliminate the first columns of a front, `F[column, row]`; the bad pivot, or -1."""
-    size, p = len(F), 0
-    while p < width:
-        end = min(p + WIDTH, width)
-        for k in range(p, end):
-            if not F[k, k] > 0:
-                return k
-            root = np.sqrt(F[k, k])
-            x = F[k, k:]
-            for i in range(size - k):
-                x[i] /= root
-            for j in range(k + 1, end):
-                share, x, y = F[k, j], F[k, j:], F[j, j:]
-                for i in range(size - j):
-                    y[i] -= share * x[i]
-        if end == p + 4:
-            for j in range(end, size):
-                f0, f1, f2, f3 = F[p, j], F[p + 1, j], F[p + 2, j], F[p + 3, j]
-                x0, x1, x2, x3, y = F[p, j:], F[p + 1, j:], F[p + 2, j:], F[p + 3, j:], F[j, j:]
-                for i in range(size - j):
-                    y[i] -= f0 * x0[i] + f1 * x1[i] + f2 * x2[i] + f3 * x3[i]
-        else:
-            for k in range(p, end):
-                for j in range(end, size):
-                    share, x, y = F[k, j], F[k, j:], F[j, j:]
-                    for i in range(size - j):
-                        y[i] -= share * x[i]
-        p = end
-    return -1
+def _subtrees(parent: IntArray, work: FloatArray) -> tuple[IntArray, FloatArray]:
+    first, total = np.arange(len(parent)), work.copy()
+    for s in range(len(parent)):
+        if parent[s] >= 0:
+            first[parent[s]] = min(first[parent[s]], first[s])
+            total[parent[s]] += total[s]
+    return first, total
 
 
-def _factor(data: FloatArray, a: Supernodes) -> tuple[FloatArray, int]:
-    n, values = len(a.order), np.empty(a.value_start[-1])
-    stack, top = np.empty(a.stack), 0
-    waiting, last = np.empty(len(a.children), dtype=np.int64), 0
-    place, local = np.empty(n, dtype=np.int64), np.empty(a.front, dtype=np.int64)
-    space = np.empty(a.front * a.front)
-    for s in range(len(a.children)):
-        first, width = a.start[s], a.start[s + 1] - a.start[s]
-        below = a.below[a.below_start[s] : a.below_start[s + 1]]
-        size = width + len(below)
-        F = space[: size * size].reshape(size, size)
-        for j in range(size):
-            F[j, j:] = 0.0
-        for j in range(width):
-            place[first + j] = j
-        for k in range(len(below)):
-            place[below[k]] = width + k
-        for j in range(width):
-            for p in range(a.column[first + j], a.column[first + j + 1]):
-                F[j, place[a.row[p]]] += data[a.source[p]]
-        for _ in range(a.children[s]):  # in postorder, the children are on top
-            last -= 1
-            c = waiting[last]
-            rows = a.below[a.below_start[c] : a.below_start[c + 1]]
-            top -= len(rows) ** 2
-            left = stack[top : top + len(rows) ** 2].reshape(len(rows), len(rows))
-            for k in range(len(rows)):
-                local[k] = place[rows[k]]
-            for j in range(len(rows)):
-                for i in range(j, len(rows)):
-                    F[local[j], local[i]] += left[j, i]
-        bad = _eliminate(F, width)
-        if bad >= 0:
-            return values, first + bad
-        L = values[a.value_start[s] : a.value_start[s + 1]].reshape(width, size)
-        for j in range(width):
-            L[j, j:] = F[j, j:]
-        if len(below):
-            left = stack[top : top + len(below) ** 2].reshape(len(below), len(below))
-            for j in range(len(below)):
-                left[j, j:] = F[width + j, width + j :]
-            top += len(below) ** 2
-            waiting[last] = s
-            last += 1
-    return values, -1
-
-
-supernodal_factor = only_loops(_factor)
-supernodal_factor.__doc__ = """L's values by supernodes, and the place of a bad pivot, or -1."""
-
-
-def _solve(values: FloatArray, a: Supernodes, b: FloatArray) -> FloatArray:
-    n, start, below_start, begin = len(a.order), a.start, a.below_start, a.value_start
-    below, order = a.below, a.order
-    x, y, z = np.empty((n, 2)), np.empty(a.front), np.empty(a.front)
-    for i in range(n):
-        x[i, 0], x[i, 1] = b[order[i], 0], b[order[i], 1]
-    for s in range(len(start) - 1):  # L y = P b
-        first, width, under = start[s], start[s + 1] - start[s], below_start[s]
-        m = below_start[s + 1] - under
-        size, at = width + m, begin[s]
-        for j in range(width):
-            own = at + j * size
-            f, g = x[first + j, 0] / values[own + j], x[first + j, 1] / values[own + j]
-            x[first + j, 0], x[first + j, 1] = f, g
-            for i in range(j + 1, width):
-                x[first + i, 0] -= values[own + i] * f
-                x[first + i, 1] -= values[own + i] * g
-        u, v = y[:m], z[:m]
-        u[:] = 0.0
-        v[:] = 0.0
-        for j in range(width % 2, width, 2):  # two columns at a time
-            own = at + j * size
-            c, d = values[own + width : own + size], values[own + size + width : own + 2 * size]
-            f, g, h, k = x[first + j, 0], x[first + j, 1], x[first + j + 1, 0], x[first + j + 1, 1]
-            for i in range(m):
-                u[i] += c[i] * f + d[i] * h
-                v[i] += c[i] * g + d[i] * k
-        if width % 2:
-            c, f, g = values[at + width : at + size], x[first, 0], x[first, 1]
-            for i in range(m):
-                u[i] += c[i] * f
-                v[i] += c[i] * g
-        for i in range(m):
-            x[below[under + i], 0] -= u[i]
-            x[below[under + i], 1] -= v[i]
-    for s in range(len(start) - 2, -1, -1):  # L^T P x = y
-        first, width, under = start[s], start[s + 1] - start[s], below_start[s]
-        m = below_start[s + 1] - under
-        size, at = width + m, begin[s]
-        u, v = y[:m], z[:m]
-        for i in range(m):
-            u[i], v[i] = x[below[under + i], 0], x[below[under + i], 1]
-        for j in range(width % 2, width, 2):
-            own = at + j * size
-            c, d = values[own + width : own + size], values[own + size + width : own + 2 * size]
-            f = g = h = k = 0.0
-            for i in range(m):
-                f += c[i] * u[i]
-                g += c[i] * v[i]
-                h += d[i] * u[i]
-                k += d[i] * v[i]
-            x[first + j, 0] -= f
-            x[first + j, 1] -= g
-            x[first + j + 1, 0] -= h
-            x[first + j + 1, 1] -= k
-        if width % 2:
-            c, f, g = values[at + width : at + size], 0.0, 0.0
-            for i in range(m):
-                f += c[i] * u[i]
-                g += c[i] * v[i]
-            x[first, 0] -= f
-            x[first, 1] -= g
-        for j in range(width - 1, -1, -1):
-            own = at + j * size
-            f, g = x[first + j, 0], x[first + j, 1]
-            for i in range(j + 1, width):
-                f -= values[own + i] * x[first + i, 0]
-                g -= values[own + i] * x[first + i, 1]
-            x[first + j, 0], x[first + j, 1] = f / values[own + j], g / values[own + j]
-    made = np.empty_like(x)
-    for i in range(n):
-        made[order[i], 0], made[order[i], 1] = x[i, 0], x[i, 1]
-    return made
-
-
-supernodal_solve = only_loops(_solve)
-supernodal_solve.__doc__ = """A^-1 b for two right-hand sides, (n, 2), by the values of the factor."""
+subtrees = only_loops(_subtrees)
+subtrees.__doc__ = (
+    """The first supernode of each one's subtree, which are in postorder, and the work in it."""
+)
