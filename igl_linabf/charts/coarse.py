@@ -161,7 +161,7 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
         true_length=piece.true_length[edge] * length / piece.length[edge],
         length=length,
         shown=piece.shown[edge],
-        valley=piece.valley[edge],
+        valleys=lambda: piece.valley[edge],
         sharp=piece.sharp[edge],
         graph=graph,
         key=key,

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 from scipy import sparse
@@ -43,8 +44,10 @@ class ClosedSurface:
         the triangles of a polygon are one face.
     true_length, length : (#E,) float64
         Of the edges; and shorter where a seam shows less: at creases, and where it is hidden.
-    shown, valley : (#E,) float64
-        By what hiding multiplies the lengths; and valleys those by which arcs are rerouted in the end.
+    shown : (#E,) float64
+        By what hiding multiplies the lengths.
+    valleys : callable
+        By what valleys multiply those lengths by which arcs are rerouted in the end, (#E,): few need it.
     sharp : (#E,) float64
         From 0 for no crease to 1 for a sharp one.
     graph : (n, n) sparse
@@ -71,7 +74,7 @@ class ClosedSurface:
     true_length: FloatArray
     length: FloatArray
     shown: FloatArray
-    valley: FloatArray
+    valleys: Callable[[], FloatArray]
     sharp: FloatArray
     graph: sparse.csr_array
     key: IntArray
@@ -88,6 +91,11 @@ class ClosedSurface:
     def zero_at_nodes(self) -> ZeroAtNodes:
         """Solves Laplace systems."""
         return ZeroAtNodes(self.laplacian)
+
+    @cached_property
+    def valley(self) -> FloatArray:
+        """(#E,): less than 1 in concave valleys."""
+        return self.valleys()
 
     def with_lengths(self, length: FloatArray) -> ClosedSurface:
         """The same with other lengths of its edges."""
@@ -170,8 +178,8 @@ def closed_surface(
     length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
     double_area, dot = component.measured
     size = float(np.sqrt(double_area.sum() / 2))
-    smoothing = Smoothing(component, edges, true_length, size)
-    visible = shown(component, edges, hidden, smoothing)
+    smoothing = cache(partial(Smoothing, component, edges, true_length, size))
+    visible = np.ones(len(edges)) if hidden is None else shown(component, edges, hidden, smoothing())
     length *= visible
     graph, key, shortest = shortest_edges(ends, length, n)
     corner = node[topology.corner]
@@ -191,7 +199,7 @@ def closed_surface(
         true_length=true_length,
         length=length,
         shown=visible,
-        valley=valleys(component, edges, true_length, bend, smoothing, size),
+        valleys=lambda: valleys(component, edges, true_length, bend, smoothing(), size),
         sharp=sharpness(bend),
         graph=graph,
         key=key,
@@ -297,6 +305,9 @@ def symmetric_graph(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_ar
 
 def first_of_each(key: IntArray, weight: FloatArray, index: IntArray) -> tuple[IntArray, IntArray]:
     """Of the `index` with equal `key` the one of least weight; and these keys, sorted."""
-    order = index[np.lexsort((weight[index], key[index]))]
+    sorted_key = key[index]
+    if (sorted_key[1:] > sorted_key[:-1]).all():
+        return index, sorted_key
+    order = index[np.lexsort((weight[index], sorted_key))]
     keys, first = np.unique(key[order], return_index=True)
     return order[first], keys

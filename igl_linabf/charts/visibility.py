@@ -102,10 +102,8 @@ def valleys(
     return np.asarray(1 - VALLEY_DISCOUNT * depth / (depth + VALLEY))
 
 
-def shown(component: Submesh, edges: IntArray, hidden: FloatArray | None, smoothing: Smoothing) -> FloatArray:
-    """What a seam's length is multiplied by at each edge where `hidden` is given for the caller's faces."""
-    if hidden is None:
-        return np.ones(len(edges))
+def shown(component: Submesh, edges: IntArray, hidden: FloatArray, smoothing: Smoothing) -> FloatArray:
+    """What a seam's length is multiplied by at each edge, as `hidden` says of the caller's faces."""
     n, double_area = len(component.V), component.measured[0]
     corner = component.F.T.ravel()
     area = np.bincount(corner, np.tile(double_area, 3), minlength=n)

@@ -32,7 +32,7 @@ from ..angles import (
     prescribed_steps,
     residual,
 )
-from ..errors import FallbackWarning, MeshWarning, some, stack_level
+from ..errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
 from ..layouts import (
     GAP,
     Layout,
@@ -192,8 +192,16 @@ def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
 
 
 def best_of(tried: Tried) -> tuple[Candidate, Layout]:
-    """The map with the fewest flips; among equals the latest, which has the smallest residual."""
+    """The map with the fewest flips; among equals the latest, which has the smallest residual.
+
+    Raises
+    ------
+    SingularSystemError
+        There is none.
+    """
     drawn = [(made, made.layout) for made in tried if made.layout is not None]
+    if not drawn:
+        raise SingularSystemError(tried[-1].detail)
     return min(reversed(drawn), key=lambda pair: len(pair[0].flipped))
 
 
@@ -215,17 +223,20 @@ def drawn(
             alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
         same = problem.cut is None and not invalid.any()
         b = at.residual if same else residual(constraints, alpha)
-        layout = lay_out(
-            constraints,
-            alpha,
-            b,
-            problem.layout,
-            problem.pinned,
-            mesh.area,
-            angles.solvers,
-            None if state.lin is None or problem.cut is not None else state.lin.laplacian,
-            problem.shape.corners[:2],
-        )
+        try:
+            layout = lay_out(
+                constraints,
+                alpha,
+                b,
+                problem.layout,
+                problem.pinned,
+                mesh.area,
+                angles.solvers,
+                None if state.lin is None or problem.cut is not None else state.lin.laplacian,
+                problem.shape.corners[:2],
+            )
+        except SingularSystemError as error:
+            return Candidate(stage, Status.SINGULAR, str(error), state)
     advance("layout", 0.5)
     flipped = flipped_faces(layout.z, mesh.topology.corner)
     flips = len(flipped)
@@ -316,7 +327,11 @@ def feasible(tol: float, residual_tol: float = 0.0) -> Stage:
         # flips of converged angles are those of rounding
         if tried[-1].status is not Status.DIVERGED or any(made.converged for made in tried):
             return None
-        return _abf_drawn(problem, "feasible ABF", converge_feasibly(tried[-1].state, tol), residual_tol)
+        try:
+            result = converge_feasibly(tried[-1].state, tol)
+        except SingularSystemError as error:
+            return Candidate("feasible ABF", Status.SINGULAR, str(error), tried[-1].state)
+        return _abf_drawn(problem, "feasible ABF", result, residual_tol)
 
     return stage
 

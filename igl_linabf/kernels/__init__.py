@@ -8,12 +8,14 @@ small systems there are loops only: without numba, a library makes them.
 from .choice import fast_by, is_fast, numpy_only
 from .cholesky import Factor, analysed, factored
 from .connectivity import boundary_loops, connected_labels, cycles, entries, in_one_piece, undirected
-from .fronts import Subtrees, Work, supernodal_backward, supernodal_factor, supernodal_forward
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
+from .places import best_place
 from .small_systems import separate_errors, solved
+from .supernodal import Subtrees, Work, supernodal_backward, supernodal_factor, supernodal_forward
 from .supernodes import Supernodes, subtrees, supernodes
 from .systems import (
     at_edges,
+    block_entries,
     block_product,
     conformal_weights,
     disparity,
@@ -22,6 +24,7 @@ from .systems import (
     pulled,
     system_blocks,
 )
+from .triangle_pairs import interpenetrating
 from .triangles import (
     NEXT,
     PREV,
@@ -35,4 +38,4 @@ from .triangles import (
     row_sums,
     sum_by,
 )
-from .vectors import block_axpy, block_dots
+from .vectors import block_axpy, block_dots, dot, move, turn

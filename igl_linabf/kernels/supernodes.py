@@ -1,7 +1,6 @@
-"""The supernodes of a sparse matrix's Cholesky factor, found from its pattern by loops (Liu 1992).
+"""The analysis of a sparse Cholesky factorisation by supernodes, as loops (Liu 1992).
 
-A supernode is a run of columns of the factor with the same rows below them. There is no form in NumPy:
-CHOLMOD's factor, in the same order, defines these.
+A supernode is a run of columns of the factor with the same rows below them. `supernodal` factors these.
 """
 
 from __future__ import annotations
@@ -9,13 +8,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
 from .choice import inlined, only_loops
 
 SMALL, MEDIUM = 16, 48  # columns
-ZEROS_OF_SMALL, ZEROS_OF_MEDIUM, ZEROS = 0.8, 0.1, 0.05  # share of a supernode's entries that may be zeros
-WIDTH = 4  # columns that are always one supernode where they are a chain
+ZEROS_OF_SMALL, ZEROS_OF_MEDIUM, ZEROS = 0.5, 0.1, 0.05  # share of a supernode's entries that may be zeros
+WIDTH = 4  # columns that are eliminated together
+
+Places = NDArray[np.uint32]  # unsigned, as the compiled loops then need not look for negative ones
 
 
 class Supernodes(NamedTuple):
@@ -26,15 +28,16 @@ class Supernodes(NamedTuple):
     order : (n,) int64
         The row of A that comes at each place: P A P^T = L L^T.
     column : (n + 1,) int64
-    row, source : int64 arrays
-        The lower triangle of P A P^T by columns: rows, and where in A's data each entry is.
+    source, target : uint32 arrays
+        The lower triangle of P A P^T by columns: where in A's data each entry is, and where it goes among
+        the values of its supernode.
     start : (#s + 1,) int64
         The first column of each supernode.
     below_start : (#s + 1,) int64
-    below : int64 array
-        The rows below each supernode's columns, ascending.
-    parent : (#s,) int64
-        That of each in the elimination tree; -1 at roots.
+    below, local : uint32 arrays
+        The rows below each supernode's columns, ascending, and where they are in its parent's front.
+    children : (#s,) int64
+        How many children each has in the elimination tree.
     value_start : (#s + 1,) int64
         Where its part of L's values begins, a row of it for each column.
     stack, front : int
@@ -43,19 +46,20 @@ class Supernodes(NamedTuple):
 
     order: IntArray
     column: IntArray
-    row: IntArray
-    source: IntArray
+    source: Places
+    target: Places
     start: IntArray
     below_start: IntArray
-    below: IntArray
-    parent: IntArray
+    below: Places
+    local: Places
+    children: IntArray
     value_start: IntArray
     stack: int
     front: int
 
 
 @inlined
-def _permuted(indptr: IntArray, indices: IntArray, place: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+def _permuted(indptr: IntArray, indices: IntArray, place: IntArray) -> tuple[IntArray, IntArray, Places]:
     """The lower triangle of P A P^T by columns, `place` being the inverse of the order."""
     n = len(place)
     column = np.zeros(n + 2, dtype=np.int64)
@@ -64,7 +68,7 @@ def _permuted(indptr: IntArray, indices: IntArray, place: IntArray) -> tuple[Int
             column[min(place[j], place[indices[p]]) + 2] += 1
     for j in range(n):
         column[j + 2] += column[j + 1]
-    row, source = np.empty(indptr[n], dtype=np.int64), np.empty(indptr[n], dtype=np.int64)
+    row, source = np.empty(indptr[n], dtype=np.int64), np.empty(indptr[n], dtype=np.uint32)
     for j in range(n):
         for p in range(indptr[j], indptr[j + 1]):
             a, b = place[j], place[indices[p]]
@@ -173,9 +177,42 @@ def _columns(parent: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
     return np.append(start[kept], n), size[kept]
 
 
+@inlined
+def _places(
+    column: IntArray,
+    row: IntArray,
+    start: IntArray,
+    below_start: IntArray,
+    below: Places,
+    children: IntArray,
+    place: IntArray,
+) -> tuple[Places, Places]:
+    """`Supernodes.target` and `local`; `place` is work space."""
+    target, local = np.empty(len(row), dtype=np.uint32), np.empty(len(below), dtype=np.uint32)
+    waiting, last = np.empty(len(children), dtype=np.int64), 0
+    for s in range(len(children)):
+        first, width, under = start[s], start[s + 1] - start[s], below_start[s]
+        size = width + below_start[s + 1] - under
+        for j in range(width):
+            place[first + j] = j
+        for k in range(size - width):
+            place[below[under + k]] = width + k
+        for j in range(width):
+            for p in range(column[first + j], column[first + j + 1]):
+                target[p] = j * size + place[row[p]]
+        for _ in range(children[s]):  # in postorder, the children are on top
+            last -= 1
+            for k in range(below_start[waiting[last]], below_start[waiting[last] + 1]):
+                local[k] = place[below[k]]
+        if size > width:
+            waiting[last] = s
+            last += 1
+    return target, local
+
+
 def _supernodes(
     indptr: IntArray, indices: IntArray, order: IntArray
-) -> tuple[IntArray, IntArray, IntArray, IntArray, IntArray, IntArray, IntArray, IntArray, int, int]:
+) -> tuple[IntArray, Places, Places, IntArray, IntArray, Places, Places, IntArray, IntArray, int, int]:
     n = len(order)
     place = np.empty(n, dtype=np.int64)
     for i in range(n):
@@ -192,15 +229,16 @@ def _supernodes(
         below_start[s + 1] = below_start[s] + size[s] - width
         value_start[s + 1] = value_start[s] + size[s] * width
         of[start[s] : start[s + 1]] = s
-    left = np.zeros(number, dtype=np.int64)
+    children, left = np.zeros(number, dtype=np.int64), np.zeros(number, dtype=np.int64)
     depth = stack = front = 0
     for s in range(number):
         depth += (size[s] - (start[s + 1] - start[s])) ** 2 - left[s]
         stack, front = max(stack, depth), max(front, size[s])
         if parent[start[s + 1] - 1] >= 0:
             above[s] = of[parent[start[s + 1] - 1]]
+            children[above[s]] += 1
             left[above[s]] += (below_start[s + 1] - below_start[s]) ** 2
-    below, end = np.empty(below_start[number], dtype=np.int64), below_start[:-1].copy()
+    below, end = np.empty(below_start[number], dtype=np.uint32), below_start[:-1].copy()
     seen = np.full(number, -1, dtype=np.int64)
     for i in range(n):
         seen[of[i]] = i
@@ -211,7 +249,9 @@ def _supernodes(
                 below[end[s]] = i
                 end[s] += 1
                 s = above[s]
-    return column[: n + 1].copy(), row, source, start, below_start, below, above, value_start, stack, front
+    target, local = _places(column, row, start, below_start, below, children, place)
+    column = column[: n + 1].copy()
+    return column, source, target, start, below_start, below, local, children, value_start, stack, front
 
 
 _analysed = only_loops(_supernodes)
@@ -222,12 +262,17 @@ def supernodes(indptr: IntArray, indices: IntArray, order: IntArray) -> Supernod
     return Supernodes(order, *_analysed(indptr, indices, order))
 
 
-def _subtrees(parent: IntArray, work: FloatArray) -> tuple[IntArray, FloatArray]:
-    first, total = np.arange(len(parent)), work.copy()
-    for s in range(len(parent)):
-        if parent[s] >= 0:
-            first[parent[s]] = min(first[parent[s]], first[s])
-            total[parent[s]] += total[s]
+def _subtrees(a: Supernodes, work: FloatArray) -> tuple[IntArray, FloatArray]:
+    first, total = np.arange(len(work)), work.copy()
+    waiting, last = np.empty(len(work), dtype=np.int64), 0
+    for s in range(len(work)):
+        for _ in range(a.children[s]):
+            last -= 1
+            first[s] = first[waiting[last]]
+            total[s] += total[waiting[last]]
+        if a.below_start[s + 1] > a.below_start[s]:
+            waiting[last] = s
+            last += 1
     return first, total
 
 

@@ -20,14 +20,14 @@ from .factors import (
     Analysis,
     Cholmod,
     IglCholesky,
-    Multigrid,
     has_cholmod,
 )
+from .multigrid import Multigrid
 from .small_blocks import SmallBlocks
 
 SolverName = Literal["auto", "cholmod", "multigrid", "direct"]
 
-MULTIGRID_FROM = 200_000  # rows, where there is no CHOLMOD: a simplicial factor takes longer
+MULTIGRID_FROM = 80_000  # rows, where there is no CHOLMOD: a simplicial factor takes longer
 
 
 @dataclass(frozen=True)

@@ -39,22 +39,22 @@ class Divided:
 
     @classmethod
     def of(cls, a: kernels.Supernodes) -> Divided:
-        size = len(a.parent)
-        first, work = kernels.subtrees(a.parent, np.diff(a.value_start).astype(float))
-        roots = _roots(a.parent, first, work) if len(a.order) >= DIVIDED_FROM else []
+        size, rows_below = len(a.children), np.diff(a.below_start)
+        first, work = kernels.subtrees(a, np.diff(a.value_start).astype(np.float64))
+        tops = np.flatnonzero(rows_below == 0)
+        roots = _roots(tops, first, work) if len(a.order) >= DIVIDED_FROM else []
         number, outside = np.full(size, -1, dtype=np.int64), np.ones(size, dtype=bool)
         number[roots] = np.arange(len(roots))
         for root in roots:
             outside[first[root] : root] = False
-        rows = np.diff(a.below_start)[roots]
+        rows = rows_below[roots]
         parts = kernels.Subtrees(number, *(np.append(0, np.cumsum(count)) for count in (rows**2, rows)))
         chosen = [(np.arange(first[root], root + 1), root) for root in roots]
         return cls(parts, chosen, np.flatnonzero(outside))
 
 
-def _roots(parent: IntArray, first: IntArray, work: FloatArray) -> list[int]:
-    """Roots of subtrees of much the same work; what is too small for one is left to the rest."""
-    tops = np.flatnonzero(parent < 0)
+def _roots(tops: IntArray, first: IntArray, work: FloatArray) -> list[int]:
+    """Roots of subtrees of much the same work; what is too small for one, or a leaf, is left to the rest."""
     total = work[tops].sum()
     heap = [(-work[s], int(s)) for s in tops]
     heapify(heap)
@@ -64,7 +64,7 @@ def _roots(parent: IntArray, first: IntArray, work: FloatArray) -> list[int]:
         while child >= first[s]:
             heappush(heap, (-work[child], child))
             child = int(first[child]) - 1
-    return [s for cost, s in sorted(heap) if -cost >= SMALLEST * total]
+    return [s for cost, s in sorted(heap) if -cost >= SMALLEST * total and first[s] < s]
 
 
 class Compiled:
@@ -80,17 +80,19 @@ class Compiled:
     def factor(self, lower: sparse.csc_array) -> Factored:
         if not all(map(np.array_equal, self._pattern, (lower.indptr, lower.indices))):
             return Compiled(lower).factor(lower)
-        solve = partial(_solved, self._numeric(lower), self._analysed, self._divided)
+        pair = partial(_solved, self._numeric(lower), self._analysed, self._divided)
 
-        def solve_all(b: Array) -> Array:
+        def solve(b: Array) -> Array:
+            if b.ndim == 2 and b.shape[1] == 2:
+                return pair(b)
             columns = b.reshape(len(b), -1)
             parts = [columns[:, k : k + 2] for k in range(0, columns.shape[1], 2)]
             if columns.shape[1] % 2:
                 parts[-1] = np.repeat(parts[-1], 2, axis=1)
-            made = [solve(np.ascontiguousarray(part)) for part in parts]
-            return np.hstack(made)[:, : columns.shape[1]].reshape(b.shape) if made else np.empty_like(b)
+            made = np.hstack([pair(part) for part in parts]) if parts else np.empty_like(columns)
+            return made[:, : columns.shape[1]].reshape(b.shape)
 
-        return Factored(self.name, True, solve_all)
+        return Factored(self.name, True, solve)
 
     def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
         return self.factor(lower).solve
@@ -106,7 +108,7 @@ class Compiled:
                 work = spare.pop()
             except IndexError:
                 work = kernels.Work.of(a)
-            bad = kernels.supernodal_factor(lower.data, a, divided.parts, *chosen, left, values, work)
+            bad = kernels.supernodal_factor(lower.data, a, divided.parts, *chosen, values, left, work)
             spare.append(work)
             return bad
 
@@ -120,6 +122,7 @@ class Compiled:
 
 def _solved(values: FloatArray, a: kernels.Supernodes, divided: Divided, b: FloatArray) -> FloatArray:
     """For two right-hand sides, (n, 2)."""
+    b = np.ascontiguousarray(b)
     x, made, left = np.zeros_like(b), np.empty_like(b), np.empty((divided.parts.rows[-1], 2))
 
     def forward(chosen: tuple[IntArray, int]) -> None:

@@ -2,14 +2,13 @@
 
 An `Analysis` belongs to a pattern. `Analysis.factor(lower)` returns a new `Factored` that nobody changes
 afterwards. CHOLMOD is used where scikit-sparse is installed; where it is not, the Cholesky factorisation of
-Eigen in libigl's own wheel, and PyAMG's multigrid for large systems.
+Eigen in libigl's own wheel.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, Protocol
 
 import igl
@@ -18,7 +17,6 @@ from scipy import sparse
 from scipy.sparse import linalg
 
 from .._types import Array, IntArray
-from .krylov import conjugate_gradients
 
 try:
     from sksparse import cholmod
@@ -28,7 +26,6 @@ except ImportError:
 
 SIMPLICIAL_UP_TO = 25_000  # rows; supernodal CHOLMOD with a good BLAS is faster above
 NO_ROWS, NO_EQUATIONS = np.empty(0, dtype=np.int64), sparse.csc_matrix((0, 0))
-MULTIGRID_RTOL = 1e-10  # where multigrid stands in for a factorisation
 
 
 def has_cholmod() -> bool:
@@ -56,7 +53,7 @@ class Factored:
     ----------
     name : str
     exact : bool
-        Whether `solve` is a factorisation's, or one to `MULTIGRID_RTOL`.
+        Whether `solve` is a factorisation's, or one to a tolerance.
     solve : callable
         For one (n,) or several (n, k) right-hand sides.
     """
@@ -192,61 +189,6 @@ class SuperLU:
 
     def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
         return self.factor(lower).solve
-
-
-@dataclass(frozen=True)
-class Multigrid:
-    """PyAMG's smoothed aggregation: one V-cycle as the preconditioner, O(n) memory."""
-
-    name: str = "PyAMG"
-
-    def factor(self, lower: sparse.csc_array) -> Factored:
-        full = sparse.csr_matrix(mirrored(lower))
-        cycle = _v_cycle(full)
-
-        def solve(b: Array) -> Array:
-            columns = b.reshape(len(b), -1).T
-            x = np.empty_like(columns)
-            for k, column in enumerate(columns):
-                x[k], _, converged = conjugate_gradients(full.dot, column, cycle, MULTIGRID_RTOL)
-                if not converged:
-                    raise NotConvergedError
-            return np.ascontiguousarray(x.T).reshape(b.shape)
-
-        return Factored(self.name, False, solve)
-
-    def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
-        cycle = _v_cycle(sparse.csr_matrix(mirrored(lower)))
-        return lambda b: np.column_stack([cycle(column) for column in b.T])
-
-
-def _v_cycle(full: sparse.csr_matrix) -> Callable[[Array], Array]:
-    import pyamg
-
-    # omega by local rows, as the default estimates a spectral radius from random vectors
-    hierarchy = pyamg.smoothed_aggregation_solver(
-        full,
-        symmetry="symmetric",
-        smooth=("jacobi", {"omega": 4 / 3, "weighting": "local"}),
-        improve_candidates=None,
-        presmoother=("gauss_seidel", {"sweep": "symmetric"}),
-        postsmoother=("gauss_seidel", {"sweep": "symmetric"}),
-    )
-    cycle: Callable[[Array], Array] = hierarchy.aspreconditioner(cycle="V").matvec
-    blas = _thread_pools()
-
-    def alone(b: Array) -> Array:
-        with blas.limit(limits=1, user_api="blas"):  # its norms and coarsest solve would wake the threads
-            return cycle(b)
-
-    return alone
-
-
-@cache
-def _thread_pools() -> Any:
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()
 
 
 def mirrored(lower: sparse.csc_array) -> sparse.csc_array:
