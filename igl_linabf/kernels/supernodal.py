@@ -2,9 +2,9 @@
 
 The front of a supernode is a dense matrix: the rows of A that belong to its columns, and what its children in
 the elimination tree leave. The front's columns are eliminated; what is left of the front goes to its parent.
-Subtrees do not touch each other, so threads work at several of them at a time; the supernodes above come after.
-The loops are for one subtree, or for the rest. There is no form in NumPy: CHOLMOD's factor, in the same order,
-defines this one. On meshes of up to about 200,000 triangles it takes less than half of CHOLMOD's time.
+Subtrees do not touch each other, so threads work at several of them at a time; the supernodes above them come
+after. There is no form in NumPy: CHOLMOD's factor, in the same order, defines this one. On meshes of up to
+about 200,000 triangles it takes less than half of CHOLMOD's time.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ class Work(NamedTuple):
 def _take(X: FloatArray, p: int, last: int, Y: FloatArray, shift: int, first: int, until: int) -> None:
     """Take from the columns `first` to `until` of Y what the eliminated columns `p` to `last` of X say.
 
-    The row of Y's column 0 in X is `shift`. Four columns are taken from four at a time, which then stay in the
-    processor's registers and caches.
+    The row of Y's column 0 in X is `shift`. Four columns go with four at a time, which stay in the processor's
+    registers.
     """
     size = X.shape[1] - shift
     fours, whole = p + (last - p) // WIDTH * WIDTH, first + (until - first) // WIDTH * WIDTH
