@@ -52,7 +52,7 @@ class Work(NamedTuple):
 def _take(X: FloatArray, p: int, last: int, Y: FloatArray, shift: int, first: int, until: int) -> None:
     """Take from the columns `first` to `until` of Y what the eliminated columns `p` to `last` of X say.
 
-    The row of Y's column 0 in X is `shift`. Four columns go with four at a time, which stay in the processor's
+    The row of Y's column 0 in X is `shift`. Four go with four at a time, which stay in the processor's
     registers.
     """
     size = X.shape[1] - shift
