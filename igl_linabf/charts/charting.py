@@ -83,6 +83,11 @@ class Task:
         return BEYOND_USE if self.may_find_seams else np.inf
 
     @property
+    def weighs_stretch(self) -> bool:
+        """Whether charts are cut further where the stretch of their map is worth a seam."""
+        return self.may_find_seams and not self.holes and self.max_stretch is None
+
+    @property
     def most_splits(self) -> int:
         """Of a chart and its parts."""
         return MAX_SPLITS if self.max_stretch is None else MAX_SPLITS_FOR_STRETCH
@@ -187,25 +192,23 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         if len(parts) > 1:
             return list(zip(parts, kept_maps(piece, result, parts, pairs), strict=True))
     quality = quality_of(piece, result.uv, len(pairs)) if known is None else known[2]
-    if not splits and _is_stretched(piece, quality) and len(seams := _worth_of_small(piece, task)):
+    if task.weighs_stretch and len(seams := _worth_of_map(piece, result, quality, splits, task)):
         return _anew(piece.cut_along(seams))
-    if quality.stretch_l2 > TIPPED and splits < MAX_TIP_ROUNDS and task.may_find_seams:
-        tips = seams_to_tips(piece, result.uv, task.trade, task.hidden)
-        if len(tips):
-            return _anew(piece.cut_along(tips))
     if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
         return _anew(parts)
     return Chart(piece.faces, result, quality, splits, len(pairs), cost)
 
 
-def _is_stretched(piece: Submesh, quality: Quality) -> bool:
-    """Whether a piece that is small, for which no seams of its own were sought, may be worth some."""
-    return len(piece.F) <= MEDIUM and max(quality.stretch_l2, quality.conformal_distortion) > SMALL_STRETCH
-
-
-def _worth_of_small(piece: Submesh, task: Task) -> IntArray:
-    found = task.may_find_seams and not task.holes
-    return task.seams_of(piece, disks=True, gain=DISK_GAIN) if found else np.zeros((0, 2), dtype=np.int64)
+def _worth_of_map(piece: Submesh, result: Flattening, quality: Quality, splits: int, task: Task) -> IntArray:
+    """Seams that the stretch of a map is worth, beyond what was expected of it."""
+    stretch = max(quality.stretch_l2, quality.conformal_distortion)
+    if not splits and len(piece.F) <= MEDIUM and stretch > SMALL_STRETCH:  # none were sought for it alone
+        seams = task.seams_of(piece, disks=True, gain=DISK_GAIN)
+        if len(seams):
+            return seams
+    if quality.stretch_l2 > TIPPED and splits < MAX_TIP_ROUNDS:
+        return seams_to_tips(piece, result.uv, task.trade, task.hidden)
+    return np.zeros((0, 2), dtype=np.int64)
 
 
 def _is_needle(piece: Submesh, result: Flattening) -> bool:
