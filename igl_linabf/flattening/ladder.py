@@ -35,6 +35,7 @@ from ..angles import (
 from ..errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
 from ..layouts import (
     GAP,
+    Boundary,
     Layout,
     LayoutName,
     check_pins,
@@ -206,9 +207,16 @@ def best_of(tried: Tried) -> tuple[Candidate, Layout]:
 
 
 def drawn(
-    problem: Problem, stage: RungName, state: State, *, converged: bool, note: str = "", remark: str = ""
+    problem: Problem,
+    stage: RungName,
+    state: State,
+    *,
+    converged: bool,
+    note: str = "",
+    remark: str = "",
+    boundary: Boundary | None = None,
 ) -> Candidate:
-    """Lay out the angles of a state."""
+    """Lay out the angles of a state; `boundary` is their outer loop, if it is drawn already."""
     mesh, angles, at = problem.mesh, problem.angles, state.at
     with timed("layout"):
         constraints = angles.constraints if problem.cut is None else problem.cut
@@ -234,6 +242,7 @@ def drawn(
                 angles.solvers,
                 None if state.lin is None or problem.cut is not None else state.lin.laplacian,
                 problem.shape.corners[:2],
+                boundary if same else None,
             )
         except SingularSystemError as error:
             return Candidate(stage, Status.SINGULAR, str(error), state)
@@ -251,6 +260,7 @@ def one_system(rtol: float, tol: float) -> Stage:
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
         state, holes = problem.start, len(problem.mesh.topology.loops) > 1
+        boundary: Boundary | None = None
         if state.at.residual.largest > tol:
             state = linear_step(state, rtol, close=False)
             # a chord that starts from cut-short steps ends with far smaller angles than a step
@@ -260,7 +270,8 @@ def one_system(rtol: float, tol: float) -> Stage:
                     gap, allowed = float(np.abs(state.at.residual.closure.gap).max()), HOLE_GAP
                 else:
                     state = chord_step(state, rtol)
-                    gap, allowed = develop_boundary(problem.angles.constraints, state.at.residual).gap, GAP
+                    boundary = develop_boundary(problem.angles.constraints, state.at.residual)
+                    gap, allowed = boundary.gap, GAP
                 state = state.at_rest()
                 if gap > allowed:
                     detail = f"a boundary loop fails to close by {gap:.1%} of its length"
@@ -268,7 +279,8 @@ def one_system(rtol: float, tol: float) -> Stage:
             if limited := state.steps[-1].limited:
                 detail = f"a full step would make an angle of {limited} triangles zero or negative"
                 return Candidate("linear step", Status.CUT_SHORT, detail, state.at_rest())
-        return drawn(problem, "linear step", state, converged=state.at.residual.largest <= tol)
+        reached = state.at.residual.largest <= tol
+        return drawn(problem, "linear step", state, converged=reached, boundary=boundary)
 
     return stage
 
