@@ -8,6 +8,7 @@ small systems there are loops only: without numba, a library makes them.
 from .choice import fast_by, is_fast, numpy_only
 from .cholesky import Factor, analysed, factored
 from .connectivity import boundary_loops, connected_labels, cycles, entries, in_one_piece, undirected
+from .drawing import touched_cells
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
 from .places import best_place
 from .small_systems import separate_errors, solved
