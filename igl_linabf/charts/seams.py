@@ -39,7 +39,7 @@ MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
 SMOOTH = 0.1  # share of the area that lies flat, below which that is so
 DIRECT = 10_000  # nodes up to which seams are found on the surface itself
 CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
-TWO_HOPS = 20_000  # nodes from which the roots of clusters are two edges apart, not one
+HOPS = 13_000, 60_000  # nodes from which the roots of clusters are two and three edges apart, not one
 DRAWN_SHORTER = 1.6  # times the trade: a seam of clusters gets shorter when it is drawn tight
 
 
@@ -275,7 +275,8 @@ def _carried(piece: ClosedSurface, trade: float, holes: bool, gain: float | None
     levels: list[Contracted] = []
     coarse = piece
     while not levels or coarse.n > CLUSTERED:
-        levels.append(contracted(coarse, clusters(coarse, 1 if coarse.n < TWO_HOPS else 2)))
+        hops = 1 + sum(coarse.n >= nodes for nodes in HOPS)
+        levels.append(contracted(coarse, clusters(coarse, hops)))
         coarse = levels[-1].coarse
     trade *= DRAWN_SHORTER
     seam, leaves = _seam(coarse, trade, holes)

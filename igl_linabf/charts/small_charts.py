@@ -173,7 +173,11 @@ class _Host:
             repaired=np.sort(place[chart.result.repaired]),
             message=f"{chart.result.message}; {number:,} faces of small charts are joined to it",
         )
-        return key, replace(chart, faces=whole.faces, result=result, quality=quality_of(whole, flat)), whole
+        return (
+            key,
+            replace(chart, faces=whole.faces, result=result, quality=quality_of(whole, flat, overlaps=0)),
+            whole,
+        )
 
 
 class _Rims:
