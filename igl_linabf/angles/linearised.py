@@ -191,8 +191,7 @@ def linearise(
 def _preconditioned(lin: Linearised) -> Linearised:
     """Add the preconditioner: diag(L_s, L_s)^-1, bordered by the closing rows, corrected on sliver rows."""
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
-    # the closing rows' Schur complement needs the Laplacian of these very angles
-    if laplacian is None or inverse is None or lin.closing is not None:
+    if laplacian is None or inverse is None:
         with timed("assembly"):
             lower = lin.system.laplacian()
         with timed("analysis"):
@@ -200,7 +199,7 @@ def _preconditioned(lin: Linearised) -> Linearised:
         with timed("factor"):
             inverse = laplacian_inverse(lin.system, laplacian, lower)
     with timed("factor"):
-        precondition = conformal_inverse(lin.system, lin.closing, inverse)
+        precondition = conformal_inverse(lin.system, lin.closing, inverse, lin.S)
         slivers = lin.slivers or SliverRows.of(lin.system, lin.S, solvers)
         precondition = corrected(precondition, slivers, lin.S, lin.closing)
     return replace(
