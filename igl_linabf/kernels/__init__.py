@@ -25,6 +25,8 @@ from .triangles import (
     NEXT,
     PREV,
     angle_sums,
+    conformal_errors,
+    conformally,
     cotangents,
     cut_short,
     errors,
