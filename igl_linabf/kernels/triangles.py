@@ -167,9 +167,7 @@ def projected(w: FloatArray, d: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray(w * ((w[NEXT] * (y - after) + w[PREV] * (y - before)) / d))
 
 
-def _conformal_errors(
-    corner: IntArray, cot: FloatArray, vertex: FloatArray, wheel: FloatArray
-) -> FloatArray:
+def _conformal_errors(corner: IntArray, cot: FloatArray, vertex: FloatArray, wheel: FloatArray) -> FloatArray:
     m = corner.shape[1]
     e = np.empty((3, m))
     for t in range(m):
