@@ -26,8 +26,9 @@ from igl_linabf import (
     unwrap,
 )
 from igl_linabf.charts import charting
+from igl_linabf.charts.pieces import cut_out, on_part
 from igl_linabf.io import read_mesh, read_texture
-from igl_linabf.surface import arrays, face_components
+from igl_linabf.surface import Submesh, arrays, face_components
 
 CLOSED = (
     "pial",
@@ -234,6 +235,21 @@ def test_what_is_wrong_with_a_chart_is_told() -> None:
         "has flipped faces, 3: give more seams"
         in replace(atlas, charts=(replace(chart, result=result),)).troubles[0]
     )
+
+
+def test_only_a_part_that_has_flipped_triangles_is_flipped() -> None:
+    V, F = load("crown")
+    whole = flatten(V, F, "lscm")
+    assert whole.outcome is Outcome.FLIPPED
+    piece = Submesh(V, F, np.arange(len(F)), np.arange(len(V)), len(V))
+    near = np.isin(F, F[whole.flipped]).any(axis=1)
+    parts = piece.divided(near)
+    made = [cut_out(whole, piece, part, on_part(whole.uv, piece, part)) for part in parts]
+    flips = [bool(near[part.faces].any()) for part in parts]
+    assert any(flips) and not all(flips)
+    assert [result.outcome is Outcome.FLIPPED for result in made] == flips
+    for part, result in zip(parts, made, strict=True):
+        assert (part.faces[result.flipped] == np.intersect1d(part.faces, whole.flipped)).all()
 
 
 @pytest.mark.parametrize(

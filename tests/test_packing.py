@@ -12,6 +12,7 @@ from scipy.spatial import cKDTree
 from igl_linabf import MeshError, unwrap
 from igl_linabf.charts import pack
 from igl_linabf.charts.layout_search import largest_layout
+from igl_linabf.charts.outlines import masks_of
 from igl_linabf.charts.packing import Placed, Wish, _prepared
 from igl_linabf.surface import complex_positions, signed_double_areas
 
@@ -291,3 +292,27 @@ def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam() -> None:
     size = np.sqrt(igl.doublearea(V, F).sum() / 2)
     assert 6 * gain > (cut.seam_length - whole.seam_length) / size > 0
     assert cut.fill > 1.5 * whole.fill
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.7, 3.3])
+def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
+    cells = 9.0
+    *_, charts = _prepared(SETS["thin"][:4], Wish.of(MARGIN, None, 2, None, None))
+    turns = [np.exp(2j * np.pi * np.arange(n) / 16) for n in (16, 3, 1, 5)]
+    for outline, by, masks in zip(
+        charts.outlines, turns, masks_of(charts.outlines, turns, cells, gap), strict=True
+    ):
+        lines = np.stack((outline.start, outline.end), axis=1)
+        for k, table in enumerate(masks.cells):
+            turned = (lines * by[k] - masks.origin[k]) * cells
+            ends = np.stack((turned.real, turned.imag), axis=-1)
+            polygon = shapely.get_parts(shapely.polygonize(shapely.linestrings(ends)))
+            y, x = np.indices(table.shape)
+            around = shapely.box(x - gap / 2, y - gap / 2, x + 1 + gap / 2, y + 1 + gap / 2)
+            touched = shapely.intersects(shapely.union_all(polygon), around)
+            assert (table == touched).all()
+            drawn = np.zeros_like(table)
+            for row, first, length, high in masks.blocks[masks.start[k] : masks.start[k + 1]]:
+                assert not drawn[row : row + high, first : first + length].any()
+                drawn[row : row + high, first : first + length] = True
+            assert (drawn == table).all()

@@ -82,10 +82,11 @@ def corrected(conformal: Solve, slivers: SliverRows, S: Symmetric, closing: Clos
     local = slivers.analysis.factor(slivers.rows.lower(S)).solve
     if closing is not None:
         beside = sparse.hstack((beside, closing.B[index])).tocsr()
+    below = beside.T
 
     def apply(r: FloatArray) -> FloatArray:
         first = local(r[index])
-        z = conformal(r - beside.T @ first)
+        z = conformal(r - below @ first)
         z[index] += first
         z[index] += local(r[index] - beside @ z)
         return z

@@ -16,7 +16,7 @@ from .constraints import Constraints
 SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is corrected for
 SLIVER_OF_MANY_STEPS = 5.0  # and where sums are prescribed: they take many steps
 SMALL = 5_000  # rows below which the steps that this saves take less time than it
-SLIVER_OF_SMALL = 100.0  # and so the ratio there
+SLIVER_OF_SMALL = 1000.0  # and so the ratio there
 
 
 class System:

@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike
 from .._runtime import advance, part
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from ..flattening import Flattening, Method, Outcome, flatten_with_cones
+from ..flattening import Flattening, Method, flatten_with_cones
 from ..measures import overlapping_pairs, quality_of
 from ..surface import Cleaned, Submesh, check_finite, planar_mesh
 from .atlas import Chart
 from .cone_seams import paths_across, seam_through
 from .cones import CONE_TRADE, ConePiece, angles_of, found_on
 from .overlap_seams import MAX_SPLITS, seams_between
+from .pieces import cut_out, on_part
 
 GivenCones = Literal["auto"] | ArrayLike
 ConeAngles = Literal["quarter"] | ArrayLike | None
@@ -203,31 +204,10 @@ def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
             parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
             if len(parts) > 1:
                 waiting += [
-                    (smaller, _of_part(made, piece, smaller), splits + 1) for smaller in reversed(parts)
+                    (part, cut_out(made, piece, part, on_part(made.uv, piece, part)), splits + 1)
+                    for part in reversed(parts)
                 ]
                 continue
         chart = Chart(piece.faces, made, quality_of(piece, made.uv, len(pairs)), splits, len(pairs), 0.0)
         done.append((chart, piece))
     return done
-
-
-def _of_part(whole: Flattening, piece: Submesh, smaller: Submesh) -> Flattening:
-    """The map of a piece on a part of it."""
-    rows = np.searchsorted(piece.faces, smaller.faces)
-    vertex = np.empty(len(smaller.V), dtype=np.int64)
-    vertex[smaller.F] = piece.F[rows]
-
-    def local(faces: IntArray) -> IntArray:
-        return np.flatnonzero(np.isin(rows, faces))
-
-    flipped = local(whole.flipped)
-    part = replace(
-        whole,
-        uv=whole.uv[vertex],
-        angles=whole.angles[rows],
-        flipped=flipped,
-        repaired=local(whole.repaired),
-    )
-    if whole.outcome is Outcome.FLIPPED and not len(flipped):
-        return replace(part, outcome=Outcome.VALID, message="no triangle of this part of the map is flipped")
-    return part

@@ -13,7 +13,8 @@ import numpy as np
 from .._types import IntArray
 from ..flattening import Flattening
 from ..measures import Quality, quality_of
-from ..surface import Submesh, complex_positions, signed_double_areas
+from ..surface import Submesh
+from .pieces import cut_out, of_own_size, on_part
 
 KEPT = 0.9  # share of its faces from which on a part keeps the map: a smaller one gains by a new one
 EVEN = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
@@ -35,17 +36,7 @@ def kept_maps(
 
 
 def _on_part(piece: Submesh, result: Flattening, part: Submesh) -> Known:
-    rows = np.searchsorted(piece.faces, part.faces)
-    uv = np.empty((len(part.V), 2))
-    uv[part.F] = result.uv[piece.F[rows]]
-    double_area = np.abs(signed_double_areas(complex_positions(uv), part.topology.corner))
-    uv *= np.sqrt(part.measured[0].sum() / double_area.sum())  # as large as the surface, like every map
-    made = replace(
-        result,
-        uv=uv,
-        F=part.F,
-        angles=result.angles[rows],
-        repaired=np.flatnonzero(np.isin(rows, result.repaired)),
-        message=f"{result.message}; a part of this map, {len(piece.F) - len(rows):,} faces were cut off",
-    )
-    return made, np.zeros((0, 2), dtype=np.int64), quality_of(part, uv)
+    uv = of_own_size(on_part(result.uv, piece, part), part)
+    made = cut_out(result, piece, part, uv)
+    message = f"{result.message}; a part of this map, {len(piece.F) - len(part.F):,} faces were cut off"
+    return replace(made, message=message), np.zeros((0, 2), dtype=np.int64), quality_of(part, uv, overlaps=0)

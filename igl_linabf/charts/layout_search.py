@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._types import ComplexArray, FloatArray, IntArray
-from .outlines import Mask, Outline, masks_of
+from .outlines import Masks, Outline, masks_of
 from .page import Page
 from .shelves import on_shelves
 from .spacing import Spacing
@@ -183,8 +183,8 @@ def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing, quickly: bool = 
     found: list[_Grown] = []
     side = max(float(np.sqrt(areas.sum() / SHARE)), charts.least_side)
     for _ in range(2 if all_shaped else 1):
-        known: dict[int, list[Mask]] = {}  # of the charts; all orders share them
-        found += [_grown(charts, order, turns, side, COARSE, spacing, known) for order in orders]
+        masks = _masks(charts, shaped, turns, COARSE / side, spacing.gap * COARSE)  # for all orders
+        found += [_grown(len(charts.outlines), order, masks, side, COARSE, spacing) for order in orders]
         least = min(entry.reached for entry in found)
         side *= 0.985 if abs(least / side - 1) < 0.005 else least / side
     return sorted(found, key=lambda entry: entry.reached)
@@ -193,8 +193,9 @@ def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing, quickly: bool = 
 def _moved(charts: Charts, start: _Grown, spacing: Spacing) -> _Grown:
     """A layout of a smaller square, after moves at random."""
     chance, n = np.random.default_rng(0), len(start.order)
-    turns, masks = charts.turns(DIRECTIONS), dict[int, list[Mask]]()
-    best = _grown(charts, start.order, turns, start.reached, MIDDLE, spacing, masks)
+    side = start.reached
+    masks = _masks(charts, start.order, charts.turns(DIRECTIONS), MIDDLE / side, spacing.gap * MIDDLE)
+    best = _grown(n, start.order, masks, side, MIDDLE, spacing)
     held: dict[int, int] = {}  # the direction of charts that have but one
     share = charts.areas / charts.areas.sum()
     for _ in range(min(MOST_MOVES, MOVED // n)):
@@ -206,11 +207,9 @@ def _moved(charts: Charts, start: _Grown, spacing: Spacing) -> _Grown:
             chart = int(chance.choice(n, p=share) if chance.random() < 0.7 else chance.integers(n))
             now = {key: k for key, k in held.items() if key != chart}
             if chart not in held or chance.random() < 0.7:
-                now[chart] = int(chance.integers(len(turns[chart])))
-        turned, masks_now = list(turns), dict(masks)
-        for chart, k in now.items():
-            turned[chart], masks_now[chart] = turns[chart][k : k + 1], masks[chart][k : k + 1]
-        tried = _grown(charts, order, turned, start.reached, MIDDLE, spacing, masks_now)
+                now[chart] = int(chance.integers(len(masks[chart].turns)))
+        chosen = masks | {chart: masks[chart].only(k) for chart, k in now.items()}
+        tried = _grown(n, order, chosen, side, MIDDLE, spacing)
         if tried.reached <= best.reached:  # an equal one may lead on
             best, held = tried, now
     return best
@@ -222,7 +221,8 @@ def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing, tried: int) ->
     for entry in _different(coarse)[:tried]:
         side, turns = entry.reached, entry.layout.turn[:, None]
         for trial in range(MOST_TRIALS):
-            found.append(_grown(charts, entry.order, turns, side, FINE, spacing, {}))
+            masks = _masks(charts, entry.order, turns, FINE / side, spacing.gap * FINE)
+            found.append(_grown(len(charts.outlines), entry.order, masks, side, FINE, spacing))
             if found[-1].serves:
                 break
             side = max(side, found[-1].reached) * (1 + SLACK * 2**trial)
@@ -241,19 +241,20 @@ def _different(layouts: list[_Grown]) -> list[_Grown]:
     return list(first.values())
 
 
+def _masks(charts: Charts, chosen: IntArray, turns: Turns, cells: float, gap: float) -> dict[int, Masks]:
+    """Of the chosen charts, by chart; `cells` of the grid are one unit, and `gap` is in cells."""
+    which = chosen.tolist()
+    made = masks_of([charts.outlines[i] for i in which], [turns[i] for i in which], cells, gap)
+    return dict(zip(which, made, strict=True))
+
+
 def _grown(
-    charts: Charts,
-    order: IntArray,
-    turns: Turns,
-    side: float,
-    grid: int,
-    spacing: Spacing,
-    known: dict[int, list[Mask]],
+    n: int, order: IntArray, masks: dict[int, Masks], side: float, grid: int, spacing: Spacing
 ) -> _Grown:
-    """Charts on one page whose gaps are those of a page of this side; `known` are masks, by chart."""
+    """Some of `n` charts on one page whose gaps are those of a page of this side, which has `grid` cells."""
     room, pages = ROOM, None
     while pages is None:
-        pages = _placed(charts, order, turns, grid / side, spacing.gap * grid, int(room * grid), 1, known)
+        pages = _placed(n, order, masks, grid / side, int(room * grid), 1)
         room *= ROOM
     (page,) = pages.sheets
     extent = max(page.width, page.height) - spacing.gap * grid
@@ -272,38 +273,27 @@ class _Pages:
 
 
 def _placed(
-    charts: Charts,
-    order: IntArray,
-    turns: Turns,
-    cells: float,
-    gap: float,
-    side: int,
-    most: int | None,
-    known: dict[int, list[Mask]],
+    n: int, order: IntArray, masks: dict[int, Masks], cells: float, side: int, most: int | None
 ) -> _Pages | None:
-    """Charts one after the other, each on the first page that has room for it.
+    """Some of `n` charts one after the other, each on the first page that has room for it.
 
-    `cells` of the grid are one unit; `gap` and `side` are in cells.
+    `cells` of the grid are one unit; `side` is in cells.
     """
-    n = len(charts.outlines)
     turn, corner = np.ones(n, dtype=np.complex128), np.zeros(n, dtype=np.complex128)
     number, sheets = np.zeros(n, dtype=np.int64), list[Page]()
     for i in order.tolist():
-        if i not in known:
-            known[i] = masks_of(charts.outlines[i], turns[i], cells, gap)
-        masks = known[i]
         found, at = None, 0
         while found is None:
             if at == len(sheets):
                 if at == most or (at and not sheets[-1].width):
                     return None
                 sheets.append(Page.empty(side))
-            found = sheets[at].best_place(masks)
+            found = sheets[at].best_place(masks[i])
             at += 1
         k, x, y = found
-        sheets[at - 1] = sheets[at - 1].with_mask(masks[k].cells, x, y)
-        turn[i], number[i] = turns[i][k], at - 1
-        corner[i] = complex(x, y) / cells - masks[k].origin
+        sheets[at - 1] = sheets[at - 1].with_mask(masks[i].cells[k], x, y)
+        turn[i], number[i] = masks[i].turns[k], at - 1
+        corner[i] = complex(x, y) / cells - masks[i].origin[k]
     return _Pages(sheets, turn, number, corner)
 
 
@@ -319,7 +309,9 @@ def _on_pages(
     gap, cells = spacing.gap * FIXED, FIXED / side
     inner = int(spacing.inner * FIXED + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
-    placed = _placed(charts, order, turns, cells, gap, inner, pages, {})
+    placed = _placed(
+        len(charts.outlines), order, _masks(charts, order, turns, cells, gap), cells, inner, pages
+    )
     if placed is None:
         return None
     turn, number, corner, sheets = placed.turn, placed.number, placed.corner, placed.sheets

@@ -19,7 +19,7 @@ from ..measures import overlapping_pairs, quality_of
 from ..surface import Parts, Submesh, complex_positions, connected_labels, sum_by
 from .atlas import Chart
 from .packing import Wish, expected_fill
-from .pieces import cut_out
+from .pieces import cut_out, of_own_size, on_part
 from .shelves import narrowest_turns
 
 MOST_CUTS, MOST_IDLE = 8, 1  # of all cuts, and of those in a row that do not pay yet
@@ -124,6 +124,7 @@ def _parted(done: Charts, parts: list[Flat]) -> Charts:
 
 def _part_of(chart: Chart, piece: Submesh, part: Flat) -> Chart:
     result = cut_out(chart.result, piece, part.piece, part.uv)
+    result = replace(result, message=f"{result.message}; one of the parts that its map is cut into")
     overlapping = len(overlapping_pairs(part.uv, part.piece.F)) if chart.overlapping else 0
     quality = quality_of(part.piece, part.uv)
     return replace(chart, faces=part.piece.faces, result=result, quality=quality, overlapping=overlapping)
@@ -223,21 +224,10 @@ def _shortest_between(
 def _parts(chart: Flat, side: BoolArray) -> list[Flat]:
     """The chart cut between its cells of two sides."""
     piece = chart.piece
-    cell, inside = piece.cells
-    sides = piece.topology.sides[:, inside]
-    right, left = cell[sides % len(piece.F)]
-    mask = np.zeros((len(piece.F), 3), dtype=bool)
-    half_edge = sides[:, side[right] != side[left]].ravel()
-    mask[half_edge % len(piece.F), (half_edge // len(piece.F) + 1) % 3] = True
-    place = np.zeros(int(piece.faces.max()) + 1, dtype=np.int64)
-    place[piece.faces] = np.arange(len(piece.faces))
-    made = []
-    for part in piece.cut(mask):
-        uv = np.empty((len(part.V), 2))
-        uv[part.F] = chart.uv[piece.F[place[part.faces]]]
-        uv *= np.sqrt(float(part.measured[0].sum()) / 2 / _area(uv[part.F]))
-        made.append(Flat(part, uv, chart.parent))
-    return made
+    return [
+        Flat(part, of_own_size(on_part(chart.uv, piece, part), part), chart.parent)
+        for part in piece.divided(side[piece.cells[0]])
+    ]
 
 
 def _hull(points: FloatArray) -> float:

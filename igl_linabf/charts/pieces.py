@@ -9,10 +9,10 @@ import numpy as np
 
 from .._runtime import advance
 from .._types import FloatArray
-from ..errors import MeshError, some
-from ..flattening import Flattening, LinABF, Method
+from ..errors import MeshError, SingularSystemError, some
+from ..flattening import Flattening, Method, Outcome, Sketch
 from ..measures import change_of
-from ..surface import Submesh, planar_mesh
+from ..surface import Submesh, complex_positions, planar_mesh, signed_double_areas
 
 
 def flattened(piece: Submesh, method: Method) -> Flattening:
@@ -30,29 +30,56 @@ def flattened(piece: Submesh, method: Method) -> Flattening:
     return replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})
 
 
+def on_part(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
+    """The coordinates of a piece's map at the vertices of a part of it."""
+    own = np.empty((len(part.V), 2))
+    own[part.F] = uv[piece.F[np.searchsorted(piece.faces, part.faces)]]
+    return own
+
+
+def of_own_size(uv: FloatArray, piece: Submesh) -> FloatArray:
+    """The map of a piece, scaled so that it is as large as the surface, like every map."""
+    double_area = np.abs(signed_double_areas(complex_positions(uv), piece.topology.corner))
+    return np.asarray(uv * np.sqrt(piece.measured[0].sum() / double_area.sum()))
+
+
 def cut_out(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:
-    """The map of a part of a flattened piece: the piece's map, but for its scale."""
+    """The map of a part of a flattened piece, which is the piece's map at some scale.
+
+    Only a part that has flipped triangles is flipped.
+    """
     rows = np.searchsorted(piece.faces, part.faces)
     place = np.full(len(piece.F), -1)
     place[rows] = np.arange(len(rows))
     flipped, repaired = (np.sort(kept[kept >= 0]) for kept in (place[result.flipped], place[result.repaired]))
-    return replace(
+    made = replace(
         result,
         uv=uv,
         F=part.F,
         angles=result.angles[rows],
-        message=f"{result.message}; one of the parts that its map is cut into",
         flipped=flipped,
         repaired=repaired,
         holes=result.holes if len(part.topology.loops) > 1 else (),
     )
+    if made.outcome is not Outcome.FLIPPED or len(flipped):
+        return made
+    return replace(made, outcome=Outcome.VALID, message="no triangle of this part of the map is flipped")
 
 
 def distortion(pieces: list[Submesh]) -> float:
-    """L2 stretch and mean conformal distortion of pieces that are flattened: 1 if they come out isometric."""
+    """L2 stretch and mean conformal distortion of pieces that are flattened: 1 if they come out isometric.
+
+    Infinite if a triangle flips.
+    """
     total, stretch, shear = 0.0, 0.0, 0.0
     for piece in pieces:
-        changed = change_of(piece, flattened(piece, LinABF()).uv)
+        try:
+            result = flattened(piece, Sketch())
+        except SingularSystemError:
+            return np.inf
+        if len(result.flipped):
+            return np.inf
+        changed = change_of(piece, result.uv)
         total += float(changed.double_area.sum())
         stretch += float(changed.double_area @ changed.squared_stretch)
         shear += float(changed.double_area @ changed.conformal)

@@ -19,7 +19,6 @@ NEEDED = (
     "pillow",
     "psutil",
     "rich",
-    "threadpoolctl",
     "shtab",
 )
 EXTRAS = {  # packages that a user may install; README and docs/install.md say what for

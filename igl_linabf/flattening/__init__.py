@@ -18,6 +18,7 @@ from .methods import (
     LinABF,
     Method,
     OneStepABFpp,
+    Sketch,
     guaranteed,
     method_of,
 )
@@ -45,6 +46,7 @@ __all__ = [
     "Outcome",
     "Residuals",
     "Rung",
+    "Sketch",
     "Status",
     "abf",
     "bare_lscm",

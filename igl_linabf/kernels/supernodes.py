@@ -1,9 +1,6 @@
-"""The Cholesky factorisation of a sparse matrix by supernodes, as loops (Duff, Reid 1983; Liu 1992).
+"""The analysis of a sparse Cholesky factorisation by supernodes, as loops (Liu 1992).
 
-A supernode is a run of columns of the factor with the same rows below them. Its front is a dense matrix: the
-rows of A that belong to its columns, and what its children in the elimination tree leave. The front's columns
-are eliminated; what is left of the front goes to its parent. There is no form in NumPy: CHOLMOD's factor, in
-the same order, defines this one. On meshes of up to about 200,000 triangles it takes half of CHOLMOD's time.
+A supernode is a run of columns of the factor with the same rows below them. `supernodal` factors these.
 """
 
 from __future__ import annotations
@@ -11,13 +8,16 @@ from __future__ import annotations
 from typing import NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
 from .choice import inlined, only_loops
 
 SMALL, MEDIUM = 16, 48  # columns
-ZEROS_OF_SMALL, ZEROS_OF_MEDIUM, ZEROS = 0.8, 0.1, 0.05  # share of a supernode's entries that may be zeros
+ZEROS_OF_SMALL, ZEROS_OF_MEDIUM, ZEROS = 0.5, 0.1, 0.05  # share of a supernode's entries that may be zeros
 WIDTH = 4  # columns that are eliminated together
+
+Places = NDArray[np.uint32]  # unsigned, as the compiled loops then need not look for negative ones
 
 
 class Supernodes(NamedTuple):
@@ -28,13 +28,14 @@ class Supernodes(NamedTuple):
     order : (n,) int64
         The row of A that comes at each place: P A P^T = L L^T.
     column : (n + 1,) int64
-    row, source : int64 arrays
-        The lower triangle of P A P^T by columns: rows, and where in A's data each entry is.
+    source, target : uint32 arrays
+        The lower triangle of P A P^T by columns: where in A's data each entry is, and where it goes among
+        the values of its supernode.
     start : (#s + 1,) int64
         The first column of each supernode.
     below_start : (#s + 1,) int64
-    below : int64 array
-        The rows below each supernode's columns, ascending.
+    below, local : uint32 arrays
+        The rows below each supernode's columns, ascending, and where they are in its parent's front.
     children : (#s,) int64
         How many children each has in the elimination tree.
     value_start : (#s + 1,) int64
@@ -45,11 +46,12 @@ class Supernodes(NamedTuple):
 
     order: IntArray
     column: IntArray
-    row: IntArray
-    source: IntArray
+    source: Places
+    target: Places
     start: IntArray
     below_start: IntArray
-    below: IntArray
+    below: Places
+    local: Places
     children: IntArray
     value_start: IntArray
     stack: int
@@ -57,7 +59,7 @@ class Supernodes(NamedTuple):
 
 
 @inlined
-def _permuted(indptr: IntArray, indices: IntArray, place: IntArray) -> tuple[IntArray, IntArray, IntArray]:
+def _permuted(indptr: IntArray, indices: IntArray, place: IntArray) -> tuple[IntArray, IntArray, Places]:
     """The lower triangle of P A P^T by columns, `place` being the inverse of the order."""
     n = len(place)
     column = np.zeros(n + 2, dtype=np.int64)
@@ -66,7 +68,7 @@ def _permuted(indptr: IntArray, indices: IntArray, place: IntArray) -> tuple[Int
             column[min(place[j], place[indices[p]]) + 2] += 1
     for j in range(n):
         column[j + 2] += column[j + 1]
-    row, source = np.empty(indptr[n], dtype=np.int64), np.empty(indptr[n], dtype=np.int64)
+    row, source = np.empty(indptr[n], dtype=np.int64), np.empty(indptr[n], dtype=np.uint32)
     for j in range(n):
         for p in range(indptr[j], indptr[j + 1]):
             a, b = place[j], place[indices[p]]
@@ -175,9 +177,42 @@ def _columns(parent: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
     return np.append(start[kept], n), size[kept]
 
 
+@inlined
+def _places(
+    column: IntArray,
+    row: IntArray,
+    start: IntArray,
+    below_start: IntArray,
+    below: Places,
+    children: IntArray,
+    place: IntArray,
+) -> tuple[Places, Places]:
+    """`Supernodes.target` and `local`; `place` is work space."""
+    target, local = np.empty(len(row), dtype=np.uint32), np.empty(len(below), dtype=np.uint32)
+    waiting, last = np.empty(len(children), dtype=np.int64), 0
+    for s in range(len(children)):
+        first, width, under = start[s], start[s + 1] - start[s], below_start[s]
+        size = width + below_start[s + 1] - under
+        for j in range(width):
+            place[first + j] = j
+        for k in range(size - width):
+            place[below[under + k]] = width + k
+        for j in range(width):
+            for p in range(column[first + j], column[first + j + 1]):
+                target[p] = j * size + place[row[p]]
+        for _ in range(children[s]):  # in postorder, the children are on top
+            last -= 1
+            for k in range(below_start[waiting[last]], below_start[waiting[last] + 1]):
+                local[k] = place[below[k]]
+        if size > width:
+            waiting[last] = s
+            last += 1
+    return target, local
+
+
 def _supernodes(
     indptr: IntArray, indices: IntArray, order: IntArray
-) -> tuple[IntArray, IntArray, IntArray, IntArray, IntArray, IntArray, IntArray, IntArray, int, int]:
+) -> tuple[IntArray, Places, Places, IntArray, IntArray, Places, Places, IntArray, IntArray, int, int]:
     n = len(order)
     place = np.empty(n, dtype=np.int64)
     for i in range(n):
@@ -203,7 +238,7 @@ def _supernodes(
             above[s] = of[parent[start[s + 1] - 1]]
             children[above[s]] += 1
             left[above[s]] += (below_start[s + 1] - below_start[s]) ** 2
-    below, end = np.empty(below_start[number], dtype=np.int64), below_start[:-1].copy()
+    below, end = np.empty(below_start[number], dtype=np.uint32), below_start[:-1].copy()
     seen = np.full(number, -1, dtype=np.int64)
     for i in range(n):
         seen[of[i]] = i
@@ -214,7 +249,9 @@ def _supernodes(
                 below[end[s]] = i
                 end[s] += 1
                 s = above[s]
-    return column[: n + 1].copy(), row, source, start, below_start, below, children, value_start, stack, front
+    target, local = _places(column, row, start, below_start, below, children, place)
+    column = column[: n + 1].copy()
+    return column, source, target, start, below_start, below, local, children, value_start, stack, front
 
 
 _analysed = only_loops(_supernodes)
@@ -225,164 +262,21 @@ def supernodes(indptr: IntArray, indices: IntArray, order: IntArray) -> Supernod
     return Supernodes(order, *_analysed(indptr, indices, order))
 
 
-@inlined
-def _eliminate(F: FloatArray, width: int) -> int:
-    """Eliminate the first columns of a front, `F[column, row]`; the bad pivot, or -1."""
-    size, p = len(F), 0
-    while p < width:
-        end = min(p + WIDTH, width)
-        for k in range(p, end):
-            if not F[k, k] > 0:
-                return k
-            root = np.sqrt(F[k, k])
-            x = F[k, k:]
-            for i in range(size - k):
-                x[i] /= root
-            for j in range(k + 1, end):
-                share, x, y = F[k, j], F[k, j:], F[j, j:]
-                for i in range(size - j):
-                    y[i] -= share * x[i]
-        if end == p + 4:
-            for j in range(end, size):
-                f0, f1, f2, f3 = F[p, j], F[p + 1, j], F[p + 2, j], F[p + 3, j]
-                x0, x1, x2, x3, y = F[p, j:], F[p + 1, j:], F[p + 2, j:], F[p + 3, j:], F[j, j:]
-                for i in range(size - j):
-                    y[i] -= f0 * x0[i] + f1 * x1[i] + f2 * x2[i] + f3 * x3[i]
-        else:
-            for k in range(p, end):
-                for j in range(end, size):
-                    share, x, y = F[k, j], F[k, j:], F[j, j:]
-                    for i in range(size - j):
-                        y[i] -= share * x[i]
-        p = end
-    return -1
-
-
-def _factor(data: FloatArray, a: Supernodes) -> tuple[FloatArray, int]:
-    n, values = len(a.order), np.empty(a.value_start[-1])
-    stack, top = np.empty(a.stack), 0
-    waiting, last = np.empty(len(a.children), dtype=np.int64), 0
-    place, local = np.empty(n, dtype=np.int64), np.empty(a.front, dtype=np.int64)
-    space = np.empty(a.front * a.front)
-    for s in range(len(a.children)):
-        first, width = a.start[s], a.start[s + 1] - a.start[s]
-        below = a.below[a.below_start[s] : a.below_start[s + 1]]
-        size = width + len(below)
-        F = space[: size * size].reshape(size, size)
-        for j in range(size):
-            F[j, j:] = 0.0
-        for j in range(width):
-            place[first + j] = j
-        for k in range(len(below)):
-            place[below[k]] = width + k
-        for j in range(width):
-            for p in range(a.column[first + j], a.column[first + j + 1]):
-                F[j, place[a.row[p]]] += data[a.source[p]]
-        for _ in range(a.children[s]):  # in postorder, the children are on top
+def _subtrees(a: Supernodes, work: FloatArray) -> tuple[IntArray, FloatArray]:
+    first, total = np.arange(len(work)), work.copy()
+    waiting, last = np.empty(len(work), dtype=np.int64), 0
+    for s in range(len(work)):
+        for _ in range(a.children[s]):
             last -= 1
-            c = waiting[last]
-            rows = a.below[a.below_start[c] : a.below_start[c + 1]]
-            top -= len(rows) ** 2
-            left = stack[top : top + len(rows) ** 2].reshape(len(rows), len(rows))
-            for k in range(len(rows)):
-                local[k] = place[rows[k]]
-            for j in range(len(rows)):
-                for i in range(j, len(rows)):
-                    F[local[j], local[i]] += left[j, i]
-        bad = _eliminate(F, width)
-        if bad >= 0:
-            return values, first + bad
-        L = values[a.value_start[s] : a.value_start[s + 1]].reshape(width, size)
-        for j in range(width):
-            L[j, j:] = F[j, j:]
-        if len(below):
-            left = stack[top : top + len(below) ** 2].reshape(len(below), len(below))
-            for j in range(len(below)):
-                left[j, j:] = F[width + j, width + j :]
-            top += len(below) ** 2
+            first[s] = first[waiting[last]]
+            total[s] += total[waiting[last]]
+        if a.below_start[s + 1] > a.below_start[s]:
             waiting[last] = s
             last += 1
-    return values, -1
+    return first, total
 
 
-supernodal_factor = only_loops(_factor)
-supernodal_factor.__doc__ = """L's values by supernodes, and the place of a bad pivot, or -1."""
-
-
-def _solve(values: FloatArray, a: Supernodes, b: FloatArray) -> FloatArray:
-    n, start, below_start, begin = len(a.order), a.start, a.below_start, a.value_start
-    below, order = a.below, a.order
-    x, y, z = np.empty((n, 2)), np.empty(a.front), np.empty(a.front)
-    for i in range(n):
-        x[i, 0], x[i, 1] = b[order[i], 0], b[order[i], 1]
-    for s in range(len(start) - 1):  # L y = P b
-        first, width, under = start[s], start[s + 1] - start[s], below_start[s]
-        m = below_start[s + 1] - under
-        size, at = width + m, begin[s]
-        for j in range(width):
-            own = at + j * size
-            f, g = x[first + j, 0] / values[own + j], x[first + j, 1] / values[own + j]
-            x[first + j, 0], x[first + j, 1] = f, g
-            for i in range(j + 1, width):
-                x[first + i, 0] -= values[own + i] * f
-                x[first + i, 1] -= values[own + i] * g
-        u, v = y[:m], z[:m]
-        u[:] = 0.0
-        v[:] = 0.0
-        for j in range(width % 2, width, 2):  # two columns at a time
-            own = at + j * size
-            c, d = values[own + width : own + size], values[own + size + width : own + 2 * size]
-            f, g, h, k = x[first + j, 0], x[first + j, 1], x[first + j + 1, 0], x[first + j + 1, 1]
-            for i in range(m):
-                u[i] += c[i] * f + d[i] * h
-                v[i] += c[i] * g + d[i] * k
-        if width % 2:
-            c, f, g = values[at + width : at + size], x[first, 0], x[first, 1]
-            for i in range(m):
-                u[i] += c[i] * f
-                v[i] += c[i] * g
-        for i in range(m):
-            x[below[under + i], 0] -= u[i]
-            x[below[under + i], 1] -= v[i]
-    for s in range(len(start) - 2, -1, -1):  # L^T P x = y
-        first, width, under = start[s], start[s + 1] - start[s], below_start[s]
-        m = below_start[s + 1] - under
-        size, at = width + m, begin[s]
-        u, v = y[:m], z[:m]
-        for i in range(m):
-            u[i], v[i] = x[below[under + i], 0], x[below[under + i], 1]
-        for j in range(width % 2, width, 2):
-            own = at + j * size
-            c, d = values[own + width : own + size], values[own + size + width : own + 2 * size]
-            f = g = h = k = 0.0
-            for i in range(m):
-                f += c[i] * u[i]
-                g += c[i] * v[i]
-                h += d[i] * u[i]
-                k += d[i] * v[i]
-            x[first + j, 0] -= f
-            x[first + j, 1] -= g
-            x[first + j + 1, 0] -= h
-            x[first + j + 1, 1] -= k
-        if width % 2:
-            c, f, g = values[at + width : at + size], 0.0, 0.0
-            for i in range(m):
-                f += c[i] * u[i]
-                g += c[i] * v[i]
-            x[first, 0] -= f
-            x[first, 1] -= g
-        for j in range(width - 1, -1, -1):
-            own = at + j * size
-            f, g = x[first + j, 0], x[first + j, 1]
-            for i in range(j + 1, width):
-                f -= values[own + i] * x[first + i, 0]
-                g -= values[own + i] * x[first + i, 1]
-            x[first + j, 0], x[first + j, 1] = f / values[own + j], g / values[own + j]
-    made = np.empty_like(x)
-    for i in range(n):
-        made[order[i], 0], made[order[i], 1] = x[i, 0], x[i, 1]
-    return made
-
-
-supernodal_solve = only_loops(_solve)
-supernodal_solve.__doc__ = """A^-1 b for two right-hand sides, (n, 2), by the values of the factor."""
+subtrees = only_loops(_subtrees)
+subtrees.__doc__ = (
+    """The first supernode of each one's subtree, which are in postorder, and the work in it."""
+)

@@ -5,11 +5,12 @@ from __future__ import annotations
 import numpy as np
 from scipy import sparse
 
-from .._types import ComplexArray, FloatArray, IntArray
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from .choice import inlined, with_loops
 from .triangles import NEXT, PREV, sum_by
 
 Block = tuple[float, float, float, float]
+Entries = tuple[IntArray, IntArray, IntArray]
 
 
 def _pair_weights(w: FloatArray, d: FloatArray) -> FloatArray:
@@ -285,3 +286,26 @@ def block_product(indptr: IntArray, indices: IntArray, block: FloatArray, x: Flo
     """(U + U^T) x, U of 2 by 2 blocks: `block`, (#blocks, 4), at rows and columns as in CSR."""
     upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(len(x), len(x)))
     return np.asarray(upper @ x + upper.T @ x)
+
+
+def _block_entries(indptr: IntArray, indices: IntArray, chosen: BoolArray) -> Entries:
+    found = 0
+    for i in range(len(indptr) - 1):
+        for k in range(indptr[i], indptr[i + 1]):
+            found += chosen[i] or chosen[indices[k]]
+    made = np.empty((3, found), dtype=np.int64)
+    found = 0
+    for i in range(len(indptr) - 1):
+        for k in range(indptr[i], indptr[i + 1]):
+            if chosen[i] or chosen[indices[k]]:
+                made[0, found], made[1, found], made[2, found] = i, indices[k], k
+                found += 1
+    return made[0], made[1], made[2]
+
+
+@with_loops(_block_entries)
+def block_entries(indptr: IntArray, indices: IntArray, chosen: BoolArray) -> Entries:
+    """Row, column and place of the entries of a matrix, as in CSR, that are in `chosen` rows or columns."""
+    row = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
+    found = np.flatnonzero(chosen[row] | chosen[indices])
+    return row[found], np.asarray(indices[found], dtype=np.int64), found

@@ -1,4 +1,4 @@
-"""Vectors made of blocks, each for itself: the steps of conjugate gradients for many systems at once."""
+"""The steps of conjugate gradients; of vectors made of blocks, too, for many systems at once."""
 
 from __future__ import annotations
 
@@ -6,6 +6,49 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from .choice import with_loops
+
+
+def _dot(a: FloatArray, b: FloatArray) -> float:
+    total = 0.0
+    for i in range(len(a)):
+        total += a[i] * b[i]
+    return total
+
+
+@with_loops(_dot)
+def dot(a: FloatArray, b: FloatArray) -> float:
+    """The scalar product of two vectors."""
+    return float(np.einsum("i,i->", a, b))
+
+
+def _turn(d: FloatArray, share: float, z: FloatArray) -> None:
+    for i in range(len(d)):
+        d[i] = share * d[i] + z[i]
+
+
+@with_loops(_turn)
+def turn(d: FloatArray, share: float, z: FloatArray) -> None:
+    """Make the direction d the sum of a share of it and z."""
+    d *= share
+    d += z
+
+
+def _move(x: FloatArray, r: FloatArray, along: float, d: FloatArray, q: FloatArray) -> float:
+    total = 0.0
+    for i in range(len(x)):
+        x[i] += along * d[i]
+        left = r[i] - along * q[i]
+        r[i] = left
+        total += left * left
+    return total
+
+
+@with_loops(_move)
+def move(x: FloatArray, r: FloatArray, along: float, d: FloatArray, q: FloatArray) -> float:
+    """Add a share of the direction d to x, and take it of q = A d from the residual r; return r . r."""
+    x += along * d
+    r -= along * q
+    return float(np.einsum("i,i->", r, r))
 
 
 def _block_dots(start: IntArray, a: FloatArray, b: FloatArray) -> FloatArray:

@@ -9,7 +9,6 @@ from .choice import HOW_TO_GET, SolverName, Solvers, blas_of_cholmod
 from .factors import (
     Analysis,
     Factored,
-    Multigrid,
     NotConvergedError,
     NotPositiveDefiniteError,
     SuperLU,
@@ -17,6 +16,7 @@ from .factors import (
 )
 from .krylov import MAX_CG_STEPS, conjugate_gradients
 from .memory import check_memory, factor_bytes
+from .multigrid import Multigrid
 from .often import factored_often
 from .small_blocks import SMALL, SmallBlocks
 from .sparsity import Pattern, Rows, Symmetric, held

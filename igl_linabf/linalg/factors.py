@@ -2,14 +2,13 @@
 
 An `Analysis` belongs to a pattern. `Analysis.factor(lower)` returns a new `Factored` that nobody changes
 afterwards. CHOLMOD is used where scikit-sparse is installed; where it is not, the Cholesky factorisation of
-Eigen in libigl's own wheel, and PyAMG's multigrid for large systems.
+Eigen in libigl's own wheel.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cache
 from typing import Any, Protocol
 
 import igl
@@ -17,9 +16,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import linalg
 
-from .. import kernels
-from .._types import Array
-from .krylov import conjugate_gradients
+from .._types import Array, IntArray
 
 try:
     from sksparse import cholmod
@@ -27,10 +24,8 @@ except ImportError:
     cholmod = None
 
 
-COMPILED_FROM, COMPILED_UP_TO = 1_000, 150_000  # rows between which the compiled loops take least time
 SIMPLICIAL_UP_TO = 25_000  # rows; supernodal CHOLMOD with a good BLAS is faster above
 NO_ROWS, NO_EQUATIONS = np.empty(0, dtype=np.int64), sparse.csc_matrix((0, 0))
-MULTIGRID_RTOL = 1e-10  # where multigrid stands in for a factorisation
 
 
 def has_cholmod() -> bool:
@@ -58,7 +53,7 @@ class Factored:
     ----------
     name : str
     exact : bool
-        Whether `solve` is a factorisation's, or one to `MULTIGRID_RTOL`.
+        Whether `solve` is a factorisation's, or one to a tolerance.
     solve : callable
         For one (n,) or several (n, k) right-hand sides.
     """
@@ -121,39 +116,10 @@ class Cholmod:
         return numeric
 
 
-class Compiled:
-    """The factorisation of a real matrix by compiled loops, in CHOLMOD's order."""
-
-    name = "CHOLMOD's order, compiled"
-
-    def __init__(self, lower: sparse.csc_array) -> None:
-        order = cholmod.analyze(lower, mode="simplicial", ordering_method="amd").P().astype(np.int64)
-        self._pattern = lower.indptr, lower.indices
-        self._analysed = kernels.supernodes(lower.indptr, lower.indices, order)
-
-    def factor(self, lower: sparse.csc_array) -> Factored:
-        if not all(map(np.array_equal, self._pattern, (lower.indptr, lower.indices))):
-            return Compiled(lower).factor(lower)
-        values, analysed = self._numeric(lower), self._analysed
-
-        def solve(b: Array) -> Array:
-            columns = b.reshape(len(b), -1)
-            parts = [columns[:, k : k + 2] for k in range(0, columns.shape[1], 2)]
-            if columns.shape[1] % 2:
-                parts[-1] = np.repeat(parts[-1], 2, axis=1)
-            made = [kernels.supernodal_solve(values, analysed, np.ascontiguousarray(part)) for part in parts]
-            return np.hstack(made)[:, : columns.shape[1]].reshape(b.shape) if made else np.empty_like(b)
-
-        return Factored(self.name, True, solve)
-
-    def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
-        return self.factor(lower).solve
-
-    def _numeric(self, lower: sparse.csc_array) -> Array:
-        values, bad = kernels.supernodal_factor(lower.data, self._analysed)
-        if bad >= 0:
-            raise NotPositiveDefiniteError(int(self._analysed.order[bad]))
-        return values
+def cholmod_order(lower: sparse.csc_array) -> IntArray:
+    """The postordered order of elimination that CHOLMOD finds."""
+    found: IntArray = cholmod.analyze(lower, mode="simplicial", ordering_method="amd").P().astype(np.int64)
+    return found
 
 
 class IglCholesky:
@@ -223,61 +189,6 @@ class SuperLU:
 
     def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
         return self.factor(lower).solve
-
-
-@dataclass(frozen=True)
-class Multigrid:
-    """PyAMG's smoothed aggregation: one V-cycle as the preconditioner, O(n) memory."""
-
-    name: str = "PyAMG"
-
-    def factor(self, lower: sparse.csc_array) -> Factored:
-        full = sparse.csr_matrix(mirrored(lower))
-        cycle = _v_cycle(full)
-
-        def solve(b: Array) -> Array:
-            columns = b.reshape(len(b), -1).T
-            x = np.empty_like(columns)
-            for k, column in enumerate(columns):
-                x[k], _, converged = conjugate_gradients(full.dot, column, cycle, MULTIGRID_RTOL)
-                if not converged:
-                    raise NotConvergedError
-            return np.ascontiguousarray(x.T).reshape(b.shape)
-
-        return Factored(self.name, False, solve)
-
-    def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
-        cycle = _v_cycle(sparse.csr_matrix(mirrored(lower)))
-        return lambda b: np.column_stack([cycle(column) for column in b.T])
-
-
-def _v_cycle(full: sparse.csr_matrix) -> Callable[[Array], Array]:
-    import pyamg
-
-    # omega by local rows, as the default estimates a spectral radius from random vectors
-    hierarchy = pyamg.smoothed_aggregation_solver(
-        full,
-        symmetry="symmetric",
-        smooth=("jacobi", {"omega": 4 / 3, "weighting": "local"}),
-        improve_candidates=None,
-        presmoother=("gauss_seidel", {"sweep": "symmetric"}),
-        postsmoother=("gauss_seidel", {"sweep": "symmetric"}),
-    )
-    cycle: Callable[[Array], Array] = hierarchy.aspreconditioner(cycle="V").matvec
-    blas = _thread_pools()
-
-    def alone(b: Array) -> Array:
-        with blas.limit(limits=1, user_api="blas"):  # its norms and coarsest solve would wake the threads
-            return cycle(b)
-
-    return alone
-
-
-@cache
-def _thread_pools() -> Any:
-    from threadpoolctl import ThreadpoolController
-
-    return ThreadpoolController()
 
 
 def mirrored(lower: sparse.csc_array) -> sparse.csc_array:

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+from copy import copy
 from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
-from .._types import Array, FloatArray, IntArray
-from ..kernels import block_product, entries, is_fast, laplacian_entries, pulled, system_blocks
+from .._types import Array, BoolArray, FloatArray, IntArray
+from ..kernels import block_entries, block_product, entries, is_fast, laplacian_entries, pulled, system_blocks
 from ..surface import Topology, sum_by
 from .choice import Solvers
-from .factors import Analysis, Multigrid
+from .factors import Analysis
+from .multigrid import Multigrid
 from .small_blocks import SMALL
 
 
@@ -22,6 +24,11 @@ class Symmetric:
         self.upper, self._lower = upper, upper.T
 
     @property
+    def size(self) -> int:
+        """Number of rows."""
+        return int(self.upper.shape[0])
+
+    @property
     def values(self) -> FloatArray:
         """The entries of U, (nnz,)."""
         return np.asarray(self.upper.data)
@@ -29,10 +36,10 @@ class Symmetric:
     def matvec(self, x: FloatArray) -> FloatArray:
         return np.asarray(self.upper @ x + self._lower @ x)
 
-    def numbered(self, index: IntArray) -> sparse.csr_array:
-        """U with the place in `values` of each entry, at least of those in the rows and columns `index`."""
-        number = np.arange(self.upper.nnz)
-        return sparse.csr_array((number, self.upper.indices, self.upper.indptr), shape=self.upper.shape)
+    def among(self, chosen: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
+        """Row, column and place in `values` of entries of U, of all in `chosen` rows or columns at least."""
+        entries = self.upper.tocoo()
+        return entries.row, entries.col, np.arange(self.upper.nnz)
 
     def lower(self) -> sparse.csc_array:
         """Its lower triangle."""
@@ -57,21 +64,21 @@ class Blocked(Symmetric):
         self._indptr, self._indices, self._block, self._n = indptr, indices, block, len(indptr) - 1
 
     @property
+    def size(self) -> int:
+        return 2 * self._n
+
+    @property
     def values(self) -> FloatArray:
         return self._block.ravel()
 
     def matvec(self, x: FloatArray) -> FloatArray:
         return block_product(self._indptr, self._indices, self._block, x)
 
-    def numbered(self, index: IntArray) -> sparse.csr_array:
-        chosen = np.zeros(self._n, dtype=bool)
-        chosen[index // 2] = True
-        row = np.repeat(np.arange(self._n, dtype=self._indices.dtype), np.diff(self._indptr))
-        found = np.flatnonzero(chosen[row] | chosen[self._indices])
-        indptr = np.searchsorted(row[found], np.arange(self._n + 1))
-        number = (4 * found[:, None] + np.arange(4)).reshape(-1, 2, 2)
-        shape = (2 * self._n, 2 * self._n)
-        return sparse.bsr_array((number, self._indices[found], indptr), shape=shape).tocsr()
+    def among(self, chosen: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
+        i, j, place = block_entries(self._indptr, self._indices, chosen[::2] | chosen[1::2])
+        down, across = np.arange(4) // 2, np.arange(4) % 2
+        both = (2 * i[:, None] + down, 2 * j[:, None] + across, 4 * place[:, None] + np.arange(4))
+        return both[0].ravel(), both[1].ravel(), both[2].ravel()
 
     def lower(self) -> sparse.csc_array:
         return self._by_entries.lower()
@@ -89,17 +96,15 @@ class Rows:
     """Some rows of symmetric matrices of one pattern: found once, filled many times."""
 
     def __init__(self, matrix: Symmetric, index: IntArray) -> None:
-        number, n = matrix.numbered(index), len(index)
-        across, down = number[index].tocoo(), number[:, index].tocoo()
-        row = np.concatenate((across.row, down.col))
-        order = np.argsort(row, kind="stable")
-        row = row[order]
-        self._source = np.concatenate((across.data, down.data))[order]
-        self._indices = np.concatenate((across.col, down.row))[order]
-        self._indptr = np.searchsorted(row, np.arange(n + 1))
-        self._shape = (n, number.shape[1])
-        place = np.full(number.shape[1], n)
+        n, size = len(index), matrix.size
+        place = np.full(size, n)
         place[index] = np.arange(n)
+        i, j, source = matrix.among(place < n)
+        row, column, source = place[np.append(i, j)], np.append(j, i), np.append(source, source)
+        order = np.argsort(row, kind="stable")
+        order = order[: np.searchsorted(row[order], n)]
+        row, self._indices, self._source = row[order], column[order], source[order]
+        self._indptr, self._shape = np.searchsorted(row, np.arange(n + 1)), (n, size)
         column = place[self._indices]
         among = np.flatnonzero(column <= row)
         key, self._sum = np.unique(column[among] * n + row[among], return_inverse=True)
@@ -123,7 +128,9 @@ def held(lower: sparse.csc_array, first: int) -> sparse.csc_array:
         return lower
     data = np.where(lower.indices >= first, 0.0, lower.data)
     data[lower.indptr[first:-1]] = 1.0  # the diagonal comes first in its column
-    return sparse.csc_array((data, lower.indices, lower.indptr), shape=lower.shape)
+    made = copy(lower)
+    made.data = data
+    return made
 
 
 class Pattern:
@@ -198,7 +205,15 @@ class Pattern:
         return self._lower(laplacian_entries(self._indptr, self.slot, self.ends, weight))
 
     def _lower(self, data: Array) -> sparse.csc_array:
-        return sparse.csc_array((data, self._indices, self._indptr), shape=(self.n, self.n))
+        made = copy(self._empty)
+        made.data = data
+        return made
+
+    @cached_property
+    def _empty(self) -> sparse.csc_array:
+        """A matrix of the pattern, which is checked once."""
+        none = np.zeros(len(self._indices))
+        return sparse.csc_array((none, self._indices, self._indptr), shape=(self.n, self.n))
 
     def pull(self, weight: FloatArray, z: Array) -> FloatArray:
         """What fixed vertices add to L x: sum of weight z over the edges to them, (n, 2).

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -209,15 +209,15 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
         ).tolist()
     flips = faces.sum(changed.flipped.astype(np.int64)).tolist()
     counts = zip(flips, overlaps, faces.sizes.tolist(), strict=True)
-    names = [field.name for field in fields(Quality)]
-    rows = ((*row, *count) for row, count in zip(figures, counts, strict=True))
-    return [Quality(**dict(zip(names, row, strict=True))) for row in rows]
+    return [Quality(*(*row, *count)) for row, count in zip(figures, counts, strict=True)]
 
 
 def _spread(changed: Change, faces: Parts) -> FloatArray:
     """Of each part, the area ratio below which 99 % of its surface is, over that of 1 %."""
     area, log_ratio = changed.double_area, changed.log_area_ratio
-    order = np.lexsort((log_ratio, faces.spread(np.arange(len(faces)))))
+    # one sort a part takes less time than one of all, by two keys
+    order = np.concatenate([np.argsort(part, kind="stable") for part in faces.split(log_ratio)])
+    order += faces.spread(faces.start[:-1])
     below = faces.cumsum(area[order]) / faces.spread(faces.sum(area))
     at = [
         np.minimum(faces.start[:-1] + faces.sum((below < share).astype(np.int64)), faces.start[1:] - 1)
@@ -230,8 +230,7 @@ def _spread(changed: Change, faces: Parts) -> FloatArray:
 
 def _percentile_99(sides: FloatArray, faces: Parts) -> FloatArray:
     """Of each part, the 99th percentile of the values at the sides of its faces, (3, #F)."""
-    values, of = sides.T.ravel(), np.repeat(faces.spread(np.arange(len(faces))), 3)
-    ordered = values[np.lexsort((values, of))]
+    ordered = np.concatenate([np.sort(part, axis=None) for part in faces.split(sides.T)])
     place = 3 * faces.start[:-1] + 0.99 * (3 * faces.sizes - 1)
     low = np.floor(place).astype(np.int64)
     high = np.minimum(low + 1, 3 * faces.start[1:] - 1)

@@ -153,15 +153,11 @@ class Submesh:
         made = Submesh(self.V[origin], F, self.faces, self.vertices[origin], self.n_given, self.inner)
         return made.components()
 
-    def divided(self, label: IntArray) -> list[Submesh]:
+    def divided(self, label: IntArray | BoolArray) -> list[Submesh]:
         """The components after a cut between faces of different labels; none goes through a polygon."""
-        m = len(self.F)
-        sides = self.topology.sides[:, self.cells[1]]
-        between = label[sides[0] % m] != label[sides[1] % m]
-        mask = np.zeros((m, 3), dtype=bool)
-        half_edge = sides[:, between].ravel()  # opposite to corner k: from corner k + 1 on
-        mask[half_edge % m, (half_edge // m + 1) % 3] = True
-        return self.cut(mask)
+        inside = self.cells[1]
+        right, left = label[self.topology.sides[:, inside] % len(self.F)]
+        return self.cut_at(inside[right != left])
 
     def _inner(self, rows: IntArray) -> BoolArray | None:
         return None if self.inner is None else self.inner[rows]

@@ -1,0 +1,162 @@
+"""Where on a page's grid of cells a chart's mask meets none that is taken, and the square grows least.
+
+In NumPy, the cells are the bits of one integer, row after row: a shift moves the whole page. A run of n
+cells of the mask is free where n bits in a row are. `page | page >> 1` has a bit where one of two is taken,
+the same again with a shift of 2 where one of four is: so a run takes two shifts, however long it is. Equal
+runs one above the other are one block, by shifts of rows.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._types import BoolArray, IntArray
+from .choice import with_loops
+
+Place = tuple[int, int, int]
+
+
+def _best_place(
+    taken: BoolArray, width: int, height: int, shapes: IntArray, blocks: IntArray, start: IntArray
+) -> Place:
+    rows = min(height + shapes[:, 0].max(), len(taken))
+    columns = min(width + shapes[:, 1].max(), len(taken))
+    ahead = np.empty(
+        (rows, columns + 1), dtype=np.int32
+    )  # free cells from here to the right; or taken ones, less than 0
+    for y in range(rows):
+        ahead[y, columns] = -1
+        for x in range(columns - 1, -1, -1):
+            here, there = taken[y, x], ahead[y, x + 1]
+            ahead[y, x] = min(there, 0) - 1 if here else max(there, 0) + 1
+    best, mask, best_x, best_y = np.inf, -1, -1, -1
+    for k in range(len(shapes)):
+        high, wide = shapes[k, 0], shapes[k, 1]
+        for y in range(rows - high + 1):
+            x = 0
+            while x + wide <= columns:
+                square = max(max(x + wide, width), max(y + high, height))
+                cost = square * (8.0 * len(taken) ** 2) + (x + wide / 2) ** 2 + (y + high / 2) ** 2
+                if cost >= best:  # and so is all that is further right
+                    break
+                step = 0
+                for i in range(start[k], start[k + 1]):
+                    column, lowest = x + blocks[i, 1], y + blocks[i, 0]
+                    for row in range(lowest, lowest + blocks[i, 3]):
+                        if ahead[row, column] < blocks[i, 2]:  # on to behind the cells that are taken
+                            free = max(ahead[row, column], 0)
+                            step = max(step, free - ahead[row, column + free])
+                    if step:
+                        break
+                if not step:
+                    best, mask, best_x, best_y = cost, k, x, y
+                    break
+                x += step
+    return mask, best_x, best_y
+
+
+@with_loops(_best_place)
+def best_place(
+    taken: BoolArray, width: int, height: int, shapes: IntArray, blocks: IntArray, start: IntArray
+) -> Place:
+    """Which mask, and where (x, y), so that the square that holds all grows least; -1 if none has room.
+
+    `taken` is a square page, whose cells that are taken lie within `width` and `height`; `shapes` are rows
+    and columns of the masks. Mask k has the `blocks` from `start[k]` to `start[k + 1]`: the first row and
+    column, the length and the number of rows of equal runs of cells, the largest ones first.
+    """
+    square = max(width, height)
+    if square:
+        found = _best_within(taken, width, height, square, square, shapes, blocks, start)
+        if found[0] >= 0:  # which is all the same to the square: no larger one is searched
+            return found
+    rows, columns = height + int(shapes[:, 0].max()), width + int(shapes[:, 1].max())
+    return _best_within(taken, width, height, columns, rows, shapes, blocks, start)
+
+
+def _best_within(
+    taken: BoolArray,
+    width: int,
+    height: int,
+    columns: int,
+    rows: int,
+    shapes: IntArray,
+    blocks: IntArray,
+    start: IntArray,
+) -> Place:
+    gaps, side = _Gaps(taken[:rows, :columns]), len(taken)
+    least, best = np.inf, (-1, -1, -1)
+    for k, (high, wide) in enumerate(shapes.tolist()):
+        x, y = gaps.free(high, wide, blocks[start[k] : start[k + 1]].tolist())
+        if not len(x):
+            continue
+        square = np.maximum(np.maximum(x + wide, width), np.maximum(y + high, height))
+        cost = square * (8.0 * side**2) + (x + wide / 2) ** 2 + (y + high / 2) ** 2
+        at = int(cost.argmin())
+        if cost[at] < least:
+            least, best = float(cost[at]), (k, int(x[at]), int(y[at]))
+    return best
+
+
+class _Gaps:
+    """Where masks fit on cells some of which are taken."""
+
+    def __init__(self, taken: BoolArray) -> None:
+        self._rows, self._columns = taken.shape
+        bits = np.ones((self._rows, self._columns + 1), dtype=bool)  # a last column ends each row
+        bits[:, :-1] = taken
+        self._runs = [_number(bits)]  # where a run of 1, 2, 4, ... cells is not free
+        self._of_block: dict[tuple[int, int], int] = {}
+
+    def _taken_from(self, length: int, rows: int) -> int:
+        """Where a block of runs of this length is not free."""
+        known = self._of_block.get((length, rows))
+        if known is None:
+            if rows > 1:
+                half = (rows + 1) // 2
+                known = self._taken_from(length, half)
+                known |= known >> ((rows - half) * (self._columns + 1))
+            else:
+                power = length.bit_length() - 1
+                while len(self._runs) <= power:
+                    last = self._runs[-1]
+                    self._runs.append(last | (last >> (1 << (len(self._runs) - 1))))
+                known = self._runs[power]
+                if length > 1 << power:
+                    known |= known >> (length - (1 << power))
+            self._of_block[length, rows] = known
+        return known
+
+    def free(self, rows: int, columns: int, blocks: list[list[int]]) -> tuple[IntArray, IntArray]:
+        """Places (x, y) for the lower left corner of a mask, from which it goes no further left or down.
+
+        The others are never the best: each is farther out than one of these.
+        """
+        up, across = self._rows - rows + 1, self._columns - columns + 1
+        if up <= 0 or across <= 0:
+            none = np.zeros(0, dtype=np.int64)
+            return none, none
+        stride = self._columns + 1
+        bits = up * stride
+        every = (1 << bits) - 1
+        outside = np.zeros((up, stride), dtype=bool)
+        outside[:, across:] = True
+        bad, most = _number(outside), 4
+        for tried, (row, begin, length, high) in enumerate(blocks):
+            if tried == most:  # the longest come first: mostly they tell that there is no place
+                if bad & every == every:
+                    break
+                most *= 2
+            bad |= self._taken_from(length, high) >> (row * stride + begin)
+        free = every ^ (bad & every)
+        corner = free ^ (free & (free << 1 | free << stride))
+        data = np.frombuffer(corner.to_bytes((bits + 7) // 8, "little"), np.uint8)
+        byte = np.flatnonzero(data)
+        of_byte, bit = np.nonzero(np.unpackbits(data[byte, None], axis=1, bitorder="little"))
+        y, x = np.divmod(8 * byte[of_byte] + bit, stride)
+        return x, y
+
+
+def _number(bits: BoolArray) -> int:
+    """Bits as one integer, row after row."""
+    return int.from_bytes(np.packbits(bits, bitorder="little").tobytes(), "little")
