@@ -39,6 +39,8 @@ from .triangles import (
     PREV,
     angle_sums,
     bends,
+    conformal_errors,
+    conformally,
     cotangents,
     cut_short,
     errors,
