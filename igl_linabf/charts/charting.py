@@ -44,7 +44,8 @@ from .tips import seams_to_tips
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
-MANY, TINY = 8, 4_000  # charts, or triangles of several, for which these are flattened together
+MANY = 8  # charts from which they are flattened and measured together
+SOME, TINY = 3, 4_000  # the same, if they have so few triangles
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 MAX_LEAF_ROUNDS = 8  # of more seams for that or for flips, before it is halved
 SMALL_STRETCH = 1.15  # from which on a small piece gets seams that are sought for it alone
@@ -151,7 +152,7 @@ def charts_of(pieces: list[Submesh], task: Task) -> list[tuple[Chart, Submesh]]:
 def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]:
     """Maps of many small pieces, and what is measured of them; None: to be found alone."""
     known: list[Known | None] = [None] * len(pieces)
-    if len(pieces) < MANY and (len(pieces) < 2 or sum(len(piece.F) for piece in pieces) > TINY):
+    if len(pieces) < (SOME if sum(len(piece.F) for piece in pieces) <= TINY else MANY):
         return known
     results = flatten_together([(piece.V, piece.F) for piece in pieces], method)
     good = [(i, result) for i, result in enumerate(results) if result is not None]

@@ -37,6 +37,17 @@ class Subtrees(NamedTuple):
     rows: IntArray
 
 
+def _fresh(size: int) -> FloatArray:
+    return np.empty(size)
+
+
+fresh = only_loops(_fresh)
+fresh.__doc__ = """An array that is not filled, in small pages.
+
+NumPy asks the system for large ones, and gigabytes of these take it longer than the factor takes.
+"""
+
+
 class Work(NamedTuple):
     """Work space: the stack of what fronts leave, and what is left of a front."""
 
@@ -45,7 +56,7 @@ class Work(NamedTuple):
 
     @classmethod
     def of(cls, a: Supernodes) -> Work:
-        return cls(np.empty(a.stack), np.empty(a.front**2))  # NumPy asks for large pages
+        return cls(fresh(a.stack), fresh(a.front**2))
 
 
 @inlined

@@ -99,7 +99,7 @@ class Compiled:
 
     def _numeric(self, lower: sparse.csc_array) -> FloatArray:
         a, divided = self._analysed, self._divided
-        values, left = np.empty(a.value_start[-1]), np.empty(divided.parts.left[-1])
+        values, left = kernels.fresh(a.value_start[-1]), kernels.fresh(divided.parts.left[-1])
 
         spare: list[kernels.Work] = []  # memory that is new costs the system time
 

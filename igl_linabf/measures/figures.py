@@ -201,7 +201,7 @@ def _spread(changed: Change, faces: Parts) -> FloatArray:
     """Of each part, the area ratio below which 99 % of its surface is, over that of 1 %."""
     area, log_ratio = changed.double_area, changed.log_area_ratio
     # one sort a part takes less time than one of all, by two keys
-    order = np.concatenate([np.argsort(part, kind="stable") for part in faces.split(log_ratio)])
+    order = np.concatenate([np.argsort(part) for part in faces.split(log_ratio)])
     order += faces.spread(faces.start[:-1])
     below = faces.cumsum(area[order]) / faces.spread(faces.sum(area))
     at = [
