@@ -40,6 +40,16 @@ def a_page_and_masks():
     return page, 50, 44, masks.shapes, masks.blocks, masks.start
 
 
+def sides_on_grids():
+    """Two closed outlines, one of which has level sides."""
+    star = 12 + 10j + np.exp(2j * np.pi * np.arange(30) / 30) * (7 + 2 * np.cos(np.arange(30) * np.pi / 3))
+    box = np.array([2, 9.3, 9.3 + 4j, 2 + 4j]) + 1.7j
+    start, end = np.concatenate((star, box)), np.concatenate((np.roll(star, -1), np.roll(box, -1)))
+    shapes = np.array([[22, 24], [8, 12]])
+    cells = np.append(0, np.cumsum(shapes[:, 0] * (shapes[:, 1] + 1)))
+    return start, end, np.ones(34, dtype=np.int64), np.array([0, 30, 34]), shapes, cells, 0.8
+
+
 def triangles_and_pairs():
     """Counter-clockwise triangles in a square, many of which overlap."""
     triangle = np.random.default_rng(2).normal(size=(60, 3, 2)) @ [1, 1j]
@@ -75,6 +85,7 @@ def cases():
         "angle_sums": (t.corner, alpha, np.where(rng.random(cot.shape) < 0.1, 1e70, cot), t.n),
         "row_sums": (t.corner, cot, e, t.n),
         "errors": (t.corner, w, d, cot, *rng.normal(size=(2, t.n))),
+        "conformal_errors": (t.corner, cot, *rng.normal(size=(2, t.n))),
         "cut_short": (alpha, e, 0.7),
         "pair_weights": (w, d),
         "system_blocks": (
@@ -103,6 +114,7 @@ def cases():
         "turn": (rng.normal(size=40), 0.7, rng.normal(size=40)),
         "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),
         "block_entries": (*at[:2], rng.random(pattern.n) < 0.2),
+        "touched_cells": (*sides_on_grids(),),
         "best_place": (*a_page_and_masks(),),
         "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
     }

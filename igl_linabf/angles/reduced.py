@@ -69,10 +69,13 @@ class System:
         """P y: (3, #F) angles that sum to zero in each triangle."""
         return kernels.projected(self.w, self.d, y)
 
+    def conformal_errors(self, x: FloatArray) -> FloatArray:
+        """K M^T x, (3, #F), of the multipliers of each vertex, (#V, 2)."""
+        return kernels.conformal_errors(self.topology.corner, self.cot, *np.ascontiguousarray(x.T))
+
     def conformally(self, y: FloatArray) -> FloatArray:
-        """s K y, or K y: (3, #F) angles that sum to zero in each triangle."""
-        across = self._conformal * (y[NEXT] - y[PREV])
-        return np.asarray(across[PREV] - across[NEXT])
+        """K y: (3, #F) angles that sum to zero in each triangle."""
+        return kernels.conformally(self.cot, y)
 
     def projection(self, faces: IntArray) -> FloatArray:
         """P_t of some faces, (#faces, 3, 3)."""

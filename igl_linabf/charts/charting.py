@@ -14,6 +14,7 @@ from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..flattening import Flattening, Isometric, Method, Outcome, flatten_together, guaranteed
 from ..measures import (
+    Quality,
     change_of,
     overlapping_pairs,
     overlapping_pairs_of_each,
@@ -37,14 +38,19 @@ from .kept_maps import Known, kept_maps
 from .overlap_seams import MAX_SPLITS, seams_between
 from .pieces import flattened
 from .scaf import moved_apart
-from .seams import seams_of
+from .seams import MEDIUM, seams_of
 from .small_charts import with_small_joined
+from .tips import seams_to_tips
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
-MANY, TINY = 8, 4_000  # charts, or triangles of several, for which these are flattened together
+MANY = 8  # charts from which they are flattened and measured together
+SOME, TINY = 3, 4_000  # the same, if they have so few triangles
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 MAX_LEAF_ROUNDS = 8  # of more seams for that or for flips, before it is halved
+SMALL_STRETCH = 1.15  # from which on a small piece gets seams that are sought for it alone
+TIPPED = 1.2  # L2 stretch from which on there may be tips that are worth a seam
+MAX_TIP_ROUNDS = 3  # of seams to them
 NEEDLE = 1e-13  # area over squared length, up to which a map is made wider
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 
@@ -76,6 +82,11 @@ class Task:
         if self.max_stretch is not None:
             return self.max_stretch * (1 + ROUNDING)
         return BEYOND_USE if self.may_find_seams else np.inf
+
+    @property
+    def weighs_stretch(self) -> bool:
+        """Whether charts are cut further where the stretch of their map is worth a seam."""
+        return self.may_find_seams and not self.holes and self.max_stretch is None
 
     @property
     def most_splits(self) -> int:
@@ -141,7 +152,7 @@ def charts_of(pieces: list[Submesh], task: Task) -> list[tuple[Chart, Submesh]]:
 def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]:
     """Maps of many small pieces, and what is measured of them; None: to be found alone."""
     known: list[Known | None] = [None] * len(pieces)
-    if len(pieces) < MANY and (len(pieces) < 2 or sum(len(piece.F) for piece in pieces) > TINY):
+    if len(pieces) < (SOME if sum(len(piece.F) for piece in pieces) <= TINY else MANY):
         return known
     results = flatten_together([(piece.V, piece.F) for piece in pieces], method)
     good = [(i, result) for i, result in enumerate(results) if result is not None]
@@ -182,9 +193,23 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         if len(parts) > 1:
             return list(zip(parts, kept_maps(piece, result, parts, pairs), strict=True))
     quality = quality_of(piece, result.uv, len(pairs)) if known is None else known[2]
+    if task.weighs_stretch and len(seams := _worth_of_map(piece, result, quality, splits, task)):
+        return _anew(piece.cut_along(seams))
     if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
         return _anew(parts)
     return Chart(piece.faces, result, quality, splits, len(pairs), cost)
+
+
+def _worth_of_map(piece: Submesh, result: Flattening, quality: Quality, splits: int, task: Task) -> IntArray:
+    """Seams that the stretch of a map is worth, beyond what was expected of it."""
+    stretch = max(quality.stretch_l2, quality.conformal_distortion)
+    if not splits and len(piece.F) <= MEDIUM and stretch > SMALL_STRETCH:  # none were sought for it alone
+        seams = task.seams_of(piece, disks=True, gain=DISK_GAIN)
+        if len(seams):
+            return seams
+    if quality.stretch_l2 > TIPPED and splits < MAX_TIP_ROUNDS:
+        return seams_to_tips(piece, result.uv, task.trade, task.hidden)
+    return np.zeros((0, 2), dtype=np.int64)
 
 
 def _is_needle(piece: Submesh, result: Flattening) -> bool:

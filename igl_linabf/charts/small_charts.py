@@ -21,7 +21,8 @@ from .pieces import of_own_size
 FEW, LARGE = 16, 0.01  # faces of a small chart; and the share of the surface's area that it may have
 NEGLIGIBLE, MANY = 1e-3, 300  # the share of a chart that is small whatever its faces, up to so many
 STRETCHED = 1.01  # times the neighbour's L2 stretch that both may have together
-FITS = 1e-9  # of its extent by which a chart may be off where it touches another one
+FITS = 1e-5  # of its extent by which a chart may be off where it touches another one
+EXACT = 1e-12  # mean angle distortion of an isometric chart: what is off by more has more than that
 SHEARED = 10.0  # times its mean angle distortion that the small one may have
 
 Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
@@ -99,7 +100,7 @@ class _Host:
         result = self._chart.result
         at = result.uv[run.of_host]
         uv = _moved(flat, run.own, at)
-        if uv is None:
+        if uv is None and self._chart.quality.angle_distortion > EXACT:  # else it would shear too much
             uv = _laid_out(piece, run.own, at)
         if uv is None:
             return False
@@ -107,7 +108,7 @@ class _Host:
         if not (double_area > 0).all():
             return False
         changed = change_of(piece, uv)
-        if not changed.angle_distortion.mean() <= SHEARED * self._chart.quality.angle_distortion:
+        if not changed.angle_distortion.mean() <= max(SHEARED * self._chart.quality.angle_distortion, EXACT):
             return False
         own_area = float(changed.double_area.sum())
         share = own_area / double_area.sum()  # stretch is measured at a scale of its own: the host's is one
@@ -229,8 +230,10 @@ def _moved(flat: FloatArray, fixed: IntArray, at: FloatArray) -> FloatArray | No
     if not z[fixed[-1]]:
         return None
     z = (to[-1] - to[0]) / z[fixed[-1]] * z + to[0]
-    off = np.abs(z[fixed] - to).max()
-    return coordinates(z) if off <= FITS * np.abs(z - to[0]).max() else None
+    if np.abs(z[fixed] - to).max() > FITS * np.abs(z - to[0]).max():
+        return None
+    z[fixed] = to
+    return coordinates(z)
 
 
 def _codes(piece: Submesh, ends: IntArray) -> IntArray:

@@ -33,15 +33,7 @@ from ..angles import (
     residual,
 )
 from ..errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
-from ..layouts import (
-    GAP,
-    Boundary,
-    Layout,
-    LayoutName,
-    check_pins,
-    develop_boundary,
-    lay_out,
-)
+from ..layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_boundary, lay_out
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
 from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flipped_faces, span
 from .outcome import judge

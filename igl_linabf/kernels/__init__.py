@@ -16,12 +16,13 @@ from .connectivity import (
     spanning_forest,
     undirected,
 )
+from .drawing import touched_cells
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
 from .paths import nearest_sources, shortest_odd_walk
 from .places import best_place
 from .small_systems import separate_errors, solved
-from .supernodal import supernodal_factor, supernodal_solve
-from .supernodes import Supernodes, supernodes
+from .supernodal import Subtrees, Work, fresh, supernodal_backward, supernodal_factor, supernodal_forward
+from .supernodes import Supernodes, subtrees, supernodes
 from .systems import (
     at_edges,
     block_entries,
@@ -39,6 +40,8 @@ from .triangles import (
     PREV,
     angle_sums,
     bends,
+    conformal_errors,
+    conformally,
     cotangents,
     cut_short,
     errors,

@@ -13,6 +13,8 @@ import numpy as np
 from .._types import BoolArray, IntArray
 from .choice import with_loops
 
+FREE = 1 << 14  # cells in a row: more than any page has
+
 Place = tuple[int, int, int]
 
 
@@ -21,14 +23,12 @@ def _best_place(
 ) -> Place:
     rows = min(height + shapes[:, 0].max(), len(taken))
     columns = min(width + shapes[:, 1].max(), len(taken))
-    ahead = np.empty(
-        (rows, columns + 1), dtype=np.int32
-    )  # free cells from here to the right; or taken ones, less than 0
-    for y in range(rows):
-        ahead[y, columns] = -1
-        for x in range(columns - 1, -1, -1):
-            here, there = taken[y, x], ahead[y, x + 1]
-            ahead[y, x] = min(there, 0) - 1 if here else max(there, 0) + 1
+    ahead = np.empty((height, width), dtype=np.int16)  # free cells from here to the right; or taken ones: < 0
+    for y in range(height):
+        there = FREE
+        for x in range(width - 1, -1, -1):
+            there = min(there, 0) - 1 if taken[y, x] else max(there, 0) + 1
+            ahead[y, x] = there
     best, mask, best_x, best_y = np.inf, -1, -1, -1
     for k in range(len(shapes)):
         high, wide = shapes[k, 0], shapes[k, 1]
@@ -42,7 +42,9 @@ def _best_place(
                 step = 0
                 for i in range(start[k], start[k + 1]):
                     column, lowest = x + blocks[i, 1], y + blocks[i, 0]
-                    for row in range(lowest, lowest + blocks[i, 3]):
+                    if column >= width:
+                        continue
+                    for row in range(lowest, min(lowest + blocks[i, 3], height)):
                         if ahead[row, column] < blocks[i, 2]:  # on to behind the cells that are taken
                             free = max(ahead[row, column], 0)
                             step = max(step, free - ahead[row, column + free])

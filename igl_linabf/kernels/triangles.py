@@ -232,6 +232,32 @@ def projected(w: FloatArray, d: FloatArray, y: FloatArray) -> FloatArray:
     return np.asarray(w * ((w[NEXT] * (y - after) + w[PREV] * (y - before)) / d))
 
 
+def _conformal_errors(corner: IntArray, cot: FloatArray, vertex: FloatArray, wheel: FloatArray) -> FloatArray:
+    m = corner.shape[1]
+    e = np.empty((3, m))
+    for t in range(m):
+        a, b, c = corner[0, t], corner[1, t], corner[2, t]
+        x, y, z = wheel[a], wheel[b], wheel[c]
+        p, q, r = cot[0, t], cot[1, t], cot[2, t]
+        y0, y1, y2 = vertex[a] + p * (z - y), vertex[b] + q * (x - z), vertex[c] + r * (y - x)
+        u, v, w = p * (y1 - y2) / 2, q * (y2 - y0) / 2, r * (y0 - y1) / 2
+        e[0, t], e[1, t], e[2, t] = w - v, u - w, v - u
+    return e
+
+
+@with_loops(_conformal_errors)
+def conformal_errors(corner: IntArray, cot: FloatArray, vertex: FloatArray, wheel: FloatArray) -> FloatArray:
+    """K M^T x of multipliers (n,) of single vertices, K the cotangent matrices: `errors` in that metric."""
+    x, y = vertex.take(corner), wheel.take(corner)
+    return conformally(cot, x + cot * (y[PREV] - y[NEXT]))
+
+
+def conformally(cot: FloatArray, y: FloatArray) -> FloatArray:
+    """K y: (3, #F) angles that sum to zero in each triangle."""
+    across = cot * (y[NEXT] - y[PREV]) / 2
+    return np.asarray(across[PREV] - across[NEXT])
+
+
 def _cut_short(alpha: FloatArray, e: FloatArray, reach: float) -> tuple[FloatArray, BoolArray]:
     m = alpha.shape[1]
     made, cut = np.empty((3, m)), np.zeros(m, dtype=np.bool_)

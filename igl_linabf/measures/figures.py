@@ -157,24 +157,8 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
 
 def quality_of(surface: Submesh, map_: FloatArray, overlaps: int | None = None) -> Quality:
     """`quality` of a checked map of a checked surface; of which the overlapping pairs may be known."""
-    changed, whole = change_of(surface, map_), Parts.of_sizes([len(surface.F)])
-    weight, conformal = changed.double_area / changed.double_area.sum(), changed.conformal
-    return Quality(
-        angle_distortion=float(changed.angle_distortion.mean()),
-        angle_error=float((changed.angle_error**2).mean()),
-        conformal_distortion=float(weight @ conformal),
-        conformal_distortion_max=float(conformal.max()),
-        area_distortion=float(weight @ np.abs(changed.log_area_ratio)),
-        stretch_l2=float(np.sqrt(weight @ changed.squared_stretch)),
-        stretch_linf=float(changed.largest_stretch.max()),
-        symmetric_dirichlet=float(weight @ changed.symmetric_dirichlet),
-        edge_change=float(changed.edge_change.mean()),
-        edge_change_99=float(_percentile_99(changed.edge_change, whole)[0]),
-        texel_spread=float(_spread(changed, whole)[0]),
-        flips=int(np.count_nonzero(changed.flipped)),
-        overlaps=len(overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps,
-        faces=len(surface.F),
-    )
+    count = len(overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps
+    return quality_of_each([(surface, map_, count)])[0]
 
 
 def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Quality]:
@@ -184,7 +168,8 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
     surfaces, maps, overlaps = zip(*charts, strict=True)
     vertices = Parts.of_sizes([len(surface.V) for surface in surfaces])
     faces = Parts.of_sizes([len(surface.F) for surface in surfaces])
-    changed = change_of(_joined(surfaces, vertices, faces), np.concatenate([*map(of_size_one, maps)]), faces)
+    surface = surfaces[0] if len(surfaces) == 1 else _joined(surfaces, vertices, faces)
+    changed = change_of(surface, np.concatenate([*map(of_size_one, maps)]), faces)
     total = faces.sum(changed.double_area)
 
     def mean(values: FloatArray) -> FloatArray:
@@ -216,7 +201,7 @@ def _spread(changed: Change, faces: Parts) -> FloatArray:
     """Of each part, the area ratio below which 99 % of its surface is, over that of 1 %."""
     area, log_ratio = changed.double_area, changed.log_area_ratio
     # one sort a part takes less time than one of all, by two keys
-    order = np.concatenate([np.argsort(part, kind="stable") for part in faces.split(log_ratio)])
+    order = np.concatenate([np.argsort(part) for part in faces.split(log_ratio)])
     order += faces.spread(faces.start[:-1])
     below = faces.cumsum(area[order]) / faces.spread(faces.sum(area))
     at = [
