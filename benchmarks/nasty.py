@@ -1,9 +1,9 @@
-"""Nasty meshes (tests/nasty_meshes.py): what `unwrap` makes of them, beside xatlas.
+"""Nasty meshes (tests/nasty_meshes.py): what `unwrap` makes of them, beside other programs.
 
     python benchmarks/nasty.py
 
-xatlas is added if it is installed; it runs in a child process for each mesh, as it may crash or hang.
-Prints Markdown.
+The programs are those of `benchmarks/unwrap.py` that are installed. Each runs in a child process for each
+mesh, as it may crash or hang. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -11,12 +11,10 @@ from __future__ import annotations
 import subprocess
 import sys
 import warnings
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
-import peers
-from peers import charts_of
+from peers import charts_of, programs
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
@@ -50,19 +48,19 @@ def ours(name: str) -> str:
     return f"{repairs} | {figures} | {flips} | {atlas.quality.stretch_l2:.3g}"
 
 
-def by_xatlas(name: str) -> str:
-    """What xatlas makes of it; a face in no chart is lost."""
+def by_peer(program: str, name: str) -> str:
+    """What another program makes of it. It puts faces that it leaves out of its charts at (0, 0)."""
     V, F = NASTY[name]()
-    made = peers.by_xatlas(V, F)
-    # xatlas keeps the order of faces, and gives those that it leaves out of its charts the point (0, 0)
-    kept = made.FTC[(made.TC[made.FTC] != 0).any(axis=(1, 2))]
+    made = programs()[program](V, F)
+    corner = made.TC[made.FTC]
+    kept = made.FTC[np.isfinite(corner).all(axis=(1, 2)) & (corner != 0).any(axis=(1, 2))]
     charts = int(charts_of(kept).max()) + 1 if len(kept) else 0
     overlapping = measured(len(kept), charts, made.TC, kept).split(" | ")[2]
     return f"{charts} | {len(F) - len(kept)} | {overlapping}"
 
 
-def in_a_child(name: str) -> str:
-    command = [sys.executable, "-W", "ignore", __file__, name]
+def in_a_child(*which: str) -> str:
+    command = [sys.executable, "-W", "ignore", __file__, *which]
     try:
         done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
     except subprocess.TimeoutExpired:
@@ -75,23 +73,22 @@ def in_a_child(name: str) -> str:
 
 def main() -> None:
     print(
-        "Lost: faces without finite coordinates; of xatlas, faces in no chart, which it puts at (0, 0).\n"
+        "Lost: faces without finite coordinates; of other programs, those in no chart, put at (0, 0).\n"
         "Faces without area, which `unwrap` puts on an edge of their neighbour, are among those. Overlaps:\n"
         "pairs of faces, of the same chart or of two.\n"
     )
     heads = "mesh | triangles | repairs | charts | lost | overlaps | flips | L2 stretch"
-    if find_spec("xatlas"):
-        heads += " | xatlas: charts | lost | overlaps"
+    peers = [program for program in programs() if not program.startswith("unwrap")]
+    heads += "".join(f" | {program}: charts | lost | overlaps" for program in peers)
     print(f"| {heads} |\n|{'---|' * (heads.count('|') + 1)}")
     for name in NASTY:
         cells = f"{name} | {len(NASTY[name]()[1]):,} | {ours(name)}"
-        if find_spec("xatlas"):
-            cells += f" | {in_a_child(name)}"
+        cells += "".join(f" | {in_a_child(program, name)}" for program in peers)
         print(f"| {cells} |", flush=True)
 
 
 if __name__ == "__main__":
     if len(sys.argv) > 1:
-        print(by_xatlas(sys.argv[1]))
+        print(by_peer(*sys.argv[1:]))
     else:
         main()

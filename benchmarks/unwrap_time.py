@@ -3,8 +3,9 @@
     python benchmarks/unwrap_time.py
 
 The meshes are those of the kinds closed, handles, holes and multi in IGL_LINABF_MESHES, as they are and
-subdivided with bumps, the bunny, 500 mixed pieces, 2,000 cubes and a plate with 40 bores. Each runs in a
-process of its own, with one thread. xatlas is added if it is installed. Prints Markdown.
+subdivided with bumps, the bunny, a torus, level sets of 5 and 10 handles, 500 mixed pieces, 2,000 cubes and a
+plate with 40 bores. Each runs in a process of its own, with one thread. xatlas is added if it is installed.
+Prints Markdown.
 """
 
 from __future__ import annotations
@@ -23,10 +24,11 @@ from time import process_time
 
 import igl
 import numpy as np
+import pyvista as pv
 from meshes import shared, stanford
 from peers import by_xatlas
 
-from igl_linabf import flatten, flatten_many, unwrap
+from igl_linabf import flatten_many, unwrap
 from igl_linabf.surface import compact
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
@@ -49,6 +51,39 @@ def bumpy(V: np.ndarray, F: np.ndarray, times: int, seed: int = 0) -> Surface:
     return V + igl.per_vertex_normals(V, F) * (height * size / 3000)[:, None], F
 
 
+def torus(times: int) -> Surface:
+    """With bumps."""
+    u, v = (a.ravel() for a in np.meshgrid(*2 * [2 * np.pi * np.arange(50) / 50], indexing="ij"))
+    V = np.column_stack(
+        ((1 + 0.5 * np.cos(v)) * np.cos(u), (1 + 0.5 * np.cos(v)) * np.sin(u), 0.5 * np.sin(v))
+    )
+    i, j = (a.ravel() for a in np.meshgrid(*2 * [np.arange(50)], indexing="ij"))
+    a, b, c, d = (50 * ((i + k) % 50) + (j + m) % 50 for k, m in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    return bumpy(V, np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d)))), times)
+
+
+def tangle(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Negative in a cube with a tunnel through each pair of sides: 5 handles."""
+    return sum(c**4 - 5 * c**2 for c in (x, y, z)) + 11.8
+
+
+def gyroid(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Negative in a sheet along the gyroid within a ball: 10 handles."""
+    sheet = np.abs(np.sin(x) * np.cos(y) + np.sin(y) * np.cos(z) + np.sin(z) * np.cos(x)) - 0.35
+    return np.maximum(sheet, x**2 + y**2 + z**2 - 4.5**2)
+
+
+def level_set(f: Callable[..., np.ndarray], reach: float, points: int) -> Surface:
+    """Where a function is zero, by marching cubes on a grid of so many points along each axis."""
+    grid = pv.ImageData(
+        dimensions=(points,) * 3, spacing=(2 * reach / (points - 1),) * 3, origin=(-reach,) * 3
+    )
+    body = (
+        grid.contour([0.0], scalars=f(*grid.points.T), method="flying_edges").clean().connectivity("largest")
+    )
+    return np.asarray(body.points, dtype=float), body.faces.reshape(-1, 4)[:, 1:].astype(np.int64)
+
+
 def many(count: int, boxes: float, seed: int = 0) -> Surface:
     """Pieces side by side: a share of them boxes, the others spheres of 20 to 1,280 triangles."""
     rng = np.random.default_rng(seed)
@@ -69,6 +104,9 @@ def models() -> dict[str, Callable[[], Surface]]:
     for name, times in LARGE.items():
         for k in range(1, times + 1) if name in given else ():
             found[f"{name}, bumpy, {4**k} x"] = partial(bumpy, *given[name], k)
+    found |= {f"torus, bumpy, {4**k} x": partial(torus, k) for k in (1, 2)}
+    found |= {f"5 handles, {n} points": partial(level_set, tangle, 3.0, n) for n in (80, 160)}
+    found |= {"10 handles, 60 points": partial(level_set, gyroid, 5.0, 60)}
     found |= {"500 pieces": partial(many, 500, 0.5), "2,000 cubes": partial(many, 2000, 1.0)}
     return found | {"plate with 40 bores": partial(plate_with_holes, 40)}
 
@@ -87,11 +125,9 @@ def measured(name: str) -> dict[str, float]:
     """A mesh's triangles, charts, times and memory."""
     V, F = models()[name]()
     repeats = 3 if len(F) < REPEATS_BELOW else 1
-    V_disk, F_disk = igl.icosahedron()
-    flatten(V_disk, F_disk[1:], progress=False)  # imports
+    atlas = unwrap(V, F, progress=False)  # imports, and loads compiled kernels
     own = seconds(lambda: unwrap(V, F, progress=False), repeats)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
-    atlas = unwrap(V, F, progress=False)
     charts = []
     for chart in atlas.charts:
         vertices, packed = compact(atlas.FTC[chart.faces], len(atlas.TC))

@@ -31,6 +31,19 @@ def test_planes_and_cylinders_of_a_machine_part_come_out_isometric() -> None:
     assert atlas.quality.conformal_distortion < 1.005
 
 
+def test_an_open_plate_among_other_pieces_is_cut_to_its_net() -> None:
+    V, F = box(8, 0.1, 2, 1)
+    plate = F[~(V[F][:, :, 2] == V[:, 2].min()).all(axis=1)]  # a disk of L2 stretch 6
+    leaf = np.array([[0, 0, 9.0], [1, 0, 9], [0, 1, 9]])
+    V_all = np.vstack((V, *(leaf + 2.0 * k for k in range(12))))
+    leaves = len(V) + np.arange(36).reshape(-1, 3)
+    for faces in (plate, np.vstack((plate, leaves))):
+        atlas = unwrap(V_all, faces)
+        assert atlas.good
+        assert max(chart.quality.stretch_l2 for chart in atlas.charts) < 1.001
+        assert len(atlas.charts) < len(faces) - len(plate) + 3
+
+
 def test_a_net_does_not_depend_on_position_size_or_numbering() -> None:
     V, F = box(1, 1.3, 2, 2)
     rng = np.random.default_rng(0)

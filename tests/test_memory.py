@@ -35,6 +35,7 @@ else:
 def bytes_free(monkeypatch):
     def limit(count: int) -> None:
         monkeypatch.setattr(memory, "available", lambda: count)
+        monkeypatch.setattr(memory, "UNASKED", 0)
 
     return limit
 

@@ -12,7 +12,17 @@ from hostile_meshes import check_any, check_atlas
 from nasty_meshes import NASTY, band, joined, merged, sheet, soup, sphere
 from test_cli import run
 
-from igl_linabf import MeshError, MeshWarning, OutcomeWarning, clean, find_seams, flatten, unwrap
+from igl_linabf import (
+    MeshError,
+    MeshWarning,
+    OutcomeWarning,
+    clean,
+    cut,
+    find_seams,
+    flatten,
+    quality,
+    unwrap,
+)
 from igl_linabf.io import read_texture
 from igl_linabf.surface import Submesh, face_components
 
@@ -160,6 +170,17 @@ def test_a_body_with_a_small_hole_is_cut_as_its_stretch_is_worth(name: str) -> N
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.3
     assert flatten(V, F[1:]).uv.shape == (len(V), 2)  # which has a stretch of 150 and more
+
+
+def test_tips_that_would_shrink_get_a_seam() -> None:
+    V, F = load("closed__igl_cow.off")
+    assert quality(*flat_with(V, F, find_seams(V, F))).stretch_l2 > 1.25  # its ears and horns
+    assert unwrap(V, F).quality.stretch_l2 < 1.2
+
+
+def flat_with(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    V, F, _ = cut(V, F, seams)
+    return V, F, flatten(V, F).uv
 
 
 @pytest.mark.parametrize(

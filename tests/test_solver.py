@@ -18,10 +18,11 @@ from igl_linabf.linalg import (
     choice,
     conjugate_gradients,
 )
+from igl_linabf.linalg import compiled as loops
 from igl_linabf.linalg import factors as solver
 from igl_linabf.linalg.factors import IglCholesky
 
-WITH_CHOLMOD = [solver.Cholmod, *([solver.Compiled] if is_fast() else [])] if solver.has_cholmod() else []
+WITH_CHOLMOD = [solver.Cholmod, *([loops.Compiled] if is_fast() else [])] if solver.has_cholmod() else []
 needs_cholmod = pytest.mark.skipif(not solver.has_cholmod(), reason="scikit-sparse is not installed")
 
 
@@ -106,20 +107,35 @@ def test_supernodal_and_simplicial_factors_agree(monkeypatch) -> None:
 
 @needs_cholmod
 @pytest.mark.skipif(not is_fast(), reason="numba is not installed")
+@pytest.mark.parametrize("divided", [False, True])
 @pytest.mark.parametrize("n", [1, 2, 40, 900])
-def test_compiled_factors_of_any_pattern_are_right(n: int) -> None:
-    """Also of forests, dense rows, and patterns that were not analysed."""
+def test_compiled_factors_of_any_pattern_are_right(n: int, divided: bool, monkeypatch) -> None:
+    """Also of forests, dense rows, and patterns that were not analysed; by subtrees in threads, too."""
+    monkeypatch.setattr(loops, "DIVIDED_FROM", 0 if divided else np.inf)
     rng = np.random.default_rng(n)
     for density in (0.0, 1 / n, 3 / n, 0.2):
         A = sparse.random_array((n, n), density=min(density, 1.0), rng=rng)
         A = A + A.T
         A.setdiag(np.asarray(abs(A).sum(axis=0)).ravel() + 1)
         lower, b = sparse.tril(A).tocsc(), rng.normal(size=(n, 3))
-        analysis = solver.Compiled(lower)
+        analysis = loops.Compiled(lower)
         assert np.allclose(A @ analysis.factor(lower).solve(b), b)
         assert np.allclose(
             A.diagonal()[:, None] * analysis.factor(sparse.diags_array(A.diagonal()).tocsc()).solve(b), b
         )
+
+
+@needs_cholmod
+@pytest.mark.skipif(not is_fast(), reason="numba is not installed")
+def test_the_number_of_threads_does_not_change_a_bit(monkeypatch) -> None:
+    V, F = load("disk__igl_camelhead.off")
+    monkeypatch.setattr(loops, "DIVIDED_FROM", 0)
+    maps = []
+    for threads in ("1", "2", "5"):
+        monkeypatch.setenv("OMP_NUM_THREADS", threads)
+        maps.append(flatten(V, F))
+    assert all((made.uv == maps[0].uv).all() for made in maps)
+    assert maps[0].solver.endswith("compiled")
 
 
 def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkeypatch) -> None:
@@ -139,6 +155,7 @@ def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkey
 def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: bool, monkeypatch) -> None:
     if supernodal:
         monkeypatch.setattr(solver, "SIMPLICIAL_UP_TO", 0)
+        monkeypatch.setattr(loops, "DIVIDED_FROM", 0)
     good = sparse.diags_array([np.full(49, -1.0), np.full(50, 2.5)], offsets=[-1, 0]).tocsc()
     for bad_value in (-3.0, 0.0):
         bad = good.copy()

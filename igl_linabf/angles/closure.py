@@ -13,8 +13,6 @@ from ..surface import NEXT, PREV, Topology, sum_by
 from .loops import Closure
 from .reduced import System
 
-LEAST_EIGENVALUE = 1e-2  # of a preconditioner's Schur complement, of its largest one
-
 Solve = Callable[[FloatArray], FloatArray]
 
 
@@ -34,8 +32,7 @@ class ClosingRows:
         [ B^T  D ] [y]
 
     In the conformal metric, with s_t K_t for P_t, S is close to diag(L_s, L_s); it is equal if all s_t
-    are equal. The bordered system of that metric is the preconditioner. It is solved with the factor
-    of L_s and a dense Schur complement.
+    are equal. So the factor of L_s and a dense matrix of the border's size precondition the system.
     """
 
     def __init__(self, system: System, closure: Closure) -> None:
@@ -111,36 +108,65 @@ class ClosingRows:
         NotPositiveDefiniteError
             The rows depend on each other.
         """
-        return self._bordered(inner, self.B, self.D, exact=True)
+        across = inner(self.B.toarray())
+        return self._bordered(inner, across, self.D - self.B.T @ across)
 
-    def preconditioner(self, system: System, inner: Solve) -> Solve:
-        """Solve the bordered system of the conformal metric, by the Laplacian's `inner` solve.
+    def preconditioner(self, system: System, inverse: Solve, S: Solve | None) -> Solve:
+        """Solve the bordered system approximately, by the `inverse` of the Laplacians, (#rows, k).
 
-        Its Schur complement may lose its sign, since S is only close to diag(L_s, L_s): long paths have
-        a large D, and little is left of it. Any definite one preconditions, so the absolute values
-        of its eigenvalues stand for them.
+        With C = diag(L_s, L_s)^-1 B of the conformal metric, the rows T - C^T M close the same paths, and in
+        that metric they have nothing in common with M. So they are solved for apart, in their own metric: by
+        D - C^T B - B^T C + C^T S C, which is positive definite for any C. Without `S`, the metric is that of
+        K alone, where S is diag(L, L) and this is exact.
+
+        Raises
+        ------
+        NotPositiveDefiniteError
+            The rows depend on each other.
         """
-        return self._bordered(inner, *self._take(system.conformal), exact=False)
+        B, D = self._take(system.conformal)
+        across = self._across(system, inverse, B)
+        if S is None:
+            schur = D - B.T @ across
+        else:
+            mixed = self.B.T @ across
+            schur = self.D - mixed - mixed.T + across.T @ np.column_stack([S(c) for c in across.T])
+        return self._bordered(lambda r: by_pairs(inverse, r), across, schur)
 
-    def _bordered(self, inner: Solve, B: sparse.csr_array, D: FloatArray, *, exact: bool) -> Solve:
-        across = inner(B.toarray())
-        schur = D - B.T @ across
-        schur = (schur + schur.T) / 2
+    def _across(self, system: System, inverse: Solve, B: sparse.csr_array) -> FloatArray:
+        """diag(L_s, L_s)^-1 B, (2 #rows, size).
+
+        The turning along a path has to do with the vertex rows only, its scale with the wheel rows only, and
+        both in the same way, as the metric is conformal. So there is one right-hand side a path.
+        """
+        constraints = system.constraints
+        n, paths = constraints.n, len(self._paths)
+        if paths < len(self._closure.gap) or constraints.wheels < n:
+            return by_pairs(inverse, B.toarray())
+        part = np.flatnonzero(self._asked) % 2
+        scale = inverse(B[1::2][:, np.flatnonzero(part == 0)].toarray())
+        across = np.zeros((2 * n, self.size))
+        across[1::2, part == 0] = scale
+        across[0::2, part == 1] = scale[:, np.flatnonzero(self._asked[1::2])]
+        return across
+
+    def _bordered(self, inner: Solve, across: FloatArray, schur: FloatArray) -> Solve:
         try:
-            factor = linalg.cho_factor(schur)
+            factor = linalg.cho_factor((schur + schur.T) / 2)
         except linalg.LinAlgError:
-            if exact:
-                raise NotPositiveDefiniteError(self._n - 1) from None
-            value, vector = np.linalg.eigh(schur)
-            value = np.maximum(np.abs(value), LEAST_EIGENVALUE * np.abs(value).max())
-            factor = linalg.cho_factor((vector * value) @ vector.T)
+            raise NotPositiveDefiniteError(self._n - 1) from None
 
         def solve(r: FloatArray) -> FloatArray:
             x = inner(r[: self._n, None])[:, 0]
-            y = linalg.cho_solve(factor, r[self._n :] - B.T @ x)
+            y = linalg.cho_solve(factor, r[self._n :] - across.T @ r[: self._n])
             return np.concatenate((x - across @ y, y))
 
         return solve
+
+
+def by_pairs(inverse: Solve, r: FloatArray) -> FloatArray:
+    """diag(L+, L)^-1 r, (2 #rows, k), the two rows of a vertex being next to each other."""
+    return inverse(r.reshape(len(r) // 2, -1)).reshape(r.shape)
 
 
 def _products(

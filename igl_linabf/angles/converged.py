@@ -65,12 +65,12 @@ def converge(state: State, tol: float) -> AbfResult:
     state : State
         At the initial estimate alpha_0.
     tol : float
-        The iterations end when the largest relative change of an angle and the largest residual are
-        at most this.
+        The iterations end when the largest relative change of an angle that another step would bring, and
+        the largest residual, are at most this. Changes fall linearly: the next one's is foreseen.
     """
     problem, x, lin = state.problem, None, state.lin
     weights, free = problem.estimate**2, np.zeros(problem.estimate.shape, dtype=bool)
-    best, stalled = np.inf, 0
+    best, stalled, before = np.inf, 0, 0.0
     for k in range(MAX_ANCHORED):
         try:
             lin = linearise(problem, state.at, weights, lin, close=k > 0, same_factor=k > 0)
@@ -80,8 +80,10 @@ def converge(state: State, tol: float) -> AbfResult:
         state = state.advanced(direction, "anchored")
         lin, x = state.lin, direction.x
         change, residual = _change(direction.e, state), state.at.residual.largest
-        if max(change, residual) <= tol:
+        ahead = change * min(change / before, 1.0) if before else change
+        if max(ahead, residual) <= tol:
             return AbfResult(state.at_rest(), True, free)
+        before = change
         best, stalled = (
             (max(change, residual), 0) if max(change, residual) < 0.7 * best else (best, stalled + 1)
         )

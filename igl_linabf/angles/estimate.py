@@ -56,10 +56,9 @@ def initial_estimate(
         estimate = alpha * np.where(far, sums / total, 1.0)[topology.corner]
         if to_triangles:
             estimate *= np.pi / estimate.sum(axis=0)
-    ears = np.bincount(topology.corner.ravel(), minlength=topology.n)[topology.corner] == 1
-    ears &= ~np.isnan(sums)[topology.corner]
+    ears = (np.bincount(topology.corner.ravel(), minlength=topology.n) == 1) & ~np.isnan(sums)
     if ears.any():
-        k, t = np.nonzero(ears)
+        k, t = np.nonzero(ears[topology.corner])
         estimate = estimate.copy()
         estimate[k, t] = asked = sums[topology.corner[k, t]]
         others = (k + 1) % 3, (k + 2) % 3

@@ -191,8 +191,7 @@ def linearise(
 def _preconditioned(lin: Linearised) -> Linearised:
     """Add the preconditioner: diag(L_s, L_s)^-1, bordered by the closing rows, corrected on sliver rows."""
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
-    # the closing rows' Schur complement needs the Laplacian of these very angles
-    if laplacian is None or inverse is None or lin.closing is not None:
+    if laplacian is None or inverse is None:
         with timed("assembly"):
             lower = lin.system.laplacian()
         with timed("analysis"):
@@ -200,7 +199,7 @@ def _preconditioned(lin: Linearised) -> Linearised:
         with timed("factor"):
             inverse = laplacian_inverse(lin.system, laplacian, lower)
     with timed("factor"):
-        precondition = conformal_inverse(lin.system, lin.closing, inverse)
+        precondition = conformal_inverse(lin.system, lin.closing, inverse, lin.S)
         slivers = lin.slivers or SliverRows.of(lin.system, lin.S, solvers)
         precondition = corrected(precondition, slivers, lin.S, lin.closing)
     return replace(
@@ -270,7 +269,13 @@ def solve(
     if not lin.problem.constraints.n:
         return Direction(np.zeros_like(at.alpha), np.empty(0), 0, lin)
     with timed("assembly"):
-        e0, rhs = right_side(lin, at, gradient)
+        b, system = at.residual, lin.system
+        e0 = system.w * (b.triangle / system.d)
+        if gradient is not None:
+            e0 = e0 - system.projected(gradient)
+        rhs = (np.column_stack((b.vertex, b.wheel)) - system.rows(e0)).ravel()
+        if lin.closing is not None:
+            rhs = np.concatenate((rhs, -lin.closing.gap(b.closure, b.vertex) - lin.closing.rows(e0)))
         if start is not None:
             start = np.append(start, np.zeros(len(rhs) - len(start)))  # where the closing rows are new
             rhs -= lin.product(start)
@@ -279,30 +284,18 @@ def solve(
     with timed("assembly"):
         if start is not None:
             x = start + x
-        e = errors(lin, e0, x)
+        e = e0 + errors(lin, x)
     return Direction(e, x, inner_steps, lin)
 
 
-def right_side(
-    lin: Linearised, at: Iterate, gradient: FloatArray | None = None
-) -> tuple[FloatArray, FloatArray]:
-    """The errors e0 of the triangle constraints alone, (3, #F), and the right side r - M e0."""
-    b, system = at.residual, lin.system
-    e0 = system.w * (b.triangle / system.d)
-    if gradient is not None:
-        e0 = e0 - system.projected(gradient)
-    rhs = (np.column_stack((b.vertex, b.wheel)) - system.rows(e0)).ravel()
-    if lin.closing is not None:
-        rhs = np.concatenate((rhs, -lin.closing.gap(b.closure, b.vertex) - lin.closing.rows(e0)))
-    return e0, rhs
-
-
-def errors(lin: Linearised, e0: FloatArray, x: FloatArray) -> FloatArray:
-    """The errors e = e0 + P M^T x of the multipliers x."""
+def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatArray:
+    """The errors P M^T x of the multipliers x; in the `conformal` metric K M^T x."""
     system = lin.system
     if system.constraints.paths:
-        return np.asarray(e0 + system.projected(system.at_corners(lin.at_corners(x))))
-    return e0 + system.errors(lin.at_vertices(x))
+        y = system.at_corners(lin.at_corners(x))
+        return system.conformally(y) if conformal else system.projected(y)
+    at_vertices = lin.at_vertices(x)
+    return system.conformal_errors(at_vertices) if conformal else system.errors(at_vertices)
 
 
 def _multipliers(

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import sparse
 
 from .._types import Array, FloatArray, IntArray
 from ..linalg import Analysis, Rows, Solvers, Symmetric
-from .closure import ClosingRows
+from .closure import ClosingRows, by_pairs
 from .reduced import System
 
 Solve = Callable[[Array], Array]
@@ -34,14 +35,16 @@ def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_arr
     return both
 
 
-def conformal_inverse(system: System, closing: ClosingRows | None, inverse: Solve) -> Solve:
-    """diag(L_s+, L_s)^-1 from `laplacian_inverse`; with closing rows, the inverse of the bordered system."""
+def conformal_inverse(
+    system: System, closing: ClosingRows | None, inverse: Solve, S: Symmetric | None = None
+) -> Solve:
+    """diag(L_s+, L_s)^-1 from `laplacian_inverse`; with closing rows, that of the bordered system.
 
-    def scalar(r: FloatArray) -> FloatArray:
-        pairs = r.reshape(len(r) // 2, -1)  # the two rows of a vertex, for each right-hand side
-        return inverse(pairs).reshape(r.shape)
-
-    return scalar if closing is None else closing.preconditioner(system, scalar)
+    With `S` these have the paper's metric, and else that of K alone.
+    """
+    if closing is None:
+        return partial(by_pairs, inverse)
+    return closing.preconditioner(system, inverse, None if S is None else S.matvec)
 
 
 @dataclass(frozen=True, eq=False)

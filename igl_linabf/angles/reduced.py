@@ -16,7 +16,7 @@ from .constraints import Constraints
 SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is corrected for
 SLIVER_OF_MANY_STEPS = 5.0  # and where sums are prescribed: they take many steps
 SMALL = 5_000  # rows below which the steps that this saves take less time than it
-SLIVER_OF_SMALL = 100.0  # and so the ratio there
+SLIVER_OF_SMALL = 1000.0  # and so the ratio there
 
 
 class System:
@@ -69,10 +69,13 @@ class System:
         """P y: (3, #F) angles that sum to zero in each triangle."""
         return kernels.projected(self.w, self.d, y)
 
+    def conformal_errors(self, x: FloatArray) -> FloatArray:
+        """K M^T x, (3, #F), of the multipliers of each vertex, (#V, 2)."""
+        return kernels.conformal_errors(self.topology.corner, self.cot, *np.ascontiguousarray(x.T))
+
     def conformally(self, y: FloatArray) -> FloatArray:
-        """s K y, or K y: (3, #F) angles that sum to zero in each triangle."""
-        across = self._conformal * (y[NEXT] - y[PREV])
-        return np.asarray(across[PREV] - across[NEXT])
+        """K y: (3, #F) angles that sum to zero in each triangle."""
+        return kernels.conformally(self.cot, y)
 
     def projection(self, faces: IntArray) -> FloatArray:
         """P_t of some faces, (#faces, 3, 3)."""

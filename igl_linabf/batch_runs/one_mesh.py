@@ -12,12 +12,12 @@ from dataclasses import dataclass, replace
 from hashlib import sha256
 from importlib import metadata
 from time import perf_counter
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 
 import psutil
 
 from .._types import FloatArray
-from ..charts import unwrap
+from ..charts import TRADE, unwrap
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import BoundaryName, Method, Outcome, flatten
 from ..io import MeshFile, read_file, unit_square, write_file
@@ -26,6 +26,8 @@ from . import places
 from .table import FAILED, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row
 
 How = Literal["unwrap", "flatten"]
+PADDING = 2.0  # texels
+OF_UNWRAP = ("trade", "holes", "bijective", "cones", "cone_angles", "resolution", "padding")
 
 _one_at_a_time = threading.Lock()  # the limit of memory and the warnings are the process's
 
@@ -37,15 +39,15 @@ class Settings:
     how: How
     method: Method
     format: str
-    trade: float
-    holes: bool
-    bijective: bool
-    boundary: BoundaryName
-    cones: int | Literal["auto"] | None
-    cone_angles: Literal["quarter"] | None
-    resolution: int | None
-    padding: float
-    memory: int | None
+    trade: float = TRADE
+    holes: bool = False
+    bijective: bool = False
+    boundary: BoundaryName = "free"
+    cones: int | Literal["auto"] | None = None
+    cone_angles: Literal["quarter"] | None = None
+    resolution: int | None = None
+    padding: float = PADDING
+    memory: int | None = None
 
     def key(self, version: str) -> str:
         """Of a version of a file. The memory makes no difference to a map."""
@@ -63,12 +65,8 @@ class Task:
     settings: Settings
 
 
-class _Made(NamedTuple):
-    """A map to write, and what the row says of it."""
-
-    TC: FloatArray
-    FTC: Any  # in the shape of the faces; None: the faces
-    row: Row
+Made = tuple[FloatArray, Any, Row]
+"""A map to write, its rows at the corners in the shape of the faces or None, and what the row says of it."""
 
 
 def run(task: Task) -> Row:
@@ -99,11 +97,12 @@ def _tried(task: Task) -> Row:
             except OSError as error:
                 return replace(row, outcome=UNREADABLE, message=error.strerror or str(error))
             row = replace(row, triangles=len(mesh.triangles))
-            made = (_unwrapped if task.settings.how == "unwrap" else _flattened)(mesh, row, task.settings)
+            made = _unwrapped if task.settings.how == "unwrap" else _flattened
+            TC, FTC, done = made(mesh, row, task.settings)
             writing = True
             with places.destination(places.joined(task.folder, row.output)) as path:
-                write_file(path, mesh, made.TC, made.FTC)
-            return made.row
+                write_file(path, mesh, TC, FTC)
+            return done
     except (MemoryError, MemoryLimitError) as error:
         return replace(row, outcome=OUT_OF_MEMORY, message=str(error) or "not enough memory")
     except MeshError as error:
@@ -114,24 +113,16 @@ def _tried(task: Task) -> Row:
         return replace(row, outcome=FAILED, message=f"{type(error).__name__}: {error}")
 
 
-def _unwrapped(mesh: MeshFile, row: Row, settings: Settings) -> _Made:
-    chosen: dict[str, Any] = {
-        "trade": settings.trade,
-        "holes": settings.holes,
-        "bijective": settings.bijective,
-        "cones": settings.cones,
-        "cone_angles": settings.cone_angles,
-        "resolution": settings.resolution,
-        "padding": settings.padding,
-    }
+def _unwrapped(mesh: MeshFile, row: Row, settings: Settings) -> Made:
+    chosen = {name: getattr(settings, name) for name in OF_UNWRAP}
     atlas = unwrap(mesh.V, mesh.F, method=settings.method, progress=False, **chosen)
     flipped = any(not chart.result.outcome.good for chart in atlas.charts)
     outcome = VALID if atlas.good else Outcome.FLIPPED.value if flipped else OVERLAPPING
     told = replace(row, outcome=outcome, message="; ".join(atlas.troubles), charts=len(atlas.charts))
-    return _Made(atlas.TC, atlas.FTC, _measured(told, atlas.quality))
+    return atlas.TC, atlas.FTC, _measured(told, atlas.quality)
 
 
-def _flattened(mesh: MeshFile, row: Row, settings: Settings) -> _Made:
+def _flattened(mesh: MeshFile, row: Row, settings: Settings) -> Made:
     V, F = mesh.V, mesh.triangles
     result = flatten(V, F, settings.method, boundary=settings.boundary, progress=False)
     uv = unit_square(result.uv)
@@ -139,9 +130,8 @@ def _flattened(mesh: MeshFile, row: Row, settings: Settings) -> _Made:
     outcome, message = result.outcome, "" if result.outcome.good else result.message
     if outcome.good and measured.flips:
         outcome, message = Outcome.FLIPPED, "the map's scale varies too much for the unit square: unwrap it"
-    return _Made(
-        uv, None, _measured(replace(row, outcome=outcome.value, message=message, charts=1), measured)
-    )
+    told = replace(row, outcome=outcome.value, message=message, charts=1)
+    return uv, None, _measured(told, measured)
 
 
 def _measured(row: Row, of: Quality) -> Row:

@@ -22,21 +22,11 @@ from ..flattening import BoundaryName, Method, method_of
 from ..io import SUFFIXES
 from . import places
 from .clusters import client_of, local_client
-from .one_mesh import How, Settings, Task, run
+from .one_mesh import OF_UNWRAP, PADDING, How, Settings, Task, run
 from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, Row, Table, shown
 
 AHEAD = 8  # meshes that are handed out for each thread, and
 AT_LEAST = 64  # in all
-PADDING = 2.0  # texels
-OF_UNWRAP = {
-    "trade": TRADE,
-    "holes": False,
-    "bijective": False,
-    "cones": None,
-    "cone_angles": None,
-    "resolution": None,
-    "padding": PADDING,
-}
 Paths = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 
 
@@ -169,19 +159,12 @@ def batch(
     >>> [(row.output, row.outcome, row.triangles) for row in done.rows]
     [('ball.obj', 'valid', 20)]
     """
-    shaped = {"boundary": boundary, "cones": cones, "cone_angles": cone_angles}
-    settings = _checked(
-        how,
-        format,
-        memory,
-        method=method_of(method),
-        trade=trade,
-        holes=holes,
-        bijective=bijective,
-        resolution=resolution,
-        padding=padding,
-        **shaped,
+    shaped = boundary, cones, cone_angles
+    limit = _in_bytes(memory)
+    settings = Settings(
+        how, method_of(method), format, trade, holes, bijective, *shaped, resolution, padding, limit
     )
+    _check(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers are those of the scheduler: give one of the two")
     if workers is not None and workers < 1:
@@ -213,36 +196,35 @@ def batch(
     return Batch(tuple(row for row in rows if row), places.joined(folder, CSV), len(tasks), seconds)
 
 
-def _checked(how: How, format: str, memory: int | str | None, **asked: Any) -> Settings:
+def _in_bytes(memory: int | str | None) -> int | None:
     if find_spec("distributed") is None:
         raise ImportError("batch needs Dask: pip install 'igl-linabf[batch]'")
     from dask.utils import parse_bytes
 
-    if how not in get_args(How):
-        raise ValueError(f"how is {how!r}: use 'unwrap' or 'flatten'")
-    if f".{format}" not in SUFFIXES:
-        raise ValueError(f"format is {format!r}: use {', '.join(suffix[1:] for suffix in SUFFIXES)}")
-    if how == "flatten" and any(asked[name] != value for name, value in OF_UNWRAP.items()):
-        raise ValueError(f"{', '.join(OF_UNWRAP)} mean nothing to flatten: leave them out, or unwrap")
-    if how == "unwrap" and asked["boundary"] != "free":
-        raise ValueError("charts have a free boundary: leave boundary out, or flatten")
-    _check_shape(asked)
     try:
         limit = None if memory is None else int(parse_bytes(memory))
     except ValueError:
         limit = 0
     if limit is not None and limit < 1:
         raise ValueError(f"memory is {memory!r}: use a number of bytes, or a text like '2 GiB'")
-    return Settings(how=how, format=format, memory=limit, **asked)
+    return limit
 
 
-def _check_shape(asked: dict[str, Any]) -> None:
+def _check(asked: Settings) -> None:
     """Refuse here what would be wrong with every mesh."""
-    boundary, cones, angles, method = (asked[key] for key in ("boundary", "cones", "cone_angles", "method"))
-    if boundary not in get_args(BoundaryName):
+    cones, angles, method = asked.cones, asked.cone_angles, asked.method
+    if asked.how not in get_args(How):
+        raise ValueError(f"how is {asked.how!r}: use 'unwrap' or 'flatten'")
+    if f".{asked.format}" not in SUFFIXES:
+        raise ValueError(f"format is {asked.format!r}: use {', '.join(suffix[1:] for suffix in SUFFIXES)}")
+    if asked.how == "flatten" and any(getattr(asked, name) != getattr(Settings, name) for name in OF_UNWRAP):
+        raise ValueError(f"{', '.join(OF_UNWRAP)} mean nothing to flatten: leave them out, or unwrap")
+    if asked.how == "unwrap" and asked.boundary != "free":
+        raise ValueError("charts have a free boundary: leave boundary out, or flatten")
+    if asked.boundary not in get_args(BoundaryName):
         names = ", ".join(map(repr, get_args(BoundaryName)))
-        raise ValueError(f"boundary is {boundary!r}: use one of {names}")
-    if (boundary != "free" or cones is not None) and not method.shapes:
+        raise ValueError(f"boundary is {asked.boundary!r}: use one of {names}")
+    if (asked.boundary != "free" or cones is not None) and not method.shapes:
         raise ValueError(
             f"the method {method.name!r} makes no boundaries or cones to order: use 'linabf' or 'abf'"
         )
@@ -250,12 +232,12 @@ def _check_shape(asked: dict[str, Any]) -> None:
         raise ValueError(f"cones is {cones!r}: give 'auto', or a number of them for each component")
     if angles not in (None, "quarter") or (angles and cones is None):
         raise ValueError(f"cone_angles is {angles!r}: use None, or with cones 'quarter'")
-    if cones is not None and (asked["holes"] or asked["bijective"]):
+    if cones is not None and (asked.holes or asked.bijective):
         raise ValueError("cones do not go together with holes or bijective: seams run through the cones")
-    if asked["resolution"] is not None and asked["resolution"] < 1:
-        raise ValueError(f"resolution is {asked['resolution']}: give texels, from 1 on")
-    if not asked["padding"] >= 0:
-        raise ValueError(f"padding is {asked['padding']}: give texels, from 0 on")
+    if asked.resolution is not None and asked.resolution < 1:
+        raise ValueError(f"resolution is {asked.resolution}: give texels, from 1 on")
+    if not asked.padding >= 0:
+        raise ValueError(f"padding is {asked.padding}: give texels, from 0 on")
 
 
 def _planned(found: list[places.Found], table: Table, settings: Settings, retry: bool) -> list[Task]:

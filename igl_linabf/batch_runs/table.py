@@ -7,13 +7,13 @@ import json
 import os
 import sys
 from collections.abc import Iterable
-from contextlib import suppress
+from contextlib import nullcontext, suppress
 from dataclasses import asdict, dataclass, fields
 from importlib.util import find_spec
 from pathlib import Path
 from time import perf_counter
 from types import TracebackType
-from typing import Any
+from typing import Any, get_args, get_type_hints
 
 from ..flattening import Outcome
 from . import places
@@ -80,14 +80,7 @@ class Row:
         return self.charts is not None
 
 
-NUMBERS = {
-    "triangles": int,
-    "charts": int,
-    "angle_distortion": float,
-    "stretch": float,
-    "flips": int,
-    "seconds": float,
-}
+NUMBERS = {name: get_args(kind)[0] for name, kind in get_type_hints(Row).items() if kind is not str}
 NAMES = [field.name for field in fields(Row)]
 HEADER = ["F/3nt" if name == "angle_distortion" else name for name in NAMES]
 
@@ -127,11 +120,8 @@ class Table:
 
     def __exit__(self, kind: type[BaseException] | None, _: object, __: TracebackType | None) -> None:
         try:
-            if kind is None:
+            with nullcontext() if kind is None else suppress(OSError):  # what ended the run is told
                 self.write()
-            else:
-                with suppress(OSError):  # what ended the run is told
-                    self.write()
         finally:
             self._close()
 

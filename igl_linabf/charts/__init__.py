@@ -14,19 +14,3 @@ from .scaf import make_bijective
 from .seams import TRADE, cut, find_seams
 from .together import pack_together
 from .unwrapping import unwrap
-
-__all__ = [
-    "TRADE",
-    "Atlas",
-    "Chart",
-    "cut",
-    "find_cones",
-    "find_seams",
-    "make_bijective",
-    "pack",
-    "pack_together",
-    "separating_seams",
-    "texture_seams",
-    "texture_sides",
-    "unwrap",
-]

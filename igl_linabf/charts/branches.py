@@ -8,7 +8,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from .._types import IntArray
+from .._types import FloatArray, IntArray
 from ..surface import connected_labels
 from .cut_graph import SHORTER, ClosedSurface, Shape, shape
 
@@ -36,7 +36,7 @@ def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
         branch = waiting.pop(0)
         if len(steps.get(branch, ())) >= 3:
             moved, ends = _moved(piece, seam, arcs_at(piece, steps, branch), branch, kept, cost)
-            replaced(piece, steps, np.setdiff1d(seam, moved), np.setdiff1d(moved, seam))
+            replaced(piece, steps, piece.without(seam, moved), piece.without(moved, seam))
             seam = moved
             waiting += sorted(ends.difference(waiting))
     return seam
@@ -82,16 +82,18 @@ def _moved(
     free = len(arcs) == 3 and branch >= piece.holes
     for chosen in [tuple(arcs)] if free else combinations(arcs, 2):
         own = np.concatenate([arc for arc, _ in chosen])
-        rest, length = np.setdiff1d(seam, own), piece.total(own) / SHORTER
+        rest, length = piece.without(seam, own), piece.total(own) / SHORTER
         tips = [tip for _, tip in chosen] + [branch] * (not free)
-        nodes, place = np.unique(np.append(piece.ends[rest].ravel(), tips), return_inverse=True)
-        label = connected_labels(place[: 2 * len(rest)].reshape(-1, 2), len(nodes))
-        groups = label[place[2 * len(rest) :]]
-        if len(np.unique(groups)) == 3:
-            searches = [piece.search(nodes[label == group], limit=length) for group in groups]
+        label = connected_labels(piece.ends[rest], piece.n)
+        groups = label[tips]
+        if len(set(groups.tolist())) == 3:
+            sources, others = [np.flatnonzero(label == group) for group in groups], None
         else:
-            others = np.unique(piece.ends[rest])
-            searches = [piece.search(np.array([tip]), others, length) for tip in tips]
+            sources, others = [np.array([tip]) for tip in tips], piece.ends[rest].ravel()
+        first = piece.search(sources[0], others, length)
+        away = [_way_to(piece, first[0], nodes) for nodes in sources]
+        # where all three meet, the ways to two of them are as long as it is from one to the other, or longer
+        searches = [first, *(piece.search(sources[k], others, length - away[3 - k]) for k in (1, 2))]
         centre = int(np.argmin(sum(distance for distance, _, _ in searches)))
         ways = [piece.paths(before, [centre]) for _, before, _ in searches]
         moved = np.unique(np.concatenate((rest, *ways)))
@@ -99,6 +101,15 @@ def _moved(
         if shorter and shape(piece, moved) == kept and cost(moved) < cost(seam):
             return moved, {*tips, centre}
     return seam, set()
+
+
+def _way_to(piece: ClosedSurface, distance: FloatArray, nodes: IntArray) -> float:
+    """The least distance to some nodes; to one that is not passed, by way of its neighbours. 0 if unknown."""
+    way, graph = float(distance[nodes].min()), piece.graph
+    if len(nodes) == 1:
+        row = slice(graph.indptr[nodes[0]], graph.indptr[nodes[0] + 1])
+        way = min(way, float((distance[graph.indices[row]] + graph.data[row]).min(initial=np.inf)))
+    return way if np.isfinite(way) else 0.0
 
 
 def steps_along(piece: ClosedSurface, seam: IntArray) -> Steps:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -10,9 +11,10 @@ from numpy.typing import ArrayLike
 
 from .._runtime import part
 from .._types import FloatArray, IntArray
-from ..errors import FallbackWarning, some, stack_level
+from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..flattening import Flattening, Isometric, Method, Outcome, flatten_together, guaranteed
 from ..measures import (
+    Quality,
     change_of,
     overlapping_pairs,
     overlapping_pairs_of_each,
@@ -36,14 +38,20 @@ from .kept_maps import Known, kept_maps
 from .overlap_seams import MAX_SPLITS, seams_between
 from .pieces import flattened
 from .scaf import moved_apart
-from .seams import seams_of
+from .seams import MEDIUM, seams_of
 from .small_charts import with_small_joined
+from .tips import seams_to_tips
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
 MANY = 8  # charts from which they are flattened and measured together
+SOME, TINY = 3, 4_000  # the same, if they have so few triangles
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
-MAX_LEAF_ROUNDS = 8  # of more seams for that, before it is halved
+MAX_LEAF_ROUNDS = 8  # of more seams for that or for flips, before it is halved
+SMALL_STRETCH = 1.15  # from which on a small piece gets seams that are sought for it alone
+TIPPED = 1.2  # L2 stretch from which on there may be tips that are worth a seam
+MAX_TIP_ROUNDS = 3  # of seams to them
+NEEDLE = 1e-13  # area over squared length, up to which a map is made wider
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 
 
@@ -74,6 +82,11 @@ class Task:
         if self.max_stretch is not None:
             return self.max_stretch * (1 + ROUNDING)
         return BEYOND_USE if self.may_find_seams else np.inf
+
+    @property
+    def weighs_stretch(self) -> bool:
+        """Whether charts are cut further where the stretch of their map is worth a seam."""
+        return self.may_find_seams and not self.holes and self.max_stretch is None
 
     @property
     def most_splits(self) -> int:
@@ -122,7 +135,8 @@ def charts_of(pieces: list[Submesh], task: Task) -> list[tuple[Chart, Submesh]]:
         for key, piece, kept in waiting:
             known = next(together) if kept is None else kept
             reached += len(piece.F) if not splits else 0
-            with part("charts", SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total):
+            upto = SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total
+            with part("charts", upto) if known is None else nullcontext():
                 made = _chart(piece, splits, task, known)
             if isinstance(made, Chart):
                 done.append((key, made, piece))
@@ -138,7 +152,7 @@ def charts_of(pieces: list[Submesh], task: Task) -> list[tuple[Chart, Submesh]]:
 def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]:
     """Maps of many small pieces, and what is measured of them; None: to be found alone."""
     known: list[Known | None] = [None] * len(pieces)
-    if len(pieces) < MANY:
+    if len(pieces) < (SOME if sum(len(piece.F) for piece in pieces) <= TINY else MANY):
         return known
     results = flatten_together([(piece.V, piece.F) for piece in pieces], method)
     good = [(i, result) for i, result in enumerate(results) if result is not None]
@@ -151,13 +165,22 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]
 
 def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Chart | list[_Cut]:
     """The flattened piece; or its parts, if it has to be cut further."""
-    result = flattened(piece, task.method) if known is None else known[0]
+    try:
+        result = flattened(piece, task.method) if known is None else known[0]
+    except SingularSystemError:  # faces of no size beside others of the chart
+        if not piece.cells[0].any():
+            raise
+        return _anew(halves(piece))
     if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
-        if splits < task.most_splits and len(leaves := _more_leaves(piece, task)):
-            return _anew(piece.cut_along(leaves))
+        if parts := _less_flipped(piece, splits, task):
+            return _anew(parts)
         result, known = _flattened_without_flips(piece, result, task), None
     if known is None:
         check_finite(result.uv, piece.vertices, "uv")
+    if _is_needle(piece, result):
+        if piece.cells[0].any():
+            return _anew(halves(piece))
+        result, known = _opened(piece, result), None
     pairs, cost = overlapping_pairs(result.uv, piece.F) if known is None else known[1], 0.0
     if len(pairs) and task.bijective and not result.holes:
         result, cost = _made_bijective(piece, result)
@@ -170,9 +193,44 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         if len(parts) > 1:
             return list(zip(parts, kept_maps(piece, result, parts, pairs), strict=True))
     quality = quality_of(piece, result.uv, len(pairs)) if known is None else known[2]
+    if task.weighs_stretch and len(seams := _worth_of_map(piece, result, quality, splits, task)):
+        return _anew(piece.cut_along(seams))
     if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
         return _anew(parts)
     return Chart(piece.faces, result, quality, splits, len(pairs), cost)
+
+
+def _worth_of_map(piece: Submesh, result: Flattening, quality: Quality, splits: int, task: Task) -> IntArray:
+    """Seams that the stretch of a map is worth, beyond what was expected of it."""
+    stretch = max(quality.stretch_l2, quality.conformal_distortion)
+    if not splits and len(piece.F) <= MEDIUM and stretch > SMALL_STRETCH:  # none were sought for it alone
+        seams = task.seams_of(piece, disks=True, gain=DISK_GAIN)
+        if len(seams):
+            return seams
+    if quality.stretch_l2 > TIPPED and splits < MAX_TIP_ROUNDS:
+        return seams_to_tips(piece, result.uv, task.trade, task.hidden)
+    return np.zeros((0, 2), dtype=np.int64)
+
+
+def _is_needle(piece: Submesh, result: Flattening) -> bool:
+    """Whether double precision hardly tells the map from a line: no packing could turn it."""
+    length = float(np.ptp(result.uv, axis=0).max())
+    return float(piece.measured[0].sum()) <= NEEDLE * length**2
+
+
+def _opened(piece: Submesh, result: Flattening) -> Flattening:
+    """The map of a triangle that is a needle, as high as it has to be."""
+    double_area, dot = piece.measured
+    if len(dot.T) > 1:  # of one polygon
+        return result
+    apex = int(dot[:, 0].argmin())  # opposite to the longest side
+    base, foot = piece.F[0, [apex - 2, apex - 1]], piece.F[0, apex]
+    a, b, c = piece.V[[*base, foot]]
+    length = float(np.linalg.norm(b - a))
+    uv = np.zeros((3, 2))
+    uv[base[1], 0] = length
+    uv[foot] = (c - a) @ (b - a) / length, max(float(double_area[0]) / length, 2 * NEEDLE * length)
+    return _with_map(result, uv, piece.topology.corner, f"{result.message}; a needle, opened")
 
 
 def _anew(parts: list[Submesh]) -> list[_Cut]:
@@ -185,6 +243,14 @@ def _disks(piece: Submesh, task: Task) -> list[Submesh]:
     if len(piece.topology.loops) == 1:
         return [piece]
     return piece.cut_along(replace(task, trade=0.0, holes=False).seams_of(piece))
+
+
+def _less_flipped(piece: Submesh, splits: int, task: Task) -> list[Submesh]:
+    """The piece cut further, and after some rounds halved; nothing where no seam is found."""
+    if splits < MAX_LEAF_ROUNDS:
+        leaves = _more_leaves(piece, task)
+        return piece.cut_along(leaves) if len(leaves) else []
+    return halves(piece) if splits < task.most_splits and piece.cells[0].any() else []
 
 
 def _less_stretched(piece: Submesh, splits: int, task: Task) -> list[Submesh]:
@@ -221,8 +287,12 @@ def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, flo
     corner = piece.topology.corner
     areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
     uv *= np.sqrt(areas[0] / areas[1])
-    flipped = flipped_faces(complex_positions(uv), corner)
     before, after = (float(change_of(piece, m).angle_distortion.mean()) for m in (result.uv, uv))
-    outcome = Outcome.FLIPPED if len(flipped) else result.outcome
     message = f"{result.message}; moved apart to be bijective: F/3nt {before:.4g} -> {after:.4g}"
-    return replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message), after - before
+    return _with_map(result, uv, corner, message), after - before
+
+
+def _with_map(result: Flattening, uv: FloatArray, corner: IntArray, message: str) -> Flattening:
+    flipped = flipped_faces(complex_positions(uv), corner)
+    outcome = Outcome.FLIPPED if len(flipped) else result.outcome
+    return replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message)

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._types import FloatArray, IntArray
+from ..kernels import spanning_forest
 from ..surface import connected_labels, sum_by
-from .cut_graph import ClosedSurface, first_of_each, shortest_edges
+from .cut_graph import ClosedSurface, shortest_edges
 from .tighten import tightened
 
 LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
@@ -139,7 +139,7 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
 
     # faces that an edge within a cluster separates are one, short of an annulus
     within = np.flatnonzero(inner & ~in_tree)
-    crossed = _spanning(piece.faces, way, within, m)
+    crossed = spanning_forest(piece.faces, within[np.argsort(-way[within], kind="stable")], m)
     face = connected_labels(piece.faces[crossed], m)
     keep = ~in_tree
     keep[crossed] = False
@@ -161,7 +161,7 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
         true_length=piece.true_length[edge] * length / piece.length[edge],
         length=length,
         shown=piece.shown[edge],
-        valley=piece.valley[edge],
+        valleys=lambda: piece.valley[edge],
         sharp=piece.sharp[edge],
         graph=graph,
         key=key,
@@ -175,20 +175,6 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
         isometric=piece.isometric,
     )
     return Contracted(piece, coarse, forest, label, roots, edge)
-
-
-def _spanning(pairs: IntArray, weight: FloatArray, among: IntArray, n: int) -> IntArray:
-    """Of the edges `among`, by their pairs of nodes, a spanning forest that leaves out light ones."""
-    label = connected_labels(pairs[among], n)
-    if len(among) == n - int(label.max()) - 1:
-        return among
-    order = among[np.argsort(-weight[among], kind="stable")]
-    rank = np.empty(len(weight))
-    rank[order] = np.arange(1, len(order) + 1)  # distinct weights name the edge
-    i, j = pairs.min(axis=1), pairs.max(axis=1)
-    first, _ = first_of_each(i * n + j, rank, among[i[among] != j[among]])
-    tree = csgraph.minimum_spanning_tree(sparse.csr_array((rank[first], (i[first], j[first])), shape=(n, n)))
-    return np.asarray(order[tree.data.astype(np.int64) - 1])
 
 
 def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[IntArray, IntArray]:
@@ -205,8 +191,9 @@ def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[I
     closed = np.bincount(strip, outer.sum(axis=1)) == 0
     if closed.any():  # two clusters are the whole sphere: their edges stay
         return edge, sides
-    best = np.lexsort((way[edge], strip))
-    best = best[np.unique(strip[best], return_index=True)[1]]
+    shortest_first = np.argsort(way[edge], kind="stable")
+    best = np.full(int(strip.max()) + 1, -1)
+    best[strip[shortest_first[::-1]]] = shortest_first[::-1]  # the last one written stays
     at, side = np.nonzero(outer)
     by_strip = np.argsort(strip[at], kind="stable")
     return edge[best], sides[at[by_strip], side[by_strip]].reshape(-1, 2)
@@ -217,14 +204,14 @@ def _flow(piece: ClosedSurface, label: IntArray, roots: IntArray, distance: Floa
 
     That is the one of finite volumes: if u is linear, what flows from one cluster to the next is right.
     """
-    upper = sparse.triu(piece.laplacian, 1).tocoo()
-    a, b = upper.coords
-    across = label[a] != label[b]
-    a, b, weight = a[across], b[across], -upper.data[across]
+    graph = piece.laplacian
+    a, b = np.repeat(np.arange(piece.n), np.diff(graph.indptr)), graph.indices
+    across = np.flatnonzero((a < b) & (label[a] != label[b]))
+    a, b, weight = a[across], b[across], -graph.data[across]
     i, j = label[a], label[b]
     step, whole = piece.position[b] - piece.position[a], piece.position[roots[j]] - piece.position[roots[i]]
     with np.errstate(divide="ignore", invalid="ignore"):
-        share = (step * whole).sum(axis=1) / (whole**2).sum(axis=1)
+        share = np.einsum("ij,ij->i", step, whole) / np.einsum("ij,ij->i", whole, whole)
         hole = i < piece.holes  # which has no place of its own
         edge = np.asarray(piece.graph[a[hole], b[hole]]).ravel()
         share[hole] = edge / (edge + distance[b[hole]])

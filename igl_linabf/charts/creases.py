@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..surface import Submesh
+from ..kernels import bends, lengths, normals
+from ..surface import NEXT, PREV, Parts, Submesh, sum_by
 
 NOISE = 2.0**-23  # of the extent: what coordinates in single precision are off by
 UNSURE = 100.0  # times the noise: faces of less height have a normal that means nothing
@@ -19,16 +20,19 @@ def extent(V: FloatArray) -> float:
     return float(np.ptp(V, axis=0).max())
 
 
-def face_normals(component: Submesh) -> FloatArray:
-    """Unit normals, (#F, 3); those of slivers are their neighbours', so that rounding bends no plane."""
+def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArray:
+    """Unit normals, (#F, 3); those of slivers are their neighbours', so that rounding bends no plane.
+
+    `size` is the extent of each face's body, if there are several.
+    """
     V, F, topology = component.V, component.F, component.topology
-    a, b, c = V[F.T]
-    normal = np.cross(b - a, c - a)
-    double_area = np.linalg.norm(normal, axis=1)
-    side = np.stack([np.linalg.norm(p - q, axis=1) for p, q in ((c, b), (a, c), (b, a))])
-    longest = side.argmax(axis=0)
-    normal /= np.maximum(double_area, np.finfo(float).tiny)[:, None]
-    unsure = double_area < UNSURE * NOISE * extent(V) * side.max(axis=0)
+    double_area, dot = component.measured
+    normal = normals(V, topology.corner)
+    squared_side = dot[NEXT] + dot[PREV]  # opposite to each corner
+    longest = squared_side.argmax(axis=0)
+    unsure = double_area < UNSURE * NOISE * (extent(V) if size is None else size) * np.sqrt(
+        squared_side.max(axis=0)
+    )
     if unsure.any():
         m = len(F)
         twin = np.full(3 * m, -1)
@@ -44,16 +48,11 @@ def face_normals(component: Submesh) -> FloatArray:
     return np.asarray(normal)
 
 
-def bends(component: Submesh, normal: FloatArray) -> FloatArray:
-    """Angle between the normals at each edge of two faces; negative where the surface is concave."""
-    topology, m = component.topology, len(component.F)
-    sides = topology.sides[:, topology.sides[1] >= 0]
-    first, second = normal[sides % m]
-    cross = np.linalg.norm(np.cross(first, second), axis=1)
-    bend = np.arctan2(cross, (first * second).sum(axis=1))
-    apex = component.V[topology.corner.ravel()[sides]]  # opposite to the edge, on its two sides
-    rise = ((apex[1] - apex[0]) * (first - second)).sum(axis=1)
-    return np.asarray(np.where(rise > 0, -bend, bend))
+def all_bends(component: Submesh, size: FloatArray | None = None) -> FloatArray:
+    """Angle between `face_normals` at each edge of two faces; negative where the surface is concave."""
+    topology = component.topology
+    inside = np.ascontiguousarray(topology.sides[:, topology.sides[1] >= 0])
+    return bends(component.V, topology.corner, inside, face_normals(component, size))
 
 
 def flat_share(component: Submesh) -> float:
@@ -62,17 +61,31 @@ def flat_share(component: Submesh) -> float:
     A normal may turn by `STRAIGHT` along a way as long as the surface is large. On smooth surfaces, fine or
     coarse, that is about a tenth of the area.
     """
-    topology, m = component.topology, len(component.F)
+    return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64))[0])
+
+
+def flat_shares(surface: Submesh, of: IntArray) -> FloatArray:
+    """`flat_share` of each component; `of` is the component of each face."""
+    topology, m, number = surface.topology, len(surface.F), int(of.max()) + 1
     inside = topology.sides[1] >= 0
-    sides, (a, b) = topology.sides[:, inside] % m, topology.edges[inside].T
-    double_area = component.measured[0]
-    length = np.linalg.norm(component.V[a] - component.V[b], axis=1)
+    sides = topology.sides[:, inside] % m
+    double_area = surface.measured[0]
+    total = sum_by(of, double_area, number)
+    length = lengths(surface.V, topology.edges[inside])
     way = double_area[sides].sum(axis=0) / np.maximum(length, np.finfo(float).tiny)
-    bend = np.abs(bends(component, face_normals(component)))
-    straight = bend < STRAIGHT * way / np.sqrt(double_area.sum() / 2) + ROUNDING
+    bend = np.abs(all_bends(surface, _extents(surface, of)[of]))
+    straight = bend < STRAIGHT * way / np.sqrt(total / 2)[of[sides[0]]] + ROUNDING
     flat = np.zeros(m, dtype=bool)
     flat[sides[:, straight]] = True
-    return float(double_area[flat].sum() / double_area.sum())
+    return np.asarray(sum_by(of, np.where(flat, double_area, 0.0), number) / total)
+
+
+def _extents(surface: Submesh, of: IntArray) -> FloatArray:
+    """The `extent` of each component."""
+    order = np.argsort(of, kind="stable")
+    faces = Parts(np.searchsorted(of[order], np.arange(int(of.max()) + 2)))
+    corner = surface.V[surface.F[order]].transpose(2, 1, 0)
+    return np.asarray((faces.max(corner.max(axis=1)) - faces.min(corner.min(axis=1))).max(axis=0))
 
 
 def sharpness(bend: FloatArray) -> FloatArray:
@@ -80,9 +93,11 @@ def sharpness(bend: FloatArray) -> FloatArray:
     return np.asarray(np.clip((np.abs(bend) - SOFT) / (SHARP - SOFT), 0.0, 1.0))
 
 
-def angle_noise(component: Submesh, node: IntArray, n: int) -> FloatArray:
-    """The curvature that rounding of coordinates makes at each node: long edges turn less than short ones."""
-    V, edges = component.V, component.topology.edges
-    length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
-    turned = NOISE * extent(V) / np.maximum(length, np.finfo(float).tiny)
-    return np.asarray(np.bincount(node[edges].ravel(), np.repeat(turned, 2), minlength=n))
+def angle_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) -> FloatArray:
+    """The curvature that rounding of coordinates makes at each node: long edges turn less than short ones.
+
+    `length` is that of the topology's edges.
+    """
+    turned = NOISE * extent(component.V) / np.maximum(length, np.finfo(float).tiny)
+    a, b = node[component.topology.edges].T
+    return np.asarray(np.bincount(a, turned, minlength=n) + np.bincount(b, turned, minlength=n))

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cache, cached_property, partial
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
+from ..kernels import lengths, nearest_sources, spanning_forest
 from ..surface import Submesh, connected_labels, sum_by
-from .creases import angle_noise, bends, face_normals, sharpness
+from .creases import all_bends, angle_noise, sharpness
 from .scale import ZeroAtNodes
 from .visibility import Smoothing, shown, valleys
 
@@ -43,8 +44,10 @@ class ClosedSurface:
         the triangles of a polygon are one face.
     true_length, length : (#E,) float64
         Of the edges; and shorter where a seam shows less: at creases, and where it is hidden.
-    shown, valley : (#E,) float64
-        By what hiding multiplies the lengths; and valleys those by which arcs are rerouted in the end.
+    shown : (#E,) float64
+        By what hiding multiplies the lengths.
+    valleys : callable
+        By what valleys multiply those lengths by which arcs are rerouted in the end, (#E,): few need it.
     sharp : (#E,) float64
         From 0 for no crease to 1 for a sharp one.
     graph : (n, n) sparse
@@ -71,7 +74,7 @@ class ClosedSurface:
     true_length: FloatArray
     length: FloatArray
     shown: FloatArray
-    valley: FloatArray
+    valleys: Callable[[], FloatArray]
     sharp: FloatArray
     graph: sparse.csr_array
     key: IntArray
@@ -89,6 +92,11 @@ class ClosedSurface:
         """Solves Laplace systems."""
         return ZeroAtNodes(self.laplacian)
 
+    @cached_property
+    def valley(self) -> FloatArray:
+        """(#E,): less than 1 in concave valleys."""
+        return self.valleys()
+
     def with_lengths(self, length: FloatArray) -> ClosedSurface:
         """The same with other lengths of its edges."""
         graph, key, shortest = shortest_edges(self.ends, length, self.n)
@@ -99,21 +107,18 @@ class ClosedSurface:
         return self.shortest[np.searchsorted(self.key, np.minimum(i, j) * self.n + np.maximum(i, j))]
 
     def search(
-        self, sources: IntArray, avoid: IntArray | None = None, limit: float = np.inf
+        self, sources: IntArray, avoid: IntArray | BoolArray | None = None, limit: float = np.inf
     ) -> tuple[FloatArray, IntArray, IntArray]:
-        """The distance of each node to the nearest source, the node before it on the path, that source."""
-        graph = self.graph
+        """The distance of each node to the nearest source, the node before it on the path, that source.
+
+        `avoid` are nodes, or a mask of them.
+        """
+        open_ = np.ones(self.n, dtype=bool)
         if avoid is not None:
-            open_ = np.ones(self.n, dtype=bool)
             open_[avoid] = False
             open_[sources] = True
-            rows = np.repeat(np.arange(self.n), np.diff(graph.indptr))
-            data = np.where(open_[rows] & open_[graph.indices], graph.data, np.inf)
-            graph = sparse.csr_array((data, graph.indices, graph.indptr), shape=graph.shape)
-        distance, before, source = csgraph.dijkstra(
-            graph, indices=sources, min_only=True, return_predecessors=True, limit=limit
-        )
-        return distance, before.astype(np.int64), source.astype(np.int64)
+        graph = self.graph
+        return nearest_sources(graph.indptr, graph.indices, graph.data, sources, open_, limit)
 
     def paths(self, before: IntArray, ends: list[int]) -> IntArray:
         """The edges on the shortest paths from some nodes to their sources, each once."""
@@ -128,23 +133,17 @@ class ClosedSurface:
         """The nodes on a seam, and the holes."""
         return np.union1d(self.ends[seam], np.arange(self.holes))
 
-    @cached_property
-    def _dual(self) -> tuple[IntArray, IntArray, IntArray]:
-        """The faces beside each face, row by row; the rows' starts; the places of each edge's sides."""
-        face = self.faces.ravel()
-        order = np.argsort(face, kind="stable")
-        place = np.empty(len(order), dtype=np.int64)
-        place[order] = np.arange(len(order))
-        start = np.searchsorted(face[order], np.arange(self.n_faces + 1))
-        return self.faces[:, ::-1].ravel()[order], start, place.reshape(-1, 2)
-
     def leaves_whole(self, seam: IntArray) -> bool:
         """Whether the surface is in one piece when it is cut along the seam."""
-        beside, start, place = self._dual
-        beside = beside.copy()
-        beside[place[seam]] = self.faces[seam]  # to the face itself instead
-        graph = sparse.csr_array((np.ones(len(beside)), beside, start), shape=(self.n_faces, self.n_faces))
-        return len(csgraph.breadth_first_order(graph, 0, return_predecessors=False)) == self.n_faces
+        crossed = np.ones(len(self.faces), dtype=bool)
+        crossed[seam] = False
+        return not connected_labels(self.faces[crossed], self.n_faces).any()
+
+    def without(self, seam: IntArray, others: IntArray) -> IntArray:
+        """The edges of a seam that are not among others."""
+        kept = np.ones(len(self.ends), dtype=bool)
+        kept[others] = False
+        return seam[kept[seam]]
 
     def total(self, seam: IntArray) -> float:
         return float(self.length[seam].sum())
@@ -165,13 +164,14 @@ def closed_surface(
     edges = topology.edges[inside]
     ends = node[edges]
     every = np.flatnonzero(topology.sides[1] >= 0)
-    true_length = np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
-    bend = bends(component, face_normals(component))[np.searchsorted(every, inside)]
+    every_length = lengths(V, topology.edges)
+    true_length = every_length[inside]
+    bend = all_bends(component)[np.searchsorted(every, inside)]
     length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
     double_area, dot = component.measured
     size = float(np.sqrt(double_area.sum() / 2))
-    smoothing = Smoothing(component, edges, true_length, size)
-    visible = shown(component, edges, hidden, smoothing)
+    smoothing = cache(partial(Smoothing, component, edges, true_length, size))
+    visible = np.ones(len(edges)) if hidden is None else shown(component, edges, hidden, smoothing())
     length *= visible
     graph, key, shortest = shortest_edges(ends, length, n)
     corner = node[topology.corner]
@@ -191,13 +191,13 @@ def closed_surface(
         true_length=true_length,
         length=length,
         shown=visible,
-        valley=valleys(component, edges, true_length, bend, smoothing, size),
+        valleys=lambda: valleys(component, edges, true_length, bend, smoothing(), size),
         sharp=sharpness(bend),
         graph=graph,
         key=key,
         shortest=shortest,
         curvature=2 * np.pi - sum_by(corner, np.arctan2(double_area, dot), n),
-        noise=angle_noise(component, node, n),
+        noise=angle_noise(component, every_length, node, n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
         laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
         position=V[vertex],
@@ -231,14 +231,10 @@ def _loops(piece: ClosedSurface, base: int) -> tuple[IntArray, IntArray]:
     in_tree = np.zeros(len(piece.edges), dtype=bool)
     in_tree[piece.between(others, before[others])] = True
     loop = distance[piece.ends].sum(axis=1) + piece.length
-    order = np.argsort(-loop, kind="stable")
-    rank = np.empty(len(order))
-    rank[order] = np.arange(1, len(order) + 1)  # distinct weights name the edge
-    m, faces = piece.n_faces, piece.faces
-    dual, _ = first_of_each(faces.min(axis=1) * m + faces.max(axis=1), rank, np.flatnonzero(~in_tree))
-    cotree = csgraph.minimum_spanning_tree(sparse.csr_array((rank[dual], faces[dual].T), shape=(m, m)))
-    in_cotree = np.zeros(len(rank), dtype=bool)
-    in_cotree[order[cotree.data.astype(np.int64) - 1]] = True
+    outside = np.flatnonzero(~in_tree)
+    in_cotree = np.zeros(len(piece.edges), dtype=bool)
+    longest_first = outside[np.argsort(-loop[outside], kind="stable")]
+    in_cotree[spanning_forest(piece.faces, longest_first, piece.n_faces)] = True
     across = np.flatnonzero(~in_tree & ~in_cotree)
     seam = np.union1d(across, piece.paths(before, piece.ends[across].ravel().tolist()))
     while True:  # drop what all loops share on their way to the base
@@ -262,23 +258,18 @@ def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -
     ends = group[np.maximum(source, 0)[piece.ends]]  # a body without any of them has no source
     way = distance[piece.ends].sum(axis=1) + piece.length
     between = np.flatnonzero(ends[:, 0] != ends[:, 1])
-    bridge, key = first_of_each(ends.min(axis=1) * piece.n + ends.max(axis=1), way, between)
-    n = piece.n
-    tree = csgraph.minimum_spanning_tree(sparse.csr_array((way[bridge], (key // n, key % n)), shape=(n, n)))
-    i, j = tree.tocoo().coords
-    bridge = bridge[np.searchsorted(key, i.astype(np.int64) * n + j)]
+    bridge = spanning_forest(ends, between[np.argsort(way[between], kind="stable")], piece.n)
     paths = piece.paths(before, piece.ends[bridge].ravel().tolist())
     return np.concatenate((seam, np.setdiff1d(np.union1d(bridge, paths), seam)))
 
 
 def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
     """Numbers of components and cycles of the seam with the holes; whether the surface stays in one piece."""
-    nodes, place = np.unique(
-        np.concatenate((np.arange(piece.holes), piece.ends[seam].ravel())), return_inverse=True
-    )
-    label = connected_labels(place[piece.holes :].reshape(-1, 2), len(nodes))
-    number = int(label.max(initial=-1)) + 1
-    cycles = number + len(seam) - len(nodes)
+    on = np.zeros(piece.n, dtype=bool)
+    on[: piece.holes], on[piece.ends[seam]] = True, True
+    nodes = int(np.count_nonzero(on))
+    number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1 - (piece.n - nodes)
+    cycles = number + len(seam) - nodes
     return number, cycles, not cycles or piece.leaves_whole(seam)  # a forest separates nothing
 
 
@@ -286,7 +277,9 @@ def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.c
     """The shortest edge between each two nodes, as a graph, their sorted keys, and these edges."""
     proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
     shortest, key = first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
-    return symmetric_graph(length[shortest], ends[shortest], n), key, shortest
+    start = np.searchsorted(key, n * np.arange(n + 1))
+    upper = sparse.csr_array((length[shortest], key % n, start), shape=(n, n))
+    return (upper + upper.T.tocsr()).tocsr(), key, shortest
 
 
 def symmetric_graph(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
@@ -297,6 +290,10 @@ def symmetric_graph(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_ar
 
 def first_of_each(key: IntArray, weight: FloatArray, index: IntArray) -> tuple[IntArray, IntArray]:
     """Of the `index` with equal `key` the one of least weight; and these keys, sorted."""
-    order = index[np.lexsort((weight[index], key[index]))]
-    keys, first = np.unique(key[order], return_index=True)
-    return order[first], keys
+    own = key[index]
+    if (own[1:] > own[:-1]).all():
+        return index, own
+    order = index[np.lexsort((weight[index], own))]
+    own = key[order]
+    first = np.append(True, own[1:] > own[:-1])
+    return order[first], own[first]

@@ -39,4 +39,4 @@ def _on_part(piece: Submesh, result: Flattening, part: Submesh) -> Known:
     uv = of_own_size(on_part(result.uv, piece, part), part)
     made = cut_out(result, piece, part, uv)
     message = f"{result.message}; a part of this map, {len(piece.F) - len(part.F):,} faces were cut off"
-    return replace(made, message=message), np.zeros((0, 2), dtype=np.int64), quality_of(part, uv)
+    return replace(made, message=message), np.zeros((0, 2), dtype=np.int64), quality_of(part, uv, overlaps=0)

@@ -9,7 +9,8 @@ from itertools import pairwise
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..surface import Parts, counted
+from ..kernels import touched_cells
+from ..surface import Parts
 
 AT_ONCE = 100_000  # sides of turned charts that are drawn at once
 
@@ -125,71 +126,19 @@ def _together(
     low.real, low.imag = sides.min(a.real) - half, sides.min(a.imag) - half
     a, b = a - sides.spread(low), b - sides.spread(low)
     columns, rows = ((sides.max(part) + half).astype(np.int64) + 1 for part in (a.real, a.imag))
-    cells = Parts.of_sizes(rows * (columns + 1))  # a last column ends each row
-    grid = _Grid(sides.spread(cells.start[:-1]), sides.spread(columns), sides.spread(rows))
-    total = int(cells.start[-1])
-    touched = (_wound(a, b, weight, grid, total) != 0) | (_swept(a, b, half, grid, total) > 0)
+    shapes, cells = np.column_stack((rows, columns)), Parts.of_sizes(rows * (columns + 1))
+    touched = touched_cells(a, b, weight, sides.start, shapes, cells.start, half)
     tables = [
         part.reshape(-1, n + 1)[:, :-1]
         for part, n in zip(cells.split(touched), columns.tolist(), strict=True)
     ]
     blocks, start = _blocks(touched, cells, columns)
-    shapes, origin = np.column_stack((rows, columns)), low / cells_per_unit
+    origin = low / cells_per_unit
     made = []
     for by, (i, j) in zip(turns, pairwise([0, *np.cumsum(number).tolist()]), strict=True):
         own, begin = blocks[start[i] : start[j]], start[i : j + 1] - start[i]
         made.append(Masks(by, tables[i:j], shapes[i:j], origin[i:j], own, begin))
     return made
-
-
-@dataclass(frozen=True, eq=False)
-class _Grid:
-    """For each side: where the cells of its mask begin, and its columns, without the last one, and rows."""
-
-    begin: IntArray
-    columns: IntArray
-    rows: IntArray
-
-    def at(self, side: IntArray, row: IntArray, column: FloatArray) -> IntArray:
-        """The places of cells."""
-        return np.asarray(self.begin[side] + row * (self.columns[side] + 1) + column.astype(np.int64))
-
-
-def _wound(a: ComplexArray, b: ComplexArray, weight: IntArray, grid: _Grid, total: int) -> FloatArray:
-    """How often the sides wind around the centre of each cell."""
-    up = b.imag > a.imag
-    first = np.ceil(np.minimum(a.imag, b.imag) - 0.5).astype(np.int64)
-    count = np.ceil(np.maximum(a.imag, b.imag) - 0.5).astype(np.int64) - first
-    side, step = counted(count)
-    row = first[side] + step
-    t = (row + 0.5 - a.imag[side]) / (b.imag[side] - a.imag[side])
-    x = a.real[side] + t * (b.real - a.real)[side]
-    at = grid.at(side, row, np.clip(np.ceil(x - 0.5), 0, grid.columns[side]))
-    turns = np.bincount(at, np.where(up, weight, -weight)[side], total)
-    return np.asarray(np.cumsum(turns))  # outlines are closed: each row adds nothing to the next one
-
-
-def _swept(a: ComplexArray, b: ComplexArray, half: float, grid: _Grid, total: int) -> FloatArray:
-    """How many sides come within `half`, in u and in v, of each cell.
-
-    A side reaches those columns of a row that its part within `half` of the row reaches.
-    """
-    low, high = np.minimum(a.imag, b.imag), np.maximum(a.imag, b.imag)
-    first = np.maximum(np.floor(low - half), 0).astype(np.int64)
-    last = np.minimum(np.floor(high + half).astype(np.int64), grid.rows - 1)
-    side, step = counted(last - first + 1)
-    row = first[side] + step
-    rise = (b.imag - a.imag)[side]
-    level, rise = rise == 0, np.where(rise == 0, 1.0, rise)
-    begin, end = (np.clip((y - a.imag[side]) / rise, 0.0, 1.0) for y in (row - half, row + 1 + half))
-    begin, end = np.where(level, 0.0, begin), np.where(level, 1.0, end)
-    across = (b.real - a.real)[side]
-    one, other = a.real[side] + begin * across, a.real[side] + end * across
-    left = np.maximum(np.floor(np.minimum(one, other) - half), 0)
-    right = np.minimum(np.floor(np.maximum(one, other) + half), grid.columns[side] - 1) + 1
-    change = np.bincount(grid.at(side, row, left), minlength=total)
-    change -= np.bincount(grid.at(side, row, right), minlength=total)
-    return np.asarray(np.cumsum(change))
 
 
 def _blocks(touched: BoolArray, cells: Parts, columns: IntArray) -> tuple[IntArray, IntArray]:

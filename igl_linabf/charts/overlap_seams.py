@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy import sparse
@@ -9,6 +11,7 @@ from scipy.sparse import csgraph
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
+from ..kernels import lengths, shortest_odd_walk
 from ..surface import Submesh, Topology, check_planar, connected_labels, face_components
 
 BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
@@ -116,8 +119,9 @@ def _shortest_seam(part: Submesh, pairs: IntArray) -> IntArray:
     m = int(cell.max()) + 1
     right, left = cell[topology.sides[:, inner] % len(part.F)]  # the faces that such an edge separates
     most = min(MAX_OVERLAPS, max(1, int(np.log2(MAX_NODES / topology.n))))
-    sheets = _sheets(pairs, right, left, m, most)
-    while not len(seam := _seam_between(V, topology, inner, right, left, sheets)):
+    dual = _Dual.of(right, left, m)
+    sheets = _sheets(pairs, right, left, dual, most)
+    while not len(seam := _seam_between(V, topology, inner, right, left, dual, sheets)):
         # three single faces over each other: no closed line crosses all three ways an odd number of times
         sheets.pop()
     return seam
@@ -129,16 +133,17 @@ def _seam_between(
     inner: IntArray,
     right: IntArray,
     left: IntArray,
+    dual: _Dual,
     sheets: list[IntArray],
 ) -> IntArray:
     """The shortest seam that has the two sheets of each overlap on different sides; no edge if none does."""
     edges = topology.edges
-    length = np.linalg.norm(V[edges[inner, 0]] - V[edges[inner, 1]], axis=1)
+    length = lengths(V, edges[inner])
     spoke = PART_COST * np.linalg.norm(np.ptp(V, axis=0)) / 2
     flip = np.zeros(len(inner), dtype=np.int64)
     barred = np.zeros(len(inner), dtype=bool)
     for k, sheet in enumerate(sheets):
-        flip[_dual_path(sheet, right, left)] |= 1 << k
+        flip[dual.crossed(sheet)] |= 1 << k
         barred |= (sheet[right] == sheet[left]) & (sheet[right] > 0)
     # A closed line separates two sheets if it crosses the way from one to the other an odd number of
     # times. With a copy of the vertices for each combination of odd and even, and edges across a way
@@ -151,13 +156,10 @@ def _seam_between(
     b = np.concatenate((edges[inner, 1], topology.n + loop))
     cost = np.concatenate((np.where(barred, BARRIER_COST, 1.0) * length, np.full(len(rim), spoke)))
     flip = np.concatenate((flip, np.zeros(len(rim), dtype=np.int64)))
-    copy = np.arange(copies)[:, None]
-    ends = (copy * n + a).ravel(), ((copy ^ flip) * n + b).ravel()
-    graph = sparse.csr_array((np.tile(cost, copies), ends), shape=(copies * n, copies * n))
-    _, before = csgraph.dijkstra(graph, directed=False, indices=topology.n, return_predecessors=True)
-    walk = [(copies - 1) * n + topology.n]
-    while before[walk[-1]] >= 0:
-        walk.append(int(before[walk[-1]]))
+    number = sparse.csr_array((np.arange(1, len(a) + 1), (a, b)), shape=(n, n))
+    graph = (number + number.T).tocsr()
+    edge = graph.data - 1
+    walk = shortest_odd_walk(graph.indptr, graph.indices, cost[edge], flip[edge], topology.n, copies).tolist()
     path = np.array(_pruned(walk, n, topology.n), dtype=np.int64)
     steps = np.column_stack((path[:-1], path[1:]))
     return np.asarray(steps[(steps < topology.n).all(axis=1)])
@@ -189,20 +191,18 @@ def _pruned(walk: list[int], n: int, rim: int) -> list[int]:
     return [*path, walk[-1] % n]
 
 
-def _sheets(pairs: IntArray, right: IntArray, left: IntArray, m: int, most: int) -> list[IntArray]:
+def _sheets(pairs: IntArray, right: IntArray, left: IntArray, dual: _Dual, most: int) -> list[IntArray]:
     """The two sheets of each of the `most` largest overlaps: faces marked 1 and 2, 0 elsewhere.
 
     Pairs are neighbours if one face is the same, and the others are neighbours: so an overlap is
     a component of them. Where it winds on, so that a face is over one and under another, its
     sheets are grown from one pair on until they meet. Each sheet is connected.
     """
+    neighbour, begin, m = dual.neighbour, dual.begin, len(dual.begin) - 1
     both = np.concatenate((pairs, pairs[:, ::-1]))
     code = np.unique(both[:, 0] * m + both[:, 1])
     upper, lower = code // m, code % m
     starts, ends = [], []
-    order = np.argsort(np.concatenate((right, left)), kind="stable")
-    face, neighbour = np.concatenate((right, left))[order], np.concatenate((left, right))[order]
-    begin = np.searchsorted(face, np.arange(m + 1))
     for k in range(int(np.diff(begin).max(initial=0))):
         here = np.flatnonzero(begin[upper] + k < begin[upper + 1])
         key = neighbour[begin[upper[here]] + k] * m + lower[here]
@@ -234,17 +234,35 @@ def _sheets(pairs: IntArray, right: IntArray, left: IntArray, m: int, most: int)
     return sheets
 
 
-def _dual_path(sheet: IntArray, right: IntArray, left: IntArray) -> IntArray:
-    """Edges, by their place in `right` and `left`, that a way from sheet 1 to sheet 2 crosses."""
-    m = len(sheet)
-    source = np.flatnonzero(sheet == 1)
-    number = sparse.csr_array((np.arange(1, len(right) + 1), (right, left)), shape=(m + 1, m + 1))
-    start = sparse.csr_array((np.ones(len(source)), (np.full(len(source), m), source)), shape=(m + 1, m + 1))
-    graph = (number + start).tocsr()
-    reached, before = csgraph.breadth_first_order(graph, m, directed=False, return_predecessors=True)
-    face = int(reached[np.argmax(np.append(sheet, 0)[reached] == 2)])
-    crossed = []
-    while before[face] != m:
-        crossed.append(int(number[face, before[face]]) + int(number[before[face], face]) - 1)
-        face = int(before[face])
-    return np.array(crossed, dtype=np.int64)
+@dataclass(frozen=True, eq=False)
+class _Dual:
+    """The faces beside each face, row by row, with the edges between; `begin` are the rows' starts."""
+
+    neighbour: IntArray
+    edge: IntArray
+    begin: IntArray
+
+    @classmethod
+    def of(cls, right: IntArray, left: IntArray, m: int) -> _Dual:
+        """Of m faces, by those on the two sides of each edge."""
+        face = np.concatenate((right, left))
+        order = np.argsort(face, kind="stable")
+        begin = np.searchsorted(face[order], np.arange(m + 1))
+        return cls(np.concatenate((left, right))[order], order % len(right), begin)
+
+    def crossed(self, sheet: IntArray) -> list[int]:
+        """The edges that a way from sheet 1 to sheet 2 crosses."""
+        m, source = len(sheet), np.flatnonzero(sheet == 1)
+        indices, indptr = (
+            np.append(self.neighbour, source),
+            np.append(self.begin, len(self.edge) + len(source)),
+        )
+        graph = sparse.csr_array((np.ones(len(indices)), indices, indptr), shape=(m + 1, m + 1))
+        reached, before = csgraph.breadth_first_order(graph, m)  # from a node beside all of sheet 1
+        face = int(reached[np.argmax(np.append(sheet, 0)[reached] == 2)])
+        edges = []
+        while before[face] != m:
+            row = slice(self.begin[face], self.begin[face + 1])
+            edges.append(int(self.edge[row][self.neighbour[row] == before[face]][0]))
+            face = int(before[face])
+        return edges

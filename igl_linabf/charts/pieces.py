@@ -9,8 +9,8 @@ import numpy as np
 
 from .._runtime import advance
 from .._types import FloatArray
-from ..errors import MeshError, some
-from ..flattening import Flattening, LinABF, Method, Outcome
+from ..errors import MeshError, SingularSystemError, some
+from ..flattening import Flattening, Method, Outcome, Sketch
 from ..measures import change_of
 from ..surface import Submesh, complex_positions, planar_mesh, signed_double_areas
 
@@ -67,10 +67,19 @@ def cut_out(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -
 
 
 def distortion(pieces: list[Submesh]) -> float:
-    """L2 stretch and mean conformal distortion of pieces that are flattened: 1 if they come out isometric."""
+    """L2 stretch and mean conformal distortion of pieces that are flattened: 1 if they come out isometric.
+
+    Infinite if a triangle flips.
+    """
     total, stretch, shear = 0.0, 0.0, 0.0
     for piece in pieces:
-        changed = change_of(piece, flattened(piece, LinABF()).uv)
+        try:
+            result = flattened(piece, Sketch())
+        except SingularSystemError:
+            return np.inf
+        if len(result.flipped):
+            return np.inf
+        changed = change_of(piece, result.uv)
         total += float(changed.double_area.sum())
         stretch += float(changed.double_area @ changed.squared_stretch)
         shear += float(changed.double_area @ changed.conformal)

@@ -6,7 +6,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .._types import IntArray
+from .._types import BoolArray, IntArray
 from .branches import arcs_at, in_groups, longest, steps_along
 from .cut_graph import SHORTER, ClosedSurface, shape
 
@@ -45,27 +45,36 @@ def _arcs(piece: ClosedSurface, seam: IntArray) -> list[IntArray]:
 
 def _straightened(routes: ClosedSurface, seam: IntArray, arc: IntArray) -> IntArray:
     """The seam with an arc on the shortest ways between points on it, then between points between these."""
-    rest = np.setdiff1d(seam, arc)
-    barred = np.union1d(routes.ends[rest], np.arange(routes.holes))
+    rest = routes.without(seam, arc)
+    taken = np.zeros(routes.n, dtype=bool)
+    taken[: routes.holes], taken[routes.ends[seam]] = True, True
     for shift in (0.0, 0.5):
         before = np.cumsum(routes.length[arc]) - routes.length[arc]
         number = (before / (STRIDE * routes.size) + shift).astype(np.int64)
         parts = np.split(arc, np.flatnonzero(np.diff(number)) + 1)
-        for k, part in enumerate(parts):
-            others = np.concatenate([part[:0], *parts[:k], *parts[k + 1 :]])
-            parts[k] = _shortest(routes, part, np.union1d(barred, routes.ends[others]))
-        arc = np.concatenate(parts)
+        arc = np.concatenate([_shortest(routes, part, taken) for part in parts])
     return np.concatenate((rest, arc))
 
 
-def _shortest(routes: ClosedSurface, path: IntArray, avoid: IntArray) -> IntArray:
-    """The shortest path between the ends of a path, in its order."""
-    node, times = np.unique(routes.ends[path], return_counts=True)
-    first = np.intersect1d(routes.ends[path[0]], node[times == 1])
-    last = np.setdiff1d(node[times == 1], first)
-    if len(path) < 2 or len(first) != 1 or len(last) != 1:
+def _shortest(routes: ClosedSurface, path: IntArray, taken: BoolArray) -> IntArray:
+    """The shortest path between the ends of a path, in its order; nodes that are taken by others stay so."""
+    if len(path) < 2:
         return path
-    length = routes.total(path)
-    distance, before, _ = routes.search(last, np.setdiff1d(avoid, [first[0], last[0]]), limit=length)
-    shorter = distance[first[0]] < length * SHORTER
-    return routes.paths(before, first.tolist()) if shorter else path
+    first, last = _end(routes, path[0], path[1]), _end(routes, path[-1], path[-2])
+    if first < 0 or last < 0 or first == last:
+        return path
+    length, avoid = routes.total(path), taken.copy()
+    avoid[routes.ends[path]] = False
+    distance, before, _ = routes.search(np.array([last]), avoid, limit=length)
+    if not distance[first] < length * SHORTER:
+        return path
+    found = routes.paths(before, [first])
+    taken[routes.ends[path]] = False
+    taken[routes.ends[found]] = True
+    return found
+
+
+def _end(routes: ClosedSurface, edge: int, following: int) -> int:
+    """The node of an edge that the next one has not; -1 if it has both."""
+    others = [node for node in routes.ends[edge].tolist() if node not in routes.ends[following].tolist()]
+    return others[0] if others else -1

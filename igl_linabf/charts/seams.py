@@ -20,7 +20,7 @@ from ..surface import (
 )
 from .branches import shortened
 from .coarse import Contracted, clusters, contracted
-from .creases import flat_share
+from .creases import flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles
 from .expected import expected, log_scale
 from .nets import HARD, Nets
@@ -39,7 +39,7 @@ MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
 SMOOTH = 0.1  # share of the area that lies flat, below which that is so
 DIRECT = 10_000  # nodes up to which seams are found on the surface itself
 CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
-TWO_HOPS = 20_000  # nodes from which the roots of clusters are two edges apart, not one
+HOPS = 13_000, 60_000  # nodes from which the roots of clusters are two and three edges apart, not one
 DRAWN_SHORTER = 1.6  # times the trade: a seam of clusters gets shorter when it is drawn tight
 
 
@@ -185,10 +185,10 @@ def seams_of(
     found = [np.zeros((0, 2), dtype=np.int64)]
     small = []
     shapes = _shapes(surface)
-    for component, loops, genus in shapes:
+    for (component, loops, genus), is_small in zip(shapes, _are_small(surface, shapes), strict=True):
         open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
         if not open_ or (disks and trade > 0):
-            if genus == 0 and _is_small(component, len(shapes)):
+            if is_small:
                 small += [component.faces] if not (open_ and gain) else []
             else:
                 piece = closed_surface(component, hidden, isometric)
@@ -201,14 +201,23 @@ def seams_of(
     return np.concatenate(found)
 
 
-def _is_small(component: Submesh, number: int) -> bool:
-    """Whether its seams are found together with those of others, `number` in all."""
-    if len(component.F) <= SMALL:
-        return number >= MANY
-    return len(component.F) <= MEDIUM and number >= HUNDREDS and flat_share(component) < SMOOTH
+Shape = tuple[Submesh, int, int]  # a component, its numbers of boundary loops and handles
 
 
-def _shapes(surface: Submesh) -> list[tuple[Submesh, int, int]]:
+def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
+    """Of which components the seams are found together: small ones among many, without handles."""
+    sizes = np.array([len(component.F) for component, _, _ in shapes])
+    small = (sizes <= SMALL) & (len(shapes) >= MANY)
+    medium = (sizes > SMALL) & (sizes <= MEDIUM)
+    if len(shapes) >= HUNDREDS and medium.any():
+        of = np.empty(len(surface.F), dtype=np.int64)
+        for i, (component, _, _) in enumerate(shapes):
+            of[np.searchsorted(surface.faces, component.faces)] = i
+        small |= medium & (flat_shares(surface, of) < SMOOTH)
+    return [bool(is_small) and genus == 0 for is_small, (_, _, genus) in zip(small, shapes, strict=True)]
+
+
+def _shapes(surface: Submesh) -> list[Shape]:
     """The components, their numbers of boundary loops and handles."""
     components, topology = surface.components(), surface.topology
     label = np.empty(len(surface.V), dtype=np.int64)
@@ -266,7 +275,8 @@ def _carried(piece: ClosedSurface, trade: float, holes: bool, gain: float | None
     levels: list[Contracted] = []
     coarse = piece
     while not levels or coarse.n > CLUSTERED:
-        levels.append(contracted(coarse, clusters(coarse, 1 if coarse.n < TWO_HOPS else 2)))
+        hops = 1 + sum(coarse.n >= nodes for nodes in HOPS)
+        levels.append(contracted(coarse, clusters(coarse, hops)))
         coarse = levels[-1].coarse
     trade *= DRAWN_SHORTER
     seam, leaves = _seam(coarse, trade, holes)
@@ -350,6 +360,8 @@ def _grow(piece: ClosedSurface, seam: IntArray, trade: float, mirror: Mirror | N
     leaves: list[int] = []
     best, least, in_vain, in_best = seam, np.inf, 0, 0
     for _ in range(MAX_LEAVES):
+        if 1 + piece.total(seam) / piece.size / trade >= least:  # no stretch is less than 1
+            break
         stretch, u = expected(piece, _open_nodes(piece, seam))
         cost = stretch + piece.total(seam) / piece.size / trade
         advance("seams", 0.1)

@@ -21,6 +21,8 @@ from .pieces import of_own_size
 FEW, LARGE = 16, 0.01  # faces of a small chart; and the share of the surface's area that it may have
 NEGLIGIBLE, MANY = 1e-3, 300  # the share of a chart that is small whatever its faces, up to so many
 STRETCHED = 1.01  # times the neighbour's L2 stretch that both may have together
+FITS = 1e-5  # of its extent by which a chart may be off where it touches another one
+EXACT = 1e-12  # mean angle distortion of an isometric chart: what is off by more has more than that
 SHEARED = 10.0  # times its mean angle distortion that the small one may have
 
 Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
@@ -29,8 +31,10 @@ Made = tuple[Key, Chart, Submesh]
 
 def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
     """The charts, of which small ones are parts of others of the same piece now, where that can be."""
-    area = [float(piece.measured[0].sum()) for _, _, piece in made]
     split = [len(key) > 1 for key, _, _ in made]
+    if not any(split):
+        return made
+    area = [float(piece.measured[0].sum()) for _, _, piece in made]
     whole = sum(area)
     small = [
         parted
@@ -38,18 +42,18 @@ def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
         and len(piece.topology.loops) == 1
         for parted, a, (_, _, piece) in zip(split, area, made, strict=True)
     ]
-    hosts: dict[int, list[_Host]] = {}
+    of_piece: dict[int, list[_Host]] = {}
     for i, (key, chart, piece) in enumerate(made):
         if split[i] and not small[i] and not chart.overlapping and chart.result.outcome.good:
-            hosts.setdefault(key[0], []).append(_Host(i, chart, piece))
+            of_piece.setdefault(key[0], []).append(_Host(i, chart, piece))
+    rims = {k: _Rims(hosts) for k, hosts in of_piece.items()}
     taken = set[int]()
     for i in sorted(np.flatnonzero(small).tolist(), key=lambda i: area[i]):
-        key, _, piece = made[i]
-        runs = [(run, host) for host in hosts.get(key[0], []) for run in host.runs(piece)]
-        runs.sort(key=lambda entry: -entry[0].length)
-        if any(host.takes(piece, run, most_stretch) for run, host in runs):
+        key, chart, piece = made[i]
+        runs = rims[key[0]].beside(piece) if key[0] in rims else []
+        if any(run.host.takes(piece, chart.result.uv, run, most_stretch) for run in runs):
             taken.add(i)
-    larger = {host.index: host for of_piece in hosts.values() for host in of_piece if host.guests}
+    larger = {host.index: host for hosts in of_piece.values() for host in hosts if host.guests}
     return [
         larger[i].joined(entry) if i in larger else entry for i, entry in enumerate(made) if i not in taken
     ]
@@ -59,6 +63,7 @@ def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
 class _Run:
     """Edges in a row between a small chart and a host: their vertices in both, and their length."""
 
+    host: _Host
     own: IntArray
     of_host: IntArray
     length: float
@@ -79,50 +84,31 @@ class _Host:
     def __init__(self, index: int, chart: Chart, piece: Submesh) -> None:
         self.index, self.guests = index, list[_Guest]()
         self._chart, self._piece = chart, piece
-        rim = np.concatenate([np.column_stack((loop, np.roll(loop, -1))) for loop in piece.topology.loops])
-        code = _codes(piece, rim)
-        order = np.argsort(code)
-        self._rim, self._code = rim[order], code[order]
         self._double_area = self._flat_area = float(piece.measured[0].sum())  # the map has the scale one
         self._squared = chart.quality.stretch_l2**2 * self._double_area
-        self._uv = [chart.result.uv[piece.F]]  # of the corners of all that is in the chart
+        self._corners = [chart.result.uv[piece.F]]  # of all that is in the chart
+        self._boxes = [_boxes(self._corners[0])]
 
-    def runs(self, piece: Submesh) -> list[_Run]:
-        """Where a chart of one boundary loop lies beside this one, but not all around."""
-        loop = piece.topology.loops[0]
-        code = _codes(piece, np.column_stack((np.roll(loop, -1), loop)))  # as the host goes along them
-        place = np.minimum(np.searchsorted(self._code, code), len(self._code) - 1)
-        beside = self._code[place] == code
-        end, start = self._rim[place].T
-        # edge k, from loop[k] to loop[k + 1], goes on in edge k + 1 if the host's vertex there is one
-        goes_on = beside & np.roll(beside, -1) & (end == np.roll(start, -1))
-        first = np.flatnonzero(beside & ~np.roll(goes_on, 1))
-        found = []
-        for k in first.tolist():
-            number = 1
-            while goes_on[(k + number - 1) % len(loop)]:
-                number += 1
-            edges = (k + np.arange(number)) % len(loop)
-            own, of_host = (
-                np.append(loop[edges], loop[(k + number) % len(loop)]),
-                np.append(start[edges], end[edges[-1]]),
-            )
-            length = float(np.linalg.norm(np.diff(piece.V[own], axis=0), axis=1).sum())
-            if own[0] != own[-1] and of_host[0] != of_host[-1]:
-                found.append(_Run(own, of_host, length))
-        return found
+    def rim(self) -> tuple[IntArray, IntArray]:
+        """Its boundary edges, (#E, 2), and their codes."""
+        loops = self._piece.topology.loops
+        rim = np.concatenate([np.column_stack((loop, np.roll(loop, -1))) for loop in loops])
+        return rim, _codes(self._piece, rim)
 
-    def takes(self, piece: Submesh, run: _Run, most_stretch: float) -> bool:
-        """Whether a chart has room beside this one; it is then a part of it."""
+    def takes(self, piece: Submesh, flat: FloatArray, run: _Run, most_stretch: float) -> bool:
+        """Whether a chart, and its map, has room beside this one; it is then a part of it."""
         result = self._chart.result
-        uv = _laid_out(piece, run.own, result.uv[run.of_host])
+        at = result.uv[run.of_host]
+        uv = _moved(flat, run.own, at)
+        if uv is None and self._chart.quality.angle_distortion > EXACT:  # else it would shear too much
+            uv = _laid_out(piece, run.own, at)
         if uv is None:
             return False
         double_area = signed_double_areas(complex_positions(uv), piece.topology.corner)
         if not (double_area > 0).all():
             return False
         changed = change_of(piece, uv)
-        if not changed.angle_distortion.mean() <= SHEARED * self._chart.quality.angle_distortion:
+        if not changed.angle_distortion.mean() <= max(SHEARED * self._chart.quality.angle_distortion, EXACT):
             return False
         own_area = float(changed.double_area.sum())
         share = own_area / double_area.sum()  # stretch is measured at a scale of its own: the host's is one
@@ -131,16 +117,20 @@ class _Host:
         stretch = np.sqrt(squared * flat_area) / area
         if not stretch <= min(STRETCHED * self._chart.quality.stretch_l2, most_stretch):
             return False
-        own, others = uv[piece.F], np.concatenate(self._uv)
+        own = uv[piece.F]
         low, high = own.min(axis=(0, 1)), own.max(axis=(0, 1))
-        near = ((others.min(axis=1) <= high) & (others.max(axis=1) >= low)).all(axis=1)
-        corners = np.concatenate((own, others[near])).reshape(-1, 2)
+        near = [
+            corners[((below <= high) & (above >= low)).all(axis=1)]
+            for corners, (below, above) in zip(self._corners, self._boxes, strict=True)
+        ]
+        corners = np.concatenate((own, *near)).reshape(-1, 2)
         if len(overlapping_pairs(corners, np.arange(len(corners)).reshape(-1, 3), between=True)):
             return False
         of_host = np.full(len(piece.V), -1)
         of_host[run.own] = run.of_host
         self.guests.append(_Guest(piece, uv, of_host))
-        self._uv.append(own)
+        self._corners.append(own)
+        self._boxes.append(_boxes(own))
         self._squared, self._double_area, self._flat_area = squared, area, flat_area
         return True
 
@@ -183,7 +173,67 @@ class _Host:
             repaired=np.sort(place[chart.result.repaired]),
             message=f"{chart.result.message}; {number:,} faces of small charts are joined to it",
         )
-        return key, replace(chart, faces=whole.faces, result=result, quality=quality_of(whole, flat)), whole
+        return (
+            key,
+            replace(chart, faces=whole.faces, result=result, quality=quality_of(whole, flat, overlaps=0)),
+            whole,
+        )
+
+
+class _Rims:
+    """The boundaries of some hosts, in which each edge is found by its vertices."""
+
+    def __init__(self, hosts: list[_Host]) -> None:
+        rims, codes = zip(*(host.rim() for host in hosts), strict=True)
+        of = np.repeat(np.arange(len(hosts)), [len(rim) for rim in rims])
+        code = np.concatenate(codes)
+        order = np.argsort(code)
+        self._hosts, self._of, self._code = hosts, of[order], code[order]
+        self._rim = np.concatenate(rims)[order]
+
+    def beside(self, piece: Submesh) -> list[_Run]:
+        """Where a chart of one boundary loop lies beside hosts, but not all around one; the longest first."""
+        loop = piece.topology.loops[0]
+        following = np.append(loop[1:], loop[0])
+        code = _codes(piece, np.column_stack((following, loop)))  # as the host goes along them
+        place = np.minimum(np.searchsorted(self._code, code), len(self._code) - 1)
+        beside = self._code[place] == code
+        (end, start), of = self._rim[place].T, np.where(beside, self._of[place], -1)
+        # edge k, from loop[k] to loop[k + 1], goes on in edge k + 1 if the host's vertex there is one
+        after = np.arange(1, len(loop) + 1) % len(loop)
+        goes_on = beside & (of == of[after]) & (end == start[after])
+        first = beside.copy()
+        first[after] &= ~goes_on
+        length = np.linalg.norm(piece.V[following] - piece.V[loop], axis=1)
+        found = []
+        for k in np.flatnonzero(first).tolist():
+            number = 1
+            while goes_on[(k + number - 1) % len(loop)]:
+                number += 1
+            edges = (k + np.arange(number)) % len(loop)
+            own = np.append(loop[edges], following[edges[-1]])
+            of_host = np.append(start[edges], end[edges[-1]])
+            if own[0] != own[-1] and of_host[0] != of_host[-1]:
+                found.append(_Run(self._hosts[of[k]], own, of_host, float(length[edges].sum())))
+        return sorted(found, key=lambda run: (-run.length, run.host.index))
+
+
+def _boxes(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Around each triangle."""
+    return corners.min(axis=1), corners.max(axis=1)
+
+
+def _moved(flat: FloatArray, fixed: IntArray, at: FloatArray) -> FloatArray | None:
+    """A map turned and shifted so that some vertices come to where they are to be; None if none fits."""
+    z, to = complex_positions(flat), complex_positions(at)
+    z = z - z[fixed[0]]
+    if not z[fixed[-1]]:
+        return None
+    z = (to[-1] - to[0]) / z[fixed[-1]] * z + to[0]
+    if np.abs(z[fixed] - to).max() > FITS * np.abs(z - to[0]).max():
+        return None
+    z[fixed] = to
+    return coordinates(z)
 
 
 def _codes(piece: Submesh, ends: IntArray) -> IntArray:

@@ -11,7 +11,7 @@ import numpy as np
 from scipy.sparse import csgraph
 
 from .._types import FloatArray, IntArray
-from ..surface import Submesh, connected_labels, sum_by
+from ..surface import Parts, Submesh, connected_labels, sum_by
 from .cut_graph import ClosedSurface, closed_surface, join
 
 LogScale = Callable[[ClosedSurface, IntArray, FloatArray], FloatArray]
@@ -39,6 +39,8 @@ class SmallBodies:
         self._of = connected_labels(piece.ends, piece.n)  # the body of each node
         self._n = int(self._of.max()) + 1
         self._area = sum_by(self._of, piece.area, self._n)
+        self._by_body = np.argsort(self._of, kind="stable")
+        self._nodes = Parts(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
     def seams(self, trade: float, holes: bool, leaves: int, in_vain: int) -> IntArray:
         """Edges to cut all of them along, by the caller's vertices; parameters as `_grow` has them."""
@@ -79,6 +81,10 @@ class SmallBodies:
         best, least = np.zeros(self._n, dtype=np.int64), np.full(self._n, np.inf)
         in_vain, growing = np.zeros(self._n, dtype=np.int64), np.ones(self._n, dtype=bool)
         for leaf in range(leaves):
+            # no stretch is less than 1: beyond this length, no seam costs less than the best one
+            growing &= 1 + self._length(seam) / trade < least
+            if not growing.any():
+                break
             open_nodes = self._open_nodes(seam)
             u = self._log_scale(piece, open_nodes, piece.curvature)
             cost = self._cost(seam, u, trade)
@@ -110,17 +116,20 @@ class SmallBodies:
                 return tree
             tree = tree[~drop]
 
-    def _cheaper(self, seam: IntArray, cost: FloatArray, other: IntArray, trade: float) -> IntArray:
-        """For each body the one of two seams that costs less."""
-        u = self._log_scale(self.piece, self._open_nodes(other), self.piece.curvature)
-        better = self._cost(other, u, trade) < cost
-        return np.concatenate((seam[~better[self._body(seam)]], other[better[self._body(other)]]))
+    def _cheaper(self, seam: IntArray, cost: FloatArray, net: IntArray, trade: float) -> IntArray:
+        """For each body the seam, or the net, which leaves nothing to be stretched, if that costs less."""
+        better = 1 + self._length(net) / trade < cost
+        return np.concatenate((seam[~better[self._body(seam)]], net[better[self._body(net)]]))
 
     def _cost(self, seam: IntArray, u: FloatArray, trade: float) -> FloatArray:
         """The L2 stretch to expect of each body, and its seam's length by what that is worth."""
-        length = np.bincount(self._body(seam), self.piece.length[seam], self._n) / np.sqrt(self._area)
         shrunk, grown = (sum_by(self._of, self.piece.area * np.exp(k * u), self._n) for k in (-2, 2))
-        return np.asarray(np.sqrt(shrunk * grown) / self._area + length / trade)
+        return np.asarray(np.sqrt(shrunk * grown) / self._area + self._length(seam) / trade)
+
+    def _length(self, seam: IntArray) -> FloatArray:
+        """Of each body's seam, in units of the square root of its area."""
+        length = np.bincount(self._body(seam), self.piece.length[seam], self._n)
+        return np.asarray(length / np.sqrt(self._area))
 
     def _open_nodes(self, seam: IntArray) -> IntArray:
         return np.union1d(self.piece.ends[seam], np.arange(self.piece.holes))
@@ -131,6 +140,7 @@ class SmallBodies:
 
     def _least(self, values: FloatArray) -> IntArray:
         """The node of each body with the least value, the first of equal ones."""
-        order = np.lexsort((values, self._of))
-        first = np.searchsorted(self._of[order], np.arange(self._n))
-        return np.asarray(order[first], dtype=np.int64)
+        values = values[self._by_body]
+        least = np.flatnonzero(values == self._nodes.spread(self._nodes.min(values)))
+        first = np.searchsorted(least, self._nodes.start[:-1])
+        return np.asarray(self._by_body[least[first]], dtype=np.int64)

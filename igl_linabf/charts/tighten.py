@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
+from ..kernels import nearest_sources
 from .branches import Steps, in_groups, longest, replaced, steps_along
 from .cut_graph import SHORTER, ClosedSurface, shape
 
@@ -26,9 +25,9 @@ class _Corridor:
         self._place = np.full(piece.n, -1)
         self._place[self._nodes] = np.arange(len(self._nodes))
         self._graph = piece.graph[self._nodes][:, self._nodes]
-        self._row = np.repeat(np.arange(len(self._nodes)), np.diff(self._graph.indptr))
+        row = np.repeat(np.arange(len(self._nodes)), np.diff(self._graph.indptr))
         self._length = piece.length * piece.valley
-        edge = piece.between(self._nodes[self._row], self._nodes[self._graph.indices])
+        edge = piece.between(self._nodes[row], self._nodes[self._graph.indices])
         self._graph.data = self._length[edge]
 
     def accepts(self, moved: IntArray) -> bool:
@@ -39,20 +38,17 @@ class _Corridor:
         """Their length, less in valleys."""
         return float(self._length[edges].sum())
 
-    def search(self, source: int, barred: set[int], limit: float) -> tuple[FloatArray, IntArray]:
-        """Distances from a node, and the nodes before, up to `limit`; barred nodes are not passed."""
-        passed = np.ones(len(self._nodes), dtype=bool)
-        passed[self._place[np.fromiter(barred, dtype=np.int64, count=len(barred))]] = False
-        start = int(self._place[source])
-        passed[start] = True
-        graph = self._graph
-        data = np.where(passed[self._row], graph.data, np.inf)
-        open_ = sparse.csr_array((data, graph.indices, graph.indptr), shape=graph.shape)
-        distance, before = csgraph.dijkstra(
-            open_, indices=start, limit=limit * (1 + 1e-9), return_predecessors=True
-        )
-        distance[~passed] = np.inf
-        return distance, before
+    def closed_at(self, nodes: IntArray) -> BoolArray:
+        """A mask of the corridor's nodes: these are not passed."""
+        closed = np.zeros(len(self._nodes), dtype=bool)
+        closed[self._place[nodes]] = True
+        return closed
+
+    def search(self, source: int, closed: BoolArray, limit: float) -> tuple[FloatArray, IntArray]:
+        """Distances from a node, by its place, and the nodes before, up to `limit`."""
+        passed, graph, limit = ~closed, self._graph, limit * (1 + 1e-9)
+        passed[source] = True
+        return nearest_sources(graph.indptr, graph.indices, graph.data, np.array([source]), passed, limit)[:2]
 
     def way(self, before: IntArray, end: int) -> list[int]:
         """The nodes from an end, by its place in the corridor, back to the source."""
@@ -62,8 +58,8 @@ class _Corridor:
             end = int(before[end])
         return [int(node) for node in self._nodes[nodes]]
 
-    def place(self, node: int) -> int:
-        return int(self._place[node])
+    def places(self, nodes: list[int]) -> IntArray:
+        return self._place[nodes]
 
 
 def tightened(
@@ -95,17 +91,20 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
     piece = corridor.piece
 
     def moved(arcs: list[Arc], seam: IntArray) -> IntArray | None:
-        barred, old = set(piece.ends[seam].ravel().tolist()), seam
+        closed, old = corridor.closed_at(piece.ends[seam]), seam
         for edges, nodes in arcs:
-            length = corridor.total(np.array(edges))
-            barred.difference_update(nodes[1:])
-            _, before = corridor.search(nodes[0], barred, length)
-            way = corridor.way(before, corridor.place(nodes[-1]))
+            length, places = corridor.total(np.array(edges)), corridor.places(nodes)
+            closed[places[1:]] = False
+            _, before = corridor.search(int(places[0]), closed, length)
+            way = corridor.way(before, int(places[-1]))
             if len(way) > 1:
                 new = piece.between(np.array(way[:-1]), np.array(way[1:]))
                 if corridor.total(new) < length * SHORTER:
-                    seam, nodes = np.concatenate((np.setdiff1d(seam, edges), new)), way
-            barred.update(nodes)
+                    seam, places = (
+                        np.concatenate((piece.without(seam, np.array(edges)), new)),
+                        corridor.places(way),
+                    )
+            closed[places] = True
         return seam if seam is old or corridor.accepts(seam) else None
 
     arcs = [arc for arc in _arcs(piece, seam, fixed) if arc[1][0] != arc[1][-1] and len(arc[0]) > 1]
@@ -130,15 +129,17 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
             if len({*tips, branch}) < 4:
                 continue
             own = np.array([edge for edges, _ in arms for edge in edges])
-            barred = set(steps).difference(*(nodes[:-1] for _, nodes in arms))
+            closed = corridor.closed_at(np.fromiter(steps, dtype=np.int64, count=len(steps)))
+            for _, nodes in arms:
+                closed[corridor.places(nodes[:-1])] = False
             length = corridor.total(own)
-            searches = [corridor.search(tip, barred, length) for tip in tips]
+            searches = [corridor.search(tip, closed, length) for tip in corridor.places(tips).tolist()]
             total = np.sum([distance for distance, _ in searches], axis=0)
             centre = int(np.argmin(total))
             if total[centre] < length * SHORTER:
                 ways = [np.array(corridor.way(before, centre)) for _, before in searches]
                 new = np.concatenate([piece.between(way[:-1], way[1:]) for way in ways])
-                seam = np.concatenate((np.setdiff1d(seam, own), new))
+                seam = np.concatenate((piece.without(seam, own), new))
                 replaced(piece, steps, own, new)
         return seam if seam is old or corridor.accepts(seam) else None
 

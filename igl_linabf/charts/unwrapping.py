@@ -9,10 +9,19 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import Progress, part, reporting
+from .._types import FloatArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, stack_level
 from ..flattening import Method, method_of
-from ..measures import quality_of
-from ..surface import Submesh, as_it_is, cleaned_surface, face_components
+from ..measures import Quality, quality_of
+from ..surface import (
+    Parts,
+    Submesh,
+    as_it_is,
+    cleaned_surface,
+    complex_positions,
+    face_components,
+    signed_double_areas,
+)
 from .atlas import Atlas, Chart
 from .charting import CHARTS_END, SEAMS_END, Task, charts_of, pieces_of
 from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
@@ -246,11 +255,14 @@ def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> 
         wish = replace(wish, spacing=closer)
     placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], wish)
     pages = np.array([p.page for p in placed])
-    FTC, label, base = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64), 0
-    for i, (_, piece) in enumerate(done):
-        rows = np.searchsorted(surface.faces, piece.faces)
-        FTC[rows], label[rows] = piece.F + base, i
-        base += len(piece.V)
+    FTC, label = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64)
+    vertices, faces = (
+        Parts.of_sizes([len(rows) for rows in table])
+        for table in ([piece.V for _, piece in done], [piece.F for _, piece in done])
+    )
+    rows = np.searchsorted(surface.faces, np.concatenate([piece.faces for _, piece in done]))
+    FTC[rows] = np.concatenate([piece.F for _, piece in done]) + faces.spread(vertices.start[:-1])[:, None]
+    label[rows] = faces.spread(np.arange(len(done)))
     TC, origin = np.concatenate([p.uv for p in placed]), np.concatenate([piece.vertices for _, piece in done])
     V = np.concatenate([piece.V for _, piece in done])
     overlaps = sum(chart.overlapping for chart, _ in done)  # in their places, charts are what they were
@@ -268,5 +280,13 @@ def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> 
         fill=sum(p.area for p in placed) / (int(pages.max()) + 1),
         page=pages,
         scale=abs(placed[0].ratio),
-        quality=quality_of(Submesh(V, FTC, surface.faces, origin, surface.n_given), TC, overlaps),
+        quality=_quality(Submesh(V, FTC, surface.faces, origin, surface.n_given), TC, done, overlaps),
     )
+
+
+def _quality(surface: Submesh, TC: FloatArray, done: list[tuple[Chart, Submesh]], overlaps: int) -> Quality:
+    """Of all charts on their pages; that of a single chart is known, but for faces that have collapsed."""
+    if len(done) > 1:
+        return quality_of(surface, TC, overlaps)
+    flips = ~(signed_double_areas(complex_positions(TC), surface.F.T) > 0)
+    return replace(done[0][0].quality, flips=int(np.count_nonzero(flips)))

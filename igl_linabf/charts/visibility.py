@@ -13,6 +13,7 @@ from scipy import sparse
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
+from ..kernels import entries
 from ..surface import Submesh
 
 REACH = 0.02  # times the square root of the area: how far values are smoothed
@@ -70,17 +71,18 @@ class Smoothing:
 
     def __init__(self, component: Submesh, edges: IntArray, length: FloatArray, size: float) -> None:
         n = len(component.V)
-        i, j = edges.T
-        around = sparse.csr_array((np.ones(2 * len(i)), (np.append(i, j), np.append(j, i))), shape=(n, n))
-        around = (around + sparse.eye_array(n)).tocsr()
-        self._average = sparse.diags_array(1 / around.sum(axis=1)) @ around
+        indptr, indices, _ = entries(edges.T, n)
+        upper = sparse.csr_array((np.ones(len(indices)), indices, indptr), shape=(n, n))
+        self._around = (upper + upper.T.tocsr()).tocsr()
+        self._around.data[:] = 1  # on the diagonal, too
+        self._number = self._around.sum(axis=1)
         step = float(np.median(length)) if len(length) else size
         self._steps = int(np.clip(round((REACH * size / step) ** 2), 1, MAX_STEPS))
 
     def of(self, values: NDArray[Any]) -> FloatArray:
         """Smoothed values of the vertices."""
         for _ in range(self._steps):
-            values = self._average @ values
+            values = self._around @ values / self._number
         return np.asarray(values)
 
 
@@ -94,18 +96,16 @@ def valleys(
 ) -> FloatArray:
     """What a seam's length is multiplied by at each edge: less than 1 in concave valleys."""
     n, double_area = len(component.V), component.measured[0]
-    ends = edges.ravel()
-    turned = np.bincount(ends, np.repeat(bend * length / 2, 2), minlength=n)
+    half = bend * length / 2
+    turned = np.bincount(edges[:, 0], half, minlength=n) + np.bincount(edges[:, 1], half, minlength=n)
     area = np.bincount(component.F.T.ravel(), np.tile(double_area / 6, 3), minlength=n)
     depth = np.maximum(-smoothing.of(turned) / smoothing.of(area) * size, 0)
-    depth = depth[edges].mean(axis=1)
+    depth = (depth[edges[:, 0]] + depth[edges[:, 1]]) / 2
     return np.asarray(1 - VALLEY_DISCOUNT * depth / (depth + VALLEY))
 
 
-def shown(component: Submesh, edges: IntArray, hidden: FloatArray | None, smoothing: Smoothing) -> FloatArray:
-    """What a seam's length is multiplied by at each edge where `hidden` is given for the caller's faces."""
-    if hidden is None:
-        return np.ones(len(edges))
+def shown(component: Submesh, edges: IntArray, hidden: FloatArray, smoothing: Smoothing) -> FloatArray:
+    """What a seam's length is multiplied by at each edge, as `hidden` says of the caller's faces."""
     n, double_area = len(component.V), component.measured[0]
     corner = component.F.T.ravel()
     area = np.bincount(corner, np.tile(double_area, 3), minlength=n)

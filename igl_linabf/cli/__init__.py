@@ -4,5 +4,3 @@ In: a command line. Out: files, text on stdout, one line on stderr for each warn
 """
 
 from .entry import main
-
-__all__ = ["main"]

@@ -12,15 +12,15 @@ from ..charts import Atlas
 from ..errors import MeshError
 from ..io import WITH_IMAGES, MeshFile
 from ..textures import bake
-from .commands import Argument
+from .arguments import choice
 
 RESOLUTION = 2048  # if none is asked for
-BAKE: Argument = {
-    "choices": ("colors", "normals", "position"),
-    "help": f"bake a texture of --resolution texels ({RESOLUTION}) into a GLB, glTF or 3MF file, or beside "
+BAKE = choice(
+    ("colors", "normals", "position"),
+    help=f"bake a texture of --resolution texels ({RESOLUTION}) into a GLB, glTF or 3MF file, or beside "
     "an OBJ: the colours of the vertices, normals in the object's space (127.5 (n + 1)), or positions in the "
     "bounding cube",
-}
+)
 
 
 def check_bake(kind: str | None, mesh: MeshFile, output: Path, pages: int | None) -> None:

@@ -6,9 +6,8 @@ import argparse
 
 from ..batch_runs import batch
 from ..io import SUFFIXES
-from .commands import BOUNDARY, CONES, GOOD, METHOD, NOT_VALID, Command, count_of_cones
-from .packing import PACKING
-from .unwrapping import BIJECTIVE, HOLES, TRADED
+from .arguments import choice, shared, switch, value
+from .commands import GOOD, NOT_VALID, Command, count_of_cones
 
 
 def _batch(options: argparse.Namespace) -> int:
@@ -25,35 +24,24 @@ BATCH = Command(
     _batch,
     "unwrap many files on all cores or a cluster; started again, go on",
     {
-        "inputs": {
-            "metavar": "IN",
-            "nargs": "+",
-            "help": "mesh files, folders of them, globs in quotes, URLs",
-        },
-        "folder": {
-            "metavar": "OUT",
-            "required": True,
-            "help": "folder of the maps and of results.csv; a batch that was stopped goes on there",
-        },
-        "workers": {"metavar": "N", "type": int, "help": "processes on this machine (default: one a core)"},
-        "scheduler": {"metavar": "ADDRESS", "help": "use the workers of this Dask scheduler instead"},
-        "how": {
-            "choices": ("unwrap", "flatten"),
-            "default": "unwrap",
-            "help": "with seams, or disks as they are (default: %(default)s)",
-        },
-        "method": METHOD,
-        "format": {"choices": [suffix[1:] for suffix in SUFFIXES], "default": "obj", "help": "of the maps"},
-        "memory": {"metavar": "SIZE", "help": "what one mesh may take, like 2GiB"},
-        "trade": TRADED,
-        "holes": HOLES,
-        "bijective": BIJECTIVE,
-        "boundary": BOUNDARY,
-        "cones": CONES,
-        "cone-angles": {"choices": ("quarter",), "help": "in quarter turns (default: of one scale)"},
-        "resolution": PACKING["resolution"],
-        "padding": PACKING["padding"],
-        "retry": {"action": "store_true", "help": "do again what died, ran out of memory or failed before"},
+        "inputs": value("IN", "mesh files, folders of them, globs in quotes, URLs", nargs="+"),
+        "folder": value(
+            "OUT",
+            "folder of the maps and of results.csv; a batch that was stopped goes on there",
+            required=True,
+        ),
+        "workers": value("N", "processes on this machine (default: one a core)", int),
+        "scheduler": value("ADDRESS", "use the workers of this Dask scheduler instead"),
+        "how": choice(
+            ("unwrap", "flatten"), "unwrap", "with seams, or disks as they are (default: %(default)s)"
+        ),
+        **shared("method"),
+        "format": choice((suffix[1:] for suffix in SUFFIXES), "obj", "of the maps"),
+        "memory": value("SIZE", "what one mesh may take, like 2GiB"),
+        **shared("trade", "holes", "bijective", "boundary", "cones"),
+        "cone-angles": choice(("quarter",), help="in quarter turns (default: of one scale)"),
+        **shared("resolution", "padding"),
+        "retry": switch("do again what died, ran out of memory or failed before"),
     },
     "Unwrap many files, with Dask. Exit code 1: done, but not every mesh has a map without flips and "
     "overlaps; results.csv says which and why.",

@@ -5,60 +5,13 @@ from __future__ import annotations
 import argparse
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from pathlib import Path
-from typing import Any, Literal, get_args
+from typing import Any, Literal
 
-from ..flattening import METHODS, BoundaryName, Method
+from ..flattening import METHODS, Method
+from .arguments import Argument
 
 GOOD, NOT_VALID, ERROR = 0, 1, 2
 STANDARD = "-"  # input or output
-
-Argument = Mapping[str, Any]
-"""What `argparse.ArgumentParser.add_argument` takes, the flags aside."""
-
-MESHES: Argument = {
-    "metavar": "MESH",
-    "nargs": "+",
-    "help": "files (OBJ, PLY, GLB, STL, ...), patterns of them in quotes, or - for standard input",
-}
-JSON: Argument = {
-    "action": "store_true",
-    "help": "print every figure as JSON, a line a mesh, instead of tables",
-}
-QUIET: Argument = {"action": "store_true", "help": "print no tables and show no progress"}
-MESH: Argument = {
-    "metavar": "MESH",
-    "type": Path,
-    "help": "OBJ, OFF, PLY, STL, GLB, glTF, 3MF, GIFTI, FreeSurfer or VTP file",
-}
-OUTPUT = (
-    "OBJ, PLY, GLB, glTF, 3MF, VTP, GIFTI or FreeSurfer (.surf, .flat) file, or a folder that exists, or - "
-    "for standard output"
-)
-METHOD: Argument = {"choices": sorted(METHODS), "default": "linabf"}
-WEIGHT: Argument = {
-    "metavar": "W",
-    "type": float,
-    "help": "of areas against angles, for the method isometric: 0 (angles) to 8 (areas); default: 1.5",
-}
-PICTURE: Argument = {"metavar": "OUT.png", "type": Path, "help": "checkerboard picture to write"}
-
-BOUNDARY: Argument = {
-    "choices": get_args(BoundaryName),
-    "default": "free",
-    "help": "shape of the map's boundary, for linabf and abf (circles: holes as well; default: free)",
-}
-CONES: Argument = {
-    "metavar": "N",
-    "help": "leave the curvature at so many vertices of each component, or at auto: as many as pay",
-}
-CORNERS: Argument = {
-    "metavar": "VERTEX",
-    "type": int,
-    "nargs": 4,
-    "help": "boundary vertices at the corners of the rectangle (default: where it turns most)",
-}
-
 
 Run = Callable[[argparse.Namespace], int]
 

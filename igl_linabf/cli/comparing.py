@@ -6,7 +6,8 @@ import argparse
 
 from .._runtime import part
 from ..flattening import METHODS, compare
-from .commands import BOUNDARY, CORNERS, GOOD, JSON, MESHES, PICTURE, QUIET, Command
+from .arguments import shared, value
+from .commands import GOOD, Command
 from .jobs import COMPUTED, given_mesh
 from .outputs import check_outputs, hand_out
 
@@ -28,22 +29,15 @@ COMPARE = Command(
     _compare,
     "flatten a mesh by several methods, and print their quality and time side by side",
     {
-        "mesh": MESHES,
-        "methods": {
-            "default": "lscm,linabf,abf",
-            "help": f"some of {', '.join(METHODS)}, separated by commas (default: %(default)s)",
-        },
-        "boundary": BOUNDARY,
-        "corners": CORNERS,
-        "picture": PICTURE,
-        "repeat": {
-            "metavar": "N",
-            "type": int,
-            "default": 3,
-            "help": "timed runs of each (default: 3)",
-        },
-        "json": JSON,
-        "quiet": QUIET,
+        **shared("mesh"),
+        "methods": value(
+            "METHODS",
+            f"some of {', '.join(METHODS)}, separated by commas (default: %(default)s)",
+            default="lscm,linabf,abf",
+        ),
+        **shared("boundary", "corners", "picture"),
+        "repeat": value("N", "timed runs of each (default: 3)", int, 3),
+        **shared("json", "quiet"),
     },
     "Compare methods on a disk, with or without holes: distortion, flips, time relative to igl.lscm.",
     (

@@ -3,31 +3,16 @@
 from __future__ import annotations
 
 import argparse
-import sys
 from functools import partial
-from pathlib import Path
 
 from .._runtime import part
 from ..flattening import flatten
 from ..io import SUFFIXES, unit_square, written
 from ..measures import quality
-from .commands import (
-    BOUNDARY,
-    CORNERS,
-    GOOD,
-    JSON,
-    MESHES,
-    METHOD,
-    NOT_VALID,
-    OUTPUT,
-    PICTURE,
-    QUIET,
-    WEIGHT,
-    Command,
-    method_with,
-)
+from .arguments import choice, shared, value
+from .commands import GOOD, Command, method_with
 from .jobs import COMPUTED, given_mesh
-from .outputs import check_outputs, hand_out
+from .outputs import check_outputs, hand_out, judged
 
 
 def _flatten(options: argparse.Namespace) -> int:
@@ -46,16 +31,14 @@ def _flatten(options: argparse.Namespace) -> int:
     figures = {"quality": measured, "result": result}
     hand_out(options, f"{measured}\n\n{result}", figures, pictured, partial(written, mesh=mesh, TC=uv))
     if not result.outcome.good:
-        print(f"igl-linabf: {options.of}{result.message}", file=sys.stderr)
-        return NOT_VALID
-    if measured.flips > len(result.flipped):
-        print(
-            f"igl-linabf: {options.of}{measured.flips} triangles flip by rounding when the map is scaled to "
-            "the unit square: its scale varies too much; use --units mesh, or unwrap the mesh",
-            file=sys.stderr,
-        )
-        return NOT_VALID
-    return GOOD
+        return judged(options, False, [result.message])
+    if measured.flips <= len(result.flipped):
+        return GOOD
+    message = (
+        f"{measured.flips} triangles flip by rounding when the map is scaled to the unit square: its scale "
+        "varies too much; use --units mesh, or unwrap the mesh"
+    )
+    return judged(options, False, [message])
 
 
 def _iterations(text: str) -> int | str:
@@ -70,33 +53,22 @@ FLATTEN = Command(
     _flatten,
     "flatten a disk, with or without holes; write it with texture coordinates, print the quality",
     {
-        "mesh": MESHES,
-        "output": {
-            "metavar": "OUT",
-            "type": Path,
-            "required": True,
-            "help": OUTPUT,
-        },
-        "picture": PICTURE,
-        "method": METHOD,
-        "iterations": {"metavar": "N", "default": "auto", "help": "number of iterations, or auto"},
-        "layout": {"choices": ("auto", "boundary", "least-squares", "greedy"), "default": "auto"},
-        "outer": {"metavar": "VERTEX", "type": int, "help": "a vertex of the outer boundary loop"},
-        "boundary": BOUNDARY,
-        "corners": CORNERS,
-        "solver": {"choices": ("auto", "cholmod", "multigrid", "direct"), "default": "auto"},
-        "guarantee": {
-            "choices": ("injective",),
-            "help": "if triangles flip, run a last stage that leaves none flipped",
-        },
-        "weight": WEIGHT,
-        "units": {
-            "choices": ("square", "mesh"),
-            "default": "square",
-            "help": "scale of the texture coordinates: the unit square, or the mesh's units of length",
-        },
-        "json": JSON,
-        "quiet": QUIET,
+        **shared("mesh", "output", "picture", "method"),
+        "iterations": value("N", "number of iterations, or auto", default="auto"),
+        "layout": choice(("auto", "boundary", "least-squares", "greedy"), "auto"),
+        "outer": value("VERTEX", "a vertex of the outer boundary loop", int),
+        **shared("boundary", "corners"),
+        "solver": choice(("auto", "cholmod", "multigrid", "direct"), "auto"),
+        "guarantee": choice(
+            ("injective",), help="if triangles flip, run a last stage that leaves none flipped"
+        ),
+        **shared("weight"),
+        "units": choice(
+            ("square", "mesh"),
+            "square",
+            "scale of the texture coordinates: the unit square, or the mesh's units of length",
+        ),
+        **shared("json", "quiet"),
     },
     "Flatten a disk, with or without holes. Exit code 1: written, but with flipped triangles.",
     (

@@ -7,7 +7,7 @@ import contextlib
 import os
 import sys
 import warnings
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -16,7 +16,7 @@ from .._runtime import part
 from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, stack_level
 from ..io import replacing
-from .commands import STANDARD
+from .commands import GOOD, NOT_VALID, STANDARD
 from .plain_data import as_json
 
 WRITTEN = 0.9  # of the whole, where a picture follows
@@ -33,6 +33,13 @@ def check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] =
             raise OSError(None, "the folder is missing or cannot be written to", str(path.parent))
     if png is not None:
         from .. import plot  # noqa: F401  # says how to get pyvista where it is missing
+
+
+def judged(options: argparse.Namespace, good: bool, troubles: Iterable[str]) -> int:
+    """Say what is wrong with a map that is written; the exit code."""
+    for message in troubles:
+        print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
+    return GOOD if good else NOT_VALID
 
 
 def hand_out(

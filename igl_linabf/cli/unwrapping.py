@@ -3,49 +3,23 @@
 from __future__ import annotations
 
 import argparse
-import sys
 import warnings
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .._runtime import part
-from .._types import IntArray
-from ..charts import TRADE, texture_sides, unwrap
+from ..charts import texture_sides, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..io import SUFFIXES, written
+from .arguments import format_of, shared, switch, value
 from .baking import BAKE, RESOLUTION, baked, check_bake
-from .commands import (
-    GOOD,
-    JSON,
-    MESHES,
-    METHOD,
-    NOT_VALID,
-    OUTPUT,
-    PICTURE,
-    QUIET,
-    WEIGHT,
-    Argument,
-    Command,
-    method_with,
-)
+from .commands import Command, method_with
 from .jobs import COMPUTED, given_mesh
-from .outputs import check_outputs, hand_out
-from .packing import NAMES, PACKING
+from .outputs import check_outputs, hand_out, judged
 
-TRADED: Argument = {
-    "type": float,
-    "default": TRADE,
-    "help": "larger: longer seams for less stretch; 0: shortest seams (default: %(default)s)",
-}
-HOLES: Argument = {"action": "store_true", "help": "leave holes uncut"}
 BAKED = 0.9  # of the whole: the bar when the texture is baked
-BIJECTIVE: Argument = {
-    "action": "store_true",
-    "help": "move overlapping parts apart instead of splitting charts",
-}
 
 
 def _unwrap(options: argparse.Namespace) -> int:
@@ -64,17 +38,18 @@ def _unwrap(options: argparse.Namespace) -> int:
             )
         seams = texture_sides(V, F, mesh.TC, mesh.FTC)
     elif options.seams != "auto":
-        seams = _pairs(options.seams)
+        seams = _table(options.seams, np.int64, "integers: write two vertices on each line")
     cones = options.cones
     if cones is not None and cones != "auto":
-        cones = int(cones) if cones.isdecimal() else _vertices(cones)
+        lines = "integers: write one vertex on each line"
+        cones = int(cones) if cones.isdecimal() else _table(cones, np.int64, lines).ravel()
     angles = options.cone_angles
     if angles is not None and angles != "quarter":
-        angles = np.deg2rad(
-            _table(angles, np.float64, "numbers: write one angle in degrees on each line").ravel()
-        )
+        lines = "numbers: write one angle in degrees on each line"
+        angles = np.deg2rad(_table(angles, np.float64, lines).ravel())
     names = ("trade", "holes", "bijective", "max_stretch", "complete", "hide", "weld", "strict", "period")
-    settings = {name: getattr(options, name) for name in (*names, *NAMES)}
+    packing = ("resolution", "padding", "texel_density", "pages")
+    settings = {name: getattr(options, name) for name in (*names, *packing)}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         with part("unwrapping", COMPUTED):
@@ -85,15 +60,7 @@ def _unwrap(options: argparse.Namespace) -> int:
         image = baked(options.bake, mesh, atlas, options.resolution) if options.bake else None
     write = partial(written, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC, image=image)
     hand_out(options, str(atlas), figures, pictured, write)
-    for message in atlas.troubles:
-        print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
-    return GOOD if atlas.good else NOT_VALID
-
-
-def _pairs(path: str) -> IntArray:
-    """The vertex pairs in a text file."""
-    pairs: IntArray = _table(path, np.int64, "integers: write two vertices on each line")
-    return pairs.reshape(-1, 2) if pairs.size == 0 else pairs
+    return judged(options, atlas.good, atlas.troubles)
 
 
 def direction(text: str) -> list[float]:
@@ -104,18 +71,15 @@ def direction(text: str) -> list[float]:
     return numbers
 
 
-def _vertices(path: str) -> IntArray:
-    """The vertices in a text file."""
-    return np.asarray(_table(path, np.int64, "integers: write one vertex on each line").ravel())
-
-
 def _table(path: str, kind: type, what: str) -> Any:
+    """The rows of a text file; of an empty one (0, 2)."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # numpy's, of an empty file
         try:
-            return np.loadtxt(path, dtype=kind, ndmin=2)
+            table: Any = np.loadtxt(path, dtype=kind, ndmin=2)
         except ValueError:
             raise MeshError(f"{path} is no table of {what}") from None
+    return table if table.size else table.reshape(0, 2)
 
 
 UNWRAP = Command(
@@ -123,66 +87,49 @@ UNWRAP = Command(
     _unwrap,
     "cut any surface into charts, flatten them without overlaps, pack them, and write the atlas",
     {
-        "mesh": MESHES,
-        "output": {
-            "metavar": "OUT",
-            "type": Path,
-            "required": True,
-            "help": OUTPUT,
-        },
-        "format": {
-            "choices": [suffix[1:] for suffix in SUFFIXES],
-            "default": "obj",
-            "help": "of files in a folder and of standard output (default: %(default)s)",
-        },
-        "picture": PICTURE,
-        "seams": {
-            "default": "auto",
-            "help": "auto, uv (seams of the file's texture coordinates), or a file of vertex pairs from 0",
-        },
-        "cones": {
-            "metavar": "N",
-            "help": "leave the curvature at so many vertices, at auto (as many as pay), or at those in a "
+        **shared("mesh", "output"),
+        "format": format_of(SUFFIXES, "obj"),
+        **shared("picture"),
+        "seams": value(
+            "SEAMS",
+            "auto, uv (seams of the file's texture coordinates), or a file of vertex pairs from 0",
+            default="auto",
+        ),
+        "cones": value(
+            "N",
+            "leave the curvature at so many vertices, at auto (as many as pay), or at those in a "
             "file, from 0: both sides of the seams through them match",
-        },
-        "cone-angles": {
-            "metavar": "ANGLES",
-            "help": "quarter (turns), or a file of their angle sums in degrees (default: of one scale)",
-        },
-        "period": {
-            "type": float,
-            "metavar": "SHARE",
-            "help": "of a texture, as a share of the page's side: it goes on across seams of quarter turns",
-        },
-        "complete": {"action": "store_true", "help": "find the seams that the given ones leave missing"},
-        "trade": TRADED,
-        "max-stretch": {
-            "type": float,
-            "metavar": "L2",
-            "help": "cut charts until their L2 stretch is at most this",
-        },
-        "hide": {
-            "type": direction,
-            "metavar": "X,Y,Z",
-            "help": "where seams may lie: the direction in which the back or underside looks (--hide=0,-1,0)",
-        },
-        "holes": HOLES,
-        "bijective": BIJECTIVE,
-        "weld": {
-            "type": float,
-            "metavar": "DISTANCE",
-            "help": "make vertices one that are this near; 0: those in one place (as is done for soups)",
-        },
-        "strict": {
-            "action": "store_true",
-            "help": "refuse a mesh that is no clean manifold, do not repair it",
-        },
-        **PACKING,
+        ),
+        "cone-angles": value(
+            "ANGLES", "quarter (turns), or a file of their angle sums in degrees (default: of one scale)"
+        ),
+        "period": value(
+            "SHARE",
+            "of a texture, as a share of the page's side: it goes on across seams of quarter turns",
+            float,
+        ),
+        "complete": switch("find the seams that the given ones leave missing"),
+        **shared("trade"),
+        "max-stretch": value("L2", "cut charts until their L2 stretch is at most this", float),
+        "hide": value(
+            "X,Y,Z",
+            "where seams may lie: the direction in which the back or underside looks (--hide=0,-1,0)",
+            direction,
+        ),
+        **shared("holes", "bijective"),
+        "weld": value(
+            "DISTANCE",
+            "make vertices one that are this near; 0: those in one place (as is done for soups)",
+            float,
+        ),
+        "strict": switch("refuse a mesh that is no clean manifold, do not repair it"),
+        **shared("resolution", "padding"),
+        "texel-density": value(
+            "TEXELS", "texels per unit of length (default: as many as the pages hold)", float
+        ),
+        "pages": value("N", "pages, as UDIM tiles (default: 1, or what it takes)", int),
         "bake": BAKE,
-        "method": METHOD,
-        "json": JSON,
-        "quiet": QUIET,
-        "weight": WEIGHT,
+        **shared("method", "json", "quiet", "weight"),
     },
     "Unwrap any triangles. Exit code 1: written, but with flips, overlaps, or stretch beyond use.",
     (

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import argparse
+from pathlib import Path
 
 from ..io import read_mesh, replacing
 from ..measures import MEASURES
-from .commands import BOUNDARY, CONES, GOOD, MESH, METHOD, PICTURE, Command, count_of_cones
+from .arguments import choice, shared, value
+from .commands import GOOD, Command, count_of_cones
 from .outputs import check_outputs
 
 
@@ -32,18 +34,11 @@ VIEW = Command(
     _view,
     "open a window with the surface and its flat map side by side",
     {
-        "mesh": MESH,
-        "method": METHOD,
-        "boundary": BOUNDARY,
-        "cones": CONES,
-        "measure": {"choices": MEASURES, "help": "distortion to show instead of the checkerboard"},
-        "frequency": {
-            "metavar": "N",
-            "type": float,
-            "default": 30.0,
-            "help": "checkerboard squares along the map",
-        },
-        "screenshot": {**PICTURE, "help": "write a picture instead of opening a window"},
+        "mesh": value("MESH", "OBJ, OFF, PLY, STL, GLB, glTF, 3MF, GIFTI, FreeSurfer or VTP file", Path),
+        **shared("method", "boundary", "cones"),
+        "measure": choice(MEASURES, help="distortion to show instead of the checkerboard"),
+        "frequency": value("N", "checkerboard squares along the map", float, 30.0),
+        "screenshot": value("OUT.png", "write a picture instead of opening a window", Path),
     },
     "Show any surface beside its flat map. In the window, h lists the keys.",
     (

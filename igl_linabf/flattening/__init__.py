@@ -18,6 +18,7 @@ from .methods import (
     LinABF,
     Method,
     OneStepABFpp,
+    Sketch,
     guaranteed,
     method_of,
 )
@@ -25,39 +26,3 @@ from .result import Flattening, Hole, Outcome, Residuals, Rung, Status
 from .shapes import BoundaryName
 from .verbs import abf, flatten, linabf, linabf_angles, lscm
 from .with_cones import flatten_with_cones
-
-__all__ = [
-    "ABF",
-    "DNCP",
-    "LSCM",
-    "METHODS",
-    "SCP",
-    "BoundaryName",
-    "Comparison",
-    "Entry",
-    "Flattener",
-    "Flattening",
-    "Hole",
-    "Isometric",
-    "LinABF",
-    "Method",
-    "OneStepABFpp",
-    "Outcome",
-    "Residuals",
-    "Rung",
-    "Status",
-    "abf",
-    "bare_lscm",
-    "compare",
-    "far_pins",
-    "flatten",
-    "flatten_many",
-    "flatten_together",
-    "flatten_with_cones",
-    "guaranteed",
-    "linabf",
-    "linabf_angles",
-    "lscm",
-    "medians",
-    "method_of",
-]

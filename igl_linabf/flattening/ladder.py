@@ -32,15 +32,8 @@ from ..angles import (
     prescribed_steps,
     residual,
 )
-from ..errors import FallbackWarning, MeshWarning, some, stack_level
-from ..layouts import (
-    GAP,
-    Layout,
-    LayoutName,
-    check_pins,
-    develop_boundary,
-    lay_out,
-)
+from ..errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
+from ..layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_boundary, lay_out
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
 from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flipped_faces, span
 from .outcome import judge
@@ -192,15 +185,30 @@ def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
 
 
 def best_of(tried: Tried) -> tuple[Candidate, Layout]:
-    """The map with the fewest flips; among equals the latest, which has the smallest residual."""
+    """The map with the fewest flips; among equals the latest, which has the smallest residual.
+
+    Raises
+    ------
+    SingularSystemError
+        There is none.
+    """
     drawn = [(made, made.layout) for made in tried if made.layout is not None]
+    if not drawn:
+        raise SingularSystemError(tried[-1].detail)
     return min(reversed(drawn), key=lambda pair: len(pair[0].flipped))
 
 
 def drawn(
-    problem: Problem, stage: RungName, state: State, *, converged: bool, note: str = "", remark: str = ""
+    problem: Problem,
+    stage: RungName,
+    state: State,
+    *,
+    converged: bool,
+    note: str = "",
+    remark: str = "",
+    boundary: Boundary | None = None,
 ) -> Candidate:
-    """Lay out the angles of a state."""
+    """Lay out the angles of a state; `boundary` is their outer loop, if it is drawn already."""
     mesh, angles, at = problem.mesh, problem.angles, state.at
     with timed("layout"):
         constraints = angles.constraints if problem.cut is None else problem.cut
@@ -215,17 +223,21 @@ def drawn(
             alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
         same = problem.cut is None and not invalid.any()
         b = at.residual if same else residual(constraints, alpha)
-        layout = lay_out(
-            constraints,
-            alpha,
-            b,
-            problem.layout,
-            problem.pinned,
-            mesh.area,
-            angles.solvers,
-            None if state.lin is None or problem.cut is not None else state.lin.laplacian,
-            problem.shape.corners[:2],
-        )
+        try:
+            layout = lay_out(
+                constraints,
+                alpha,
+                b,
+                problem.layout,
+                problem.pinned,
+                mesh.area,
+                angles.solvers,
+                None if state.lin is None or problem.cut is not None else state.lin.laplacian,
+                problem.shape.corners[:2],
+                boundary if same else None,
+            )
+        except SingularSystemError as error:
+            return Candidate(stage, Status.SINGULAR, str(error), state)
     advance("layout", 0.5)
     flipped = flipped_faces(layout.z, mesh.topology.corner)
     flips = len(flipped)
@@ -240,6 +252,7 @@ def one_system(rtol: float, tol: float) -> Stage:
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
         state, holes = problem.start, len(problem.mesh.topology.loops) > 1
+        boundary: Boundary | None = None
         if state.at.residual.largest > tol:
             state = linear_step(state, rtol, close=False)
             # a chord that starts from cut-short steps ends with far smaller angles than a step
@@ -249,7 +262,8 @@ def one_system(rtol: float, tol: float) -> Stage:
                     gap, allowed = float(np.abs(state.at.residual.closure.gap).max()), HOLE_GAP
                 else:
                     state = chord_step(state, rtol)
-                    gap, allowed = develop_boundary(problem.angles.constraints, state.at.residual).gap, GAP
+                    boundary = develop_boundary(problem.angles.constraints, state.at.residual)
+                    gap, allowed = boundary.gap, GAP
                 state = state.at_rest()
                 if gap > allowed:
                     detail = f"a boundary loop fails to close by {gap:.1%} of its length"
@@ -257,7 +271,8 @@ def one_system(rtol: float, tol: float) -> Stage:
             if limited := state.steps[-1].limited:
                 detail = f"a full step would make an angle of {limited} triangles zero or negative"
                 return Candidate("linear step", Status.CUT_SHORT, detail, state.at_rest())
-        return drawn(problem, "linear step", state, converged=state.at.residual.largest <= tol)
+        reached = state.at.residual.largest <= tol
+        return drawn(problem, "linear step", state, converged=reached, boundary=boundary)
 
     return stage
 
@@ -316,7 +331,11 @@ def feasible(tol: float, residual_tol: float = 0.0) -> Stage:
         # flips of converged angles are those of rounding
         if tried[-1].status is not Status.DIVERGED or any(made.converged for made in tried):
             return None
-        return _abf_drawn(problem, "feasible ABF", converge_feasibly(tried[-1].state, tol), residual_tol)
+        try:
+            result = converge_feasibly(tried[-1].state, tol)
+        except SingularSystemError as error:
+            return Candidate("feasible ABF", Status.SINGULAR, str(error), tried[-1].state)
+        return _abf_drawn(problem, "feasible ABF", result, residual_tol)
 
     return stage
 

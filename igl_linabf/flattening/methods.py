@@ -112,6 +112,15 @@ class LinABF(Method):
 
 
 @dataclass(frozen=True)
+class Sketch(LinABF):
+    """Linear ABF as far as it is quick, for maps that are only compared."""
+
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
+        stages = _automatic(ONE_SYSTEM_RTOL, ACTIVE_SET_RTOL, self.tol)[:2]
+        return _climbed(self, mesh, pinned, shape, stages)
+
+
+@dataclass(frozen=True)
 class ABF(Method):
     """Converged angle based flattening (Sheffer, de Sturler 2001).
 

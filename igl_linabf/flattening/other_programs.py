@@ -15,9 +15,10 @@ from .._runtime import Arrays, run_as_child_process, run_in_child_process
 from .._types import FloatArray, IntArray
 
 
-def _blender(V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
+def _blender(mesh: Arrays) -> Arrays:
     import bpy
 
+    V, F = mesh["V"], mesh["F"]
     bpy.ops.wm.read_factory_settings(use_empty=True)
     data = bpy.data.meshes.new("mesh")
     data.from_pydata(V.tolist(), [], F.tolist())
@@ -37,21 +38,22 @@ def _blender(V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
     data.loops.foreach_get("vertex_index", vertex)
     uv = np.zeros((len(V), 2))
     uv[vertex] = corners.reshape(-1, 2)
-    return uv, seconds
+    return {"uv": uv, "seconds": np.array(seconds)}
 
 
-def _meshlab(V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
+def _meshlab(mesh: Arrays) -> Arrays:
     import pymeshlab
 
     meshes = pymeshlab.MeshSet()
-    meshes.add_mesh(pymeshlab.Mesh(V, F.astype(np.int32)))
+    meshes.add_mesh(pymeshlab.Mesh(mesh["V"], mesh["F"].astype(np.int32)))
     start = perf_counter()
     meshes.compute_texcoord_parametrization_least_squares_conformal_maps()
     seconds = perf_counter() - start
-    return np.array(meshes.current_mesh().vertex_tex_coord_matrix()), seconds
+    uv = np.array(meshes.current_mesh().vertex_tex_coord_matrix())
+    return {"uv": uv, "seconds": np.array(seconds)}
 
 
-PEERS: dict[str, tuple[str, Callable[[FloatArray, IntArray], tuple[FloatArray, float]]]] = {
+PEERS: dict[str, tuple[str, Callable[[Arrays], Arrays]]] = {
     "Blender ABF": ("bpy", _blender),
     "MeshLab LSCM": ("pymeshlab", _meshlab),
 }
@@ -74,15 +76,5 @@ def run(name: str, V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
     return result["uv"], float(result["seconds"])
 
 
-def _served(
-    flatten: Callable[[FloatArray, IntArray], tuple[FloatArray, float]],
-) -> Callable[[Arrays], Arrays]:
-    def run(mesh: Arrays) -> Arrays:
-        uv, seconds = flatten(mesh["V"], mesh["F"])
-        return {"uv": uv, "seconds": np.array(seconds)}
-
-    return run
-
-
 if __name__ == "__main__":
-    run_as_child_process({name: _served(flatten) for name, (_, flatten) in PEERS.items()})
+    run_as_child_process({name: flatten for name, (_, flatten) in PEERS.items()})

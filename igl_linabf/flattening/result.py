@@ -78,6 +78,7 @@ class Status(Enum):
     OPEN_LOOP = "the target angles draw a boundary loop that does not close"
     CUT_SHORT = "a full step would make some angles zero or negative"
     DIVERGED = "the angles do not converge"
+    SINGULAR = "a system is singular in double precision"
     PINS_MISSED = "no map without flipped triangles meets the pins"
     NO_VALID_START = "no map without flipped triangles was found to start from"
 

@@ -143,8 +143,9 @@ def abf(
     V, F, b, bc, layout, outer, boundary, corners : see `linabf`
         As in `linabf`.
     tol : float
-        The iterations end when both the largest relative change of an angle and the largest
-        residual are at most this; at least 1e-10. At 1e-4, F/3nt is accurate to five digits.
+        The iterations end when both the largest relative change of an angle that another step would bring,
+        and the largest residual, are at most this; at least 1e-10. At 1e-4, F/3nt is accurate to five
+        digits.
     threshold, guarantee, solver : see `linabf`
         As in `linabf`.
 
@@ -360,4 +361,5 @@ def flattened(
         made = chosen.run(mesh, pinned, shape) if shape.name != "free" else chosen.run(mesh, pinned)
     uv = scatter(made.uv, mesh.vertices, mesh.n_given)
     seconds |= {**made.seconds, "total": perf_counter() - start}
-    return replace(made, uv=uv, F=mesh.vertices[made.F], seconds=seconds)
+    F = made.F if len(mesh.vertices) == mesh.n_given else mesh.vertices[made.F]
+    return replace(made, uv=uv, F=F, seconds=seconds)

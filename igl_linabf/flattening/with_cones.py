@@ -33,7 +33,6 @@ from .without_flips import injective_map
 FIRST_RTOL = 0.1  # relative residual to which the first step is solved
 SEAM_TOL = 1e-8  # residual of the angles of converged ABF at which the sides of the seams match
 MORE_STEPS = 3  # to that
-TURNING_STEPS = 3  # after which the turning along a path is known to much less than a quarter turn
 
 
 def flatten_with_cones(
@@ -70,32 +69,37 @@ def flatten_with_cones(
         raise ValueError(f"method is {method.name!r}: cones need one that finds angles, 'linabf' or 'abf'")
     uncut = replace(topology, n_outer=len(topology.loops))  # no loop is a hole that keeps its turning
 
-    def problem_of(paths: Sequence[ClosedPath]) -> Problem:
+    with stopwatch(*STAGES) as seconds:
         safeguard = method.safeguard if isinstance(method, LinABF) else True
         asked = constraints_of(uncut, sums, paths)
-        return posed(cut, None, method.layout, method.threshold, method.solver, safeguard, asked)
-
-    with stopwatch(*STAGES) as seconds:
-        problem = problem_of(paths)
+        problem = posed(cut, None, method.layout, method.threshold, method.solver, safeguard, asked)
+        begun = problem.start
         if quarter and paths:
-            alpha = _matched(problem, None, method.tol, TURNING_STEPS).at.alpha
-            problem = problem_of([_in_quarters(path, alpha) for path in paths])
-        return report(problem, method.name, climb(problem, _stages(method)), seconds)
+            problem, begun = _in_quarters(problem)
+        return report(problem, method.name, climb(problem, _stages(method, begun)), seconds)
 
 
-def _in_quarters(path: ClosedPath, alpha: FloatArray) -> ClosedPath:
-    """The path with the nearest multiple of 90 degrees to what it turns by at some angles."""
-    turning = path.size * np.pi - alpha.ravel()[path.corner].sum()
-    return replace(path, turning=float(np.round(turning / (np.pi / 2)) * (np.pi / 2)))
+def _in_quarters(problem: Problem) -> tuple[Problem, State]:
+    """The problem with turnings in multiples of 90 degrees along its paths, and a state to go on from.
+
+    They are the nearest ones to what the paths turn by after the first step.
+    """
+    state = _matched(problem.start, None, 0.0, 1)
+    alpha, asked = state.at.alpha, problem.angles.constraints
+    turned = [path.size * np.pi - alpha.ravel()[path.corner].sum() for path in asked.paths]
+    quarters = np.round(np.array(turned) / (np.pi / 2)) * (np.pi / 2)
+    paths = [replace(path, turning=float(q)) for path, q in zip(asked.paths, quarters, strict=True)]
+    angles = replace(problem.angles, constraints=replace(asked, paths=tuple(paths)))
+    return replace(problem, angles=angles), State(angles, angles.at(alpha), state.steps, state.lin)
 
 
-def _stages(method: LinABF | ABF) -> list[Stage]:
+def _stages(method: LinABF | ABF, begun: State) -> list[Stage]:
     if isinstance(method, ABF):
         stages = [_settled(anchored(method.tol), method.tol), _settled(feasible(method.tol), method.tol)]
     else:
         if method.iterations == "auto":
             stages = [
-                _exact(method.rtol, method.tol),
+                _exact(begun, method.rtol, method.tol),
                 _settled(anchored(ABF_TOL, method.tol), method.tol),
                 _settled(feasible(ABF_TOL, method.tol), method.tol),
             ]
@@ -105,14 +109,13 @@ def _stages(method: LinABF | ABF) -> list[Stage]:
     return [*stages, injective_map] if method.guarantee else stages
 
 
-def _matched(problem: Problem, rtol: float | None, tol: float, most: int) -> State:
+def _matched(state: State, rtol: float | None, tol: float, most: int) -> State:
     """Active-set iterations until both sides of the seam agree to `tol`.
 
     A step leaves about the square of the residual, so each is solved no further than that; and with the
     factor of the first one, as long as the angles have not been cut short. What is small is corrected in
     the conformal metric, if no relative residual is asked for.
     """
-    state = problem.start
     for _ in range(most):
         if state.steps and rtol is None:
             state = conformal_steps(state, tol)
@@ -121,16 +124,16 @@ def _matched(problem: Problem, rtol: float | None, tol: float, most: int) -> Sta
             break
         enough = min(FIRST_RTOL, max(residual, tol / (2 * residual))) if rtol is None else rtol
         same = bool(state.steps) and not state.steps[-1].limited
-        lin = linearise(problem.angles, state.at, reuse=state.lin, same_factor=same)
+        lin = linearise(state.problem, state.at, reuse=state.lin, same_factor=same)
         state = state.advanced(solve(lin, state.at, enough), "step")
     return state
 
 
-def _exact(rtol: float | None, tol: float) -> Stage:
+def _exact(begun: State, rtol: float | None, tol: float) -> Stage:
     """Active-set iterations until both sides of the seam agree."""
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
-        state = _matched(problem, rtol, tol, MAX_ACTIVE_SET)
+        state = _matched(begun, rtol, tol, MAX_ACTIVE_SET)
         reached = state.at.residual.largest <= tol
         note = "" if reached else f"the iterations did not converge within {MAX_ACTIVE_SET} steps"
         return drawn(problem, "active set", state, converged=reached, note=note)

@@ -15,13 +15,15 @@ from .files import (
     write_grid,
     write_mesh,
     write_obj,
+    write_textured,
 )
 from .formats import READERS, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
-from .images import write_image, write_textured
 from .mesh_file import MeshFile
 from .one_index import split_at_seams as split_at_seams
+from .packages import needed as needed
 from .parsing import Extras
+from .pictures import write_image
 from .saving import written as written
 
 SUFFIXES = tuple(WRITERS)

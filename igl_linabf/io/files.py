@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from pathlib import Path
 
-import igl
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -14,11 +13,10 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, vertex_array
-from .corners import check_corners
 from .formats import parsed
-from .mesh_file import MeshFile
+from .mesh_file import MeshFile, check_corners
 from .obj import with_looks
-from .obj_writing import save_obj, save_polygons
+from .obj_writing import save_obj
 from .saving import written
 
 
@@ -62,9 +60,6 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     F, _ = found.triangles()
     if not len(found.V) or not len(F):
         raise MeshError(f"{path} holds {len(found.V)} vertices and no triangles: is it a mesh?")
-    if path.suffix.lower() == ".stl":
-        V, _, _, F = igl.remove_duplicate_vertices(found.V, F, 0.0)
-        return vertex_array(V), face_array(F)
     return vertex_array(found.V), face_array(F)
 
 
@@ -105,9 +100,6 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
         raise MeshError(f"{path} holds {len(found.V)} vertices and no faces: is it a mesh?")
     V, polygons, TC, texture, extras = found
     extras = with_looks(extras, path)
-    if path.suffix.lower() == ".stl":
-        V, _, same, _ = igl.remove_duplicate_vertices(V, polygons.corners.reshape(-1, 3), 0.0)
-        polygons = Polygons(np.asarray(same, dtype=np.int64)[polygons.corners], polygons.sizes)
     if not len(TC) or (texture < 0).any():
         return MeshFile(vertex_array(V), polygons, None, None, extras, path)
     return MeshFile(vertex_array(V), polygons, TC, texture, extras, path)
@@ -244,9 +236,7 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
     missing = np.flatnonzero(~mapped[faces].all(axis=1))
     if len(missing):
         raise MeshError(f"face {missing[0]} has a vertex without coordinates in uv: pass a map of all faces")
-    made = MeshFile(positions, Polygons.of_triangles(faces)).textured(map_)
-    with replacing(path) as temporary:
-        save_obj(temporary, made, Path(path))
+    _write_one(path, MeshFile(positions, Polygons.of_triangles(faces)).textured(map_))
 
 
 def write_mesh(
@@ -294,11 +284,62 @@ def write_mesh(
         pass
 
 
+def write_textured(
+    path: str | os.PathLike[str],
+    V: ArrayLike,
+    F: ArrayLike,
+    TC: ArrayLike,
+    FTC: ArrayLike,
+    image: ArrayLike,
+) -> None:
+    """Write a surface with an image as its texture.
+
+    GLB, glTF and 3MF hold the image. Beside OBJ it is in a PNG file of the same name, and in an MTL file
+    that names it.
+
+    Parameters
+    ----------
+    path : path of a GLB, glTF, OBJ or 3MF file
+    V : (#V, 3) float
+    F : (#F, 3) int, or polygons
+    TC : (#TC, 2) float
+        Texture coordinates in the unit square, v upwards.
+    FTC : (#F, 3) int, or in the shape of `F`
+    image : (#rows, #columns[, 1, 3 or 4]) float
+        From 0 to 1, the upper row first, as `bake` returns it. Viewers take it for sRGB.
+
+    Raises
+    ------
+    MeshError
+        The suffix is none of these, or arrays have other shapes.
+    OSError
+        The file cannot be written. In that case nothing is left behind.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf, os, tempfile
+    >>> V, F = igl.icosahedron()
+    >>> atlas = igl_linabf.unwrap(V, F, resolution=64)
+    >>> path = os.path.join(tempfile.mkdtemp(), "ball.glb")
+    >>> write_textured(path, V, F, atlas.TC, atlas.FTC, igl_linabf.bake(V, F, atlas, V / 2 + 0.5, 64))
+    >>> os.path.getsize(path) > 1000
+    True
+    """
+    with written(path, bare(V, F), TC, FTC, image):
+        pass
+
+
 def bare(V: ArrayLike, F: ArrayLike) -> MeshFile:
     """A surface as the caller gives it; raises where faces name no vertices, or none that are finite."""
     positions, faces = vertex_array(V), Polygons.of(F)
     check_corners(positions, faces, "F", "V")
     return MeshFile(positions, faces)
+
+
+def _write_one(path: str | os.PathLike[str], mesh: MeshFile) -> None:
+    """As OBJ, whatever the suffix."""
+    with replacing(path) as temporary:
+        save_obj(temporary, mesh, Path(path))
 
 
 def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
@@ -324,9 +365,7 @@ def write_grid(path: str | os.PathLike[str], grid: QuadGrid) -> None:
     >>> os.path.getsize(path) > 50_000
     True
     """
-    corners = (np.repeat(face + 1, 2).tolist() for face in grid.faces)  # v and vt are of one index
-    with replacing(path) as temporary:
-        save_polygons(temporary, grid.V, grid.uv, corners)
+    _write_one(path, MeshFile(grid.V, Polygons.of(grid.faces)).textured(grid.uv))
 
 
 def unit_square(uv: ArrayLike) -> FloatArray:

@@ -12,7 +12,7 @@ from .freesurfer import parse_freesurfer, save_patch, save_surf
 from .gltf_reading import GltfFile, parse_gltf, save_gltf
 from .mesh_file import MeshFile
 from .obj import ObjText, parse_obj
-from .obj_writing import materials_beside, save_obj
+from .obj_writing import save_obj
 from .off import parse_off
 from .other_formats import parse_gifti, parse_vtp, save_gifti, save_vtp
 from .parsing import Damaged, Parsed
@@ -55,7 +55,6 @@ WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
     ".surf": save_surf,
     ".flat": save_patch,
 }
-BESIDE: dict[str, Callable[[MeshFile, Path], dict[str, bytes]]] = {".obj": materials_beside}
 WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
 FLAT = (".gii", ".surf", ".flat")  # in which the map is the surface
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..errors import MeshError, some
 from ..surface import Polygons, topology_of
 from .mesh_file import MeshFile
-from .one_index import flat_surface, one_index
+from .one_index import doubled, flat_surface
 from .packages import checked, needed, quietly
 from .parsing import Extras, Parsed
 
@@ -18,9 +18,7 @@ PATCH = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])
 
 def parse_freesurfer(path: Path) -> Parsed:
     """The surface of a FreeSurfer file, lh.pial for example."""
-    nibabel = needed("nibabel.freesurfer")
-    path.open("rb").close()  # what cannot be opened is no damage
-    V, F = quietly(nibabel.read_geometry, str(path))
+    V, F = quietly(needed("nibabel.freesurfer").read_geometry, path)
     polygons = Polygons.of_triangles(np.asarray(F, dtype=np.int64))
     return checked(np.asarray(V, dtype=np.float64), polygons, Extras(units="millimeter"))
 
@@ -36,9 +34,8 @@ def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
 
     Numbers count from 1, and are negative on the boundary. The triangles are those of the surface.
     """
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
-    made = one_index(mesh.polygons.corners, mesh.texture)
-    vertex, times = np.unique(made.rows[0], return_counts=True)
+    made = doubled(mesh)
+    vertex, times = np.unique(made.vertex, return_counts=True)
     if (times > 1).any():
         raise MeshError(
             f"vertices {some(vertex[times > 1])} are on seams, and a patch has one place for each: write "
@@ -46,9 +43,9 @@ def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
         )
     used, F = np.unique(mesh.triangles, return_inverse=True)
     loops = topology_of(F.reshape(-1, 3), used).loops
-    border = np.isin(made.rows[0], used[np.concatenate(loops)] if loops else ())
+    border = np.isin(made.vertex, used[np.concatenate(loops)] if loops else ())
     rows = np.zeros(len(vertex), dtype=PATCH)
-    rows["vertex"] = np.where(border, -1, 1) * (made.rows[0] + 1)
-    rows["place"][:, :2] = mesh.TC[made.rows[1]]
+    rows["vertex"] = np.where(border, -1, 1) * (made.vertex + 1)
+    rows["place"][:, :2] = made.TC
     head = np.array([-1, len(rows)], dtype=">i4")
     Path(temporary).write_bytes(head.tobytes() + rows.tobytes())

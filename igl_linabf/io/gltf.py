@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import struct
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -12,21 +13,22 @@ from numpy.typing import NDArray
 
 from .._types import IntArray
 from ..errors import MeshError
-from ..surface import Triangles
+from .gltf_scene import COMPONENTS
 from .materials import Material, as_gltf, linear, without_images
 from .mesh_file import MeshFile
 from .ngons import EXTENSION, fans
-from .one_index import one_index, single
+from .one_index import doubled, single
 
 FLOAT, UNSIGNED = 5126, 5125  # glTF's numbers for types of 32 bits
 VERTEX_ATTRIBUTES, INDICES = 34962, 34963  # and for what a part is used as
 KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048}
+KEPT = ("componentType", "normalized", "type", "name")  # of an accessor
 LINEAR_MIPMAPS, LINEAR = 9987, 9729  # and for filters
 
 
 class Buffer:
-    """The binary part of a GLB file while it grows, and the description of what is in it."""
+    """The binary part of a file while it grows, and the description of what is in it."""
 
     def __init__(self) -> None:
         self.parts: list[bytes] = []
@@ -34,21 +36,29 @@ class Buffer:
         self.views: list[dict[str, Any]] = []
         self.accessors: list[dict[str, Any]] = []
 
-    def add(self, rows: NDArray[Any], use: int, bounds: bool = False) -> int:
-        """An array of 32-bit numbers; returns the number of its accessor."""
-        data = rows.tobytes()
-        self.views.append({"buffer": 0, "byteOffset": self.size, "byteLength": len(data), "target": use})
-        accessor = {
-            "bufferView": len(self.views) - 1,
-            "type": KINDS[1 if rows.ndim == 1 else rows.shape[1]],
-            "componentType": FLOAT if rows.dtype.kind == "f" else UNSIGNED,
-            "count": len(rows),
-        }
-        if bounds:  # glTF asks for them, of positions as they are stored
+    def put(self, data: bytes, **more: Any) -> int:
+        """Bytes; returns the number of their view."""
+        self.views.append({"buffer": 0, "byteOffset": self.size, "byteLength": len(data), **more})
+        self.parts.append(data + b"\0" * (-len(data) % 4))
+        self.size += len(self.parts[-1])
+        return len(self.views) - 1
+
+    def add(self, rows: NDArray[Any], use: int, like: Mapping[str, Any] | None = None) -> int:
+        """An array of 32-bit numbers, or of those of another accessor; returns the number of its own."""
+        if like is None:
+            kind = FLOAT if rows.dtype.kind == "f" else UNSIGNED
+            like = {"componentType": kind, "type": KINDS[1 if rows.ndim == 1 else rows.shape[1]]}
+        accessor = {**{key: like[key] for key in KEPT if key in like}, "count": len(rows)}
+        data = np.ascontiguousarray(rows, COMPONENTS[accessor["componentType"]])
+        said = {"target": use}
+        width = data.itemsize * (data.shape[1] if data.ndim > 1 else 1)
+        if use == VERTEX_ATTRIBUTES and width % 4:  # rows begin at multiples of four bytes
+            data = np.pad(data.view(np.uint8).reshape(len(data), -1), ((0, 0), (0, -width % 4)))
+            said["byteStride"] = data.shape[1]
+        accessor["bufferView"] = self.put(data.tobytes(), **said)
+        if accessor["type"] == KINDS[3]:  # asked for of positions, as they are stored
             accessor |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
         self.accessors.append(accessor)
-        self.parts.append(data)
-        self.size += len(data)
         return len(self.accessors) - 1
 
 
@@ -84,50 +94,40 @@ def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
         "nodes": nodes,
         "meshes": meshes,
         "materials": materials,
-        "accessors": buffer.accessors,
-        "bufferViews": buffer.views,
-        "buffers": [{"byteLength": buffer.size}],
     }
-    write_gltf(temporary, description, buffer.parts, mesh.image)
+    write_gltf(temporary, description, buffer, mesh.image)
 
 
 def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -> dict[str, Any]:
     """The faces of one part and one material, with vertices of their own."""
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
-    extras, split = mesh.extras, mesh.split
-    mine = np.zeros(len(mesh.polygons), dtype=bool)
-    mine[faces] = True
-    corner = np.flatnonzero(mine[mesh.polygons.owner])
-    with_normals = extras.normals is not None and extras.normal is not None
-    indices = [mesh.polygons.corners[corner], mesh.texture[corner]]
-    if with_normals and extras.normal is not None:
-        indices.append(extras.normal[corner])
-    made = one_index(*indices)
+    extras = mesh.extras
+    corner = np.flatnonzero(np.isin(mesh.polygons.owner, faces))
+    made = doubled(mesh, corner, normals=True)
     attributes = {
-        "POSITION": buffer.add(single(mesh.V[made.rows[0]], "V"), VERTEX_ATTRIBUTES, bounds=True),
-        "TEXCOORD_0": buffer.add(single(mesh.TC[made.rows[1]] * [1, -1] + [0, 1], "TC"), VERTEX_ATTRIBUTES),
+        "POSITION": buffer.add(single(mesh.V[made.vertex], "V"), VERTEX_ATTRIBUTES),
+        "TEXCOORD_0": buffer.add(single(made.TC * [1, -1] + [0, 1], "TC"), VERTEX_ATTRIBUTES),
     }
-    if with_normals and extras.normals is not None:
-        normals = single(_unit(extras.normals[made.rows[2]]), "normals")
-        attributes["NORMAL"] = buffer.add(normals, VERTEX_ATTRIBUTES)
+    if made.normals is not None:
+        attributes["NORMAL"] = buffer.add(single(_unit(made.normals), "normals"), VERTEX_ATTRIBUTES)
     if extras.colours is not None:
-        given = extras.colours[made.rows[0]]
+        given = extras.colours[made.vertex]
         colours = single(np.column_stack((linear(given[:, :3]), given[:, 3:])), "colours")
         attributes["COLOR_0"] = buffer.add(colours, VERTEX_ATTRIBUTES)
-    vertex = np.full(len(mesh.polygons.corners), -1)
-    vertex[corner] = made.corners
-    whole = bool(mine.all())
-    own = split if whole else split.rows(np.flatnonzero(mine[split.face]))
-    triangles, extension = triangles_of(own, vertex)
-    made_of = buffer.add(triangles.astype("<u4").ravel(), INDICES)
-    return {"attributes": attributes, "indices": made_of, "material": material, **extension}
+    triangles, extensions = triangles_of(mesh, faces, corner, made.corners)
+    indices = buffer.add(triangles.ravel(), INDICES)
+    return {"attributes": attributes, "indices": indices, "material": material, **extensions}
 
 
-def triangles_of(split: Triangles, vertex: IntArray) -> tuple[IntArray, dict[str, Any]]:
-    """Triangles in an order that keeps polygons, and the mark that it does, if there are any."""
-    if (split.polygons.sizes[split.face] == 3).all():
-        return vertex[split.place], {}
-    return fans(split, vertex), {"extensions": {EXTENSION: {}}}
+def triangles_of(
+    mesh: MeshFile, faces: IntArray, corner: IntArray, vertex: IntArray
+) -> tuple[IntArray, dict[str, Any]]:
+    """Triangles of faces, with a vertex at each corner, in an order that keeps polygons; whether it does."""
+    if (mesh.polygons.sizes[faces] == 3).all():
+        return vertex.reshape(-1, 3), {}
+    at = np.full(len(mesh.polygons.corners), -1)
+    at[corner] = vertex
+    own = mesh.split.rows(np.flatnonzero(np.isin(mesh.split.face, faces)))
+    return fans(own, at), {"extensions": {EXTENSION: {}}}
 
 
 def _unit(normals: np.ndarray) -> np.ndarray:
@@ -135,13 +135,9 @@ def _unit(normals: np.ndarray) -> np.ndarray:
     return np.asarray(np.where(length > 0, normals / np.where(length > 0, length, 1), [0, 0, 1]))
 
 
-def with_texture(description: dict[str, Any], parts: list[bytes], image: bytes) -> None:
+def with_texture(description: dict[str, Any], buffer: Buffer, image: bytes) -> None:
     """Add a PNG that becomes the colour of all materials; colours at vertices are left out."""
-    size = description["buffers"][0]["byteLength"]
-    description["bufferViews"].append({"buffer": 0, "byteOffset": size, "byteLength": len(image)})
-    parts.append(image + b"\0" * (-len(image) % 4))
-    description["buffers"][0]["byteLength"] = size + len(parts[-1])
-    description["images"] = [{"bufferView": len(description["bufferViews"]) - 1, "mimeType": "image/png"}]
+    description["images"] = [{"bufferView": buffer.put(image), "mimeType": "image/png"}]
     description["samplers"] = [{"magFilter": LINEAR, "minFilter": LINEAR_MIPMAPS}]
     description["textures"] = [{"source": 0, "sampler": 0}]
     for material in description["materials"]:
@@ -154,25 +150,25 @@ def with_texture(description: dict[str, Any], parts: list[bytes], image: bytes) 
             primitive["attributes"].pop("COLOR_0", None)  # viewers would multiply by it
 
 
-def write_gltf(path: str, description: dict[str, Any], parts: list[bytes], image: bytes | None) -> None:
+def write_gltf(path: str, description: dict[str, Any], buffer: Buffer, image: bytes | None) -> None:
     """The container: a text that describes, and the bytes that it describes."""
     if image is not None:
-        with_texture(description, parts, image)
+        with_texture(description, buffer, image)
+    description |= {"accessors": buffer.accessors, "bufferViews": buffer.views}
+    description["buffers"] = [{"byteLength": buffer.size}]
     if path.lower().endswith(".gltf"):
-        data = base64.b64encode(b"".join(parts)).decode()
+        data = base64.b64encode(b"".join(buffer.parts)).decode()
         description["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{data}"
         with open(path, "w", encoding="utf-8") as file:
             json.dump(description, file, separators=(",", ":"))
         return
     text = json.dumps(description, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
-    length = sum(map(len, parts))
-    padding = b"\0" * (-length % 4)
-    size = 12 + 8 + len(text) + 8 + length + len(padding)
+    size = 12 + 8 + len(text) + 8 + buffer.size
     if size >= 2**32:
         raise MeshError(f"a GLB file has at most 4 GB, and this mesh needs {size} bytes: write OBJ or PLY")
     with open(path, "wb") as file:
         file.write(struct.pack("<4sII", b"glTF", 2, size))
         file.write(struct.pack("<I4s", len(text), b"JSON") + text)
-        file.write(struct.pack("<I4s", length + len(padding), b"BIN\0"))
-        file.writelines([*parts, padding])
+        file.write(struct.pack("<I4s", buffer.size, b"BIN\0"))
+        file.writelines(buffer.parts)

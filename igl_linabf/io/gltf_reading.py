@@ -11,25 +11,19 @@ from typing import Any, NamedTuple
 from urllib.parse import unquote
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
 from ..surface import Polygons
-from .gltf import INDICES, KINDS, UNSIGNED, VERTEX_ATTRIBUTES, save_new_gltf, triangles_of, write_gltf
-from .gltf_scene import COMPONENTS, Gltf, load_gltf, placements
-from .materials import PLAIN, Material, as_gltf, of_gltf, srgb, warn_of_images, without_images
+from .gltf import INDICES, VERTEX_ATTRIBUTES, Buffer, save_new_gltf, triangles_of, write_gltf
+from .gltf_scene import Gltf, load_gltf, placements
+from .materials import PLAIN, Material, as_gltf, of_gltf, srgb, warn_of_images
 from .mesh_file import MeshFile
 from .ngons import EXTENSION, polygons_among
 from .one_index import one_index, single
 from .parsing import Damaged, Extras, Parsed, untextured
 
-KEPT = ("componentType", "normalized", "type", "name")  # of an accessor
-REFERENCES = {
-    "indices",
-    "input",
-    "output",
-    "inverseBindMatrices",
-}  # keys of accessors; and all in "attributes"
+# keys of accessors; and all in "attributes"
+REFERENCES = {"indices", "input", "output", "inverseBindMatrices"}
 UNMOVED: tuple[str, FloatArray] = ("", np.eye(4))
 
 
@@ -40,7 +34,7 @@ class Primitive(NamedTuple):
     ----------
     mesh, number : int
         Its place in the file.
-    faces, corners : slice
+    faces, corners : (#f,) int64 and (#c,) int64
         Of the polygons.
     vertex : (#c,) int64
         Its own vertex at each corner.
@@ -48,8 +42,8 @@ class Primitive(NamedTuple):
 
     mesh: int
     number: int
-    faces: slice
-    corners: slice
+    faces: IntArray
+    corners: IntArray
     vertex: IntArray
 
 
@@ -86,7 +80,7 @@ def _parsed(gltf: Gltf) -> Parsed:
         polygons = _polygons(gltf, primitive, len(local))
         k, m = len(polygons), len(polygons.corners)
         V.append(local @ matrix[:3, :3].T + matrix[:3, 3])
-        primitives.append(Primitive(i, j, slice(faces, faces + k), slice(at, at + m), polygons.corners))
+        primitives.append(Primitive(i, j, faces + np.arange(k), at + np.arange(m), polygons.corners))
         corners.append(polygons.corners + points)
         sizes.append(polygons.sizes)
         for name, rows in attributes.items():
@@ -103,7 +97,7 @@ def _parsed(gltf: Gltf) -> Parsed:
     merged = _welded(np.concatenate(V), np.repeat([p.mesh for p in primitives], [len(v) for v in V]))
     used, corner = np.unique(merged[flat], return_inverse=True)
     colours, normals = _whole(attributes["COLOR_0"]), _whole(attributes["NORMAL"])
-    part = [np.full(p.faces.stop - p.faces.start, p.mesh) for p in primitives]
+    part = [np.full(len(p.faces), p.mesh) for p in primitives]
     names = [
         shown.get(i, UNMOVED)[0] or str(mesh.get("name", f"mesh {i}"))
         for i, mesh in enumerate(gltf.listed("meshes"))
@@ -175,61 +169,40 @@ def save_gltf(temporary: str, mesh: MeshFile, path: Path) -> None:
 def _save_again(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
     """The file that was read, each primitive's vertices once for each of their texture coordinates."""
     assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
-    gltf, text = source.gltf, copy.deepcopy(source.gltf.text)
-    arrays: list[tuple[dict[str, Any], NDArray[Any], int]] = []
-    old = len(text.get("accessors", ()))
-    polygons = False
-
-    def add(rows: NDArray[Any], use: int, like: dict[str, Any]) -> int:
-        kept: dict[str, Any] = {key: like[key] for key in KEPT if key in like}
-        arrays.append(({**kept, "count": len(rows)}, rows, use))
-        return old + len(arrays) - 1
-
-    map_ = mesh.TC * [1, -1] + [0, 1]
-    for of in source.primitives:
-        primitive = text["meshes"][of.mesh]["primitives"][of.number]
-        made = one_index(of.vertex, mesh.texture[of.corners])
-
-        def taken(number: int, rows: IntArray = made.rows[0]) -> int:
-            return add(gltf.array(number)[rows], VERTEX_ATTRIBUTES, text["accessors"][number])
-
-        attributes = {
-            key: taken(number) for key, number in primitive["attributes"].items() if key != "TEXCOORD_0"
-        }
-        st = single(map_[made.rows[1]], "TC")
-        attributes["TEXCOORD_0"] = add(st, VERTEX_ATTRIBUTES, {"componentType": 5126, "type": "VEC2"})
-        primitive["attributes"] = attributes
-        if "targets" in primitive:
-            primitive["targets"] = [
-                {k: taken(number) for k, number in target.items()} for target in primitive["targets"]
-            ]
-        own = Polygons(of.vertex, mesh.polygons.sizes[of.faces])
-        whole = (own.sizes == 3).all()
-        triangles = made.corners.reshape(-1, 3) if whole else None
-        if triangles is None:
-            faces = np.arange(len(mesh.polygons))[of.faces]
-            part = mesh.split.rows(np.flatnonzero(np.isin(mesh.split.face, faces)))
-            vertex = np.full(len(mesh.polygons.corners), -1)
-            vertex[of.corners] = made.corners
-            triangles, extension = triangles_of(part, vertex)
-            primitive.setdefault("extensions", {}).update(extension.get("extensions", {}))
-            polygons = True
-        primitive["mode"] = 4
-        primitive["indices"] = add(
-            triangles.astype("<u4").ravel(), INDICES, {"componentType": UNSIGNED, "type": "SCALAR"}
-        )
-        if "material" not in primitive:
-            primitive["material"] = _plain_material(text)
-    if polygons and EXTENSION not in text.setdefault("extensionsUsed", []):
-        text["extensionsUsed"].append(EXTENSION)
+    gltf, text, buffer = source.gltf, copy.deepcopy(source.gltf.text), Buffer()
+    primitives = [text["meshes"][of.mesh]["primitives"][of.number] for of in source.primitives]
+    old = [(its.pop("attributes"), its.pop("targets", [])) for its in primitives]
+    for its in primitives:
+        its.pop("indices", None)
     if mesh.image is None:
         warn_of_images(len(text.get("textures", ())))
     else:
-        for material in text["materials"]:
-            without_images(material)
-        for key in ("images", "textures", "samplers"):
-            text.pop(key, None)
-    _write(temporary, gltf, text, arrays, old, mesh.image)
+        text.pop("images", None)  # it is the only one then
+    _carry_over(gltf, text, buffer)
+    map_ = mesh.TC * [1, -1] + [0, 1]
+    for of, primitive, (attributes, targets) in zip(source.primitives, primitives, old, strict=True):
+        (own, texture), vertex = one_index(of.vertex, mesh.texture[of.corners])
+
+        def taken(numbers: dict[str, int], rows: IntArray = own) -> dict[str, int]:
+            return {
+                key: buffer.add(gltf.array(number)[rows], VERTEX_ATTRIBUTES, gltf.text["accessors"][number])
+                for key, number in numbers.items()
+            }
+
+        attributes.pop("TEXCOORD_0", None)
+        st = buffer.add(single(map_[texture], "TC"), VERTEX_ATTRIBUTES)
+        primitive |= {"mode": 4, "attributes": {**taken(attributes), "TEXCOORD_0": st}}
+        if targets:
+            primitive["targets"] = [taken(target) for target in targets]
+        triangles, extensions = triangles_of(mesh, of.faces, of.corners, vertex)
+        primitive["indices"] = buffer.add(triangles.ravel(), INDICES)
+        if extensions:
+            primitive.setdefault("extensions", {}).update(extensions["extensions"])
+            if EXTENSION not in text.setdefault("extensionsUsed", []):
+                text["extensionsUsed"].append(EXTENSION)
+        if "material" not in primitive:
+            primitive["material"] = _plain_material(text)
+    write_gltf(temporary, text, buffer, mesh.image)
 
 
 def _plain_material(text: dict[str, Any]) -> int:
@@ -242,72 +215,44 @@ def _plain_material(text: dict[str, Any]) -> int:
     return len(materials) - 1
 
 
-def _write(
-    temporary: str,
-    gltf: Gltf,
-    text: dict[str, Any],
-    arrays: list[tuple[dict[str, Any], NDArray[Any], int]],
-    old: int,
-    picture: bytes | None,
-) -> None:
-    """Write what is still used of the old buffers, and the new arrays."""
-    used = set[int]()
-    _visit(text, lambda number: used.add(number) or number)  # type: ignore[func-returns-value]
-    kept = sorted(number for number in used if number < old)
-    place = {number: i for i, number in enumerate([*kept, *range(old, old + len(arrays))])}
-    _visit(text, lambda number: place.get(number, number))
-    accessors = [text["accessors"][number] for number in kept]
-    holders: list[dict[str, Any]] = []
-    for accessor in accessors:
-        holders += [accessor] if "bufferView" in accessor else []
-        holders += [accessor["sparse"][key] for key in ("indices", "values") if "sparse" in accessor]
-    holders += [image for image in text.get("images", ()) if "bufferView" in image]
-    views: list[dict[str, Any]] = []
-    parts: list[bytes] = []
-    size = 0
+def _carry_over(gltf: Gltf, text: dict[str, Any], buffer: Buffer) -> None:
+    """Move what the description still uses of the old buffers, and all images, to the new one."""
+    views, accessors = dict[int, int](), dict[int, int]()
 
-    def put(data: bytes, **more: Any) -> int:
-        nonlocal size
-        views.append({"buffer": 0, "byteOffset": size, "byteLength": len(data), **more})
-        parts.append(data + b"\0" * (-len(data) % 4))
-        size += len(parts[-1])
-        return len(views) - 1
-
-    moved: dict[int, int] = {}
-    for image in text.get("images", ()):
-        _embed(image, gltf.folder, put)
-    for holder in holders:
+    def move(holder: dict[str, Any]) -> None:
         number = holder["bufferView"]
-        if number not in moved:
-            more = {
-                k: v for k, v in text["bufferViews"][number].items() if k in ("byteStride", "target", "name")
-            }
-            moved[number] = put(gltf.view(number), **more)
-        holder["bufferView"] = moved[number]
-    for accessor, rows, use in arrays:
-        data = rows.astype(COMPONENTS[accessor["componentType"]])
-        width = data.itemsize * (data.shape[1] if data.ndim > 1 else 1)
-        said: dict[str, Any] = {"target": use}
-        if use == VERTEX_ATTRIBUTES and width % 4:  # rows begin at multiples of four bytes
-            raw = data.view(np.uint8).reshape(len(data), -1)
-            data = np.pad(raw, ((0, 0), (0, -width % 4)))
-            said["byteStride"] = data.shape[1]
-        accessor["bufferView"] = put(np.ascontiguousarray(data).tobytes(), **said)
-        if accessor["type"] == KINDS[3]:  # asked for of positions
-            accessor["min"], accessor["max"] = rows.min(axis=0).tolist(), rows.max(axis=0).tolist()
-        accessors.append(accessor)
-    text["accessors"], text["bufferViews"], text["buffers"] = accessors, views, [{"byteLength": size}]
-    write_gltf(temporary, text, parts, picture)
+        if number not in views:
+            given = text["bufferViews"][number]
+            more = {key: given[key] for key in ("byteStride", "target", "name") if key in given}
+            views[number] = buffer.put(gltf.view(number), **more)
+        holder["bufferView"] = views[number]
+
+    def moved(number: int) -> int:
+        if number not in accessors:
+            accessor = text["accessors"][number]
+            sparse = [accessor["sparse"][key] for key in ("indices", "values") if "sparse" in accessor]
+            for holder in (*([accessor] if "bufferView" in accessor else []), *sparse):
+                move(holder)
+            accessors[number] = len(buffer.accessors)
+            buffer.accessors.append(accessor)
+        return accessors[number]
+
+    for image in text.get("images", ()):
+        if "bufferView" in image:
+            move(image)
+        else:
+            _embed(image, gltf.folder, buffer)
+    _visit(text, moved)
 
 
-def _embed(image: dict[str, Any], folder: Path, put: Callable[..., int]) -> None:
+def _embed(image: dict[str, Any], folder: Path, buffer: Buffer) -> None:
     """An image in a file of its own goes into the new file."""
     uri = str(image.get("uri", "data:"))
     file = folder / unquote(uri)
     kind = mimetypes.guess_type(uri)[0]
     if not uri.startswith("data:") and kind in ("image/png", "image/jpeg") and file.is_file():
         del image["uri"]
-        image |= {"bufferView": put(file.read_bytes()), "mimeType": kind}
+        image |= {"bufferView": buffer.put(file.read_bytes()), "mimeType": kind}
 
 
 def _visit(text: Any, change: Callable[[int], int], inside: bool = False) -> None:

@@ -60,11 +60,8 @@ class Gltf:
         accessor = self._entry("accessors", number)
         if accessor.get("componentType") not in COMPONENTS or accessor.get("type") not in WIDTHS:
             raise Damaged(f"its accessor {number} has a type that glTF does not know")
-        kind, width, n = (
-            np.dtype(COMPONENTS[accessor["componentType"]]),
-            WIDTHS[accessor["type"]],
-            accessor["count"],
-        )
+        kind, width = np.dtype(COMPONENTS[accessor["componentType"]]), WIDTHS[accessor["type"]]
+        n = accessor["count"]
         if not 0 <= n < 2**32:
             raise Damaged(f"its accessor {number} has {n} rows")
         if "bufferView" in accessor:
@@ -76,10 +73,8 @@ class Gltf:
             rows = np.zeros((n, width), kind)
         if "sparse" in accessor:
             sparse = accessor["sparse"]
-            m = int(sparse["count"])
-            where = self._rows(
-                sparse["indices"], np.dtype(COMPONENTS[sparse["indices"]["componentType"]]), 1, m, None
-            )
+            m, indices = int(sparse["count"]), sparse["indices"]
+            where = self._rows(indices, np.dtype(COMPONENTS[indices["componentType"]]), 1, m, None)
             if m and int(where.max()) >= n:
                 raise Damaged(f"its accessor {number} changes rows that it has not")
             rows = rows.copy()
@@ -97,11 +92,8 @@ class Gltf:
     def _rows(
         self, of: dict[str, Any], kind: np.dtype[Any], width: int, n: int, stride: int | None
     ) -> NDArray[Any]:
-        data, start, step = (
-            self.view(of["bufferView"]),
-            int(of.get("byteOffset", 0)),
-            stride or kind.itemsize * width,
-        )
+        data, start = self.view(of["bufferView"]), int(of.get("byteOffset", 0))
+        step = stride or kind.itemsize * width
         if n and (start < 0 or step < 1 or start + (n - 1) * step + kind.itemsize * width > len(data)):
             raise Damaged(f"its buffer view {of['bufferView']} is too short for {n} rows")
         return np.ndarray((n, width), kind, data if n else b"", start if n else 0, (step, kind.itemsize))
@@ -143,11 +135,9 @@ def load_gltf(path: Path) -> Gltf:
 
 def _chunks(data: bytes) -> tuple[bytes, bytes]:
     """The two chunks of a GLB file."""
-    start, chunks = 12, dict[bytes, bytes]()
-    if int.from_bytes(data[8:12], "little") > len(data):
-        raise Damaged(
-            f"its head promises {int.from_bytes(data[8:12], 'little')} bytes, and it has {len(data)}"
-        )
+    start, promised, chunks = 12, int.from_bytes(data[8:12], "little"), dict[bytes, bytes]()
+    if promised > len(data):
+        raise Damaged(f"its head promises {promised} bytes, and it has {len(data)}")
     while start + 8 <= len(data):
         length, kind = int.from_bytes(data[start : start + 4], "little"), data[start + 4 : start + 8]
         if start + 8 + length > len(data):

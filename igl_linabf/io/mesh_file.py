@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
-from ..errors import MeshError
+from ..errors import MeshError, some
 from ..surface import Faces, Polygons, Triangles, vertex_array
-from .corners import check_corners
 from .parsing import NOTHING, Extras
 
 NO_NAMES: tuple[str, ...] = ()
@@ -77,12 +76,12 @@ class MeshFile:
     @property
     def parts(self) -> tuple[str, ...]:
         """The names of the objects, or groups."""
-        return NO_NAMES if self.extras.parts is None else self.extras.parts[0]
+        return () if self.extras.parts is None else self.extras.parts[0]
 
     @property
     def materials(self) -> tuple[str, ...]:
         """The names of the materials."""
-        return NO_NAMES if self.extras.materials is None else self.extras.materials[0]
+        return () if self.extras.materials is None else self.extras.materials[0]
 
     def textured(self, TC: ArrayLike, FTC: ArrayLike | None = None) -> MeshFile:
         """The same with other texture coordinates.
@@ -113,3 +112,21 @@ class MeshFile:
         used = np.isfinite(map_).all(axis=1)
         number = np.cumsum(used) - 1
         return replace(self, TC=map_[used], texture=number[texture.corners])
+
+
+def check_corners(rows: FloatArray, index: Polygons, index_name: str, name: str) -> None:
+    """Raise where faces refer to rows that are not there, or not finite."""
+    outside = index.outside(len(rows))
+    if len(outside):
+        first = index.corners[index.owner == outside[0]].tolist()
+        raise MeshError(
+            f"faces {some(outside)} refer in {index_name} to rows outside 0..{len(rows) - 1} of {name} "
+            f"(face {outside[0]} is {first}): correct the indices or complete {name}"
+        )
+    finite = np.asarray(np.isfinite(rows).all(axis=1))
+    missing = np.unique(index.owner[~finite[index.corners]])
+    if len(missing):
+        raise MeshError(
+            f"faces {some(missing)} have corners whose coordinates in {name} are NaN or infinite: "
+            "give them coordinates, or leave the faces out"
+        )

@@ -10,7 +10,6 @@ import contextlib
 import os
 import re
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -21,7 +20,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, some, stack_level
 from ..surface import Polygons
 from .materials import Material, library
-from .parsing import Extras, Parsed, numbers, refuse, shown
+from .parsing import Extras, Named, Parsed, numbers, refuse, shown
 
 STATEMENTS = frozenset(
     b"v vt vn f vp l p o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp "
@@ -66,10 +65,8 @@ def parse_obj(data: bytes, name: str) -> Parsed:
     advance("reading", 0.2)
     V, colours = _vertices(lines, where[b"v"])
     advance("reading", 0.4)
-    TC = _table(lines, where[b"vt"], _two, NO_TEXTURE)[:, :2]
-    if TC.shape[1] == 1:
-        TC = np.column_stack((TC, np.zeros(len(TC))))
-    normals = _table(lines, where[b"vn"], _three, NO_NORMAL)[:, :3]
+    TC = _table(lines, where[b"vt"], 1, 2, NO_TEXTURE)[:, :2]
+    normals = _table(lines, where[b"vn"], 3, 3, NO_NORMAL)[:, :3]
     index, sizes = _faces(lines, where)
     advance("reading", 0.8)
     n = len(V)
@@ -149,40 +146,30 @@ def _by_statement(lines: list[bytes]) -> dict[bytes, IntArray]:
     return where
 
 
-def _two(words: list[bytes]) -> list[float]:
-    return numbers(words[:2], 2) or [*numbers(words, 1), 0.0]
-
-
-def _three(words: list[bytes]) -> list[float]:
-    return numbers(words[:3], 3)
-
-
 def _vertices(lines: list[bytes], at: IntArray) -> tuple[FloatArray, FloatArray | None]:
     """Positions, and the colours that follow them in some files."""
-    table = _table(lines, at, _three, NO_VERTEX)
+    table = _table(lines, at, 3, 3, NO_VERTEX)
     return np.ascontiguousarray(table[:, :3]), table[:, 3:6] if table.shape[1] >= 6 else None
 
 
-def _table(
-    lines: list[bytes], at: IntArray, read: Callable[[list[bytes]], list[float]], what: str
-) -> FloatArray:
-    """All numbers of the lines, if they are equally many; else what `read` makes of their words."""
-    least = 1 if read is _two else 3
+def _table(lines: list[bytes], at: IntArray, least: int, columns: int, what: str) -> FloatArray:
+    """All numbers of the lines, if they are equally many; else the first of each. What lacks is 0."""
     if not len(at):
         return np.empty((0, 3))
     try:
         table = np.loadtxt([lines[i].partition(b" ")[2] for i in at.tolist()], ndmin=2, comments=None)
     except ValueError:
         table = np.empty((0, 0))
-    if len(table) == len(at) and table.shape[1] >= least:
-        return table
-    rows = []
-    for i in at.tolist():
-        values = read(lines[i].split()[1:])
-        if len(values) < (2 if read is _two else 3):
-            refuse(i + 1, lines[i], what)
-        rows.append(values)
-    return np.array(rows)
+    if len(table) < len(at) or table.shape[1] < least:
+        table = np.zeros((len(at), columns))
+        for row, i in zip(table, at.tolist(), strict=True):
+            words = lines[i].split()[1 : columns + 1]
+            values = numbers(words, columns) or numbers(words, least)
+            if not values:
+                refuse(i + 1, lines[i], what)
+            row[: len(values)] = values
+    lacking = max(columns - table.shape[1], 0)
+    return np.pad(table, ((0, 0), (0, lacking)))
 
 
 def _faces(lines: list[bytes], at: dict[bytes, IntArray]) -> tuple[IntArray, IntArray]:
@@ -246,9 +233,7 @@ def _one_by_one(texts: list[bytes], lines: list[bytes], at: IntArray) -> tuple[I
     return np.array(index, dtype=np.int64).reshape(-1, 3), np.array(sizes, dtype=np.int64)
 
 
-def _named(
-    lines: list[bytes], where: dict[bytes, IntArray], key: bytes, faces: IntArray
-) -> tuple[tuple[str, ...], IntArray] | None:
+def _named(lines: list[bytes], where: dict[bytes, IntArray], key: bytes, faces: IntArray) -> Named | None:
     """Names that statements before the faces give them, and the name's number of each face; -1: none."""
     at = where.get(key)
     if at is None:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 import numpy as np
 
-from .._types import FloatArray, IntArray
+from .._types import IntArray
 from .materials import PLAIN, Material, library_text, warn_of_images
 from .mesh_file import MeshFile
 from .obj import LIBRARY, ObjText
@@ -46,12 +46,10 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
     V = mesh.V if extras.colours is None else np.column_stack((mesh.V, extras.colours[:, :3]))
     names, of = extras.materials or ((), np.full(len(mesh.polygons), -1))
     words = (*names, PLAIN) if _has_library(mesh) else ()
-    columns = [mesh.polygons.corners + 1, mesh.texture + 1]
+    columns, tables = [mesh.polygons.corners + 1, mesh.texture + 1], {"v": V, "vt": mesh.TC}
     if extras.normals is not None and extras.normal is not None:
         columns.append(extras.normal + 1)
-    tables: list[tuple[str, FloatArray]] = [("v", V), ("vt", mesh.TC)]
-    if len(columns) == 3 and extras.normals is not None:
-        tables.append(("vn", extras.normals))
+        tables["vn"] = extras.normals
     corners = np.column_stack(columns)
     form = "/".join(["{}"] * len(columns))
     forms = {k: f"f{f' {form}' * k}\n" for k in np.unique(mesh.polygons.sizes).tolist()}
@@ -62,8 +60,8 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
         file.write("# igl_linabf\n")
         if words:
             file.write(f"mtllib {path.with_suffix('.mtl').name}\n")
-        for keyword, rows in tables:
-            _write_rows(file.writelines, keyword, rows)
+        for keyword, rows in tables.items():
+            file.writelines(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())
         start = 0
         for i, k in enumerate(sizes):
             if i in heads:
@@ -71,10 +69,6 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
             end = start + k * width
             file.write(forms[k].format(*flat[start:end]))
             start = end
-
-
-def _write_rows(write: object, keyword: str, rows: FloatArray) -> None:
-    write(f"{keyword} {' '.join(map(repr, row))}\n" for row in rows.tolist())  # type: ignore[operator]
 
 
 def _heads(n: int, named: Iterable[tuple[str, Named | None]]) -> dict[int, str]:
@@ -152,12 +146,3 @@ def _moved(line: bytes, old: Path, new: Path) -> bytes:
         return b"mtllib " + os.fsencode(os.path.relpath(old / name, new).replace(os.sep, "/"))
     except ValueError:  # on another drive
         return b"mtllib " + os.fsencode((old / name).resolve().as_posix())
-
-
-def save_polygons(path: str, V: FloatArray, TC: FloatArray, corners: Iterable[Sequence[int]]) -> None:
-    """Write polygons: of each v, vt, v, vt, ... from 1 on."""
-    with open(path, "w", encoding="ascii") as file:
-        file.write("# igl_linabf\n")
-        for keyword, rows in (("v", V), ("vt", TC)):
-            _write_rows(file.writelines, keyword, rows)
-        file.writelines(f"f{' {}/{}' * (len(row) // 2)}\n".format(*row) for row in corners)

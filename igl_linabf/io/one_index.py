@@ -14,38 +14,52 @@ from .mesh_file import MeshFile
 
 
 @dataclass(frozen=True, eq=False)
-class OneIndex:
-    """Each distinct combination of indices at the corners, once.
+class Doubled:
+    """Each distinct combination of position, texture coordinates and normal at a corner, once.
 
     Attributes
     ----------
-    rows : tuple of (#P,) int64
-        For each of the given indices (positions, texture, normals) its row at each new vertex.
+    vertex : (#P,) int64
+        The vertex of each.
+    TC : (#P, 2) float64
+    normals : (#P, 3) float64 or None
     corners : (#C,) int64
-        The new vertex at each corner.
+        Which one is at each corner.
     """
 
-    rows: tuple[IntArray, ...]
+    vertex: IntArray
+    TC: FloatArray
+    normals: FloatArray | None
     corners: IntArray
 
 
-def one_index(*indices: IntArray) -> OneIndex:
-    """One index for the corners instead of several, (#C,) each."""
-    key, sizes = indices[0], []
+def doubled(mesh: MeshFile, corner: IntArray | slice = slice(None), normals: bool = False) -> Doubled:
+    """One index for the corners, or for some of them, instead of two; or, with normals, of three."""
+    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
+    indices = [mesh.polygons.corners[corner], mesh.texture[corner]]
+    given, of = mesh.extras.normals, mesh.extras.normal
+    if not normals or given is None or of is None:
+        (vertex, texture), corners = one_index(*indices)
+        return Doubled(vertex, mesh.TC[texture], None, corners)
+    (vertex, texture, normal), corners = one_index(*indices, of[corner])
+    return Doubled(vertex, mesh.TC[texture], given[normal], corners)
+
+
+def one_index(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
+    """The distinct combinations of several indices, as the rows of each, and which one is where."""
+    key = indices[0]
     for index in indices[1:]:  # step by step, so that the keys stay small
-        sizes.append(int(index.max(initial=0)) + 1)
-        key = key * sizes[-1] + index
+        key = key * (int(index.max(initial=0)) + 1) + index
         if index is not indices[-1]:
             _, key = np.unique(key, return_inverse=True)
-    _, first, corners = np.unique(key, return_index=True, return_inverse=True)
-    return OneIndex(tuple(index[first] for index in indices), corners.ravel().astype(np.int64))
+    _, first, place = np.unique(key, return_index=True, return_inverse=True)
+    return [index[first] for index in indices], place.ravel().astype(np.int64)
 
 
 def split_at_seams(mesh: MeshFile) -> tuple[FloatArray, FloatArray, IntArray]:
     """Each distinct pair of position and texture coordinate at a corner, and triangles over these pairs."""
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
-    made = one_index(mesh.polygons.corners, mesh.texture)
-    return mesh.V[made.rows[0]], mesh.TC[made.rows[1]], made.corners[mesh.split.place]
+    made = doubled(mesh)
+    return mesh.V[made.vertex], made.TC, made.corners[mesh.split.place]
 
 
 def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray]:
@@ -53,11 +67,10 @@ def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray]:
 
     Vertices keep their numbers if each has one texture coordinate at most; those without are at the origin.
     """
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
-    made = one_index(mesh.polygons.corners, mesh.texture)
-    if len(np.unique(made.rows[0])) == len(made.rows[0]):
+    made = doubled(mesh)
+    if len(np.unique(made.vertex)) == len(made.vertex):
         points = np.zeros((len(mesh.V), 3))
-        points[made.rows[0], :2] = mesh.TC[made.rows[1]]
+        points[made.vertex, :2] = made.TC
         return points, mesh.triangles
     warnings.warn(
         "vertices are written once for each of their texture coordinates: data of the given vertices "
@@ -65,9 +78,7 @@ def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray]:
         MeshWarning,
         stacklevel=stack_level(),
     )
-    return np.column_stack((mesh.TC[made.rows[1]], np.zeros(len(made.rows[1])))), made.corners[
-        mesh.split.place
-    ]
+    return np.insert(made.TC, 2, 0.0, axis=1), made.corners[mesh.split.place]
 
 
 def single(rows: FloatArray, name: str) -> NDArray[np.float32]:

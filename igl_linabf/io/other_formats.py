@@ -8,7 +8,7 @@ import numpy as np
 
 from ..surface import Polygons
 from .mesh_file import MeshFile
-from .one_index import flat_surface, one_index
+from .one_index import doubled, flat_surface
 from .packages import checked, needed, quietly
 from .parsing import Column, Damaged, Extras, Parsed, polygons_of
 
@@ -18,9 +18,7 @@ TEXTURE = "Texture Coordinates"  # in VTP
 
 def parse_gifti(path: Path) -> Parsed:
     """The surface of a GIFTI file."""
-    nibabel = needed("nibabel")
-    path.open("rb").close()
-    image = quietly(nibabel.load, str(path))
+    image = quietly(needed("nibabel").load, path)
     try:
         (points,) = image.get_arrays_from_intent(POINTS)
         (triangles,) = image.get_arrays_from_intent(TRIANGLES)
@@ -36,8 +34,7 @@ def parse_gifti(path: Path) -> Parsed:
 def parse_vtp(path: Path) -> Parsed:
     """The polygons of a VTK file."""
     pyvista = needed("pyvista")
-    path.open("rb").close()
-    mesh = quietly(pyvista.read, str(path))
+    mesh = quietly(pyvista.read, path)
     if not isinstance(mesh, pyvista.PolyData):
         raise Damaged(f"it holds a {type(mesh).__name__}, no polygons")
     if mesh.n_strips:
@@ -61,10 +58,8 @@ def parse_vtp(path: Path) -> Parsed:
 
 def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write polygons with texture coordinates at the points; all arrays that were read stay."""
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
-    pyvista = needed("pyvista")
-    made = one_index(mesh.polygons.corners, mesh.texture)
-    rows, source = made.rows[0], mesh.extras.source
+    pyvista, made = needed("pyvista"), doubled(mesh)
+    rows, source = made.vertex, mesh.extras.source
     faces = np.insert(made.corners, mesh.polygons.starts, mesh.polygons.sizes)
     written = pyvista.PolyData(mesh.V[rows], faces)
     if isinstance(source, pyvista.PolyData):
@@ -77,7 +72,7 @@ def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
             written.field_data[name] = values
     elif mesh.extras.colours is not None:
         written.point_data["RGB"] = np.round(np.clip(mesh.extras.colours[rows], 0, 1) * 255).astype(np.uint8)
-    written.active_texture_coordinates = mesh.TC[made.rows[1]]
+    written.active_texture_coordinates = made.TC
     written.save(temporary)
 
 

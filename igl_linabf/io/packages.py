@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Callable
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 from .._types import FloatArray
@@ -11,21 +13,23 @@ from ..surface import Polygons
 from .parsing import Damaged, Extras, Parsed, untextured
 
 
-def needed(module: str) -> Any:
+def needed(module: str, how: str = "pip install 'igl-linabf[formats]' reads and writes this format") -> Any:
+    """The module of another package; where it is missing, the error says how to get it."""
     try:
         return import_module(module)
     except ImportError as error:
-        raise ImportError(
-            f"{error}: pip install 'igl-linabf[formats]' reads and writes this format"
-        ) from None
+        raise ImportError(f"{error}: {how}") from None
 
 
-def quietly(read: Any, *given: Any, **named: Any) -> Any:
-    """What another package's reader returns; whatever it raises says that the file is damaged."""
+def quietly(read: Callable[[Any], Any], given: Any) -> Any:
+    """What another package's reader makes of a path; whatever it raises says that the file is damaged."""
+    if isinstance(given, Path):
+        given.open("rb").close()  # what cannot be opened is no damage
+        given = str(given)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            return read(*given, **named)
+            return read(given)
     except (MemoryError, Damaged):
         raise
     except Exception as error:  # each package has its own

@@ -111,6 +111,9 @@ class Column:
     values: NDArray[Any]
     sizes: IntArray | None = None
 
+    def __len__(self) -> int:
+        return len(self.values if self.sizes is None else self.sizes)
+
 
 Columns = dict[str, Column]
 

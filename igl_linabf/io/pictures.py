@@ -1,13 +1,15 @@
-"""Arrays as images of Pillow, and as PNG."""
+"""Arrays as images of Pillow, as PNG, and as files."""
 
 from __future__ import annotations
 
+import os
 from io import BytesIO
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._runtime import replacing
 from ..errors import MeshError
 
 CHANNELS = (1, 3, 4)
@@ -31,3 +33,31 @@ def png(image: ArrayLike) -> bytes:
     data = BytesIO()
     picture(image).save(data, "PNG")
     return data.getvalue()
+
+
+def write_image(path: str | os.PathLike[str], image: ArrayLike) -> None:
+    """Write an image; Pillow chooses the format by the suffix.
+
+    Parameters
+    ----------
+    path : path of a PNG file, or of another format of Pillow
+    image : (#rows, #columns) or (#rows, #columns, 1, 3 or 4) float
+        From 0 to 1; what lies beyond is cut off, and NaN is 0. 8 bits a channel are written.
+
+    Raises
+    ------
+    MeshError
+        The image has another shape.
+    OSError
+        The file cannot be written. In that case nothing is left behind.
+
+    Examples
+    --------
+    >>> import numpy as np, os, tempfile
+    >>> path = os.path.join(tempfile.mkdtemp(), "ramp.png")
+    >>> write_image(path, np.linspace(0, 1, 64).reshape(8, 8))
+    >>> os.path.getsize(path) > 70
+    True
+    """
+    with replacing(path) as temporary:
+        picture(image).save(temporary)

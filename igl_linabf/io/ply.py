@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from .._types import FloatArray
 from ..errors import some
 from ..surface import Polygons
 from .parsing import (
@@ -72,9 +73,9 @@ def parse_ply(data: bytes) -> Parsed:
     if "vertex" not in tables or "face" not in tables:
         raise Damaged("its head has no element vertex, or no element face")
     vertex, face = tables["vertex"], tables["face"]
-    if not all(axis in vertex and vertex[axis].sizes is None for axis in "xyz"):
+    V = _side_by_side(vertex, *"xyz")
+    if V is None:
         raise Damaged("its element vertex has not the properties x, y and z")
-    V = np.column_stack([vertex[axis].values.astype(np.float64) for axis in "xyz"])
     polygons = face.get("vertex_indices", face.get("vertex_index"))
     if polygons is None or polygons.sizes is None or polygons.values.dtype.kind == "f":
         raise Damaged("its element face has no list of integers vertex_indices")
@@ -86,31 +87,34 @@ def parse_ply(data: bytes) -> Parsed:
     if len(outside):
         raise Damaged(f"faces {some(outside)} name vertices outside 0..{len(V) - 1}")
     extras = _extras(vertex, faces, PlyTables(elements, tables, comments))
-    for u, v in TEXTURE_NAMES:
-        if all(name in vertex and vertex[name].sizes is None for name in (u, v)):
-            TC = np.column_stack([vertex[name].values.astype(np.float64) for name in (u, v)])
+    for names in TEXTURE_NAMES:
+        TC = _side_by_side(vertex, *names)
+        if TC is not None:
             return Parsed(V, faces, TC, faces.corners, extras)
     return untextured(V, faces, extras)
 
 
 def _extras(vertex: Columns, faces: Polygons, source: PlyTables) -> Extras:
     """Colours and normals at vertices, in the names that most programs give them."""
-
-    def known(*names: str) -> list[NDArray[Any]]:
-        columns = [vertex[name] for name in names if name in vertex and vertex[name].sizes is None]
-        return [of.values for of in columns] if len(columns) == len(names) else []
-
-    colour = known("red", "green", "blue", "alpha") or known("red", "green", "blue")
-    normal = known("nx", "ny", "nz")
+    colours = _side_by_side(vertex, "red", "green", "blue", "alpha")
+    if colours is None:
+        colours = _side_by_side(vertex, "red", "green", "blue")
+    normals = _side_by_side(vertex, "nx", "ny", "nz")
     types = {of.name: of.type for element in source.elements[:1] for of in element.properties}
     whole = types.get("red", "f")[0] != "f"
-    largest = np.iinfo(types["red"]).max if colour and whole else 1
+    largest = np.iinfo(types["red"]).max if colours is not None and whole else 1
     return Extras(
-        colours=np.column_stack(colour) / largest if colour else None,
-        normals=np.column_stack(normal).astype(np.float64) if normal else None,
-        normal=faces.corners if normal else None,
+        colours=None if colours is None else colours / largest,
+        normals=normals,
+        normal=None if normals is None else faces.corners,
         source=source,
     )
+
+
+def _side_by_side(table: Columns, *names: str) -> FloatArray | None:
+    """The numbers of these properties, if the element has all of them."""
+    columns = [table[name].values for name in names if name in table and table[name].sizes is None]
+    return np.column_stack(columns).astype(np.float64) if len(columns) == len(names) else None
 
 
 def _header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
@@ -185,7 +189,7 @@ def _table(data: bytes, start: int, element: Element, order: str) -> tuple[Colum
     done, ahead = 0, element.rows  # a run is looked for among so many rows
     while done < element.rows:
         sizes.append(_sizes(data, start, element, order, done))
-        dtype = _row_type(tuple(element.properties), sizes[-1], order)
+        dtype = row_type(tuple(element.properties), sizes[-1], order)
         n = min(ahead, element.rows - done, (len(data) - start) // dtype.itemsize)
         run = np.frombuffer(data, dtype, n, start)
         same = np.ones(n, dtype=bool)
@@ -208,7 +212,7 @@ def _table(data: bytes, start: int, element: Element, order: str) -> tuple[Colum
 
 
 @cache
-def _row_type(properties: tuple[Property, ...], sizes: tuple[int, ...], order: str) -> np.dtype[Any]:
+def row_type(properties: tuple[Property, ...], sizes: tuple[int, ...], order: str) -> np.dtype[Any]:
     fields: list[Any] = []
     for k, (of, size) in enumerate(zip(properties, sizes, strict=True)):
         fields += [(f"{k} size", order + (of.length or "V0")), (str(k), order + of.type, (size,))]

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from .._runtime import replacing
 from ..errors import MeshError
-from .formats import BESIDE, WITH_IMAGES, warn_of_loss, writer
+from .formats import WITH_IMAGES, warn_of_loss, writer
 from .mesh_file import MeshFile
+from .obj_writing import materials_beside
 from .pictures import png
 
 
@@ -33,9 +34,10 @@ def written(
         raise MeshError(f"{path} holds no image: write one of {', '.join(WITH_IMAGES)}")
     made = replace(mesh.textured(TC, FTC), image=None if image is None else png(image))
     warn_of_loss(made, suffix)
+    beside = materials_beside(made, path) if suffix == ".obj" else {}
     with ExitStack() as stack:
         temporary = stack.enter_context(replacing(path))
-        for own, data in BESIDE[suffix](made, path).items() if suffix in BESIDE else ():
+        for own, data in beside.items():
             Path(stack.enter_context(replacing(path.with_suffix(own)))).write_bytes(data)
         save(temporary, made, path)
         yield

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 
 from .._types import FloatArray
@@ -14,7 +15,7 @@ HEAD = 84  # bytes, the last four of them the number of triangles
 
 
 def parse_stl(data: bytes) -> Parsed:
-    """The mesh in the bytes of an STL file; each triangle has its own three vertices."""
+    """The mesh in the bytes of an STL file; corners at equal positions are one vertex."""
     promised = int.from_bytes(data[HEAD - 4 : HEAD], "little")
     size = TRIANGLE.itemsize
     if len(data) == HEAD + size * promised:
@@ -29,7 +30,10 @@ def parse_stl(data: bytes) -> Parsed:
     bad = np.flatnonzero(~np.isfinite(V).all(axis=1))
     if len(bad):
         raise Damaged(f"triangles {some(np.unique(bad // 3))} have coordinates that are NaN or infinite")
-    return untextured(V, Polygons.of_triangles(np.arange(len(V)).reshape(-1, 3)))
+    F = np.arange(len(V)).reshape(-1, 3)
+    if len(V):
+        V, _, _, F = igl.remove_duplicate_vertices(V, F, 0.0)
+    return untextured(V, Polygons.of_triangles(F.astype(np.int64)))
 
 
 def _text(data: bytes) -> FloatArray:

@@ -25,9 +25,8 @@ PROPERTY = np.dtype([("resource", "<u4"), ("index", "<u4", 3)])  # of a triangle
 def parse_3mf(path: Path) -> Parsed:
     """All objects of a 3MF file, where its build places them."""
     wrapper = needed("lib3mf").get_wrapper()
-    path.open("rb").close()
     model = wrapper.CreateModel()
-    quietly(model.QueryReader("3mf").ReadFromFile, str(path))
+    quietly(model.QueryReader("3mf").ReadFromFile, path)
     parsed: Parsed = quietly(_parsed, model)
     return parsed
 

@@ -7,12 +7,22 @@ small systems there are loops only: without numba, a library makes them.
 
 from .choice import fast_by, is_fast, numpy_only
 from .cholesky import Factor, analysed, factored
-from .connectivity import boundary_loops, connected_labels, cycles, entries, in_one_piece, undirected
+from .connectivity import (
+    boundary_loops,
+    connected_labels,
+    cycles,
+    entries,
+    in_one_piece,
+    spanning_forest,
+    undirected,
+)
+from .drawing import touched_cells
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
+from .paths import nearest_sources, shortest_odd_walk
 from .places import best_place
 from .small_systems import separate_errors, solved
-from .supernodal import supernodal_factor, supernodal_solve
-from .supernodes import Supernodes, supernodes
+from .supernodal import Subtrees, Work, fresh, supernodal_backward, supernodal_factor, supernodal_forward
+from .supernodes import Supernodes, subtrees, supernodes
 from .systems import (
     at_edges,
     block_entries,
@@ -24,14 +34,20 @@ from .systems import (
     pulled,
     system_blocks,
 )
+from .triangle_pairs import interpenetrating
 from .triangles import (
     NEXT,
     PREV,
     angle_sums,
+    bends,
+    conformal_errors,
+    conformally,
     cotangents,
     cut_short,
     errors,
+    lengths,
     log_sines,
+    normals,
     products,
     projected,
     row_sums,

@@ -246,6 +246,33 @@ def connected_labels(edges: IntArray, n: int) -> IntArray:
     return np.asarray(csgraph.connected_components(graph, directed=False)[1], dtype=np.int64)
 
 
+def _spanning_forest(pairs: IntArray, order: IntArray, n: int) -> IntArray:
+    parent, chosen, size = np.arange(n), np.empty(min(n, len(order)), dtype=np.int64), 0
+    for e in order:
+        i, j = _root(parent, pairs[e, 0]), _root(parent, pairs[e, 1])
+        if i != j:
+            parent[max(i, j)] = min(i, j)
+            chosen[size] = e
+            size += 1
+    return chosen[:size].copy()
+
+
+@with_loops(_spanning_forest)
+def spanning_forest(pairs: IntArray, order: IntArray, n: int) -> IntArray:
+    """Of the edges `order`, by their pairs of n nodes, those that close no cycle with earlier ones.
+
+    If the order is by weight, this is the minimum spanning forest (Kruskal 1956).
+    """
+    i, j = np.sort(pairs[order], axis=1).T
+    proper = np.flatnonzero(i != j)
+    _, first = np.unique(i[proper] * n + j[proper], return_index=True)  # the earliest between two nodes
+    first = proper[first]
+    rank = sparse.csr_array(
+        (first + 1.0, (i[first], j[first])), shape=(n, n)
+    )  # distinct weights name the edge
+    return np.asarray(order[np.sort(csgraph.minimum_spanning_tree(rank).data.astype(np.int64)) - 1])
+
+
 def _in_one_piece(sides: IntArray, n_faces: int) -> bool:
     parent, pieces = np.arange(n_faces), n_faces
     for e in range(sides.shape[1]):

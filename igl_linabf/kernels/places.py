@@ -11,28 +11,24 @@ from __future__ import annotations
 import numpy as np
 
 from .._types import BoolArray, IntArray
-from .choice import inlined, with_loops
+from .choice import with_loops
+
+FREE = 1 << 14  # cells in a row: more than any page has
 
 Place = tuple[int, int, int]
 
 
-@inlined
-def _within(
-    taken: BoolArray,
-    width: int,
-    height: int,
-    columns: int,
-    rows: int,
-    shapes: IntArray,
-    blocks: IntArray,
-    start: IntArray,
+def _best_place(
+    taken: BoolArray, width: int, height: int, shapes: IntArray, blocks: IntArray, start: IntArray
 ) -> Place:
-    """The best place in the lower left corner of the page; the mask is -1 if there is none."""
-    ahead = np.empty((rows, columns + 1), dtype=np.int64)  # free cells from here to the right
-    for y in range(rows):
-        ahead[y, columns] = 0
-        for x in range(columns - 1, -1, -1):
-            ahead[y, x] = 0 if taken[y, x] else ahead[y, x + 1] + 1
+    rows = min(height + shapes[:, 0].max(), len(taken))
+    columns = min(width + shapes[:, 1].max(), len(taken))
+    ahead = np.empty((height, width), dtype=np.int16)  # free cells from here to the right; or taken ones: < 0
+    for y in range(height):
+        there = FREE
+        for x in range(width - 1, -1, -1):
+            there = min(there, 0) - 1 if taken[y, x] else max(there, 0) + 1
+            ahead[y, x] = there
     best, mask, best_x, best_y = np.inf, -1, -1, -1
     for k in range(len(shapes)):
         high, wide = shapes[k, 0], shapes[k, 1]
@@ -46,9 +42,12 @@ def _within(
                 step = 0
                 for i in range(start[k], start[k + 1]):
                     column, lowest = x + blocks[i, 1], y + blocks[i, 0]
-                    for row in range(lowest, lowest + blocks[i, 3]):
-                        if ahead[row, column] < blocks[i, 2]:
-                            step = max(step, ahead[row, column] + 1)
+                    if column >= width:
+                        continue
+                    for row in range(lowest, min(lowest + blocks[i, 3], height)):
+                        if ahead[row, column] < blocks[i, 2]:  # on to behind the cells that are taken
+                            free = max(ahead[row, column], 0)
+                            step = max(step, free - ahead[row, column + free])
                     if step:
                         break
                 if not step:
@@ -56,18 +55,6 @@ def _within(
                     break
                 x += step
     return mask, best_x, best_y
-
-
-def _best_place(
-    taken: BoolArray, width: int, height: int, shapes: IntArray, blocks: IntArray, start: IntArray
-) -> Place:
-    side, square = len(taken), min(max(width, height), len(taken))
-    if square:
-        found = _within(taken, width, height, square, square, shapes, blocks, start)
-        if found[0] >= 0:
-            return found
-    rows, columns = min(height + shapes[:, 0].max(), side), min(width + shapes[:, 1].max(), side)
-    return _within(taken, width, height, columns, rows, shapes, blocks, start)
 
 
 @with_loops(_best_place)

@@ -2,57 +2,127 @@
 
 The front of a supernode is a dense matrix: the rows of A that belong to its columns, and what its children in
 the elimination tree leave. The front's columns are eliminated; what is left of the front goes to its parent.
-There is no form in NumPy: CHOLMOD's factor, in the same order, defines this one. On meshes of up to about
-200,000 triangles it takes less than half of CHOLMOD's time.
+Subtrees do not touch each other, so threads work at several of them at a time; the supernodes above them come
+after. There is no form in NumPy: CHOLMOD's factor, in the same order, defines this one. On meshes of 10,000
+to 200,000 triangles it takes less than half of CHOLMOD's time.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from .._types import FloatArray
+from .._types import FloatArray, IntArray
 from .choice import inlined, only_loops
 from .supernodes import WIDTH, Places, Supernodes
 
 THIN = 2  # columns up to which what a leaf leaves goes to its parent's front at once
+PANEL = 64  # columns whose effect on the rest is added up
+
+
+class Subtrees(NamedTuple):
+    """Subtrees of an elimination tree, and the supernodes above them.
+
+    Attributes
+    ----------
+    number : (#s,) int64
+        Of which subtree a supernode is the root; -1 for others.
+    left, rows : (#subtrees + 1,) int64
+        Where what a root leaves begins: its matrix, and the rows of a right side.
+    """
+
+    number: IntArray
+    left: IntArray
+    rows: IntArray
+
+
+def _fresh(size: int) -> FloatArray:
+    return np.empty(size)
+
+
+fresh = only_loops(_fresh)
+fresh.__doc__ = """An array that is not filled, in small pages.
+
+NumPy asks the system for large ones, and gigabytes of these take it longer than the factor takes.
+"""
+
+
+class Work(NamedTuple):
+    """Work space: the stack of what fronts leave, and what is left of a front."""
+
+    stack: FloatArray
+    space: FloatArray
+
+    @classmethod
+    def of(cls, a: Supernodes) -> Work:
+        return cls(fresh(a.stack), fresh(a.front**2))
+
+
+@inlined
+def _take(X: FloatArray, p: int, last: int, Y: FloatArray, shift: int, first: int, until: int) -> None:
+    """Take from the columns `first` to `until` of Y what the eliminated columns `p` to `last` of X say.
+
+    The row of Y's column 0 in X is `shift`. Four go with four at a time, which stay in the processor's
+    registers.
+    """
+    size = X.shape[1] - shift
+    fours, whole = p + (last - p) // WIDTH * WIDTH, first + (until - first) // WIDTH * WIDTH
+    for j in range(first, whole, WIDTH):
+        q = shift + j
+        for k in range(p, fours, WIDTH):
+            for c in range(3):  # the corner, of which there is a triangle only
+                for r in range(c, 3):
+                    for t in range(k, k + WIDTH):
+                        Y[j + c, j + r] -= X[t, q + c] * X[t, q + r]
+            x0, x1, x2, x3 = X[k, q + 3 :], X[k + 1, q + 3 :], X[k + 2, q + 3 :], X[k + 3, q + 3 :]
+            y0, y1, y2, y3 = Y[j, j + 3 :], Y[j + 1, j + 3 :], Y[j + 2, j + 3 :], Y[j + 3, j + 3 :]
+            a0, a1, a2, a3 = X[k, q], X[k + 1, q], X[k + 2, q], X[k + 3, q]
+            b0, b1, b2, b3 = X[k, q + 1], X[k + 1, q + 1], X[k + 2, q + 1], X[k + 3, q + 1]
+            c0, c1, c2, c3 = X[k, q + 2], X[k + 1, q + 2], X[k + 2, q + 2], X[k + 3, q + 2]
+            d0, d1, d2, d3 = X[k, q + 3], X[k + 1, q + 3], X[k + 2, q + 3], X[k + 3, q + 3]
+            for i in range(size - j - 3):
+                u, v, w, z = x0[i], x1[i], x2[i], x3[i]
+                y0[i] -= a0 * u + a1 * v + a2 * w + a3 * z
+                y1[i] -= b0 * u + b1 * v + b2 * w + b3 * z
+                y2[i] -= c0 * u + c1 * v + c2 * w + c3 * z
+                y3[i] -= d0 * u + d1 * v + d2 * w + d3 * z
+    for j in range(whole, until):
+        for k in range(p, fours, WIDTH):
+            q = shift + j
+            f0, f1, f2, f3 = X[k, q], X[k + 1, q], X[k + 2, q], X[k + 3, q]
+            x0, x1, x2, x3, y = X[k, q:], X[k + 1, q:], X[k + 2, q:], X[k + 3, q:], Y[j, j:]
+            for i in range(size - j):
+                y[i] -= f0 * x0[i] + f1 * x1[i] + f2 * x2[i] + f3 * x3[i]
+    for k in range(fours, last):
+        for j in range(first, until):
+            share, x, y = X[k, shift + j], X[k, shift + j :], Y[j, j:]
+            for i in range(size - j):
+                y[i] -= share * x[i]
 
 
 @inlined
 def _eliminate(L: FloatArray, U: FloatArray) -> int:
     """Eliminate the columns L, `L[column, row]`, of a front, whose rest is U; the bad pivot, or -1."""
-    width, size, p = len(L), L.shape[1], 0
-    while p < width:
-        end = min(p + WIDTH, width)
-        for k in range(p, end):
-            if not L[k, k] > 0:
-                return k
-            root, x = np.sqrt(L[k, k]), L[k, k:]
-            inverse = 1 / root
-            for i in range(size - k):
-                x[i] *= inverse
-            for j in range(k + 1, end):
-                share, x, y = L[k, j], L[k, j:], L[j, j:]
-                for i in range(size - j):
-                    y[i] -= share * x[i]
-        if end < p + 4:  # the last columns
+    width, size = len(L), L.shape[1]
+    for first in range(0, width, PANEL):
+        last = min(first + PANEL, width)
+        for p in range(first, last, WIDTH):
+            end = min(p + WIDTH, last)
             for k in range(p, end):
-                for j in range(len(U)):
-                    share, x, y = L[k, width + j], L[k, width + j :], U[j, j:]
-                    for i in range(len(U) - j):
+                if not L[k, k] > 0:
+                    return k
+                root, x = np.sqrt(L[k, k]), L[k, k:]
+                inverse = 1 / root
+                for i in range(size - k):
+                    x[i] *= inverse
+                for j in range(k + 1, end):
+                    share, x, y = L[k, j], L[k, j:], L[j, j:]
+                    for i in range(size - j):
                         y[i] -= share * x[i]
-            break
-        for j in range(end, width):
-            f0, f1, f2, f3 = L[p, j], L[p + 1, j], L[p + 2, j], L[p + 3, j]
-            x0, x1, x2, x3, y = L[p, j:], L[p + 1, j:], L[p + 2, j:], L[p + 3, j:], L[j, j:]
-            for i in range(size - j):
-                y[i] -= f0 * x0[i] + f1 * x1[i] + f2 * x2[i] + f3 * x3[i]
-        for j in range(len(U)):
-            q = width + j
-            f0, f1, f2, f3 = L[p, q], L[p + 1, q], L[p + 2, q], L[p + 3, q]
-            x0, x1, x2, x3, y = L[p, q:], L[p + 1, q:], L[p + 2, q:], L[p + 3, q:], U[j, j:]
-            for i in range(len(U) - j):
-                y[i] -= f0 * x0[i] + f1 * x1[i] + f2 * x2[i] + f3 * x3[i]
-        p = end
+            _take(L, p, end, L, 0, end, last)
+        _take(L, first, last, L, 0, last, width)
+        _take(L, first, last, U, width, 0, len(U))
     return -1
 
 
@@ -84,27 +154,43 @@ def _add(left: FloatArray, to: Places, L: FloatArray, U: FloatArray) -> None:
                 U[to[j] - width, to[i] - width] += left[j, i]
 
 
-def _factor(data: FloatArray, a: Supernodes, values: FloatArray) -> int:
-    stack, top = np.empty(a.stack), 0
-    waiting, last = np.empty(len(a.children), dtype=np.int64), 0
-    space = np.empty(a.front * a.front)
-    for s in range(len(a.children)):
+def _factor(
+    data: FloatArray,
+    a: Supernodes,
+    parts: Subtrees,
+    which: IntArray,
+    root: int,
+    values: FloatArray,
+    left: FloatArray,
+    work: Work,
+) -> int:
+    stack, top = work.stack, 0
+    waiting, last = np.empty(len(which), dtype=np.int64), 0
+    for s in which:
         first, width = a.start[s], a.start[s + 1] - a.start[s]
         m = a.below_start[s + 1] - a.below_start[s]
+        if parts.number[s] >= 0 and s != root:  # it is done
+            if m:
+                waiting[last] = s
+                last += 1
+            continue
         block = values[a.value_start[s] : a.value_start[s + 1]]
         block[:] = 0.0
         for p in range(a.column[first], a.column[first + width]):
             block[a.target[p]] += data[a.source[p]]
         thin = a.children[s] == 0 and width <= THIN
         rest = 0 if thin else m
-        L, U = block.reshape(width, width + m), space[: rest * rest].reshape(rest, rest)
+        L, U = block.reshape(width, width + m), work.space[: rest * rest].reshape(rest, rest)
         for j in range(rest):
             U[j, j:] = 0.0
         for _ in range(a.children[s]):
             last -= 1
             c = waiting[last]
             wide, to = a.start[c + 1] - a.start[c], a.local[a.below_start[c] : a.below_start[c + 1]]
-            if a.children[c] == 0 and wide <= THIN:
+            if parts.number[c] >= 0:
+                begin = parts.left[parts.number[c]]
+                _add(left[begin : begin + len(to) ** 2].reshape(len(to), len(to)), to, L, U)
+            elif a.children[c] == 0 and wide <= THIN:
                 own = values[a.value_start[c] : a.value_start[c + 1]]
                 _add_leaf(own.reshape(wide, wide + len(to)), to, L, U)
             else:
@@ -113,35 +199,56 @@ def _factor(data: FloatArray, a: Supernodes, values: FloatArray) -> int:
         bad = _eliminate(L, U)
         if bad >= 0:
             return int(first + bad)
-        left = stack[top : top + rest * rest].reshape(rest, rest)
+        if s == root:
+            begin = parts.left[parts.number[s]]
+            kept = left[begin : begin + rest * rest].reshape(rest, rest)
+        else:
+            kept = stack[top : top + rest * rest].reshape(rest, rest)
+            top += rest * rest
         for j in range(rest):
-            left[j, j:] = U[j, j:]
-        top += rest * rest
+            kept[j, j:] = U[j, j:]
         if m:
             waiting[last] = s
             last += 1
     return -1
 
 
-_factored = only_loops(_factor)
+supernodal_factor = only_loops(_factor)
+supernodal_factor.__doc__ = """Fill L's values by the supernodes `which`; the place of a bad pivot, or -1.
+
+They are those of the subtree with this root, in order. With root -1 they are those above all subtrees, and
+the roots of these, which leave their rests in `left`.
+"""
 
 
-def supernodal_factor(data: FloatArray, a: Supernodes) -> tuple[FloatArray, int]:
-    """L's values by supernodes, and the place of a bad pivot, or -1."""
-    values = np.empty(a.value_start[-1])  # NumPy asks for large pages
-    return values, _factored(data, a, values)
-
-
-def _solve(values: FloatArray, a: Supernodes, b: FloatArray) -> FloatArray:
-    n, start, below_start, begin = len(a.order), a.start, a.below_start, a.value_start
-    below, order = a.below, a.order
-    x, y, z = np.empty((n, 2)), np.empty(a.front), np.empty(a.front)
-    for i in range(n):
-        x[i, 0], x[i, 1] = b[order[i], 0], b[order[i], 1]
-    for s in range(len(start) - 1):  # L y = P b
-        first, width, under = start[s], start[s + 1] - start[s], below_start[s]
-        m = below_start[s + 1] - under
-        size, at = width + m, begin[s]
+def _forward(
+    values: FloatArray,
+    a: Supernodes,
+    parts: Subtrees,
+    which: IntArray,
+    root: int,
+    b: FloatArray,
+    left: FloatArray,
+    x: FloatArray,
+) -> None:
+    end = a.start[root + 1] if root >= 0 else len(a.order)
+    y, z, above = np.empty(a.front), np.empty(a.front), np.empty((len(a.order) - end, 2))
+    if root >= 0:
+        for p in range(a.below_start[root], a.below_start[root + 1]):
+            above[a.below[p] - end] = 0.0
+    for s in which:
+        first, width, under = a.start[s], a.start[s + 1] - a.start[s], a.below_start[s]
+        m = a.below_start[s + 1] - under
+        if parts.number[s] >= 0 and s != root:
+            begin = parts.rows[parts.number[s]]
+            for i in range(m):
+                x[a.below[under + i], 0] += left[begin + i, 0]
+                x[a.below[under + i], 1] += left[begin + i, 1]
+            continue
+        for j in range(first, first + width):
+            x[j, 0] += b[a.order[j], 0]
+            x[j, 1] += b[a.order[j], 1]
+        size, at = width + m, a.value_start[s]
         for j in range(width):
             own = at + j * size
             f, g = x[first + j, 0] / values[own + j], x[first + j, 1] / values[own + j]
@@ -165,15 +272,44 @@ def _solve(values: FloatArray, a: Supernodes, b: FloatArray) -> FloatArray:
                 u[i] += c[i] * f
                 v[i] += c[i] * g
         for i in range(m):
-            x[below[under + i], 0] -= u[i]
-            x[below[under + i], 1] -= v[i]
-    for s in range(len(start) - 2, -1, -1):  # L^T P x = y
-        first, width, under = start[s], start[s + 1] - start[s], below_start[s]
-        m = below_start[s + 1] - under
-        size, at = width + m, begin[s]
+            r = a.below[under + i]
+            if r < end:
+                x[r, 0] -= u[i]
+                x[r, 1] -= v[i]
+            else:
+                above[r - end, 0] -= u[i]
+                above[r - end, 1] -= v[i]
+    if root >= 0:
+        begin, under = parts.rows[parts.number[root]], a.below_start[root]
+        for i in range(a.below_start[root + 1] - under):
+            left[begin + i] = above[a.below[under + i] - end]
+
+
+supernodal_forward = only_loops(_forward)
+supernodal_forward.__doc__ = (
+    """L x = P b for two right sides, b (n, 2), in x, zero at first; `which` as in the factor."""
+)
+
+
+def _backward(
+    values: FloatArray,
+    a: Supernodes,
+    parts: Subtrees,
+    which: IntArray,
+    root: int,
+    x: FloatArray,
+    made: FloatArray,
+) -> None:
+    y, z = np.empty(a.front), np.empty(a.front)
+    for s in which[::-1]:
+        if parts.number[s] >= 0 and s != root:
+            continue
+        first, width, under = a.start[s], a.start[s + 1] - a.start[s], a.below_start[s]
+        m = a.below_start[s + 1] - under
+        size, at = width + m, a.value_start[s]
         u, v = y[:m], z[:m]
         for i in range(m):
-            u[i], v[i] = x[below[under + i], 0], x[below[under + i], 1]
+            u[i], v[i] = x[a.below[under + i], 0], x[a.below[under + i], 1]
         for j in range(width % 2, width, 2):
             own = at + j * size
             c, d = values[own + width : own + size], values[own + size + width : own + 2 * size]
@@ -201,11 +337,11 @@ def _solve(values: FloatArray, a: Supernodes, b: FloatArray) -> FloatArray:
                 f -= values[own + i] * x[first + i, 0]
                 g -= values[own + i] * x[first + i, 1]
             x[first + j, 0], x[first + j, 1] = f / values[own + j], g / values[own + j]
-    made = np.empty_like(x)
-    for i in range(n):
-        made[order[i], 0], made[order[i], 1] = x[i, 0], x[i, 1]
-    return made
+        for j in range(first, first + width):
+            made[a.order[j], 0], made[a.order[j], 1] = x[j, 0], x[j, 1]
 
 
-supernodal_solve = only_loops(_solve)
-supernodal_solve.__doc__ = """A^-1 b for two right-hand sides, (n, 2), by the values of the factor."""
+supernodal_backward = only_loops(_backward)
+supernodal_backward.__doc__ = (
+    """L^T P made = x, by the supernodes `which` from the last one on; x is overwritten."""
+)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from .._types import IntArray
+from .._types import FloatArray, IntArray
 from .choice import inlined, only_loops
 
 SMALL, MEDIUM = 16, 48  # columns
@@ -260,3 +260,23 @@ _analysed = only_loops(_supernodes)
 def supernodes(indptr: IntArray, indices: IntArray, order: IntArray) -> Supernodes:
     """Analyse a symmetric pattern, given by its lower triangle in CSC, for a postordered elimination."""
     return Supernodes(order, *_analysed(indptr, indices, order))
+
+
+def _subtrees(a: Supernodes, work: FloatArray) -> tuple[IntArray, FloatArray]:
+    first, total = np.arange(len(work)), work.copy()
+    waiting, last = np.empty(len(work), dtype=np.int64), 0
+    for s in range(len(work)):
+        for _ in range(a.children[s]):
+            last -= 1
+            first[s] = first[waiting[last]]
+            total[s] += total[waiting[last]]
+        if a.below_start[s + 1] > a.below_start[s]:
+            waiting[last] = s
+            last += 1
+    return first, total
+
+
+subtrees = only_loops(_subtrees)
+subtrees.__doc__ = (
+    """The first supernode of each one's subtree, which are in postorder, and the work in it."""
+)

@@ -61,6 +61,71 @@ def products(V: FloatArray, corner: IntArray) -> tuple[FloatArray, FloatArray, F
     return double_area, dot, 4 * EPS * extent * longest
 
 
+def _normals(V: FloatArray, corner: IntArray) -> FloatArray:
+    normal, tiny = np.empty((corner.shape[1], 3)), np.finfo(np.float64).tiny
+    u, v = np.empty(3), np.empty(3)
+    for t in range(corner.shape[1]):
+        for j in range(3):
+            u[j] = V[corner[1, t], j] - V[corner[0, t], j]
+            v[j] = V[corner[2, t], j] - V[corner[0, t], j]
+        x, y, z = u[1] * v[2] - u[2] * v[1], u[2] * v[0] - u[0] * v[2], u[0] * v[1] - u[1] * v[0]
+        length = max(np.sqrt(x * x + y * y + z * z), tiny)
+        normal[t, 0], normal[t, 1], normal[t, 2] = x / length, y / length, z / length
+    return normal
+
+
+@with_loops(_normals)
+def normals(V: FloatArray, corner: IntArray) -> FloatArray:
+    """Unit normals of triangles, (#F, 3); zero, or what rounding makes of it, where there is no area."""
+    a, b, c = V[corner]
+    normal = np.cross(b - a, c - a)
+    length = np.sqrt(np.einsum("ij,ij->i", normal, normal))
+    return np.asarray(normal / np.maximum(length, np.finfo(np.float64).tiny)[:, None])
+
+
+def _bends(V: FloatArray, corner: IntArray, sides: IntArray, normal: FloatArray) -> FloatArray:
+    bend, m = np.empty(sides.shape[1]), corner.shape[1]
+    for e in range(sides.shape[1]):
+        s, t = sides[0, e], sides[1, e]
+        v, w = corner[s // m, s % m], corner[t // m, t % m]
+        squared, rise = 0.0, 0.0
+        for j in range(3):
+            turned = normal[s % m, j] - normal[t % m, j]
+            squared += turned * turned
+            rise += (V[w, j] - V[v, j]) * turned
+        angle = 2 * np.arcsin(min(np.sqrt(squared) / 2, 1.0))
+        bend[e] = -angle if rise > 0 else angle
+    return bend
+
+
+@with_loops(_bends)
+def bends(V: FloatArray, corner: IntArray, sides: IntArray, normal: FloatArray) -> FloatArray:
+    """Angle between the normals at edges, of sides (2, #E); negative where the surface is concave."""
+    m = corner.shape[1]
+    turned = normal[sides[0] % m] - normal[sides[1] % m]
+    angle = 2 * np.arcsin(np.minimum(np.sqrt(np.einsum("ij,ij->i", turned, turned)) / 2, 1))
+    apex = corner.ravel()[sides]  # opposite to the edge, on its two sides
+    rise = np.einsum("ij,ij->i", V[apex[1]] - V[apex[0]], turned)
+    return np.asarray(np.where(rise > 0, -angle, angle))
+
+
+def _lengths(V: FloatArray, edges: IntArray) -> FloatArray:
+    length = np.empty(len(edges))
+    for e in range(len(edges)):
+        squared = 0.0
+        for j in range(V.shape[1]):
+            squared += (V[edges[e, 0], j] - V[edges[e, 1], j]) ** 2
+        length[e] = np.sqrt(squared)
+    return length
+
+
+@with_loops(_lengths)
+def lengths(V: FloatArray, edges: IntArray) -> FloatArray:
+    """Of edges, (#E, 2)."""
+    along = V[edges[:, 0]] - V[edges[:, 1]]
+    return np.asarray(np.sqrt(np.einsum("ij,ij->i", along, along)))
+
+
 def cotangents(alpha: FloatArray) -> FloatArray:
     """cot alpha; infinite at an angle of 0, as in a collapsed triangle."""
     made = np.tan(alpha)  # NumPy's tangent takes a fifth of the time of its sine
@@ -165,6 +230,32 @@ def projected(w: FloatArray, d: FloatArray, y: FloatArray) -> FloatArray:
     """P y: (3, #F) angles that sum to zero in each triangle."""
     after, before = y[NEXT], y[PREV]
     return np.asarray(w * ((w[NEXT] * (y - after) + w[PREV] * (y - before)) / d))
+
+
+def _conformal_errors(corner: IntArray, cot: FloatArray, vertex: FloatArray, wheel: FloatArray) -> FloatArray:
+    m = corner.shape[1]
+    e = np.empty((3, m))
+    for t in range(m):
+        a, b, c = corner[0, t], corner[1, t], corner[2, t]
+        x, y, z = wheel[a], wheel[b], wheel[c]
+        p, q, r = cot[0, t], cot[1, t], cot[2, t]
+        y0, y1, y2 = vertex[a] + p * (z - y), vertex[b] + q * (x - z), vertex[c] + r * (y - x)
+        u, v, w = p * (y1 - y2) / 2, q * (y2 - y0) / 2, r * (y0 - y1) / 2
+        e[0, t], e[1, t], e[2, t] = w - v, u - w, v - u
+    return e
+
+
+@with_loops(_conformal_errors)
+def conformal_errors(corner: IntArray, cot: FloatArray, vertex: FloatArray, wheel: FloatArray) -> FloatArray:
+    """K M^T x of multipliers (n,) of single vertices, K the cotangent matrices: `errors` in that metric."""
+    x, y = vertex.take(corner), wheel.take(corner)
+    return conformally(cot, x + cot * (y[PREV] - y[NEXT]))
+
+
+def conformally(cot: FloatArray, y: FloatArray) -> FloatArray:
+    """K y: (3, #F) angles that sum to zero in each triangle."""
+    across = cot * (y[NEXT] - y[PREV]) / 2
+    return np.asarray(across[PREV] - across[NEXT])
 
 
 def _cut_short(alpha: FloatArray, e: FloatArray, reach: float) -> tuple[FloatArray, BoolArray]:

@@ -5,7 +5,7 @@ Zayer, Levy, Seidel 2007, section 5; Tutte 1963 and Floater 2003 (embeddings); R
 Degener, Meseth, Klein 2003 and Smith, De Goes, Kim 2019 (the isometric energy and its convex part).
 """
 
-from .boundary import develop_boundaries, develop_boundary
+from .boundary import Boundary, develop_boundaries, develop_boundary
 from .choice import GAP, Layout, LayoutName, check_method, check_pins, lay_out, layout, placed
 from .conformal_energy import far_apart, least_squares
 from .convex import on_circle

@@ -28,7 +28,7 @@ from ..surface import (
     vertex_array,
     with_outer,
 )
-from .boundary import develop_boundary, harmonic
+from .boundary import Boundary, develop_boundary, harmonic
 from .conformal_energy import far_apart, least_squares
 from .greedily import greedy
 
@@ -62,16 +62,17 @@ def lay_out(
     solvers: Solvers,
     laplacian: Analysis | None = None,
     along: IntArray | None = None,
+    boundary: Boundary | None = None,
 ) -> Layout:
     """Lay out triangles' angles, (3, #F) radians.
 
     `laplacian` is the analysis of the constraints' pattern, if it is known already. Where angle sums of
     the outer loop are prescribed, it is drawn with them, and stays as it is drawn. Without pins, the
-    second vertex of `along` is put to the right of the first.
+    second vertex of `along` is put to the right of the first. `boundary` is that loop, if known.
     """
     check_pins(method, pinned)
     topology = constraints.topology
-    boundary = develop_boundary(constraints, b)
+    boundary = boundary or develop_boundary(constraints, b)
     rim = topology.loops[0]
     prescribed = not np.isnan(constraints.sums[rim]).all()
     cot = 1 / np.tan(alpha)

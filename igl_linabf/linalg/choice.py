@@ -14,13 +14,11 @@ from scipy import sparse
 from ..errors import FallbackWarning, MemoryLimitError, stack_level
 from ..kernels import is_fast
 from . import memory
+from .compiled import COMPILED_FROM, Compiled
 from .factors import (
-    COMPILED_FROM,
-    COMPILED_UP_TO,
     SIMPLICIAL_UP_TO,
     Analysis,
     Cholmod,
-    Compiled,
     IglCholesky,
     has_cholmod,
 )
@@ -70,7 +68,7 @@ class Solvers:
             return Multigrid()
         if self.direct or memory.fits(wanted):
             compiled = self.solver == "auto" and has_cholmod() and is_fast() and lower.dtype == np.float64
-            if compiled and COMPILED_FROM <= n <= COMPILED_UP_TO:
+            if compiled and n >= COMPILED_FROM:
                 return Compiled(lower)
             return self._factoring(lower)
         warnings.warn(

@@ -16,8 +16,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import linalg
 
-from .. import kernels
-from .._types import Array
+from .._types import Array, IntArray
 
 try:
     from sksparse import cholmod
@@ -25,7 +24,6 @@ except ImportError:
     cholmod = None
 
 
-COMPILED_FROM, COMPILED_UP_TO = 1_000, 150_000  # rows between which the compiled loops take least time
 SIMPLICIAL_UP_TO = 25_000  # rows; supernodal CHOLMOD with a good BLAS is faster above
 NO_ROWS, NO_EQUATIONS = np.empty(0, dtype=np.int64), sparse.csc_matrix((0, 0))
 
@@ -118,44 +116,10 @@ class Cholmod:
         return numeric
 
 
-class Compiled:
-    """The factorisation of a real matrix by compiled loops, in CHOLMOD's order."""
-
-    name = "CHOLMOD's order, compiled"
-
-    def __init__(self, lower: sparse.csc_array) -> None:
-        order = cholmod.analyze(lower, mode="simplicial", ordering_method="amd").P().astype(np.int64)
-        self._pattern = lower.indptr, lower.indices
-        self._analysed = kernels.supernodes(lower.indptr, lower.indices, order)
-
-    def factor(self, lower: sparse.csc_array) -> Factored:
-        if not all(map(np.array_equal, self._pattern, (lower.indptr, lower.indices))):
-            return Compiled(lower).factor(lower)
-        values, analysed = self._numeric(lower), self._analysed
-
-        def pair(b: Array) -> Array:
-            return kernels.supernodal_solve(values, analysed, np.ascontiguousarray(b))
-
-        def solve(b: Array) -> Array:
-            if b.ndim == 2 and b.shape[1] == 2:
-                return pair(b)
-            columns = b.reshape(len(b), -1)
-            parts = [columns[:, k : k + 2] for k in range(0, columns.shape[1], 2)]
-            if columns.shape[1] % 2:
-                parts[-1] = np.repeat(parts[-1], 2, axis=1)
-            made = np.hstack([pair(part) for part in parts]) if parts else np.empty_like(columns)
-            return made[:, : columns.shape[1]].reshape(b.shape)
-
-        return Factored(self.name, True, solve)
-
-    def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
-        return self.factor(lower).solve
-
-    def _numeric(self, lower: sparse.csc_array) -> Array:
-        values, bad = kernels.supernodal_factor(lower.data, self._analysed)
-        if bad >= 0:
-            raise NotPositiveDefiniteError(int(self._analysed.order[bad]))
-        return values
+def cholmod_order(lower: sparse.csc_array) -> IntArray:
+    """The postordered order of elimination that CHOLMOD finds."""
+    found: IntArray = cholmod.analyze(lower, mode="simplicial", ordering_method="amd").P().astype(np.int64)
+    return found
 
 
 class IglCholesky:

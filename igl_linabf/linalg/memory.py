@@ -12,7 +12,7 @@ from ..errors import MemoryLimitError
 
 PER_FACE = 1000  # bytes at the peak, all arrays and the multigrid hierarchy (benchmarks/memory.py)
 FILL = 3.0  # entries of a planar Laplacian's factor over n log2 n at most; 1.8 to 2.2 were measured
-UNASKED = 2**20  # bytes up to which it is not asked whether they are free
+UNASKED = 2**25  # bytes up to which it is not asked whether they are free
 OVERHEAD = 1.5  # of CHOLMOD's factor: supernodes' zeros, indices, work space
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -157,24 +157,8 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
 
 def quality_of(surface: Submesh, map_: FloatArray, overlaps: int | None = None) -> Quality:
     """`quality` of a checked map of a checked surface; of which the overlapping pairs may be known."""
-    changed, whole = change_of(surface, map_), Parts.of_sizes([len(surface.F)])
-    weight, conformal = changed.double_area / changed.double_area.sum(), changed.conformal
-    return Quality(
-        angle_distortion=float(changed.angle_distortion.mean()),
-        angle_error=float((changed.angle_error**2).mean()),
-        conformal_distortion=float(weight @ conformal),
-        conformal_distortion_max=float(conformal.max()),
-        area_distortion=float(weight @ np.abs(changed.log_area_ratio)),
-        stretch_l2=float(np.sqrt(weight @ changed.squared_stretch)),
-        stretch_linf=float(changed.largest_stretch.max()),
-        symmetric_dirichlet=float(weight @ changed.symmetric_dirichlet),
-        edge_change=float(changed.edge_change.mean()),
-        edge_change_99=float(_percentile_99(changed.edge_change, whole)[0]),
-        texel_spread=float(_spread(changed, whole)[0]),
-        flips=int(np.count_nonzero(changed.flipped)),
-        overlaps=len(overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps,
-        faces=len(surface.F),
-    )
+    count = len(overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps
+    return quality_of_each([(surface, map_, count)])[0]
 
 
 def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Quality]:
@@ -184,7 +168,8 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
     surfaces, maps, overlaps = zip(*charts, strict=True)
     vertices = Parts.of_sizes([len(surface.V) for surface in surfaces])
     faces = Parts.of_sizes([len(surface.F) for surface in surfaces])
-    changed = change_of(_joined(surfaces, vertices, faces), np.concatenate([*map(of_size_one, maps)]), faces)
+    surface = surfaces[0] if len(surfaces) == 1 else _joined(surfaces, vertices, faces)
+    changed = change_of(surface, np.concatenate([*map(of_size_one, maps)]), faces)
     total = faces.sum(changed.double_area)
 
     def mean(values: FloatArray) -> FloatArray:
@@ -209,15 +194,15 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
         ).tolist()
     flips = faces.sum(changed.flipped.astype(np.int64)).tolist()
     counts = zip(flips, overlaps, faces.sizes.tolist(), strict=True)
-    names = [field.name for field in fields(Quality)]
-    rows = ((*row, *count) for row, count in zip(figures, counts, strict=True))
-    return [Quality(**dict(zip(names, row, strict=True))) for row in rows]
+    return [Quality(*(*row, *count)) for row, count in zip(figures, counts, strict=True)]
 
 
 def _spread(changed: Change, faces: Parts) -> FloatArray:
     """Of each part, the area ratio below which 99 % of its surface is, over that of 1 %."""
     area, log_ratio = changed.double_area, changed.log_area_ratio
-    order = np.lexsort((log_ratio, faces.spread(np.arange(len(faces)))))
+    # one sort a part takes less time than one of all, by two keys
+    order = np.concatenate([np.argsort(part) for part in faces.split(log_ratio)])
+    order += faces.spread(faces.start[:-1])
     below = faces.cumsum(area[order]) / faces.spread(faces.sum(area))
     at = [
         np.minimum(faces.start[:-1] + faces.sum((below < share).astype(np.int64)), faces.start[1:] - 1)
@@ -230,8 +215,7 @@ def _spread(changed: Change, faces: Parts) -> FloatArray:
 
 def _percentile_99(sides: FloatArray, faces: Parts) -> FloatArray:
     """Of each part, the 99th percentile of the values at the sides of its faces, (3, #F)."""
-    values, of = sides.T.ravel(), np.repeat(faces.spread(np.arange(len(faces))), 3)
-    ordered = values[np.lexsort((values, of))]
+    ordered = np.concatenate([np.sort(part, axis=None) for part in faces.split(sides.T)])
     place = 3 * faces.start[:-1] + 0.99 * (3 * faces.sizes - 1)
     low = np.floor(place).astype(np.int64)
     high = np.minimum(low + 1, 3 * faces.start[1:] - 1)

@@ -9,11 +9,11 @@ import shapely
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..kernels import boundary_loops, interpenetrating
 from ..surface import (
     Parts,
     Submesh,
     complex_positions,
-    cycles,
     face_components,
     of_size_one,
     signed_double_areas,
@@ -133,11 +133,12 @@ def _wind_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) 
 
     Each point has the place of the one after it, and its chart.
     """
-    loops = cycles(following)
-    sizes = [len(loop) + 1 for loop in loops]
-    points = z[[point for loop in loops for point in (*loop, loop[0])]]
-    lines = shapely.linestrings(points.real, points.imag, indices=np.repeat(np.arange(len(loops)), sizes))
-    chart = of[[loop[0] for loop in loops]]
+    ordered, sizes, _ = boundary_loops(np.arange(len(z)), following, len(z))
+    loops = Parts.of_sizes(sizes)
+    first = ordered[loops.start[:-1]]
+    points = z[np.insert(ordered, loops.start[1:], first)]
+    lines = shapely.linestrings(points.real, points.imag, indices=np.repeat(np.arange(len(loops)), sizes + 1))
+    chart = of[first]
     turns = np.bincount(chart[shapely.is_ccw(lines)], minlength=number)
     simple = np.bincount(chart[~shapely.is_simple(lines)], minlength=number) == 0
     several = np.flatnonzero((np.bincount(chart, minlength=number) > 1)[chart])
@@ -169,26 +170,7 @@ def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
         keep = i < j
         if chart is not None:
             keep &= chart[solid[i]] == chart[solid[j]]
-        i, j = i[keep], j[keep]
-        for _ in range(2):  # a side of the one separates them, or a side of the other
-            for k in range(3):
-                reach = _reach(triangle, i, j, k)
-                least = MIN_DEPTH * np.minimum(height[i], height[j]) + np.maximum(rounding[i], rounding[j])
-                keep = reach > least
-                i, j = i[keep], j[keep]
-            i, j = j, i
-        found.append(np.column_stack((i, j)))
+        pairs = np.column_stack((i[keep], j[keep]))
+        found.append(pairs[interpenetrating(triangle, pairs, MIN_DEPTH * height, rounding)])
     pairs = solid[np.concatenate(found)]
     return np.asarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))], dtype=np.int64)
-
-
-def _reach(triangle: ComplexArray, i: IntArray, j: IntArray, k: int) -> FloatArray:
-    """How far triangles j reach across side k of triangles i, towards the inside."""
-    start = triangle[:, k]
-    side = triangle[:, (k + 1) % 3] - start
-    inward = (side / np.abs(side)).conj()[i]
-    start = start[i]
-    reach = (inward * (triangle[:, 0][j] - start)).imag
-    for corner in (1, 2):
-        np.maximum(reach, (inward * (triangle[:, corner][j] - start)).imag, out=reach)
-    return np.asarray(reach)

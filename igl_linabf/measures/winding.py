@@ -65,9 +65,8 @@ def _passed(a: ComplexArray, b: ComplexArray, side: int) -> BoolArray:
 def _winding(a: ComplexArray, b: ComplexArray, side: int) -> IntArray:
     """How often short pieces wind around the cells' centres."""
     low, high = np.minimum(a.imag, b.imag), np.maximum(a.imag, b.imag)
-    row = (
-        np.ceil(high - 0.5).astype(np.int64) - 1
-    )  # a piece crosses the line through one row's centres at most
+    # a piece crosses the line through one row's centres at most
+    row = np.ceil(high - 0.5).astype(np.int64) - 1
     crossing = low <= row + 0.5
     a, b, row = a[crossing], b[crossing], row[crossing]
     at = a.real + (row + 0.5 - a.imag) / (b.imag - a.imag) * (b.real - a.real)

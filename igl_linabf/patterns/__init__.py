@@ -10,5 +10,3 @@ from .writing import PAPERS, PATTERN_SUFFIXES, write_pattern
 from .writing import drawn as drawn
 
 UNITS = tuple(MILLIMETRES)
-
-__all__ = ["PAPERS", "PATTERN_SUFFIXES", "UNITS", "Pattern", "PatternSeam", "write_pattern"]

@@ -58,9 +58,8 @@ def sheet_of(pattern: Pattern) -> Sheet:
         small = float(np.clip(0.4 * min(seam.lengths), 0.3 * text, text))  # that neighbours do not touch
         for side, towards in zip(seam.sides, (1.0, 1.0 if seam.twisted else -1.0), strict=True):
             at, normal = _middle(side)
-            strokes.append(
-                Stroke(SEAM, np.array([at, at + 0.8 * small * towards * normal]) + shift)
-            )  # a notch
+            notch = np.array([at, at + 0.8 * small * towards * normal])
+            strokes.append(Stroke(SEAM, notch + shift))
             labels.append(Label(SEAM, str(seam.number), at + 1.6 * small * towards * normal + shift, small))
     for i, (tail, head) in enumerate(pattern.grain):
         strokes += [Stroke(GRAIN, line + shift) for line in _arrow(tail, head, text)]

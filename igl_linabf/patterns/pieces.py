@@ -17,6 +17,7 @@ from ..surface import (
     NEXT,
     Polygons,
     Topology,
+    Triangles,
     complex_positions,
     connected_labels,
     signed_double_areas,
@@ -100,15 +101,9 @@ class Pattern:
     def __str__(self) -> str:
         rows: list[tuple[str, ...]] = [("seam", "pieces", "mm", "mm", "on the surface", "change")]
         for seam in self.seams:
-            one, other = seam.lengths
             pieces = "{} {}".format(*seam.pieces)
-            lengths = (
-                f"{one:.2f}",
-                f"{other:.2f}",
-                f"{seam.length:.2f}",
-                f"{round(seam.change, 4) + 0.0:+.2%}",
-            )
-            rows.append((str(seam.number), pieces, *lengths))
+            lengths = [f"{length:.2f}" for length in (*seam.lengths, seam.length)]
+            rows.append((str(seam.number), pieces, *lengths, f"{round(seam.change, 4) + 0.0:+.2%}"))
         width, height = self.size
         pieces = f"{self.pieces} piece{'s' * (self.pieces != 1)}"
         said = f"{pieces}, {width:.1f} x {height:.1f} mm, {len(self.folds)} fold edges"
@@ -123,22 +118,20 @@ def pattern_of(
         raise ValueError(f"units is {units!r}: use one of {', '.join(MILLIMETRES)}")
     points = vertex_array(V)
     repaired = isinstance(atlas, Atlas) and bool(atlas.repairs)
-    split = Polygons.of(F).split(points) if not isinstance(atlas, Atlas) else atlas.split
-    inner = None if split is None else split.inner
+    split: Triangles | None
     if isinstance(atlas, Atlas):
-        TC, FTC, origin = atlas.TC, atlas.triangles, atlas.origin
+        TC, FTC, origin, split = atlas.TC, atlas.triangles, atlas.origin, atlas.split
         if origin.max() >= len(points):
             raise MeshError(
                 f"the atlas names vertex {origin.max()} of {len(points)}: pass the unwrapped V and F"
             )
     else:
-        assert split is not None
+        split, origin = Polygons.of(F).split(points), np.arange(len(points))
         TC, FTC = vertex_array(atlas, 2, "uv"), split.F
         if len(TC) != len(points):
             raise MeshError(f"uv has {len(TC)} rows for {len(points)} vertices: pass one row a vertex")
-        origin = np.arange(len(points))
     solid = (FTC[:, NEXT] != FTC).all(axis=1)
-    FTC, inner = FTC[solid], None if inner is None else inner[solid]
+    FTC, inner = FTC[solid], None if split is None else split.inner[solid]
     used, F_flat = np.unique(FTC, return_inverse=True)
     F_flat = F_flat.reshape(-1, 3)
     surface, flat = points[origin[used]] * MILLIMETRES[units], TC[used]
@@ -224,6 +217,7 @@ def _seams(
             run.append(int(after[run[-1]]))
         one, other = np.array(run), partner[run]
         done[one] = done[other] = True
+        tail, head = (start, end) if twisted[first] else (end, start)
         seams.append(
             PatternSeam(
                 number=len(seams) + 1,
@@ -232,11 +226,7 @@ def _seams(
                 length=float(length[one].sum()),
                 sides=(
                     flat[np.append(start[one], end[one[-1]])],
-                    flat[
-                        np.append(start[other], end[other[-1]])
-                        if twisted[first]
-                        else np.append(end[other], start[other[-1]])
-                    ],
+                    flat[np.append(tail[other], head[other[-1]])],
                 ),
                 twisted=bool(twisted[first]),
             )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib import import_module
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,7 +14,7 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray
 from ..charts import Atlas
 from ..errors import MeshError
-from ..io import replacing
+from ..io import needed, replacing
 from .drawing import COLOURS, DASHED, Sheet, sheet_of
 from .pieces import Pattern, pattern_of
 
@@ -23,6 +22,7 @@ PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A0": (841.0, 1189.0), "le
 OVERLAP = 10.0  # of neighbouring pages, and the frame around what is printed on each
 INCH = 25.4
 WIDTH = 0.25  # of lines
+EXTRA = "patterns need pip install 'igl-linabf[patterns]'"
 
 Units = Literal["mm", "cm", "m", "in"]
 
@@ -107,15 +107,8 @@ def drawn(path: str | os.PathLike[str], pattern: Pattern, paper: str) -> Iterato
         yield
 
 
-def _needed(module: str) -> Any:
-    try:
-        return import_module(module)
-    except ImportError as error:
-        raise ImportError(f"{error}: patterns need pip install 'igl-linabf[patterns]'") from None
-
-
 def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
-    svgwrite = _needed("svgwrite")
+    svgwrite = needed("svgwrite", EXTRA)
     drawing = svgwrite.Drawing(
         path,
         size=(f"{sheet.width!r}mm", f"{sheet.height!r}mm"),
@@ -144,7 +137,7 @@ def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
 
 
 def _save_dxf(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
-    ezdxf = _needed("ezdxf")
+    ezdxf = needed("ezdxf", EXTRA)
     document = ezdxf.new("R2010", setup=True)
     document.units = ezdxf.units.MM
     model = document.modelspace()
@@ -162,7 +155,10 @@ def _save_dxf(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
 
 def _save_pdf(path: str, sheet: Sheet, paper: tuple[float, float]) -> None:
     """One page where the sheet fits on it, else tiles that overlap, with their row and column."""
-    figure_module, pages = _needed("matplotlib.figure"), _needed("matplotlib.backends.backend_pdf")
+    figure_module, pages = (
+        needed("matplotlib.figure", EXTRA),
+        needed("matplotlib.backends.backend_pdf", EXTRA),
+    )
     free = np.array(paper) - 2 * OVERLAP
     if sheet.width > sheet.height and (sheet.width > free[0]):
         free, paper = free[::-1], (paper[1], paper[0])
@@ -186,7 +182,7 @@ def _page(
     axes.set_xlim(corner[0] - OVERLAP, corner[0] - OVERLAP + paper[0])
     axes.set_ylim(corner[1] - OVERLAP, corner[1] - OVERLAP + paper[1])
     points = 72 / INCH
-    frame = _needed("matplotlib.patches").Rectangle(
+    frame = needed("matplotlib.patches", EXTRA).Rectangle(
         (corner[0], corner[1]), *free, fill=False, linewidth=0.5, edgecolor="#888888"
     )
     axes.add_patch(frame)

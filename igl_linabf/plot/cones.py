@@ -70,15 +70,6 @@ def colours_of(arcs: IntArray) -> NDArray[np.uint8]:
     return (255 * np.array(each).reshape(-1, 3)).astype(np.uint8)[arcs]
 
 
-def add_arcs(plotter: pv.Plotter, segments: FloatArray, arcs: IntArray, **options: Any) -> None:
-    """Add lines, (#E, 2, 3), in the colours of their arcs."""
-    if len(segments):
-        lines = pv.line_segments_from_points(segments.reshape(-1, 3))
-        lines.cell_data["colour"] = colours_of(arcs)
-        look = {"line_width": 6, "render_lines_as_tubes": True, "lighting": False, **options}
-        plotter.add_mesh(lines, scalars="colour", rgb=True, **look)
-
-
 def add_balls(plotter: pv.Plotter, centres: FloatArray, diagonal: float, **options: Any) -> None:
     """Add a sphere at each cone."""
     if len(centres):

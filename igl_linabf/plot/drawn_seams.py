@@ -5,12 +5,12 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
+import igl
 import numpy as np
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from .._types import FloatArray, IntArray
-from ..surface import NEXT, PREV
 from .kept_maps import Pairs
 
 
@@ -35,8 +35,7 @@ class DrawnSeams:
     @cached_property
     def _graph(self) -> csr_array:
         """The lengths of the edges; built at the first seam that is drawn."""
-        ends = np.concatenate((self.F[:, [1, 2]], self.F[:, NEXT][:, [1, 2]], self.F[:, PREV][:, [1, 2]]))
-        ends = np.unique(np.sort(ends, axis=1), axis=0)
+        ends = igl.edges(self.F)
         lengths = np.linalg.norm(self.V[ends[:, 0]] - self.V[ends[:, 1]], axis=1)
         n = len(self.V)
         return csr_array((lengths, (ends[:, 0], ends[:, 1])), shape=(n, n))

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..charts import TRADE, Atlas, find_seams, unwrap
+from ..charts import TRADE, find_seams, unwrap
 from ..errors import OutcomeWarning
 from ..flattening import BoundaryName, LinABF, flatten, method_of
 from ..measures import Quality, quality
@@ -94,26 +94,21 @@ class KeptMaps:
     def _made(self, asked: Asked) -> Shown:
         method = LinABF(iterations=asked.iterations) if asked.iterations else asked.method
         plain, shapes = asked.trade is None and not asked.drawn, method_of(method).shapes
-        if plain and self._cones is not None and shapes:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore", OutcomeWarning)
-                return self._of(unwrap(self.V, self.F, method=method, cones=self._cones))
-        if plain and (self.planar or self._boundary != "free"):
+        coned = plain and self._cones is not None and shapes
+        if not coned and plain and (self.planar or self._boundary != "free"):
             uv = flatten(self.V, self.F, method, boundary=self._boundary if shapes else "free").uv
             drawn = scene(self.V, self.F, uv)
             if self._maps:  # turned alike
                 drawn = drawn.fitted(next(iter(self._maps.values())).drawn)
             return Shown(drawn, quality(drawn.V, drawn.F, drawn.uv), 1, uv, self.F)
-        trade = TRADE if asked.trade is None else asked.trade
-        seams = np.array(asked.drawn, dtype=np.int64) if asked.drawn else self._found(trade)
+        options: dict[str, Any] = {"cones": self._cones}
+        if not coned:
+            trade = TRADE if asked.trade is None else asked.trade
+            seams = np.array(asked.drawn, dtype=np.int64) if asked.drawn else self._found(trade)
+            options = {"seams": seams, "trade": trade, "complete": bool(asked.drawn) and not self.planar}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", OutcomeWarning)  # what is flipped is seen, and counted
-            atlas = unwrap(
-                self.V, self.F, seams, method, trade=trade, complete=bool(asked.drawn) and not self.planar
-            )
-        return self._of(atlas)
-
-    def _of(self, atlas: Atlas) -> Shown:
+            atlas = unwrap(self.V, self.F, method=method, **options)
         drawn = scene(self.V, self.F, atlas)
         return Shown(drawn, atlas.quality, len(atlas.charts), atlas.TC, np.asarray(atlas.FTC))
 

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import igl
 import numpy as np
 import pyvista as pv
 from numpy.typing import ArrayLike
@@ -15,7 +16,7 @@ from ..charts import Atlas
 from ..errors import MeshError
 from ..measures import Measure, distortion
 from ..surface import compact, complex_positions, face_array, seam_mask, signed_double_areas, vertex_array
-from .cones import SeamSides, add_arcs, add_balls, seam_sides
+from .cones import SeamSides, add_balls, colours_of, seam_sides
 
 LIGHT, DARK, WARNING, SEAM = "#f4f1e8", "#2f6690", "#d1242f", "#16161d"
 FORMAT = "{:.3g}" if pv.vtk_version_info >= (9, 6) else "%.3g"  # VTK changed the language of it
@@ -66,26 +67,30 @@ class Scene:
 
 def scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | None = None) -> Scene:
     """The scene of a surface and its map or atlas; by default with the seams of the atlas."""
-    split = uv.split if isinstance(uv, Atlas) else None
-    points, faces = vertex_array(V), face_array(F) if split is None else split.F
+    points = vertex_array(V)
     if isinstance(uv, Atlas):
-        if len(uv.triangles) != len(faces) or uv.origin.max() >= len(points):
-            raise MeshError(
-                f"the atlas is of {len(uv.FTC)} faces, F has {len(faces)}: pass the unwrapped V and F"
-            )
-        edges = uv.seams if seams is None else _ends(seams, faces, len(points))
-        lines, points, faces, map_ = points[edges], points[uv.origin], uv.triangles, uv.TC
-    else:
-        map_ = vertex_array(uv, 2, "uv")
-        lines = points[_ends(() if seams is None else seams, faces, len(points))]
+        return _of_atlas(points, F, uv, seams)
+    faces, map_ = face_array(F), vertex_array(uv, 2, "uv")
+    lines = points[_ends(() if seams is None else seams, faces, len(points))]
     if len(map_) != len(points):
         raise MeshError(f"uv has {len(map_)} rows for {len(points)} vertices: pass one row a vertex")
     vertices, faces = compact(faces, len(points))
-    period = uv.period if isinstance(uv, Atlas) else None
-    drawn = Scene(points[vertices], faces, map_[vertices], lines, period=period)
-    if not isinstance(uv, Atlas) or not len(uv.cones) or seams is not None:
-        return drawn
-    return replace(drawn, cones=vertex_array(V)[uv.cones], sides=seam_sides(uv))
+    return Scene(points[vertices], faces, map_[vertices], lines)
+
+
+def _of_atlas(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: ArrayLike | None) -> Scene:
+    given = face_array(F) if atlas.split is None else atlas.split.F
+    if len(atlas.triangles) != len(given) or atlas.origin.max() >= len(points):
+        raise MeshError(
+            f"the atlas is of {len(atlas.FTC)} faces, F has {len(given)}: pass the unwrapped V and F"
+        )
+    edges = atlas.seams if seams is None else _ends(seams, given, len(points))
+    vertices, faces = compact(atlas.triangles, len(atlas.TC))
+    at = points[atlas.origin[vertices]]
+    drawn = Scene(at, faces, atlas.TC[vertices], points[edges], period=atlas.period)
+    if len(atlas.cones) and seams is None:
+        drawn = replace(drawn, cones=points[atlas.cones], sides=seam_sides(atlas))
+    return drawn
 
 
 def _ends(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
@@ -181,12 +186,11 @@ def add_flat(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
     """Add the flat map with its boundary, flipped faces on top, and point the camera at it."""
     bar = "scalars" in options and options.get("show_scalar_bar", True)
     add_surface(plotter, drawn, **{"lighting": False, **options})
-    sides = np.sort(np.concatenate([drawn.F[:, [k, (k + 1) % 3]] for k in range(3)]), axis=1)
-    edges, count = np.unique(sides, axis=0, return_counts=True)
-    outline = pv.PolyData(drawn.V, lines=np.insert(edges[count == 1], 0, 2, axis=1).ravel())
+    edges, *_ = igl.boundary_facets(drawn.F)
+    outline = pv.PolyData(drawn.V, lines=np.insert(edges, 0, 2, axis=1).ravel())
     plotter.add_mesh(outline, color=plotter.theme.font.color, line_width=2)
     if drawn.sides is not None:
-        add_arcs(plotter, np.insert(drawn.sides.side, 2, 0.0, axis=2), drawn.sides.arc_of_side)
+        add_lines(plotter, np.insert(drawn.sides.side, 2, 0.0, axis=2), drawn.sides.arc_of_side)
     if drawn.flipped.any():
         above = drawn.V + np.array([0, 0, 1e-3 * np.ptp(drawn.V, axis=0).max()])
         marked = pv.PolyData.from_regular_faces(above, drawn.F[drawn.flipped])
@@ -208,21 +212,19 @@ def look_at_the_plane(plotter: pv.Plotter, bar: bool = False) -> None:
 
 def add_cut(plotter: pv.Plotter, drawn: Scene, **options: Any) -> None:
     """Add the seams on the surface; with cones, arc by arc in a colour, and the cones as spheres."""
-    if drawn.sides is None:
-        add_seams(plotter, drawn.seams, **options)
-    else:
-        add_arcs(plotter, drawn.seams, drawn.sides.arc, **options)
-        add_balls(plotter, drawn.cones, float(np.linalg.norm(np.ptp(drawn.V, axis=0))), **options)
+    add_lines(plotter, drawn.seams, None if drawn.sides is None else drawn.sides.arc, **options)
+    add_balls(plotter, drawn.cones, float(np.linalg.norm(np.ptp(drawn.V, axis=0))), **options)
 
 
-def add_seams(plotter: pv.Plotter, segments: FloatArray, **options: Any) -> None:
-    """Add lines, (#E, 2, 3), on the surface."""
+def add_lines(plotter: pv.Plotter, segments: FloatArray, arcs: IntArray | None, **options: Any) -> None:
+    """Add lines, (#E, 2, 3): dark, or in the colours of their arcs."""
     if len(segments):
         lines = pv.line_segments_from_points(segments.reshape(-1, 3))
-        plotter.add_mesh(
-            lines,
-            **{"color": SEAM, "line_width": 5, "render_lines_as_tubes": True, "lighting": False, **options},
-        )
+        look: dict[str, Any] = {"color": SEAM, "line_width": 5}
+        if arcs is not None:
+            lines.cell_data["colour"] = colours_of(arcs)
+            look = {"scalars": "colour", "rgb": True, "line_width": 6}
+        plotter.add_mesh(lines, **{**look, "render_lines_as_tubes": True, "lighting": False, **options})
 
 
 def colour_scale(values: Iterable[FloatArray], measure: Measure) -> dict[str, Any]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from ..measures import MEASURES
 
@@ -27,55 +27,37 @@ def add_sliders(viewer: Viewer) -> None:
     def iterate(value: float) -> None:
         viewer.iterate(round(value) - viewer.iterations)
 
-    def trade(value: float) -> None:
-        viewer.set_trade(value)
-
     def colour(name: str) -> None:
         viewer.measure = None if name == "board" else next(m for m in MEASURES if m == name)
         viewer.draw()
 
     _choice(viewer, 0, viewer.methods, viewer.method, method)
-    _number(viewer, 1, "iterations, 0: auto", 0, MOST_ITERATIONS, viewer.iterations, "%.0f", iterate)
-    _number(viewer, 2, "trade", 0.0, LARGEST_TRADE, 6.0, "%.0f", trade)
+    _number(viewer, 1, "iterations, 0: auto", MOST_ITERATIONS, viewer.iterations, iterate)
+    _number(viewer, 2, "trade", LARGEST_TRADE, 6.0, viewer.set_trade)
     _choice(viewer, 3, colours, viewer.measure or colours[0], colour)
 
 
-def _place(i: int) -> dict[str, tuple[float, float]]:
-    """The ends of the i-th slider, in shares of the row."""
-    return {"pointa": (0.015 + 0.1 * i, 0.45), "pointb": (0.095 + 0.1 * i, 0.45)}
+def _look(i: int) -> dict[str, Any]:
+    """How the i-th slider looks, and its ends in shares of the row."""
+    ends = {"pointa": (0.015 + 0.1 * i, 0.45), "pointb": (0.095 + 0.1 * i, 0.45)}
+    return {"style": "modern", "interaction_event": "end", **ends}
 
 
 def _choice(viewer: Viewer, i: int, names: Sequence[str], now: str, chosen: Callable[[str], None]) -> None:
     slider = viewer.plotter.add_text_slider_widget(
-        _changed(viewer, now, chosen), list(names), value=list(names).index(now), **_place(i), **_LOOK
+        _changed(viewer, now, chosen), list(names), value=list(names).index(now), **_look(i)
     )
     slider.GetRepresentation().SetTitleHeight(LETTERS)
 
 
 def _number(
-    viewer: Viewer,
-    i: int,
-    title: str,
-    low: float,
-    high: float,
-    now: float,
-    form: str,
-    chosen: Callable[[float], None],
+    viewer: Viewer, i: int, title: str, most: float, now: float, chosen: Callable[[float], None]
 ) -> None:
+    titled = {"title": title, "fmt": "%.0f", "title_height": LETTERS}
     slider = viewer.plotter.add_slider_widget(
-        _changed(viewer, float(now), chosen),
-        (low, high),
-        value=now,
-        title=title,
-        fmt=form,
-        title_height=LETTERS,
-        **_place(i),
-        **_LOOK,
+        _changed(viewer, float(now), chosen), (0, most), value=now, **titled, **_look(i)
     )
     slider.GetRepresentation().SetLabelHeight(LETTERS)
-
-
-_LOOK = {"style": "modern", "interaction_event": "end"}
 
 
 def _changed(viewer: Viewer, now: object, chosen: Callable) -> Callable:  # type: ignore[type-arg]

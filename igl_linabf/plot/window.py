@@ -175,7 +175,6 @@ class Viewer:
                 name=f"help {i}",
             )
         self._mark()
-        self._mark_drawn()
         self.plotter.suppress_rendering = False
 
     @property
@@ -281,24 +280,22 @@ class Viewer:
             self.draw()
 
     def _mark(self) -> None:
-        if self.picked is None:
-            return
-        face, weights = self.picked
+        """The point that is picked, and the vertex at which the seam goes on."""
         drawn = self.shown.drawn
-        for side, points in enumerate((drawn.V, drawn.flat.V)):
-            self.plotter.subplot(0, side)
-            radius = 0.012 * np.linalg.norm(np.ptp(points, axis=0))
-            ball = pv.Sphere(radius=radius, center=weights @ points[drawn.F[face]])
-            self.plotter.add_mesh(ball, color=MARK, lighting=False, name="mark", reset_camera=False)
-            self.plotter.renderer.reset_camera_clipping_range()
-
-    def _mark_drawn(self) -> None:
-        """The vertex at which the seam goes on."""
+        if self.picked is not None:
+            face, weights = self.picked
+            for side, points in enumerate((drawn.V, drawn.flat.V)):
+                self._ball(side, points, weights @ points[drawn.F[face]], 0.012, MARK, "mark")
         if self.drawing and self.drawn.end is not None:
-            self.plotter.subplot(0, 0)
-            at, size = self.V[self.drawn.end], np.linalg.norm(np.ptp(self.V, axis=0))
-            ball = pv.Sphere(radius=0.009 * size, center=at)
-            self.plotter.add_mesh(ball, color=SEAM, lighting=False, name="end", reset_camera=False)
+            self._ball(0, self.V, self.V[self.drawn.end], 0.009, SEAM, "end")
+
+    def _ball(
+        self, side: int, points: FloatArray, at: FloatArray, share: float, colour: str, name: str
+    ) -> None:
+        self.plotter.subplot(0, side)
+        ball = pv.Sphere(radius=share * np.linalg.norm(np.ptp(points, axis=0)), center=at)
+        self.plotter.add_mesh(ball, color=colour, lighting=False, name=name, reset_camera=False)
+        self.plotter.renderer.reset_camera_clipping_range()
 
     def _listen(self) -> None:
         keys = {

@@ -6,5 +6,3 @@ the parts in a cell are merged.
 """
 
 from .grid import QuadGrid, quad_grid
-
-__all__ = ["QuadGrid", "quad_grid"]

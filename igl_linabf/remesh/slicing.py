@@ -71,10 +71,8 @@ def _sliced(parts: Fragments, axis: int, value: float, rows: BoolArray | None) -
         crossed &= rows
     if not crossed.any():
         return parts
-    cut = F[crossed]
-    ends = np.sort(np.stack((cut[:, [1, 2]], cut[:, [2, 0]], cut[:, [0, 1]]), axis=1), axis=2)
-    opposite = side[ends[..., 0]] * side[ends[..., 1]] < 0
-    keys = np.unique(ends[opposite] @ [len(x), 1])
+    opposite = corner[:, [1, 2, 0]] * corner[:, [2, 0, 1]] < 0
+    keys = np.unique(_keys(F[crossed], len(x))[opposite[crossed]])
     a, b = np.divmod(keys, len(x))
     touched = crossed
     if rows is not None:

@@ -194,7 +194,15 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False)
 
 def sides_along(edges: IntArray, F: IntArray, n: int) -> BoolArray:
     """Mask (#F, 3) of the sides, from corner k to k + 1, that lie on the given edges (#E, 2)."""
-    return np.asarray(np.isin(_side_keys(F, n), _edge_keys(edges, n)))
+    at_edge = np.zeros(n, dtype=bool)
+    at_edge[edges] = True
+    corner = at_edge[F]
+    sides = corner & corner[:, [1, 2, 0]]
+    face, k = np.nonzero(sides)  # few, as the edges are
+    sides[face, k] = np.isin(
+        _edge_keys(np.stack((F[face, k], F[face, (k + 1) % 3]), axis=1), n), _edge_keys(edges, n)
+    )
+    return np.asarray(sides)
 
 
 def scatter(uv: FloatArray, vertices: IntArray, n_given: int) -> FloatArray:

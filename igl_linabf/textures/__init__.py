@@ -6,5 +6,3 @@ hold what the surface has there, and round the charts what is nearest.
 
 from .baking import bake
 from .texels import covered, near_sides
-
-__all__ = ["bake", "covered", "near_sides"]

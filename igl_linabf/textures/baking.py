@@ -90,7 +90,7 @@ def bake(
     triangles, chart = atlas.triangles, atlas.chart
     if atlas.split is not None:
         chart = chart[atlas.split.face]
-    at_corners, function = _corner_values(values, positions, F, atlas, triangles)
+    at_corners, function = _corner_values(values, positions, atlas, triangles)
     used = chart >= 0
     page = np.zeros(len(triangles), dtype=np.int64)
     page[used] = atlas.page[chart[used]]
@@ -104,11 +104,13 @@ def bake(
             made = _called(function, made)
         images.append(_image(shown.index, made, resolution, padding, background))
     image = images[0] if len(images) == 1 else np.stack(images)
-    return image[..., 0] if _is_flat(values, function, image) else image
+    # one value a texel, and not a row of one
+    alone = image.shape[-1] == 1 if callable(values) else np.ndim(values) == 1
+    return image[..., 0] if alone else image
 
 
 def _corner_values(
-    values: Values, positions: FloatArray, F: Any, atlas: Atlas, triangles: IntArray
+    values: Values, positions: FloatArray, atlas: Atlas, triangles: IntArray
 ) -> tuple[FloatArray, Callable[[FloatArray], ArrayLike] | None]:
     """Values (#T, 3, k) at the corners of the triangles; positions, for a function of the point."""
     if callable(values):
@@ -134,13 +136,6 @@ def _called(function: Callable[[FloatArray], ArrayLike], points: FloatArray) -> 
     if made.ndim not in (1, 2) or len(made) != len(points):
         raise MeshError(f"the function returns {made.shape} for {len(points)} points: return a row for each")
     return made.reshape(len(made), -1)
-
-
-def _is_flat(values: Values, function: object, image: FloatArray) -> bool:
-    """Whether there is one value a texel, and not a row of one."""
-    if function is not None:
-        return bool(image.shape[-1] == 1)
-    return np.ndim(values) == 1  # type: ignore[arg-type]
 
 
 def _shown(triangles: FloatArray, F: IntArray, resolution: int) -> Texels:

@@ -9,11 +9,13 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.ndimage import binary_erosion
 
 from .._types import FloatArray, IntArray
 from ..surface import NEXT, PREV, counted
 
 ROUNDING = 1e-9  # texels by which a triangle is taken as larger, so that its sides belong to it
+FREE, OUTSIDE = -1, -2  # texels of which none is known near, and the rim around a page
 NEAR = 1.0  # a bilinear lookup asks for texels less than this far, in x and in y
 
 
@@ -153,29 +155,18 @@ def around(triangles: FloatArray, sides: tuple[IntArray, IntArray], resolution: 
 
 def nearest_known(known: IntArray, resolution: int, steps: int) -> tuple[IntArray, IntArray]:
     """Texels within some steps of those that are known, and a known one near each."""
-    source = np.full(resolution * resolution, -1, dtype=np.int64)
-    source[known] = known
-    is_known = np.pad((source >= 0).reshape(resolution, resolution), 1, constant_values=True)
-    hidden = is_known[:-2, 1:-1] & is_known[2:, 1:-1] & is_known[1:-1, :-2] & is_known[1:-1, 2:]
-    edge, found = np.flatnonzero(is_known[1:-1, 1:-1] & ~hidden), list[IntArray]()
+    is_known = np.zeros((resolution, resolution), dtype=bool)
+    is_known.flat[known] = True
+    index = np.arange(is_known.size).reshape(is_known.shape)
+    source = np.pad(np.where(is_known, index, FREE), 1, constant_values=OUTSIDE).ravel()
+    edge = np.flatnonzero(np.pad(is_known & ~binary_erosion(is_known, border_value=1), 1))
+    wide, found = resolution + 2, [edge[:0]]
+    neighbours = np.array([1, -1, wide, -wide, wide + 1, wide - 1, 1 - wide, -1 - wide])
     for _ in range(steps):
-        row, column = np.divmod(edge, resolution)
-        reached, by = [], []
-        for down, right in ((0, 1), (0, -1), (1, 0), (-1, 0), (1, 1), (1, -1), (-1, 1), (-1, -1)):
-            inside = (
-                (row + down >= 0)
-                & (row + down < resolution)
-                & (column + right >= 0)
-                & (column + right < resolution)
-            )
-            to = edge[inside] + down * resolution + right
-            free = source[to] < 0
-            reached.append(to[free])
-            by.append(source[edge[inside][free]])
-        edge, first = np.unique(np.concatenate(reached), return_index=True)
-        if not len(edge):
-            break
-        source[edge] = np.concatenate(by)[first]
+        to, by = np.add.outer(neighbours, edge).ravel(), np.tile(source[edge], len(neighbours))
+        free = np.flatnonzero(source[to] == FREE)
+        edge, first = np.unique(to[free], return_index=True)
+        source[edge] = by[free[first]]
         found.append(edge)
-    made = np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
-    return made, source[made]
+    made = np.concatenate(found)
+    return np.pad(index, 1).ravel()[made], source[made]

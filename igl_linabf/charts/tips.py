@@ -1,0 +1,48 @@
+"""Seams to the tips that a map shrinks.
+
+`find_seams` expects the stretch from a linear equation. At the end of a finger, where a few coarse faces
+turn by half a sphere, a map shrinks far more than that. A short seam to such a tip may be worth its length.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._types import FloatArray, IntArray
+from ..measures import change_of
+from ..surface import Submesh, complex_positions, connected_labels, signed_double_areas
+from .cut_graph import closed_surface
+
+SHRUNK = 1 / 16  # of the area that a face at a tip has in the map, at most
+
+
+def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArray | None) -> IntArray:
+    """Edges, by the caller's vertices, from the boundary to tips that are worth it: L2 stretch for length.
+
+    `uv` has the surface's area. Cut to a tip, its faces are taken to keep their size.
+    """
+    changed = change_of(piece, uv)
+    area = changed.double_area / changed.double_area.sum()
+    flat = np.abs(signed_double_areas(complex_positions(uv), piece.topology.corner))
+    small = np.flatnonzero(flat < SHRUNK * changed.double_area)
+    squared = area * changed.squared_stretch
+    total = float(squared.sum())
+    if trade == 0 or not len(small) or not np.isfinite(total):
+        return np.zeros((0, 2), dtype=np.int64)
+    F = piece.F[small]
+    label = connected_labels(np.concatenate((F[:, :2], F[:, 1:])), len(piece.V))[F[:, 0]]
+    surface = closed_surface(piece, hidden)
+    distance, before, _ = surface.search(np.arange(surface.holes))
+    leaves: list[int] = []
+    saved = {
+        tip: float((squared[small] - area[small])[label == tip].sum()) for tip in np.unique(label).tolist()
+    }
+    for tip in sorted(saved, key=lambda tip: -saved[tip]):
+        rows = small[label == tip]
+        face = rows[np.argmin(flat[rows] / changed.double_area[rows])]
+        leaf = int(surface.node[piece.F[face]].max())  # nodes of loops come first
+        left = max(total - saved[tip], 1.0)  # which is a map without stretch
+        if np.sqrt(total) - np.sqrt(left) > distance[leaf] / surface.size / trade > 0:
+            leaves.append(leaf)
+            total = left
+    return piece.vertices[surface.edges[surface.paths(before, leaves)]]

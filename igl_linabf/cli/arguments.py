@@ -1,0 +1,89 @@
+"""What options and arguments look like, and those that several commands share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any, get_args
+
+from ..charts import TRADE
+from ..flattening import METHODS, BoundaryName
+
+Argument = Mapping[str, Any]
+"""What `argparse.ArgumentParser.add_argument` takes, the flags aside."""
+
+
+def switch(help: str) -> Argument:
+    """An option without a value."""
+    return {"action": "store_true", "help": help}
+
+
+def choice(choices: Iterable[str], default: str | None = None, help: str | None = None) -> Argument:
+    """One of some names."""
+    return {"choices": tuple(choices), "default": default, "help": help}
+
+
+def value(
+    metavar: str, help: str, kind: Callable[[str], Any] | None = None, default: Any = None, **more: Any
+) -> Argument:
+    """What `kind` makes of the text; without it, the text."""
+    return {"metavar": metavar, "help": help, "type": kind, "default": default, **more}
+
+
+def written_to(help: str) -> Argument:
+    """Where a command that writes one file a mesh writes."""
+    return value("OUT", f"{help}, or a folder that exists, or - for standard output", Path, required=True)
+
+
+def format_of(suffixes: Iterable[str], default: str) -> Argument:
+    """The format of what is written to a folder or to standard output."""
+    known = (suffix[1:] for suffix in suffixes)
+    return choice(known, default, "of files in a folder and of standard output (default: %(default)s)")
+
+
+SHARED: Mapping[str, Argument] = {
+    "mesh": value(
+        "MESH",
+        "files (OBJ, PLY, GLB, STL, ...), patterns of them in quotes, or - for standard input",
+        nargs="+",
+    ),
+    "output": written_to("OBJ, PLY, GLB, glTF, 3MF, VTP, GIFTI or FreeSurfer (.surf, .flat) file"),
+    "picture": value("OUT.png", "checkerboard picture to write", Path),
+    "method": choice(sorted(METHODS), "linabf"),
+    "weight": value(
+        "W", "of areas against angles, for the method isometric: 0 (angles) to 8 (areas); default: 1.5", float
+    ),
+    "boundary": choice(
+        get_args(BoundaryName),
+        "free",
+        "shape of the map's boundary, for linabf and abf (circles: holes as well; default: free)",
+    ),
+    "corners": value(
+        "VERTEX",
+        "boundary vertices at the corners of the rectangle (default: where it turns most)",
+        int,
+        nargs=4,
+    ),
+    "cones": value(
+        "N", "leave the curvature at so many vertices of each component, or at auto: as many as pay"
+    ),
+    "trade": value(
+        "TRADE",
+        "larger: longer seams for less stretch; 0: shortest seams (default: %(default)s)",
+        float,
+        TRADE,
+    ),
+    "holes": switch("leave holes uncut"),
+    "bijective": switch("move overlapping parts apart instead of splitting charts"),
+    "resolution": value(
+        "TEXELS", "texels along a page's side; distances between charts are then counted in texels", int
+    ),
+    "padding": value("TEXELS", "between two charts, with --resolution (default: %(default)g)", float, 2.0),
+    "json": switch("print every figure as JSON, a line a mesh, instead of tables"),
+    "quiet": switch("print no tables and show no progress"),
+}
+
+
+def shared(*names: str) -> Mapping[str, Argument]:
+    """These arguments, in this order."""
+    return {name: SHARED[name] for name in names}

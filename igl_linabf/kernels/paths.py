@@ -1,0 +1,165 @@
+"""Shortest paths in a graph."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
+
+from .._types import BoolArray, FloatArray, IntArray
+from .choice import inlined, with_loops
+
+Paths = tuple[FloatArray, IntArray, IntArray]
+
+
+@inlined
+def _risen(heap: IntArray, place: IntArray, key: FloatArray, i: int) -> None:
+    """Restore a binary heap of nodes, the least key first, above place i; `place` is that of each node."""
+    node = heap[i]
+    while i > 0 and key[heap[(i - 1) >> 1]] > key[node]:
+        heap[i] = heap[(i - 1) >> 1]
+        place[heap[i]] = i
+        i = (i - 1) >> 1
+    heap[i] = node
+    place[node] = i
+
+
+@inlined
+def _sunk(heap: IntArray, place: IntArray, key: FloatArray, size: int) -> None:
+    """Restore a heap of which the first node is new."""
+    node, i = heap[0], 0
+    while 2 * i + 1 < size:
+        child = 2 * i + 1
+        if child + 1 < size and key[heap[child + 1]] < key[heap[child]]:
+            child += 1
+        if key[heap[child]] >= key[node]:
+            break
+        heap[i] = heap[child]
+        place[heap[i]] = i
+        i = child
+    heap[i] = node
+    place[node] = i
+
+
+def _nearest_sources(
+    indptr: IntArray, indices: IntArray, length: FloatArray, sources: IntArray, open_: BoolArray, limit: float
+) -> Paths:
+    n, size = len(indptr) - 1, 0
+    distance, before = np.full(n, np.inf), np.full(n, -1, dtype=np.int64)
+    source, place = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
+    heap = np.empty(n, dtype=np.int64)
+    for node in sources:
+        if open_[node] and place[node] < 0:
+            distance[node], source[node] = 0.0, node
+            heap[size], place[node] = node, size
+            size += 1
+    while size:
+        node = heap[0]
+        size -= 1
+        if size:
+            heap[0] = heap[size]
+            _sunk(heap, place, distance, size)
+        for at in range(indptr[node], indptr[node + 1]):
+            there, way = indices[at], distance[node] + length[at]
+            if open_[there] and way < distance[there] and way <= limit:
+                if place[there] < 0:
+                    heap[size], place[there] = there, size
+                    size += 1
+                distance[there], before[there], source[there] = way, node, source[node]
+                _risen(heap, place, distance, place[there])
+    return distance, before, source
+
+
+@with_loops(_nearest_sources)
+def nearest_sources(
+    indptr: IntArray, indices: IntArray, length: FloatArray, sources: IntArray, open_: BoolArray, limit: float
+) -> Paths:
+    """The distance of each node to the nearest source, the node before it on the path, and that source.
+
+    The graph is given as in CSR. Nodes that are not open are not reached, nor what is farther than `limit`:
+    the distance is infinite there, and the nodes are -1.
+    """
+    n = len(indptr) - 1
+    rows = np.repeat(np.arange(n), np.diff(indptr))
+    passed = np.where(open_[rows] & open_[indices], length, np.inf)
+    graph = sparse.csr_array((passed, indices, indptr), shape=(n, n))
+    sources = sources[open_[sources]]
+    if not len(sources):
+        return np.full(n, np.inf), np.full(n, -1), np.full(n, -1)
+    distance, before, source = csgraph.dijkstra(
+        graph, indices=sources, min_only=True, return_predecessors=True, limit=limit
+    )
+    return distance, np.maximum(before.astype(np.int64), -1), np.maximum(source.astype(np.int64), -1)
+
+
+def _shortest_odd_walk(
+    indptr: IntArray, indices: IntArray, length: FloatArray, flip: IntArray, start: int, copies: int
+) -> IntArray:
+    n, size = len(indptr) - 1, 1
+    distance, before = np.full(copies * n, np.inf), np.full(copies * n, -1, dtype=np.int64)
+    place, heap = np.full(copies * n, -1, dtype=np.int64), np.empty(copies * n, dtype=np.int64)
+    distance[start], heap[0], place[start] = 0.0, start, 0
+    # To the end it is as far from (c, v) as from the start to (all but c, v): so both halves are one search.
+    last, middle, least = copies - 1, np.int64(-1), np.inf
+    while size and 2 * distance[heap[0]] < least:
+        node = heap[0]
+        size -= 1
+        if size:
+            heap[0] = heap[size]
+            _sunk(heap, place, distance, size)
+        copy = node // n
+        for at in range(indptr[node - copy * n], indptr[node - copy * n + 1]):
+            other, way = copy ^ flip[at], distance[node] + length[at]
+            there = other * n + indices[at]
+            if way < distance[there]:
+                if place[there] < 0:
+                    heap[size], place[there] = there, size
+                    size += 1
+                distance[there], before[there] = way, node
+                _risen(heap, place, distance, place[there])
+                rest = distance[(last - other) * n + indices[at]]
+                if way + rest < least:
+                    least, middle = way + rest, there
+    if middle < 0:
+        return np.full(1, last * n + start)
+    halves, steps = np.array([(last - 2 * (middle // n)) * n + middle, middle]), np.zeros(2, dtype=np.int64)
+    for half in range(2):
+        at = halves[half]
+        while before[at] >= 0:
+            at = before[at]
+            steps[half] += 1
+    walk = np.empty(steps[0] + steps[1] + 1, dtype=np.int64)
+    at = halves[0]
+    for k in range(steps[0], -1, -1):
+        walk[k] = (last - 2 * (at // n)) * n + at  # in the opposite copy
+        at = before[at]
+    at = halves[1]
+    for k in range(steps[0], len(walk)):
+        walk[k] = at
+        at = before[at]
+    return walk
+
+
+@with_loops(_shortest_odd_walk)
+def shortest_odd_walk(
+    indptr: IntArray, indices: IntArray, length: FloatArray, flip: IntArray, start: int, copies: int
+) -> IntArray:
+    """The shortest closed walk from a node that crosses each of some ways an odd number of times.
+
+    Bits of `flip` tell which ways an edge crosses; the graph is given as in CSR. There is a copy of it for
+    each combination of bits: copy c, of the nodes from c n on, is reached over the ways of c's bits. The walk
+    is given from its end, which is in the last copy; that alone if there is no such walk.
+    """
+    n = len(indptr) - 1
+    rows, copy = np.repeat(np.arange(n), np.diff(indptr)), np.arange(copies)[:, None]
+    ends = (copy * n + rows).ravel(), ((copy ^ flip) * n + indices).ravel()
+    graph = sparse.csr_array((np.tile(length, copies), ends), shape=(copies * n, copies * n))
+    walk, limit = [(copies - 1) * n + start], 32 * float(length.max())
+    while True:  # most walks are short beside the whole graph
+        distance, before = csgraph.dijkstra(graph, indices=start, return_predecessors=True, limit=limit)
+        if np.isfinite(distance[walk[0]]) or not np.isfinite(limit):
+            break
+        limit = 4 * limit if limit < float(length.sum()) else np.inf
+    while before[walk[-1]] >= 0:
+        walk.append(int(before[walk[-1]]))
+    return np.array(walk, dtype=np.int64)

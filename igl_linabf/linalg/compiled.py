@@ -1,0 +1,138 @@
+"""The Cholesky factor by compiled loops over supernodes, by as many threads as there are cores."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from heapq import heapify, heappop, heappush
+
+import numpy as np
+from scipy import sparse
+
+from .. import kernels
+from .._runtime import in_threads
+from .._types import Array, FloatArray, IntArray
+from .factors import Factored, NotPositiveDefiniteError, cholmod_order
+
+COMPILED_FROM = 1_000  # rows; below, CHOLMOD's simplicial factor takes less time
+DIVIDED_FROM = 20_000  # rows from which threads save more time than they take to begin
+LARGEST, SMALLEST = 0.15, 0.005  # share of the whole work in a subtree
+
+
+@dataclass(frozen=True, eq=False)
+class Divided:
+    """The elimination tree in subtrees for threads, and the rest, for any number of threads the same.
+
+    Attributes
+    ----------
+    parts : kernels.Subtrees
+    subtrees : list of ((#,) int64, int)
+        Supernodes and root of each, the most work first.
+    rest : (#,) int64
+        The supernodes above, and the roots.
+    """
+
+    parts: kernels.Subtrees
+    subtrees: list[tuple[IntArray, int]]
+    rest: IntArray
+
+    @classmethod
+    def of(cls, a: kernels.Supernodes) -> Divided:
+        size, rows_below = len(a.children), np.diff(a.below_start)
+        first, work = kernels.subtrees(a, np.diff(a.value_start).astype(np.float64))
+        tops = np.flatnonzero(rows_below == 0)
+        roots = _roots(tops, first, work) if len(a.order) >= DIVIDED_FROM else []
+        number, outside = np.full(size, -1, dtype=np.int64), np.ones(size, dtype=bool)
+        number[roots] = np.arange(len(roots))
+        for root in roots:
+            outside[first[root] : root] = False
+        rows = rows_below[roots]
+        parts = kernels.Subtrees(number, *(np.append(0, np.cumsum(count)) for count in (rows**2, rows)))
+        chosen = [(np.arange(first[root], root + 1), root) for root in roots]
+        return cls(parts, chosen, np.flatnonzero(outside))
+
+
+def _roots(tops: IntArray, first: IntArray, work: FloatArray) -> list[int]:
+    """Roots of subtrees of much the same work; what is too small for one, or a leaf, is left to the rest."""
+    total = work[tops].sum()
+    heap = [(-work[s], int(s)) for s in tops]
+    heapify(heap)
+    while heap and -heap[0][0] > LARGEST * total:
+        s = heappop(heap)[1]
+        child = s - 1
+        while child >= first[s]:
+            heappush(heap, (-work[child], child))
+            child = int(first[child]) - 1
+    return [s for cost, s in sorted(heap) if -cost >= SMALLEST * total and first[s] < s]
+
+
+class Compiled:
+    """The factorisation of a real matrix by compiled loops, in CHOLMOD's order."""
+
+    name = "CHOLMOD's order, compiled"
+
+    def __init__(self, lower: sparse.csc_array) -> None:
+        self._pattern = lower.indptr, lower.indices
+        self._analysed = kernels.supernodes(lower.indptr, lower.indices, cholmod_order(lower))
+        self._divided = Divided.of(self._analysed)
+
+    def factor(self, lower: sparse.csc_array) -> Factored:
+        if not all(map(np.array_equal, self._pattern, (lower.indptr, lower.indices))):
+            return Compiled(lower).factor(lower)
+        pair = partial(_solved, self._numeric(lower), self._analysed, self._divided)
+
+        def solve(b: Array) -> Array:
+            if b.ndim == 2 and b.shape[1] == 2:
+                return pair(b)
+            columns = b.reshape(len(b), -1)
+            parts = [columns[:, k : k + 2] for k in range(0, columns.shape[1], 2)]
+            if columns.shape[1] % 2:
+                parts[-1] = np.repeat(parts[-1], 2, axis=1)
+            made = np.hstack([pair(part) for part in parts]) if parts else np.empty_like(columns)
+            return made[:, : columns.shape[1]].reshape(b.shape)
+
+        return Factored(self.name, True, solve)
+
+    def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
+        return self.factor(lower).solve
+
+    def _numeric(self, lower: sparse.csc_array) -> FloatArray:
+        a, divided = self._analysed, self._divided
+        values, left = kernels.fresh(a.value_start[-1]), kernels.fresh(divided.parts.left[-1])
+
+        spare: list[kernels.Work] = []  # memory that is new costs the system time
+
+        def part(chosen: tuple[IntArray, int]) -> int:
+            try:
+                work = spare.pop()
+            except IndexError:
+                work = kernels.Work.of(a)
+            bad = kernels.supernodal_factor(lower.data, a, divided.parts, *chosen, values, left, work)
+            spare.append(work)
+            return bad
+
+        bad = max(in_threads(part, divided.subtrees), default=-1)
+        if bad < 0:
+            bad = part((divided.rest, -1))
+        if bad >= 0:
+            raise NotPositiveDefiniteError(int(a.order[bad]))
+        return values
+
+
+def _solved(values: FloatArray, a: kernels.Supernodes, divided: Divided, b: FloatArray) -> FloatArray:
+    """For two right-hand sides, (n, 2)."""
+    b = np.ascontiguousarray(b)
+    x, made, left = np.zeros_like(b), np.empty_like(b), np.empty((divided.parts.rows[-1], 2))
+
+    def forward(chosen: tuple[IntArray, int]) -> None:
+        kernels.supernodal_forward(values, a, divided.parts, *chosen, b, left, x)
+
+    def backward(chosen: tuple[IntArray, int]) -> None:
+        kernels.supernodal_backward(values, a, divided.parts, *chosen, x, made)
+
+    list(in_threads(forward, divided.subtrees))
+    forward((divided.rest, -1))
+    backward((divided.rest, -1))
+    list(in_threads(backward, divided.subtrees))
+    return made
