@@ -47,8 +47,7 @@ def only_loops(loops: Callable[P, T]) -> Callable[P, T]:
     """A kernel without a form in NumPy: `loops` compiled, for where `is_fast`."""
 
     def run(*args: P.args, **kwargs: P.kwargs) -> T:
-        made: Callable[..., T] = compiled(loops)
-        return made(*args, **kwargs)
+        return _run(loops, *args, **kwargs)
 
     return run
 
@@ -69,8 +68,7 @@ def with_loops(loops: Callable[..., T]) -> Callable[[Callable[P, T]], Callable[P
     def decorate(in_numpy: Callable[P, T]) -> Callable[P, T]:
         @wraps(in_numpy)
         def either(*args: P.args, **kwargs: P.kwargs) -> T:
-            chosen: Callable[..., T] = compiled(loops) if is_fast() else in_numpy
-            return chosen(*args, **kwargs)
+            return _run(loops, *args, **kwargs) if is_fast() else in_numpy(*args, **kwargs)
 
         return either
 
@@ -81,6 +79,21 @@ def inlined(part: Callable[P, T]) -> Callable[P, T]:
     """Mark a part of loops, which is compiled with them."""
     _parts.add(part)
     return part
+
+
+def _run(loops: Callable[..., T], *args: Any, **kwargs: Any) -> T:
+    """Call the loops compiled.
+
+    Where the disk is full, numba compiles, cannot keep the code, and raises before anything has run. The
+    next call finds the code in memory; so it does for each part that is compiled with the loops.
+    """
+    made: Callable[..., T] = compiled(loops)
+    for _ in _parts:
+        try:
+            return made(*args, **kwargs)
+        except OSError:
+            continue
+    return made(*args, **kwargs)
 
 
 @cache
