@@ -237,6 +237,8 @@ def drawn(
                 boundary if same else None,
             )
         except SingularSystemError as error:
+            if problem.layout != "auto":  # a layout that is asked for is not replaced
+                raise
             return Candidate(stage, Status.SINGULAR, str(error), state)
     advance("layout", 0.5)
     flipped = flipped_faces(layout.z, mesh.topology.corner)
