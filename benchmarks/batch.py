@@ -177,7 +177,7 @@ def loss(folder: Path, paths: list[Path]) -> None:
         done = batch(paths, out, scheduler=address, progress=tell)
         assert workers[0].poll() is not None or workers[0].wait(10)
         assert workers[1].poll() is None
-    with open(out / "results.csv", newline="") as file:
+    with open(out / "results.csv", encoding="utf-8", newline="") as file:
         rows = list(csv.DictReader(file))
     inputs = [row["input"] for row in rows]
     maps = {path.name for path in out.glob("*.obj")}

@@ -128,7 +128,7 @@ def grown(name: str, what: str) -> None:
         call = {"igl.lscm": bare_lscm(planar(V, F))}.get(what) or partial(il.flatten, V, F, what)
         for method in ("lscm", "linabf", "abf"):
             il.flatten(*small, method)  # what is imported and compiled does not count
-    Path("/proc/self/clear_refs").write_text("5")  # the peak so far is forgotten
+    Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # the peak so far is forgotten
     before, cpu, wall = most_used(), process_time(), perf_counter()
     call()
     print(len(F), process_time() - cpu, perf_counter() - wall, most_used() - before)
@@ -136,14 +136,18 @@ def grown(name: str, what: str) -> None:
 
 def most_used() -> int:
     """Bytes that this process used at most."""
-    status = dict(line.split(":") for line in Path("/proc/self/status").read_text().splitlines())
+    status = dict(
+        line.split(":") for line in Path("/proc/self/status").read_text(encoding="utf-8").splitlines()
+    )
     return 1024 * int(status["VmHWM"].split()[0])
 
 
 def machine() -> str:
     model, cpuinfo = platform.processor(), Path("/proc/cpuinfo")
     if cpuinfo.exists():
-        lines = [line for line in cpuinfo.read_text().splitlines() if line.startswith("model name")]
+        lines = [
+            line for line in cpuinfo.read_text(encoding="utf-8").splitlines() if line.startswith("model name")
+        ]
         model = lines[0].partition(":")[2].strip() if lines else model
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("libigl", "numpy", "scipy"))
     cholmod = (blas_of_cholmod() or "unknown BLAS") if has_cholmod() else "none"

@@ -28,7 +28,7 @@ if __name__ == "__main__":  # the workers import this file
 
     # Unwrap them, here in one process (by default in one a core). Each outcome is a row.
     batch(scans, maps, method="isometric", format="glb", workers=1, progress=False)
-    with open(maps / "results.csv", newline="") as table:
+    with open(maps / "results.csv", encoding="utf-8", newline="") as table:
         rows = {Path(row["input"]).stem: row for row in csv.DictReader(table)}
     for name, row in rows.items():
         print(

@@ -50,7 +50,7 @@ np.testing.assert_allclose(weld.lengths, np.linalg.norm(V[SIDES] - V[0]), rtol=1
 cut = np.linalg.norm(outline - np.roll(outline, 1, axis=0), axis=1).sum()
 rims = np.linalg.norm(np.diff(V[igl.boundary_facets(F)[0]], axis=1), axis=2).sum()
 np.testing.assert_allclose(cut, rims + 2 * weld.length, rtol=1e-6)
-size = re.search(r'width="([\d.]+)mm"', Path("out/duct.svg").read_text())
+size = re.search(r'width="([\d.]+)mm"', Path("out/duct.svg").read_text(encoding="utf-8"))
 assert float(size[1]) > pattern.size[0]
 
 # %%

@@ -101,8 +101,8 @@ def child(work: dict[str, Callable[[int], str]]) -> None:
     """Do the cases that the command line names, and write how each ends."""
     todo, done, limit = sys.argv[1:]
     faulthandler.enable()
-    with open(done, "w") as file:
-        for kind, seed in json.loads(Path(todo).read_text()):
+    with open(done, "w", encoding="utf-8") as file:
+        for kind, seed in json.loads(Path(todo).read_text(encoding="utf-8")):
             faulthandler.dump_traceback_later(float(limit), exit=True)
             try:
                 end = (True, work[kind](seed))

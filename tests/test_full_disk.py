@@ -83,7 +83,7 @@ def test_no_space_left_is_one_sentence(mesh: Path, tmp_path: Path) -> None:
 
 @pytest.mark.skipif(not os.path.exists("/dev/full"), reason="there is no /dev/full")
 def test_where_nothing_can_be_printed_no_file_is_written(mesh: Path, tmp_path: Path) -> None:
-    with open("/dev/full", "w") as full:
+    with open("/dev/full", "w", encoding="utf-8") as full:
         process = run("obj", mesh, tmp_path, capture_output=False, stdout=full, stderr=subprocess.PIPE)
     assert (process.returncode, process.stderr) == (
         2,

@@ -55,7 +55,7 @@ def of_session(session: int) -> list[str]:
 
 def is_importing(pid: int) -> bool:
     """Whether it has come as far as NumPy."""
-    return "numpy" in Path(f"/proc/{pid}/maps").read_text()
+    return "numpy" in Path(f"/proc/{pid}/maps").read_text(encoding="utf-8")
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/maps"), reason="needs /proc")

@@ -50,7 +50,7 @@ def test_a_file_that_cannot_be_finished_leaves_the_old_one(tmp_path) -> None:
     path = tmp_path / "flat.obj"
     path.write_text("old")
     with pytest.raises(RuntimeError), replacing(path) as temporary:
-        with open(temporary, "w") as file:
+        with open(temporary, "w", encoding="utf-8") as file:
             file.write("half")
         raise RuntimeError
     assert path.read_text() == "old"

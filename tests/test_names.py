@@ -65,12 +65,12 @@ def label(path: Path) -> str:
 
 @pytest.mark.parametrize("path", [*PAGES, *SOURCES], ids=label)
 def test_every_name_of_the_package_and_of_igl_is_there(path: Path) -> None:
-    check(re.findall(r"\b(?:igl_linabf|igl)(?:\.[A-Za-z_]\w*)+", path.read_text()))
+    check(re.findall(r"\b(?:igl_linabf|igl)(?:\.[A-Za-z_]\w*)+", path.read_text(encoding="utf-8")))
 
 
 @pytest.mark.parametrize("path", PAGES, ids=label)
 def test_every_dotted_name_in_backticks_is_there(path: Path) -> None:
-    names = re.findall(r"`([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+)(?:\([^`]*\))?`", path.read_text())
+    names = re.findall(r"`([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+)(?:\([^`]*\))?`", path.read_text(encoding="utf-8"))
     check([name for name in names if not FILE.fullmatch(name, name.rindex("."))])
 
 

@@ -207,12 +207,12 @@ def test_pythons_of_classifiers_and_of_the_workflow_are_the_same() -> None:
 @pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
 def test_workflows_run_targets_and_files_that_are_there(path: Path) -> None:
     targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
-    jobs = yaml.safe_load(path.read_text())["jobs"]
+    jobs = yaml.safe_load(path.read_text(encoding="utf-8"))["jobs"]
     for job in jobs.values():
         assert set(job.get("needs", "").split()) <= set(jobs)
         if "uses" in job:
             assert (ROOT / job["uses"]).is_file()
-    asked = set(re.findall(r"run: make ([\w-]+)", path.read_text()))
+    asked = set(re.findall(r"run: make ([\w-]+)", path.read_text(encoding="utf-8")))
     assert asked <= targets
     assert asked or path.name == "publish.yml"
 

@@ -38,7 +38,7 @@ def server() -> Iterator[str]:
     command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1400x900x24", "-nolisten", "tcp"]
     process = subprocess.Popen(command, pass_fds=[write], stderr=subprocess.DEVNULL)
     os.close(write)
-    with open(read) as answer:
+    with open(read, encoding="utf-8") as answer:
         number = answer.readline().strip()
     if not number:
         pytest.skip("Xvfb does not start here")

@@ -138,7 +138,7 @@ def blas_of_cholmod() -> str | None:
     """The BLAS that CHOLMOD calls, as far as the loaded libraries tell; None where they do not."""
     if not has_cholmod() or not os.path.exists("/proc/self/maps"):
         return None
-    with open("/proc/self/maps") as maps:
+    with open("/proc/self/maps", encoding="utf-8") as maps:
         loaded = {line.split()[-1] for line in maps if line.count("/") > 1}
     # NumPy and SciPy bring an OpenBLAS of their own, libscipy_openblas
     for path in sorted(loaded):

@@ -65,7 +65,7 @@ def _left_in_cgroup() -> int | None:
         ("/sys/fs/cgroup/memory/memory.limit_in_bytes", "/sys/fs/cgroup/memory/memory.usage_in_bytes"),
     ):
         try:
-            return int(Path(limit).read_text()) - int(Path(used).read_text())
+            return int(Path(limit).read_text(encoding="utf-8")) - int(Path(used).read_text(encoding="utf-8"))
         except (OSError, ValueError):  # there is none, or it is "max"
             continue
     return None
