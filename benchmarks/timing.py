@@ -5,7 +5,8 @@
 
 Without MESH, the meshes are the cortex, lion, face and camelhead from IGL_LINABF_MESHES, and face
 subdivided once (with --large also twice, 827 k triangles). With --without-cholmod, scikit-sparse is passed
-over as if it were not installed. Prints Markdown.
+over as if it were not installed. The extra `fast` is passed over (performance.py has its times). Prints
+Markdown.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from meshes import Mesh, brain, shared, subdivided
 from igl_linabf import LinABF, flatten, linabf
 from igl_linabf.flattening import bare_lscm, medians
 from igl_linabf.io import read_mesh
+from igl_linabf.kernels import numpy_only
 from igl_linabf.linalg import blas_of_cholmod, factors, has_cholmod
 from igl_linabf.surface import planar
 
@@ -62,9 +64,10 @@ def main() -> None:
     for name, V, F in chosen(options):
         bare = bare_lscm(planar(V, F))
         calls = [partial(linabf, V, F, solver=options.solver), bare]
-        medians(calls, 1)  # a warm-up
-        ours, theirs = medians(calls, options.repeat)
-        results = [flatten(V, F, LinABF(solver=options.solver)).seconds for _ in range(3)]
+        with numpy_only():
+            medians(calls, 1)  # a warm-up
+            ours, theirs = medians(calls, options.repeat)
+            results = [flatten(V, F, LinABF(solver=options.solver)).seconds for _ in range(3)]
         share = {s: statistics.median(r[s] / r["total"] for r in results) for s in STAGES}
         share["other"] = 1 - sum(share.values())
         cells = " | ".join(f"{value:.0%}" for value in share.values())
