@@ -138,6 +138,18 @@ def test_the_loops_are_the_same_as_numpy(name):
         np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11 * largest)
 
 
+@pytest.mark.parametrize("limit", [-1.0, 0.0])
+def test_paths_of_no_length_reach_their_sources(limit):
+    *ways, sources, open_, _ = cases()["nearest_sources"]
+    fast = kernels.nearest_sources(*ways, sources, open_, limit)
+    with kernels.numpy_only():
+        plain = kernels.nearest_sources(*ways, sources, open_, limit)
+    for distance, _, source in (fast, plain):
+        assert np.array_equal(np.flatnonzero(distance == 0), np.unique(sources[open_[sources]]))
+        assert np.isinf(distance).sum() == len(distance) - np.count_nonzero(distance == 0)
+        assert np.array_equal(source[distance == 0], np.flatnonzero(distance == 0))
+
+
 def test_every_kernel_with_loops_is_compared():
     with_loops = {name for name, kernel in vars(kernels).items() if hasattr(kernel, "__wrapped__")}
     assert with_loops - {"numpy_only"} == set(cases())

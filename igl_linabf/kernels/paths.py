@@ -44,7 +44,7 @@ def _sunk(heap: IntArray, place: IntArray, key: FloatArray, size: int) -> None:
 def _nearest_sources(
     indptr: IntArray, indices: IntArray, length: FloatArray, sources: IntArray, open_: BoolArray, limit: float
 ) -> Paths:
-    n, size = len(indptr) - 1, 0
+    n, size, limit = len(indptr) - 1, 0, max(limit, 0.0)
     distance, before = np.full(n, np.inf), np.full(n, -1, dtype=np.int64)
     source, place = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
     heap = np.empty(n, dtype=np.int64)
@@ -77,7 +77,7 @@ def nearest_sources(
     """The distance of each node to the nearest source, the node before it on the path, and that source.
 
     The graph is given as in CSR. Nodes that are not open are not reached, nor what is farther than `limit`:
-    the distance is infinite there, and the nodes are -1.
+    the distance is infinite there, and the nodes are -1. A limit below 0 is one of 0.
     """
     n = len(indptr) - 1
     rows = np.repeat(np.arange(n), np.diff(indptr))
@@ -87,7 +87,7 @@ def nearest_sources(
     if not len(sources):
         return np.full(n, np.inf), np.full(n, -1), np.full(n, -1)
     distance, before, source = csgraph.dijkstra(
-        graph, indices=sources, min_only=True, return_predecessors=True, limit=limit
+        graph, indices=sources, min_only=True, return_predecessors=True, limit=max(limit, 0.0)
     )
     return distance, np.maximum(before.astype(np.int64), -1), np.maximum(source.astype(np.int64), -1)
 
