@@ -1,13 +1,13 @@
 """Write docs/performance.md: time over igl.lscm of every method at every size, stages, memory, growth, peers.
 
-    python benchmarks/performance.py [--repeat 7] [--cpu] [--largest 2] [--huge]
-                                     [--build-peers FOLDER] [--print]
+    python benchmarks/performance.py [--repeat 7] [--cpu] [--largest 2] [--build-peers FOLDER] [--print]
+    python benchmarks/performance.py --huge [--cpu] [--print]
 
 Runs of all methods take turns in one process, after one that is not timed; a ratio is that of medians, with
 the 95 % interval of 2,000 bootstrap samples. Time is wall time with the checks of the input, or with --cpu,
 for a busy machine, that of the processor. --largest N subdivides face N times (4^N x 52 k triangles). --huge
-adds linabf of up to 5.8 million triangles, each in a process of its own, and the exponent of its time: that
-takes most of 24 GB, and about five minutes. --build-peers compiles BFF from its sources in FOLDER, with
+measures linabf of up to 5.8 million triangles instead, each in a process of its own, and the exponent of its
+time: that takes 7 GB and about two minutes. --build-peers compiles BFF from its sources in FOLDER, with
 cmake. With --print the page is printed, not written.
 """
 
@@ -206,21 +206,24 @@ def main() -> None:
     parser.add_argument("--print", action="store_true", dest="printed")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
+    command = " ".join(["python benchmarks/performance.py", *sys.argv[1:]])
+    said = f"`{command}`\n\nTime {'of the processor' if options.cpu else 'on the wall'}. {machine()}."
+    mark, text = ("millions", of_millions(options.cpu)) if options.huge else ("figures", of_ratios(options))
+    page = f"{said}\n\n{text}"
+    if options.printed:
+        print(page)
+    else:
+        put(DOCS / "performance.md", mark, page)
+
+
+def of_ratios(options: argparse.Namespace) -> str:
+    """Times over that of `igl.lscm` and what goes with them."""
     bff = None if options.build_peers is None else Bff.built(options.build_peers)
     clock = process_time if options.cpu else perf_counter
     figures = Figures()
     for mesh in chosen(options.largest):
         figures.measure(mesh, options.repeat, clock, bff)
-    largest = GROWN if not options.largest else f"{GROWN}, {4**options.largest} x"
-    command = " ".join(["python benchmarks/performance.py", *sys.argv[1:]])
-    said = f"`{command}`\n\nTime {'of the processor' if options.cpu else 'on the wall'}. {machine()}."
-    page = f"{said}\n\n{figures.text(largest)}"
-    if options.huge:
-        page += f"\n\n{of_millions(options.cpu)}"
-    if options.printed:
-        print(page)
-    else:
-        put(DOCS / "performance.md", "figures", page)
+    return figures.text(GROWN if not options.largest else f"{GROWN}, {4**options.largest} x")
 
 
 @dataclass
