@@ -168,9 +168,9 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
     try:
         result = flattened(piece, task.method) if known is None else known[0]
     except SingularSystemError:  # faces of no size beside others of the chart
-        if not piece.cells[0].any():
-            raise
-        return _anew(halves(piece))
+        if parts := halves(piece):
+            return _anew(parts)
+        raise
     if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
         if parts := _less_flipped(piece, splits, task):
             return _anew(parts)
@@ -178,8 +178,8 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
     if known is None:
         check_finite(result.uv, piece.vertices, "uv")
     if _is_needle(piece, result):
-        if piece.cells[0].any():
-            return _anew(halves(piece))
+        if parts := halves(piece):
+            return _anew(parts)
         result, known = _opened(piece, result), None
     pairs, cost = overlapping_pairs(result.uv, piece.F) if known is None else known[1], 0.0
     if len(pairs) and task.bijective and not result.holes:
@@ -250,14 +250,14 @@ def _less_flipped(piece: Submesh, splits: int, task: Task) -> list[Submesh]:
     if splits < MAX_LEAF_ROUNDS:
         leaves = _more_leaves(piece, task)
         return piece.cut_along(leaves) if len(leaves) else []
-    return halves(piece) if splits < task.most_splits and piece.cells[0].any() else []
+    return halves(piece) if splits < task.most_splits else []
 
 
 def _less_stretched(piece: Submesh, splits: int, task: Task) -> list[Submesh]:
     """The piece cut further, and from some number of cuts on halved; nothing where that cannot be."""
     if splits < MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, task)):
         return piece.cut_along(leaves)
-    return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH and piece.cells[0].any() else []
+    return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH else []
 
 
 def _more_leaves(piece: Submesh, task: Task) -> IntArray:

@@ -10,8 +10,10 @@ from ..surface import Submesh, sum_by
 
 
 def halves(piece: Submesh) -> list[Submesh]:
-    """The faces of a piece nearer to one or to the other of two that are far from each other."""
+    """The faces of a piece nearer to one or to the other of two far from each other; nothing of one face."""
     cell, inside = piece.cells
+    if not cell.any():
+        return []
     m, sides = int(cell.max()) + 1, piece.topology.sides[:, inside]
     a, b = cell[sides % len(piece.F)]
     centre = np.stack([sum_by(cell, x, m) for x in piece.V[piece.F].mean(axis=1).T], axis=1)
@@ -28,4 +30,4 @@ def halves(piece: Submesh) -> list[Submesh]:
     second = int(np.argmax(from_first))
     label = from_first <= distance(second)
     label[second] = False
-    return piece.divided(label[cell].astype(np.int64))
+    return piece.divided(label[cell])
