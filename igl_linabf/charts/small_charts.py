@@ -14,7 +14,14 @@ from .._types import FloatArray, IntArray
 from ..layouts import least_squares
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..measures import change_of, overlapping_pairs, quality_of
-from ..surface import Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
+from ..surface import (
+    Submesh,
+    complex_positions,
+    coordinates,
+    flat_angles,
+    placed_at,
+    signed_double_areas,
+)
 from .atlas import Chart
 from .pieces import of_own_size
 
@@ -225,11 +232,10 @@ def _boxes(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
 
 def _moved(flat: FloatArray, fixed: IntArray, at: FloatArray) -> FloatArray | None:
     """A map turned and shifted so that some vertices come to where they are to be; None if none fits."""
-    z, to = complex_positions(flat), complex_positions(at)
-    z = z - z[fixed[0]]
-    if not z[fixed[-1]]:
+    z, to, ends = complex_positions(flat), complex_positions(at), fixed[[0, -1]]
+    if z[ends[0]] == z[ends[1]]:
         return None
-    z = (to[-1] - to[0]) / z[fixed[-1]] * z + to[0]
+    z = placed_at(z, (ends, at[[0, -1]]))
     if np.abs(z[fixed] - to).max() > FITS * np.abs(z - to[0]).max():
         return None
     z[fixed] = to
