@@ -10,7 +10,7 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..measures import change_of
-from ..surface import Submesh, complex_positions, connected_labels, signed_double_areas
+from ..surface import Submesh, connected_labels
 from .cut_graph import closed_surface
 
 SHRUNK = 1 / 16  # of the area that a face at a tip has in the map, at most
@@ -19,12 +19,12 @@ SHRUNK = 1 / 16  # of the area that a face at a tip has in the map, at most
 def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArray | None) -> IntArray:
     """Edges, by the caller's vertices, from the boundary to tips that are worth it: L2 stretch for length.
 
-    `uv` has the surface's area. Cut to a tip, its faces are taken to keep their size.
+    Cut to a tip, its faces are taken to keep their size.
     """
     changed = change_of(piece, uv)
     area = changed.double_area / changed.double_area.sum()
-    flat = np.abs(signed_double_areas(complex_positions(uv), piece.topology.corner))
-    small = np.flatnonzero(flat < SHRUNK * changed.double_area)
+    grown = changed.log_area_ratio
+    small = np.flatnonzero(grown < np.log(SHRUNK))
     squared = area * changed.squared_stretch
     total = float(squared.sum())
     if trade == 0 or not len(small) or not np.isfinite(total):
@@ -39,7 +39,7 @@ def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArr
     }
     for tip in sorted(saved, key=lambda tip: -saved[tip]):
         rows = small[label == tip]
-        face = rows[np.argmin(flat[rows] / changed.double_area[rows])]
+        face = rows[np.argmin(grown[rows])]
         leaf = int(surface.node[piece.F[face]].max())  # nodes of loops come first
         left = max(total - saved[tip], 1.0)  # which is a map without stretch
         if np.sqrt(total) - np.sqrt(left) > distance[leaf] / surface.size / trade > 0:
