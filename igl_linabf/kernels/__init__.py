@@ -1,8 +1,8 @@
 """The loops over triangles and edges that take most of the time, each in two forms.
 
 In: plain arrays. Out: plain arrays. A kernel is defined by its form in NumPy. Beside it stands the same as
-loops, which numba compiles where it is installed (the extra `fast`). For the factors of
-small systems there are loops only: without numba, a library makes them.
+loops, which numba compiles where it is installed (the extra `fast`). For factors there are loops only:
+without numba, a library makes them.
 """
 
 from .choice import fast_by, is_fast, numpy_only
