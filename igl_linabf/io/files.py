@@ -285,12 +285,7 @@ def write_mesh(
 
 
 def write_textured(
-    path: str | os.PathLike[str],
-    V: ArrayLike,
-    F: ArrayLike,
-    TC: ArrayLike,
-    FTC: ArrayLike,
-    image: ArrayLike,
+    path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike, image: ArrayLike
 ) -> None:
     """Write a surface with an image as its texture.
 
