@@ -100,7 +100,7 @@ def test_the_same_as_a_loop(method: object) -> None:
             assert found.largest == pytest.approx(right.largest, rel=1e-6, abs=1e-12), (name, part)
         assert made.gap == pytest.approx(alone.gap, rel=1e-6, abs=1e-12), name
         np.testing.assert_array_equal(made.flipped, alone.flipped)
-        assert made.seconds.keys() == alone.seconds.keys()
+        assert made.seconds["total"] > 0 and made.seconds.keys() <= alone.seconds.keys()
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")

@@ -120,6 +120,7 @@ def _linked(near: Bits, first: int, indptr: IntArray, indices: IntArray) -> None
                 near[i, j >> 6] |= ONE << np.uint64(j & 63)
 
 
+@inlined
 def _analysed(
     start: IntArray, indptr: IntArray, indices: IntArray
 ) -> tuple[Index, Index, Index, Index, Index, Index, Index, Index]:
@@ -185,6 +186,7 @@ def analysed(indptr: IntArray, indices: IntArray) -> Symbolic:
     return Symbolic(*compiled(_analysed)(blocks_of(indptr, indices), indptr, indices))
 
 
+@inlined
 def _factored(
     data: FloatArray,
     indptr: Index,

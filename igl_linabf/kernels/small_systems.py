@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._types import BoolArray, FloatArray, IntArray
+from .._types import FloatArray
 from .choice import compiled, inlined
 from .cholesky import Factor, Index
 
@@ -83,9 +83,8 @@ def _fan_add(
     y[c, 1] += sign * (p - q)
 
 
-def _separate_errors(
-    row_start: IntArray,
-    face_start: IntArray,
+@inlined
+def _errors_by_gradients(
     row: Index,
     pair: FloatArray,
     cot: FloatArray,
@@ -98,92 +97,56 @@ def _separate_errors(
     rows: Index,
     below: FloatArray,
     diagonal: FloatArray,
-) -> tuple[FloatArray, IntArray, BoolArray]:
-    n, size, e = len(b), len(row_start) - 1, e.copy()
-    x, r, p, q = np.zeros((n + 1, 2)), np.empty((n + 1, 2)), np.zeros((n + 1, 2)), np.empty((n + 1, 2))
-    z, work = np.empty((n, 2)), np.empty((n, 2))
-    steps, converged = np.zeros(size, dtype=np.int64), np.zeros(size, dtype=np.bool_)
-    r[:n] = b
-    for k in range(size):
-        first, last = row_start[k], row_start[k + 1]
-        for t in range(face_start[k], face_start[k + 1]):
-            _fan_add(t, row, cot, e[0, t], e[1, t], e[2, t], r, -1.0)
-        norm = 0.0
-        for i in range(first, last):
-            norm += r[i, 0] * r[i, 0] + r[i, 1] * r[i, 1]
-        goal, rho_before = rtol * np.sqrt(norm), 1.0
-        converged[k] = goal == 0
-        while steps[k] < most and not converged[k]:
-            if np.sqrt(norm) < goal:
-                converged[k] = True
-            if converged[k] or not np.isfinite(norm):
-                break
-            _substituted(first, last, order, indptr, rows, below, diagonal, r, work, z)
-            rho = 0.0
-            for i in range(first, last):
-                rho += r[i, 0] * z[i, 0] + r[i, 1] * z[i, 1]
-            share = rho / rho_before
-            for i in range(first, last):
-                for j in range(2):
-                    p[i, j] = z[i, j] + share * p[i, j]
-                    q[i, j] = 0.0
-            for t in range(face_start[k], face_start[k + 1]):
-                u, v, w = _fan_errors(t, row, pair, cot, p)
-                _fan_add(t, row, cot, u, v, w, q, 1.0)
-            curvature = 0.0
-            for i in range(first, last):
-                curvature += p[i, 0] * q[i, 0] + p[i, 1] * q[i, 1]
-            length, norm = rho / curvature, 0.0
-            for i in range(first, last):
-                for j in range(2):
-                    x[i, j] += length * p[i, j]
-                    r[i, j] -= length * q[i, j]
-                    norm += r[i, j] * r[i, j]
-            rho_before = rho
-            steps[k] += 1
-        for i in range(first, last):
-            converged[k] &= np.isfinite(x[i, 0]) and np.isfinite(x[i, 1])
-        for t in range(face_start[k], face_start[k + 1]):
-            u, v, w = _fan_errors(t, row, pair, cot, x)
-            e[0, t] += u
-            e[1, t] += v
-            e[2, t] += w
-    return e, steps, converged
+) -> tuple[int, bool]:
+    """Add P M^T x to e, S x = b - M e by conjugate gradients; the steps, and whether they converged.
 
-
-def separate_errors(
-    row_start: IntArray,
-    face_start: IntArray,
-    row: IntArray,
-    pair: FloatArray,
-    cot: FloatArray,
-    e0: FloatArray,
-    b: FloatArray,
-    factor: Factor,
-    rtol: float,
-    most: int,
-) -> tuple[FloatArray, IntArray, BoolArray]:
-    """e0 + P M^T x of meshes side by side, S x = b - M e0 by conjugate gradients for each mesh by itself.
-
-    S = M P M^T, `pair` are the `pair_weights`, and `factor` is that of the preconditioner. `row` is that of
-    each corner, (3, #F), #rows for none. Mesh k has the rows `row_start[k]` to `row_start[k + 1]`, and such
-    triangles; b is (#rows, 2). Returns also the steps of each mesh, and whether it converged.
+    S = M P M^T, `pair` are the `pair_weights`, and the factor is that of the preconditioner. `row` is that of
+    each corner, (3, #F), #rows for none; b is (#rows, 2).
     """
-    s = factor.symbolic
-    made: tuple[FloatArray, IntArray, BoolArray] = compiled(_separate_errors)(
-        row_start,
-        face_start,
-        row.astype(np.uint32),
-        pair,
-        cot,
-        e0,
-        b,
-        rtol,
-        most,
-        s.order,
-        s.indptr,
-        s.rows,
-        factor.below,
-        factor.diagonal,
-    )
-    return made
+    n, m = len(b), len(row[0])
+    x, p, q, r = np.zeros((n + 1, 2)), np.zeros((n + 1, 2)), np.empty((n + 1, 2)), np.empty((n + 1, 2))
+    z, work = np.empty((n, 2)), np.empty((n, 2))
+    r[:n] = b
+    for t in range(m):
+        _fan_add(t, row, cot, e[0, t], e[1, t], e[2, t], r, -1.0)
+    norm, steps = 0.0, 0
+    for i in range(n):
+        norm += r[i, 0] * r[i, 0] + r[i, 1] * r[i, 1]
+    goal, rho_before = rtol * np.sqrt(norm), 1.0
+    converged = goal == 0
+    while steps < most and not converged:
+        if np.sqrt(norm) < goal:
+            converged = True
+        if converged or not np.isfinite(norm):
+            break
+        _substituted(0, n, order, indptr, rows, below, diagonal, r, work, z)
+        rho = 0.0
+        for i in range(n):
+            rho += r[i, 0] * z[i, 0] + r[i, 1] * z[i, 1]
+        share = rho / rho_before
+        for i in range(n):
+            for j in range(2):
+                p[i, j] = z[i, j] + share * p[i, j]
+                q[i, j] = 0.0
+        for t in range(m):
+            u, v, w = _fan_errors(t, row, pair, cot, p)
+            _fan_add(t, row, cot, u, v, w, q, 1.0)
+        curvature = 0.0
+        for i in range(n):
+            curvature += p[i, 0] * q[i, 0] + p[i, 1] * q[i, 1]
+        length, norm = rho / curvature, 0.0
+        for i in range(n):
+            for j in range(2):
+                x[i, j] += length * p[i, j]
+                r[i, j] -= length * q[i, j]
+                norm += r[i, j] * r[i, j]
+        rho_before = rho
+        steps += 1
+    for i in range(n):
+        converged &= np.isfinite(x[i, 0]) and np.isfinite(x[i, 1])
+    for t in range(m):
+        u, v, w = _fan_errors(t, row, pair, cot, x)
+        e[0, t] += u
+        e[1, t] += v
+        e[2, t] += w
+    return steps, converged
