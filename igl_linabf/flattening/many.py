@@ -41,11 +41,12 @@ def flatten_many(
 ) -> list[Flattening | MeshError]:
     """Flatten many meshes at once: what a loop of `flatten` returns, in less time.
 
-    Small disks go side by side into linear systems, as they do not touch: a system is assembled, analysed
-    and factored once, and each disk has its own steps, residuals and outcome. Threads work at several
-    systems at a time, as many as there are cores or as OMP_NUM_THREADS says. Isometric maps begin with these.
-    What needs more than linear ABF's two solves, or begins far from an isometry, disks with holes, large
-    meshes, shaped boundaries and other methods are flattened one by one.
+    Small disks go through compiled loops, with the extra `fast`: one disk after the other, without Python
+    between. Without it, they go side by side into linear systems, as they do not touch: a system is
+    assembled, analysed and factored once, and each disk has its own steps, residuals and outcome. Threads
+    work at several parts at a time, as many as there are cores or as OMP_NUM_THREADS says. Isometric maps
+    begin with these. What needs more than linear ABF's two solves, or begins far from an isometry, disks with
+    holes, large meshes, shaped boundaries and other methods are flattened one by one.
 
     Parameters
     ----------
@@ -63,7 +64,8 @@ def flatten_many(
     list of Flattening or MeshError
         In the order of `meshes`. Maps and angles are those of `flatten` to 1e-10, and outcomes and ladders
         are the same. A mesh that `flatten` refuses has the `MeshError` in its place. The `seconds` of
-        meshes that were solved together are shared out by their triangles.
+        meshes that were solved together are shared out by their triangles; by compiled loops there is the
+        total alone.
 
     Raises
     ------
@@ -119,7 +121,7 @@ def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattenin
     made: list[Flattening | None] = [None] * len(meshes)
     if isinstance(method, Isometric):
         linear = flatten_together(meshes, LinABF(solver=method.solver))
-        for group in _groups(meshes, range(len(meshes))):
+        for group in _groups(meshes, range(len(meshes)), AT_ONCE):
             found = [(i, result) for i in group if (result := linear[i]) is not None]
             chosen = [meshes[i] for i, _ in found]
             for k, result in lengthened(chosen, [result for _, result in found], method):
@@ -225,8 +227,8 @@ def _results(flat: FlatMany, places: list[int], method: LinABF, seconds: dict[st
             repaired=nothing,
             ladder=(Rung("linear step", Status.GOOD, 0, last, ""),),
             steps=steps,
-            before=Residuals(*before[k], 0.0),
-            after=Residuals(*after[k], 0.0),
+            before=_residuals(before[k]),
+            after=_residuals(after[k]),
             holes=(),
             gap=gap[k],
             layout="boundary",
@@ -236,3 +238,9 @@ def _results(flat: FlatMany, places: list[int], method: LinABF, seconds: dict[st
         )
         made.append((places[k], result))
     return made, [places[k] for k in np.flatnonzero(flat.thin).tolist()]
+
+
+def _residuals(families: list[float]) -> Residuals:
+    """Of a disk, by its vertices, triangles and wheels."""
+    vertex, triangle, wheel = families
+    return Residuals(vertex, triangle, wheel, 0.0)

@@ -8,30 +8,21 @@ from .._types import FloatArray
 from .choice import compiled, inlined
 from .cholesky import Factor, Index
 
+Columns = tuple[Index, Index, Index, FloatArray, FloatArray]  # order, indptr, rows; entries of L, and D
+
 
 @inlined
-def _substituted(
-    first: int,
-    last: int,
-    order: Index,
-    indptr: Index,
-    rows: Index,
-    below: FloatArray,
-    diagonal: FloatArray,
-    b: FloatArray,
-    y: FloatArray,
-    x: FloatArray,
-) -> None:
-    """Solve the blocks of the rows `first` to `last` for two right sides, into `x`; `y` is work space."""
-    for k in range(first, last):
+def _substituted(factor: Columns, b: FloatArray, y: FloatArray, x: FloatArray) -> None:
+    """Solve for two right sides, (n, 2), into `x`; `y` is work space."""
+    order, indptr, rows, below, diagonal = factor
+    for k in range(len(order)):
         y[k, 0], y[k, 1] = b[order[k], 0], b[order[k], 1]
-    for k in range(first, last):
+    for k in range(len(order)):
         u, v = y[k, 0], y[k, 1]
         for p in range(indptr[k], indptr[k + 1]):
             y[rows[p], 0] -= below[p] * u
             y[rows[p], 1] -= below[p] * v
-    for i in range(last - first):
-        k = last - 1 - i
+    for k in range(len(order) - 1, -1, -1):
         u, v = y[k, 0] / diagonal[k], y[k, 1] / diagonal[k]
         for p in range(indptr[k], indptr[k + 1]):
             u -= below[p] * y[rows[p], 0]
@@ -40,18 +31,15 @@ def _substituted(
         x[order[k], 0], x[order[k], 1] = u, v
 
 
-def _solved(
-    order: Index, indptr: Index, rows: Index, below: FloatArray, diagonal: FloatArray, b: FloatArray
-) -> FloatArray:
+def _solved(factor: Columns, b: FloatArray) -> FloatArray:
     x = np.empty_like(b)
-    _substituted(0, len(order), order, indptr, rows, below, diagonal, b, np.empty_like(b), x)
+    _substituted(factor, b, np.empty_like(b), x)
     return x
 
 
 def solved(factor: Factor, b: FloatArray) -> FloatArray:
     """Solve A x = b for two right sides, (n, 2)."""
-    s = factor.symbolic
-    x: FloatArray = compiled(_solved)(s.order, s.indptr, s.rows, factor.below, factor.diagonal, b)
+    x: FloatArray = compiled(_solved)((*factor.symbolic[:3], factor.below, factor.diagonal), b)
     return x
 
 
@@ -85,24 +73,19 @@ def _fan_add(
 
 @inlined
 def _errors_by_gradients(
-    row: Index,
-    pair: FloatArray,
-    cot: FloatArray,
+    fans: tuple[Index, FloatArray, FloatArray],
+    factor: Columns,
     e: FloatArray,
     b: FloatArray,
     rtol: float,
     most: int,
-    order: Index,
-    indptr: Index,
-    rows: Index,
-    below: FloatArray,
-    diagonal: FloatArray,
 ) -> tuple[int, bool]:
     """Add P M^T x to e, S x = b - M e by conjugate gradients; the steps, and whether they converged.
 
-    S = M P M^T, `pair` are the `pair_weights`, and the factor is that of the preconditioner. `row` is that of
-    each corner, (3, #F), #rows for none; b is (#rows, 2).
+    S = M P M^T, and the factor is that of the preconditioner. `fans` have the row of each corner, (3, #F),
+    #rows for none, the `pair_weights` and the cotangents; b is (#rows, 2).
     """
+    row, pair, cot = fans
     n, m = len(b), len(row[0])
     x, p, q, r = np.zeros((n + 1, 2)), np.zeros((n + 1, 2)), np.empty((n + 1, 2)), np.empty((n + 1, 2))
     z, work = np.empty((n, 2)), np.empty((n, 2))
@@ -119,7 +102,7 @@ def _errors_by_gradients(
             converged = True
         if converged or not np.isfinite(norm):
             break
-        _substituted(0, n, order, indptr, rows, below, diagonal, r, work, z)
+        _substituted(factor, r, work, z)
         rho = 0.0
         for i in range(n):
             rho += r[i, 0] * z[i, 0] + r[i, 1] * z[i, 1]
