@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from .. import kernels
-from .._runtime import in_threads
+from .._runtime import at_once
 from .._types import Array, FloatArray, IntArray
 from .factors import Factored, NotPositiveDefiniteError, cholmod_order
 
@@ -112,7 +112,7 @@ class Compiled:
             spare.append(work)
             return bad
 
-        bad = max(in_threads(part, divided.subtrees), default=-1)
+        bad = max(at_once(part, divided.subtrees), default=-1)
         if bad < 0:
             bad = part((divided.rest, -1))
         if bad >= 0:
@@ -131,8 +131,8 @@ def _solved(values: FloatArray, a: kernels.Supernodes, divided: Divided, b: Floa
     def backward(chosen: tuple[IntArray, int]) -> None:
         kernels.supernodal_backward(values, a, divided.parts, *chosen, x, made)
 
-    list(in_threads(forward, divided.subtrees))
+    at_once(forward, divided.subtrees)
     forward((divided.rest, -1))
     backward((divided.rest, -1))
-    list(in_threads(backward, divided.subtrees))
+    at_once(backward, divided.subtrees)
     return made
