@@ -238,8 +238,8 @@ def _forward(
     end = a.start[root + 1] if root >= 0 else len(a.order)
     y, z, above = np.empty(a.front), np.empty(a.front), np.empty((len(a.order) - end, 2))
     if root >= 0:
-        for p in range(a.below_start[root], a.below_start[root + 1]):
-            above[a.below[p] - end] = 0.0
+        for i in range(a.below_start[root], a.below_start[root + 1]):
+            above[a.below[i] - end] = 0.0
     for s in which:
         first, width, under = a.start[s], a.start[s + 1] - a.start[s], a.below_start[s]
         m = a.below_start[s + 1] - under
