@@ -12,15 +12,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import Progress, advance, in_threads, part, reporting, stopwatch, timed
 from .._types import FloatArray, IntArray
-from ..angles import (
-    AngleProblem,
-    Step,
-    constraints_of,
-    initial_estimate,
-    opened,
-    rows_of,
-    step_and_chord,
-)
+from ..angles import AngleProblem, Step, constraints_of, initial_estimate, opened, rows_of, step_and_chord
 from ..errors import MeshError, SingularSystemError
 from ..layouts import GAP, flat_disks
 from ..linalg import SMALL, NotPositiveDefiniteError, Solvers

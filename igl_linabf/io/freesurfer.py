@@ -11,12 +11,12 @@ from ..surface import Polygons, topology_of
 from .mesh_file import MeshFile
 from .one_index import doubled, flat_surface
 from .packages import checked, needed, quietly
-from .parsing import Extras, Parsed
+from .parsing import Extras
 
 PATCH = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])
 
 
-def parse_freesurfer(path: Path) -> Parsed:
+def parse_freesurfer(path: Path) -> MeshFile:
     """The surface of a FreeSurfer file, lh.pial for example."""
     V, F = quietly(needed("nibabel.freesurfer").read_geometry, path)
     polygons = Polygons.of_triangles(np.asarray(F, dtype=np.int64))

@@ -20,7 +20,8 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, some, stack_level
 from ..surface import Polygons
 from .materials import Material, library
-from .parsing import Extras, Named, Parsed, numbers, refuse, shown
+from .mesh_file import MeshFile
+from .parsing import Extras, Named, numbers, refuse, shown
 
 STATEMENTS = frozenset(
     b"v vt vn f vp l p o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp "
@@ -57,7 +58,7 @@ class ObjText:
     faces: IntArray
 
 
-def parse_obj(data: bytes, name: str) -> Parsed:
+def parse_obj(data: bytes, name: str) -> MeshFile:
     """The mesh in the bytes of an OBJ file; warns of lines that are not OBJ statements."""
     raw = data.splitlines()
     lines = _plain(data, raw)
@@ -92,7 +93,7 @@ def parse_obj(data: bytes, name: str) -> Parsed:
         materials=_named(lines, where, b"usemtl", where[b"f"]),
         source=ObjText(raw, where[b"f"]),
     )
-    return Parsed(V, polygons, TC, index[:, 1], extras)
+    return MeshFile(V, polygons, TC, index[:, 1], extras)
 
 
 def with_looks(extras: Extras, path: Path) -> Extras:

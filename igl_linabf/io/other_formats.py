@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,13 @@ from ..surface import Polygons
 from .mesh_file import MeshFile
 from .one_index import doubled, flat_surface
 from .packages import checked, needed, quietly
-from .parsing import Column, Damaged, Extras, Parsed, polygons_of
+from .parsing import Column, Damaged, Extras, polygons_of
 
 POINTS, TRIANGLES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"
 TEXTURE = "Texture Coordinates"  # in VTP
 
 
-def parse_gifti(path: Path) -> Parsed:
+def parse_gifti(path: Path) -> MeshFile:
     """The surface of a GIFTI file."""
     image = quietly(needed("nibabel").load, path)
     try:
@@ -31,7 +32,7 @@ def parse_gifti(path: Path) -> Parsed:
     return checked(V, Polygons.of_triangles(F.astype(np.int64)), Extras(source=image, units="millimeter"))
 
 
-def parse_vtp(path: Path) -> Parsed:
+def parse_vtp(path: Path) -> MeshFile:
     """The polygons of a VTK file."""
     pyvista = needed("pyvista")
     mesh = quietly(pyvista.read, path)
@@ -47,13 +48,12 @@ def parse_vtp(path: Path) -> Parsed:
     polygons = polygons_of(Column(corners, np.diff(offsets)))
     if (polygons.sizes < 3).any():
         raise Damaged("it has polygons of less than three corners")
-    extras = Extras(source=mesh)
     TC = mesh.active_texture_coordinates
-    parsed = checked(np.asarray(mesh.points, dtype=np.float64), polygons, extras)
+    made = checked(np.asarray(mesh.points, dtype=np.float64), polygons, Extras(source=mesh))
     if TC is None:
-        return parsed
+        return made
     map_, same = np.unique(np.asarray(TC, dtype=np.float64)[:, :2], axis=0, return_inverse=True)
-    return parsed._replace(TC=map_, texture=same.ravel().astype(np.int64)[polygons.corners])
+    return replace(made, TC=map_, texture=same.ravel().astype(np.int64)[polygons.corners])
 
 
 def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:

@@ -15,13 +15,7 @@ from ..errors import FallbackWarning, MemoryLimitError, stack_level
 from ..kernels import is_fast
 from . import memory
 from .compiled import COMPILED_FROM, Compiled
-from .factors import (
-    SIMPLICIAL_UP_TO,
-    Analysis,
-    Cholmod,
-    IglCholesky,
-    has_cholmod,
-)
+from .factors import SIMPLICIAL_UP_TO, Analysis, Cholmod, IglCholesky, has_cholmod
 from .multigrid import Multigrid
 from .small_blocks import SmallBlocks
 

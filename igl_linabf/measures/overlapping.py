@@ -10,14 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import boundary_loops, overlapping
-from ..surface import (
-    Parts,
-    Submesh,
-    complex_positions,
-    face_components,
-    of_size_one,
-    signed_double_areas,
-)
+from ..surface import Parts, Submesh, complex_positions, face_components, of_size_one, signed_double_areas
 from .winding import may_overlap
 
 MIN_DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap

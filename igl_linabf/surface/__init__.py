@@ -42,11 +42,4 @@ from .plane import (
 from .polygons import Faces, Polygons, Triangles
 from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface
 from .submesh import Submesh, cut_faces
-from .topology import (
-    Topology,
-    check_planar,
-    manifold_topology,
-    planar_topology,
-    topology_of,
-    with_outer,
-)
+from .topology import Topology, check_planar, manifold_topology, planar_topology, topology_of, with_outer
