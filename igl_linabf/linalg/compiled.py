@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from .. import kernels
-from .._runtime import in_threads
+from .._runtime import at_once
 from .._types import FloatArray, IntArray
 from .factors import Analysis, Factored, NotPositiveDefiniteError, by_pairs_of_columns, cholmod_order
 
@@ -97,7 +97,7 @@ class Compiled(Analysis):
             spare.append(work)
             return bad
 
-        bad = max(in_threads(part, divided.subtrees), default=-1)
+        bad = max(at_once(part, divided.subtrees), default=-1)
         if bad < 0:
             bad = part((divided.rest, -1))
         if bad >= 0:
@@ -116,8 +116,8 @@ def _solved(values: FloatArray, a: kernels.Supernodes, divided: Divided, b: Floa
     def backward(chosen: tuple[IntArray, int]) -> None:
         kernels.supernodal_backward(values, a, divided.parts, *chosen, x, made)
 
-    list(in_threads(forward, divided.subtrees))
+    at_once(forward, divided.subtrees)
     forward((divided.rest, -1))
     backward((divided.rest, -1))
-    list(in_threads(backward, divided.subtrees))
+    at_once(backward, divided.subtrees)
     return made
