@@ -12,17 +12,7 @@ import pyvista as pv
 from conftest import load
 from scipy.spatial import cKDTree
 
-from igl_linabf import (
-    ABF,
-    Atlas,
-    LinABF,
-    MeshError,
-    find_cones,
-    find_seams,
-    quality,
-    texture_seams,
-    unwrap,
-)
+from igl_linabf import ABF, Atlas, LinABF, MeshError, find_cones, find_seams, quality, texture_seams, unwrap
 from igl_linabf.cli import main
 from igl_linabf.io import read_texture
 

@@ -124,12 +124,7 @@ def chromium(page: Path, folder: Path, *arguments: str) -> str:
         *arguments,
         page.as_uri(),
     ]
-    process = subprocess.run(
-        command,
-        capture_output=True,
-        text=True,
-        timeout=180,
-    )
+    process = subprocess.run(command, capture_output=True, text=True, timeout=180)
     assert process.returncode == 0, process.stderr
     return process.stdout
 

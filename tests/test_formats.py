@@ -33,9 +33,7 @@ def test_every_form_of_the_formats_holds_the_same_surface() -> None:
     for suffix, forms in files.items():
         for data in forms:
             mesh = parse(data, f".{suffix}", "mesh")
-            assert np.allclose(
-                mesh.V[mesh.triangles()[0]], first.V[first.triangles()[0]], rtol=1e-6, atol=1e-7
-            )
+            assert np.allclose(mesh.V[mesh.triangles], first.V[first.triangles], rtol=1e-6, atol=1e-7)
     with_texture = parse(files["obj"][1], ".obj", "mesh")
     assert (first.V[:, :2] == with_texture.TC).all()
     assert (with_texture.texture == first.polygons.corners).all()
@@ -74,7 +72,7 @@ def test_polygons_are_split_as_igl_splits_them(tmp_path: Path) -> None:
     for suffix, data in (*texts, (".ply", binary)):
         mesh = parse(data, suffix, "mesh")
         assert np.allclose(mesh.V, positions, rtol=1e-7)
-        assert (faces == mesh.triangles()[0]).all()
+        assert (faces == mesh.triangles).all()
 
 
 OFF, PLY, OBJ = POLYGONS["off"], POLYGONS["ply"], POLYGONS["obj"]
@@ -135,7 +133,7 @@ def test_lines_that_obj_does_not_know_are_passed_over_with_a_warning() -> None:
         MeshWarning, match=r"lines 1, 9 of mesh are no statements of OBJ \(the first: 'nanf 1 2'\)"
     ):
         mesh = parse(f"nanf 1 2\n{OBJ}?\n".encode(), ".obj", "mesh")
-    assert len(mesh.triangles()[0]) == 4
+    assert len(mesh.triangles) == 4
 
 
 def test_words_of_an_off_file_may_be_spread_over_lines(tmp_path) -> None:

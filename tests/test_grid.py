@@ -54,9 +54,7 @@ def corner_angles(grid: QuadGrid) -> np.ndarray:
     corners = grid.V[grid.quads]
     ahead, back = np.roll(corners, -1, axis=1) - corners, np.roll(corners, 1, axis=1) - corners
     cosine = (ahead * back).sum(axis=2)
-    return np.degrees(
-        np.arccos(cosine / np.linalg.norm(ahead, axis=2) / np.linalg.norm(back, axis=2)),
-    )
+    return np.degrees(np.arccos(cosine / np.linalg.norm(ahead, axis=2) / np.linalg.norm(back, axis=2)))
 
 
 @pytest.mark.parametrize("cells", [8, 1000, 5000])

@@ -10,8 +10,8 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from .cut_graph import ClosedSurface
+from .expected import MAX_LOG_SCALE, expected_stretch
 
-MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 QUARTER = np.pi / 2
 SAMPLES = 4000  # nodes from which the stretch of rounded curvatures is told
 MAX_EXCHANGES = 500  # of quarter turns between cones
@@ -126,12 +126,6 @@ class ConeScale:
                 break
             k[i], k[j] = k[i] + 1, k[j] - 1
         return k if self.first >= 0 else k[1:]
-
-
-def expected_stretch(piece: ClosedSurface, u: FloatArray) -> float:
-    """The L2 stretch of a conformal map with the log scale u."""
-    weight = piece.area / piece.area.sum()
-    return float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u))))
 
 
 def _farthest(piece: ClosedSurface) -> int:

@@ -298,12 +298,7 @@ def _placed(
 
 
 def _on_pages(
-    charts: Charts,
-    shaped: IntArray,
-    turns: Turns,
-    side: float,
-    spacing: Spacing,
-    pages: int | None,
+    charts: Charts, shaped: IntArray, turns: Turns, side: float, spacing: Spacing, pages: int | None
 ) -> Layout | None:
     """Charts on pages of this side; the small ones as rectangles in what the others leave."""
     gap, cells = spacing.gap * FIXED, FIXED / side

@@ -13,14 +13,7 @@ from .._types import ComplexArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from ..linalg import Solvers
 from ..measures import quality_of
-from ..surface import (
-    NEXT,
-    PREV,
-    Submesh,
-    complex_positions,
-    coordinates,
-    signed_double_areas,
-)
+from ..surface import NEXT, PREV, Submesh, complex_positions, coordinates, signed_double_areas
 from .atlas import Atlas, Chart
 from .given_seams import textured_seams
 from .seam_shifts import SeamSides, fans_of, whole_shifts

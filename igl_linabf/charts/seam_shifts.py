@@ -151,8 +151,7 @@ def whole_shifts(
     places = places.reshape(len(ends), len(choice))
     now = z[[fan.copies[0] for fan, _, _ in ends]]
     q = _nearest(
-        np.concatenate((places, np.eye(len(choice)))),
-        np.concatenate((now, sides.shift[choice])) / period,
+        np.concatenate((places, np.eye(len(choice)))), np.concatenate((now, sides.shift[choice])) / period
     )
     return period * np.round(rows @ q), held, period * (places @ q) - now
 

@@ -14,14 +14,7 @@ from .._types import FloatArray, IntArray
 from ..layouts import least_squares
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..measures import change_of, overlapping_pairs, quality_of
-from ..surface import (
-    Submesh,
-    complex_positions,
-    coordinates,
-    flat_angles,
-    placed_at,
-    signed_double_areas,
-)
+from ..surface import Submesh, complex_positions, coordinates, flat_angles, placed_at, signed_double_areas
 from .atlas import Chart
 from .pieces import of_own_size
 

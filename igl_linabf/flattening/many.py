@@ -211,10 +211,8 @@ def _results(flat: FlatMany, places: list[int], method: LinABF, seconds: dict[st
         if first > method.tol:
             steps = Step("step", inner[k][0], 0, residual[k][1]), Step("chord", inner[k][1], 0, last)
         own, triangles = slice(vertices[k], vertices[k + 1]), slice(faces[k], faces[k + 1])
-        solver = flat.solver if flat.has_rows[k] else "none"
-        outcome, message = judge(
-            ratio[k], "boundary", solver, nothing, last, nothing, converged=last <= method.tol, note=""
-        )
+        solver, reached = flat.solver if flat.has_rows[k] else "none", last <= method.tol
+        outcome, message = judge(ratio[k], "boundary", solver, nothing, last, nothing, converged=reached)
         share = (faces[k + 1] - faces[k]) / faces[-1]
         result = Flattening(
             uv=flat.uv[own],
@@ -224,12 +222,10 @@ def _results(flat: FlatMany, places: list[int], method: LinABF, seconds: dict[st
             outcome=outcome,
             message=message,
             flipped=nothing,
-            repaired=nothing,
             ladder=(Rung("linear step", Status.GOOD, 0, last, ""),),
             steps=steps,
-            before=_residuals(before[k]),
-            after=_residuals(after[k]),
-            holes=(),
+            before=Residuals(*before[k]),
+            after=Residuals(*after[k]),
             gap=gap[k],
             layout="boundary",
             solver=flat.how if steps else "none",
@@ -238,9 +234,3 @@ def _results(flat: FlatMany, places: list[int], method: LinABF, seconds: dict[st
         )
         made.append((places[k], result))
     return made, [places[k] for k in np.flatnonzero(flat.thin).tolist()]
-
-
-def _residuals(families: list[float]) -> Residuals:
-    """Of a disk, by its vertices, triangles and wheels."""
-    vertex, triangle, wheel = families
-    return Residuals(vertex, triangle, wheel, 0.0)

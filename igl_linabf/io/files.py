@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +14,10 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, vertex_array
-from .formats import parsed
-from .mesh_file import MeshFile, check_corners
+from .formats import parsed, written
+from .mesh_file import MeshFile, at_triangles, check_corners
 from .obj import with_looks
 from .obj_writing import save_obj
-from .saving import written
 
 
 def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
@@ -57,7 +57,7 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     """
     path = Path(path)
     found = parsed(path)
-    F, _ = found.triangles()
+    F = at_triangles(found, found.polygons.corners)
     if not len(found.V) or not len(F):
         raise MeshError(f"{path} holds {len(found.V)} vertices and no triangles: is it a mesh?")
     return vertex_array(found.V), face_array(F)
@@ -98,11 +98,10 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
     found = parsed(path)
     if not len(found.V) or not len(found.polygons):
         raise MeshError(f"{path} holds {len(found.V)} vertices and no faces: is it a mesh?")
-    V, polygons, TC, texture, extras = found
-    extras = with_looks(extras, path)
-    if not len(TC) or (texture < 0).any():
-        return MeshFile(vertex_array(V), polygons, None, None, extras, path)
-    return MeshFile(vertex_array(V), polygons, TC, texture, extras, path)
+    made = replace(found, V=vertex_array(found.V), extras=with_looks(found.extras, path), path=path)
+    if found.TC is None or found.texture is None or not len(found.TC) or (found.texture < 0).any():
+        return replace(made, TC=None, texture=None)
+    return made
 
 
 def write_file(
@@ -189,11 +188,12 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     if path.suffix.lower() not in (".obj", ".ply"):
         raise MeshError(f"{path} is not an OBJ file, nor PLY: only these are read for texture coordinates")
     found = parsed(path)
-    (F, FTC), TC = found.triangles(), found.TC
-    if not len(F):
+    if not len(found.polygons):
         raise MeshError(f"{path} has no faces: is it a mesh?")
-    if not len(TC) or (FTC == -1).all():
+    TC, texture = found.TC, found.texture
+    if TC is None or texture is None or not len(TC) or (texture == -1).all():
         raise MeshError(f"{path} has no texture coordinates at its faces (vt, f v/vt): unwrap it first")
+    FTC = at_triangles(found, texture)
     bare = np.flatnonzero((FTC == -1).any(axis=1))
     if len(bare):
         raise MeshError(
@@ -285,12 +285,7 @@ def write_mesh(
 
 
 def write_textured(
-    path: str | os.PathLike[str],
-    V: ArrayLike,
-    F: ArrayLike,
-    TC: ArrayLike,
-    FTC: ArrayLike,
-    image: ArrayLike,
+    path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike, image: ArrayLike
 ) -> None:
     """Write a surface with an image as its texture.
 

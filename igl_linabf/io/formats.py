@@ -4,31 +4,44 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 
+from numpy.typing import ArrayLike
+
+from .._runtime import replacing
 from ..errors import MeshError, MeshWarning, stack_level
-from .freesurfer import parse_freesurfer, save_patch, save_surf
 from .gltf_reading import GltfFile, parse_gltf, save_gltf
 from .mesh_file import MeshFile
 from .obj import ObjText, parse_obj
-from .obj_writing import save_obj
+from .obj_writing import materials_beside, save_obj
 from .off import parse_off
-from .other_formats import parse_gifti, parse_vtp, save_gifti, save_vtp
-from .parsing import Damaged, Parsed
+from .other_formats import (
+    parse_freesurfer,
+    parse_gifti,
+    parse_vtp,
+    save_gifti,
+    save_patch,
+    save_surf,
+    save_vtp,
+)
+from .parsing import Damaged
+from .pictures import png
 from .ply import PlyTables, parse_ply
 from .ply_writing import save_ply
 from .stl import parse_stl
 from .three_mf import parse_3mf, save_3mf
 
-BYTES: dict[str, Callable[[bytes, str], Parsed]] = {
+BYTES: dict[str, Callable[[bytes, str], MeshFile]] = {
     ".obj": parse_obj,
     ".off": lambda data, _: parse_off(data),
     ".ply": lambda data, _: parse_ply(data),
     ".stl": lambda data, _: parse_stl(data),
 }
 SURFACES = (".pial", ".white", ".inflated", ".smoothwm", ".orig", ".sphere", ".surf")  # of FreeSurfer
-PATHS: dict[str, Callable[[Path], Parsed]] = {
+PATHS: dict[str, Callable[[Path], MeshFile]] = {
     ".glb": parse_gltf,
     ".gltf": parse_gltf,
     ".3mf": parse_3mf,
@@ -37,12 +50,8 @@ PATHS: dict[str, Callable[[Path], Parsed]] = {
     **dict.fromkeys(SURFACES, parse_freesurfer),
 }
 READERS = (*BYTES, *PATHS)
-OWN: dict[str, tuple[type, ...]] = {  # whose files a writer writes again as they were
-    ".obj": (ObjText,),
-    ".ply": (PlyTables,),
-    ".glb": (GltfFile,),
-    ".gltf": (GltfFile,),
-}
+# whose files a writer writes again as they were
+OWN: dict[str, type] = {".obj": ObjText, ".ply": PlyTables, ".glb": GltfFile, ".gltf": GltfFile}
 FREESURFER = b"\xff\xff"  # and a third byte that says whether its faces are triangles
 WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
     ".obj": save_obj,
@@ -59,7 +68,7 @@ WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
 FLAT = (".gii", ".surf", ".flat")  # in which the map is the surface
 
 
-def parsed(path: str | os.PathLike[str]) -> Parsed:
+def parsed(path: str | os.PathLike[str]) -> MeshFile:
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix in BYTES:
@@ -77,7 +86,7 @@ def parsed(path: str | os.PathLike[str]) -> Parsed:
         raise MeshError(f"{path} cannot be read as {suffix[1:].upper() or 'FreeSurfer'}: {damage}") from None
 
 
-def parse(data: bytes, suffix: str, name: str) -> Parsed:
+def parse(data: bytes, suffix: str, name: str) -> MeshFile:
     """The mesh in the bytes of a file.
 
     Parameters
@@ -101,13 +110,6 @@ def parse(data: bytes, suffix: str, name: str) -> Parsed:
         return BYTES[suffix](data, name)
     except Damaged as damage:
         raise MeshError(f"{name} cannot be read as {suffix[1:].upper()}: {damage}") from None
-
-
-def writer(path: Path) -> Callable[[str, MeshFile, Path], None]:
-    suffix = path.suffix.lower()
-    if suffix not in WRITERS:
-        raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
-    return WRITERS[suffix]
 
 
 def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
@@ -142,7 +144,33 @@ def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
         what = f"{suffix[1:].upper()} does not keep {', '.join(lost)}"
         if mesh.path is not None:
             what += f" of {mesh.path.name}"
-        own = next((own for own, types in OWN.items() if isinstance(source, types)), None)
+        own = next((own for own, kind in OWN.items() if isinstance(source, kind)), None)
         if own is not None:
             what += f": write {own[1:].upper()} to keep all of it"
         warnings.warn(what, MeshWarning, stacklevel=stack_level())
+
+
+@contextmanager
+def written(
+    path: str | os.PathLike[str],
+    mesh: MeshFile,
+    TC: ArrayLike,
+    FTC: ArrayLike | None = None,
+    image: ArrayLike | None = None,
+) -> Iterator[None]:
+    """Write under temporary names; the files take their places when the block succeeds."""
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in WRITERS:
+        raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
+    if image is not None and suffix not in WITH_IMAGES:
+        raise MeshError(f"{path} holds no image: write one of {', '.join(WITH_IMAGES)}")
+    made = replace(mesh.textured(TC, FTC), image=None if image is None else png(image))
+    warn_of_loss(made, suffix)
+    beside = materials_beside(made, path) if suffix == ".obj" else {}
+    with ExitStack() as stack:
+        temporary = stack.enter_context(replacing(path))
+        for own, data in beside.items():
+            Path(stack.enter_context(replacing(path.with_suffix(own)))).write_bytes(data)
+        WRITERS[suffix](temporary, made, path)
+        yield

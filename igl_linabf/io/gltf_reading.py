@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import mimetypes
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 from urllib.parse import unquote
@@ -20,7 +20,7 @@ from .materials import PLAIN, Material, as_gltf, of_gltf, srgb, warn_of_images
 from .mesh_file import MeshFile
 from .ngons import EXTENSION, polygons_among
 from .one_index import one_index, single
-from .parsing import Damaged, Extras, Parsed, untextured
+from .parsing import Damaged, Extras
 
 # keys of accessors; and all in "attributes"
 REFERENCES = {"indices", "input", "output", "inverseBindMatrices"}
@@ -55,7 +55,7 @@ class GltfFile:
     primitives: list[Primitive]
 
 
-def parse_gltf(path: Path) -> Parsed:
+def parse_gltf(path: Path) -> MeshFile:
     """The mesh of a glTF or GLB file; each mesh once, where the first node shows it."""
     try:
         return _parsed(load_gltf(path))
@@ -65,7 +65,7 @@ def parse_gltf(path: Path) -> Parsed:
         ) from None
 
 
-def _parsed(gltf: Gltf) -> Parsed:
+def _parsed(gltf: Gltf) -> MeshFile:
     shown, primitives = placements(gltf), list[Primitive]()
     V, corners, sizes = list[FloatArray](), list[IntArray](), list[IntArray]()
     attributes: dict[str, list[FloatArray | None]] = {"TEXCOORD_0": [], "COLOR_0": [], "NORMAL": []}
@@ -114,12 +114,13 @@ def _parsed(gltf: Gltf) -> Parsed:
         units="meter",
         source=GltfFile(gltf, primitives),
     )
-    made = untextured(np.concatenate(V)[used], Polygons(corner.ravel().astype(np.int64), size), extras)
+    polygons = Polygons(corner.ravel().astype(np.int64), size)
+    made = MeshFile(np.concatenate(V)[used], polygons, extras=extras)
     map_ = _whole(attributes["TEXCOORD_0"])
     if map_ is None:
         return made
     TC, same = np.unique(map_, axis=0, return_inverse=True)
-    return made._replace(TC=TC * [1, -1] + [0, 1], texture=same.ravel()[flat].astype(np.int64))
+    return replace(made, TC=TC * [1, -1] + [0, 1], texture=same.ravel()[flat].astype(np.int64))
 
 
 def _whole(rows: list[FloatArray | None]) -> FloatArray | None:

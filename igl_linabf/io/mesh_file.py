@@ -14,8 +14,6 @@ from ..errors import MeshError, some
 from ..surface import Faces, Polygons, Triangles, vertex_array
 from .parsing import NOTHING, Extras
 
-NO_NAMES: tuple[str, ...] = ()
-
 
 @dataclass(frozen=True, eq=False)
 class MeshFile:
@@ -112,6 +110,11 @@ class MeshFile:
         used = np.isfinite(map_).all(axis=1)
         number = np.cumsum(used) - 1
         return replace(self, TC=map_[used], texture=number[texture.corners])
+
+
+def at_triangles(mesh: MeshFile, values: IntArray) -> IntArray:
+    """Values at the corners of the faces as rows of the triangles that they are split into."""
+    return values.reshape(-1, 3) if (mesh.polygons.sizes == 3).all() else values[mesh.split.place]
 
 
 def check_corners(rows: FloatArray, index: Polygons, index_name: str, name: str) -> None:

@@ -7,7 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from .parsing import Damaged, Parsed, Property, columns_of, indices, polygons_of, refuse, rows_of, untextured
+from .mesh_file import MeshFile
+from .parsing import Damaged, Property, columns_of, indices, polygons_of, refuse, rows_of
 
 VERTEX = tuple(Property(axis, "f8") for axis in "xyz")
 FACE = (Property("corners", "i4", "i4"),)
@@ -15,7 +16,7 @@ MAX_DIGITS = 9  # of the number of corners; Python refuses to read thousands of 
 NO_FACE = "is no face: it takes a number from 3 on and as many vertex indices"
 
 
-def parse_off(data: bytes) -> Parsed:
+def parse_off(data: bytes) -> MeshFile:
     """The mesh in the bytes of an OFF file; colours and the like at the end of a line are ignored."""
     rows, at = rows_of(data, b"#")
     head = rows[0].split() if rows else [b""]
@@ -40,7 +41,7 @@ def parse_off(data: bytes) -> Parsed:
     faces = polygons_of(polygons)
     for i in faces.outside(n)[:1]:
         refuse(at[i], rows[i], f"names a vertex outside 0..{n - 1}")
-    return untextured(np.column_stack([points[axis].values for axis in "xyz"]), faces)
+    return MeshFile(np.column_stack([points[axis].values for axis in "xyz"]), faces)
 
 
 def _one_a_line(rows: list[bytes], at: list[int], n: int, m: int) -> tuple[list[bytes], list[int]]:

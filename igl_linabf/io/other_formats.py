@@ -1,22 +1,24 @@
-"""GIFTI, which nibabel owns, and VTP, which pyvista owns."""
+"""GIFTI and FreeSurfer, which nibabel owns, and VTP, which pyvista owns."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from ..surface import Polygons
+from ..errors import MeshError, some
+from ..surface import Polygons, topology_of
 from .mesh_file import MeshFile
 from .one_index import doubled, flat_surface
 from .packages import checked, needed, quietly
-from .parsing import Column, Damaged, Extras, Parsed, polygons_of
+from .parsing import Column, Damaged, Extras, polygons_of
 
 POINTS, TRIANGLES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"
-TEXTURE = "Texture Coordinates"  # in VTP
+PATCH = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])  # of FreeSurfer, which nibabel does not write
 
 
-def parse_gifti(path: Path) -> Parsed:
+def parse_gifti(path: Path) -> MeshFile:
     """The surface of a GIFTI file."""
     image = quietly(needed("nibabel").load, path)
     try:
@@ -31,7 +33,7 @@ def parse_gifti(path: Path) -> Parsed:
     return checked(V, Polygons.of_triangles(F.astype(np.int64)), Extras(source=image, units="millimeter"))
 
 
-def parse_vtp(path: Path) -> Parsed:
+def parse_vtp(path: Path) -> MeshFile:
     """The polygons of a VTK file."""
     pyvista = needed("pyvista")
     mesh = quietly(pyvista.read, path)
@@ -47,13 +49,12 @@ def parse_vtp(path: Path) -> Parsed:
     polygons = polygons_of(Column(corners, np.diff(offsets)))
     if (polygons.sizes < 3).any():
         raise Damaged("it has polygons of less than three corners")
-    extras = Extras(source=mesh)
     TC = mesh.active_texture_coordinates
-    parsed = checked(np.asarray(mesh.points, dtype=np.float64), polygons, extras)
+    made = checked(np.asarray(mesh.points, dtype=np.float64), polygons, Extras(source=mesh))
     if TC is None:
-        return parsed
+        return made
     map_, same = np.unique(np.asarray(TC, dtype=np.float64)[:, :2], axis=0, return_inverse=True)
-    return parsed._replace(TC=map_, texture=same.ravel().astype(np.int64)[polygons.corners])
+    return replace(made, TC=map_, texture=same.ravel().astype(np.int64)[polygons.corners])
 
 
 def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
@@ -91,3 +92,38 @@ def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
     ]
     image = gifti.GiftiImage(darrays=arrays)
     Path(temporary).write_bytes(image.to_bytes())
+
+
+def parse_freesurfer(path: Path) -> MeshFile:
+    """The surface of a FreeSurfer file, lh.pial for example."""
+    V, F = quietly(needed("nibabel.freesurfer").read_geometry, path)
+    polygons = Polygons.of_triangles(np.asarray(F, dtype=np.int64))
+    return checked(np.asarray(V, dtype=np.float64), polygons, Extras(units="millimeter"))
+
+
+def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
+    """Write the flat map as a surface."""
+    points, triangles = flat_surface(mesh)
+    needed("nibabel.freesurfer").write_geometry(temporary, points, triangles, create_stamp="igl_linabf")
+
+
+def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
+    """Write a flat patch: the vertices that have a place in the plane, by their numbers on the surface.
+
+    Numbers count from 1, and are negative on the boundary. The triangles are those of the surface.
+    """
+    made = doubled(mesh)
+    vertex, times = np.unique(made.vertex, return_counts=True)
+    if (times > 1).any():
+        raise MeshError(
+            f"vertices {some(vertex[times > 1])} are on seams, and a patch has one place for each: write "
+            ".surf or .gii, or flatten a disk"
+        )
+    used, F = np.unique(mesh.triangles, return_inverse=True)
+    loops = topology_of(F.reshape(-1, 3), used).loops
+    border = np.isin(made.vertex, used[np.concatenate(loops)] if loops else ())
+    rows = np.zeros(len(vertex), dtype=PATCH)
+    rows["vertex"] = np.where(border, -1, 1) * (made.vertex + 1)
+    rows["place"][:, :2] = made.TC
+    head = np.array([-1, len(rows)], dtype=">i4")
+    Path(temporary).write_bytes(head.tobytes() + rows.tobytes())

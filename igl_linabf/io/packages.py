@@ -10,7 +10,8 @@ from typing import Any
 
 from .._types import FloatArray
 from ..surface import Polygons
-from .parsing import Damaged, Extras, Parsed, untextured
+from .mesh_file import MeshFile
+from .parsing import Damaged, Extras
 
 
 def needed(module: str, how: str = "pip install 'igl-linabf[formats]' reads and writes this format") -> Any:
@@ -36,8 +37,8 @@ def quietly(read: Callable[[Any], Any], given: Any) -> Any:
         raise Damaged(f"{type(error).__name__}: {error}") from None
 
 
-def checked(V: FloatArray, polygons: Polygons, extras: Extras) -> Parsed:
+def checked(V: FloatArray, polygons: Polygons, extras: Extras) -> MeshFile:
     bad = polygons.outside(len(V))
     if len(bad):
         raise Damaged(f"faces {bad[0]} and {len(bad) - 1} others name vertices outside 0..{len(V) - 1}")
-    return untextured(V, polygons, extras)
+    return MeshFile(V, polygons, extras=extras)

@@ -55,35 +55,6 @@ class Extras:
 NOTHING = Extras()
 
 
-class Parsed(NamedTuple):
-    """The mesh of a file.
-
-    Attributes
-    ----------
-    V : (#V, 3) float64
-    polygons : Polygons
-        Indices within the range of `V`.
-    TC : (#TC, 2) float64
-        Texture coordinates; no rows if the file has none, or the format is not read for them.
-    texture : (#C,) int64
-        Indices of the texture coordinates at the corners, unchecked; -1 if the file has none there.
-    extras : Extras
-    """
-
-    V: FloatArray
-    polygons: Polygons
-    TC: FloatArray
-    texture: IntArray
-    extras: Extras = NOTHING
-
-    def triangles(self) -> tuple[IntArray, IntArray]:
-        """`F` and `FTC` of the triangles, (#T, 3)."""
-        if (self.polygons.sizes == 3).all():
-            return self.polygons.corners.reshape(-1, 3), self.texture.reshape(-1, 3)
-        split = self.polygons.split(self.V)
-        return split.F, self.texture[split.place]
-
-
 class Property(NamedTuple):
     """A number, or a list of numbers, in each row; types are NumPy's.
 
@@ -116,11 +87,6 @@ class Column:
 
 
 Columns = dict[str, Column]
-
-
-def untextured(V: FloatArray, polygons: Polygons, extras: Extras = NOTHING) -> Parsed:
-    """A mesh without texture coordinates."""
-    return Parsed(V, polygons, np.empty((0, 2)), np.full(len(polygons.corners), -1), extras)
 
 
 def refuse(line: int, text: bytes, what: str) -> NoReturn:

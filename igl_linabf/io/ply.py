@@ -12,30 +12,12 @@ from numpy.typing import NDArray
 from .._types import FloatArray
 from ..errors import some
 from ..surface import Polygons
-from .parsing import (
-    Column,
-    Columns,
-    Damaged,
-    Extras,
-    Parsed,
-    Property,
-    columns_of,
-    polygons_of,
-    refuse,
-    rows_of,
-    untextured,
-)
+from .mesh_file import MeshFile
+from .parsing import Column, Columns, Damaged, Extras, Property, columns_of, polygons_of, refuse, rows_of
 
-TYPES = {
-    **dict.fromkeys(("char", "int8"), "i1"),
-    **dict.fromkeys(("uchar", "uint8"), "u1"),
-    **dict.fromkeys(("short", "int16"), "i2"),
-    **dict.fromkeys(("ushort", "uint16"), "u2"),
-    **dict.fromkeys(("int", "int32"), "i4"),
-    **dict.fromkeys(("uint", "uint32"), "u4"),
-    **dict.fromkeys(("float", "float32"), "f4"),
-    **dict.fromkeys(("double", "float64"), "f8"),
-}
+NAMES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint"}
+NAMES |= {"f4": "float", "f8": "double"}
+TYPES = {name: kind for kind in NAMES for name in (NAMES[kind], np.dtype(kind).name)}  # char or int8, ...
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 WHOLE = [name for name, kind in TYPES.items() if kind[0] != "f"]
 TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # of vertices, as programs write them
@@ -58,7 +40,7 @@ class PlyTables(NamedTuple):
     comments: list[str]
 
 
-def parse_ply(data: bytes) -> Parsed:
+def parse_ply(data: bytes) -> MeshFile:
     """The mesh in the bytes of a PLY file.
 
     Raises
@@ -90,8 +72,8 @@ def parse_ply(data: bytes) -> Parsed:
     for names in TEXTURE_NAMES:
         TC = _side_by_side(vertex, *names)
         if TC is not None:
-            return Parsed(V, faces, TC, faces.corners, extras)
-    return untextured(V, faces, extras)
+            return MeshFile(V, faces, TC, faces.corners, extras)
+    return MeshFile(V, faces, extras=extras)
 
 
 def _extras(vertex: Columns, faces: Polygons, source: PlyTables) -> Extras:

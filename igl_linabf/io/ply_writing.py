@@ -12,10 +12,8 @@ from numpy.typing import NDArray
 from .mesh_file import MeshFile
 from .one_index import Doubled, doubled, one_index, single
 from .parsing import Column, Property
-from .ply import PlyTables, row_type
+from .ply import NAMES, PlyTables, row_type
 
-NAMES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint"}
-NAMES |= {"f4": "float", "f8": "double"}
 TEXTURE = ("s", "t")  # MeshLab passes over them if they are doubles
 OLD_TEXTURE = {"s", "t", "u", "v", "texture_u", "texture_v", "texcoord", "texnumber"}
 INDICES = {"vertex_indices", "vertex_index"}

@@ -8,13 +8,14 @@ import numpy as np
 from .._types import FloatArray
 from ..errors import some
 from ..surface import Polygons
-from .parsing import Damaged, Parsed, numbers, refuse, untextured
+from .mesh_file import MeshFile
+from .parsing import Damaged, numbers, refuse
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])
 HEAD = 84  # bytes, the last four of them the number of triangles
 
 
-def parse_stl(data: bytes) -> Parsed:
+def parse_stl(data: bytes) -> MeshFile:
     """The mesh in the bytes of an STL file; corners at equal positions are one vertex."""
     promised = int.from_bytes(data[HEAD - 4 : HEAD], "little")
     size = TRIANGLE.itemsize
@@ -33,7 +34,7 @@ def parse_stl(data: bytes) -> Parsed:
     F = np.arange(len(V)).reshape(-1, 3)
     if len(V):
         V, _, _, F = igl.remove_duplicate_vertices(V, F, 0.0)
-    return untextured(V, Polygons.of_triangles(F.astype(np.int64)))
+    return MeshFile(V, Polygons.of_triangles(F.astype(np.int64)))
 
 
 def _text(data: bytes) -> FloatArray:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from ..surface import Polygons
 from .mesh_file import MeshFile
 from .one_index import single
 from .packages import checked, needed, quietly
-from .parsing import Damaged, Extras, Parsed
+from .parsing import Damaged, Extras
 from .pictures import png
 
 UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")  # as lib3mf numbers them
@@ -22,16 +23,16 @@ RELATION = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dtexture"
 PROPERTY = np.dtype([("resource", "<u4"), ("index", "<u4", 3)])  # of a triangle's corners
 
 
-def parse_3mf(path: Path) -> Parsed:
+def parse_3mf(path: Path) -> MeshFile:
     """All objects of a 3MF file, where its build places them."""
     wrapper = needed("lib3mf").get_wrapper()
     model = wrapper.CreateModel()
     quietly(model.QueryReader("3mf").ReadFromFile, path)
-    parsed: Parsed = quietly(_parsed, model)
-    return parsed
+    mesh: MeshFile = quietly(_parsed, model)
+    return mesh
 
 
-def _parsed(model: Any) -> Parsed:
+def _parsed(model: Any) -> MeshFile:
     V, F, TC, FTC, part = [], [], [], [], []
     names, points, rows = list[str](), 0, 0
     for mesh, matrix, name in _placed(model):
@@ -47,8 +48,8 @@ def _parsed(model: Any) -> Parsed:
     if not V:
         raise Damaged("it has no object")
     extras = Extras(parts=(tuple(names), np.concatenate(part)), units=UNITS[int(model.GetUnit())])
-    parsed = checked(np.concatenate(V), Polygons.of_triangles(np.concatenate(F)), extras)
-    return parsed._replace(TC=np.concatenate(TC), texture=np.concatenate(FTC).ravel())
+    made = checked(np.concatenate(V), Polygons.of_triangles(np.concatenate(F)), extras)
+    return replace(made, TC=np.concatenate(TC), texture=np.concatenate(FTC).ravel())
 
 
 def _placed(model: Any) -> Iterator[tuple[Any, FloatArray, str]]:

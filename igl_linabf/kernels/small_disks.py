@@ -16,14 +16,7 @@ from .cholesky import _analysed, _factored
 from .connectivity import _boundary_loops, _entries, _in_one_piece, _undirected
 from .maps import _centred, _signed_double_areas
 from .small_systems import _errors_by_gradients, _substituted
-from .systems import (
-    _at_edges,
-    _conformal_weights,
-    _disparity,
-    _laplacian_entries,
-    _pair_weights,
-    _pulled,
-)
+from .systems import _at_edges, _conformal_weights, _disparity, _laplacian_entries, _pair_weights, _pulled
 from .triangles import _angle_sums, _cotangents, _cut_short, _products
 
 ALONE, THIN, STILL, STEPPED = 0, 1, 2, 3  # what became of a disk

@@ -47,12 +47,7 @@ def half_edge_blocks(cot: FloatArray, pair: FloatArray) -> FloatArray:
     cn, cp, opposite = cot[NEXT], cot[PREV], pair
     to_a, to_b = pair[PREV] * (cot + cn), pair[NEXT] * (cot + cp)
     return np.stack(
-        (
-            -opposite,
-            -opposite * cn - to_a,
-            opposite * cp + to_b,
-            opposite * cn * cp - cot * (to_a + to_b),
-        )
+        (-opposite, -opposite * cn - to_a, opposite * cp + to_b, opposite * cn * cp - cot * (to_a + to_b))
     )
 
 

@@ -20,10 +20,10 @@ from .arrays import (
     vertex_indices,
 )
 from .chords import chords_of, split_chords
-from .components import connected_labels, face_components
+from .components import centres, connected_labels, face_components
 from .disks import Disks, side_by_side
 from .mesh import Mesh, PlanarFaces, loop_through, planar, planar_mesh
-from .parts import Parts, counted
+from .parts import Parts, at_once, counted
 from .plane import (
     ALL_DIGITS,
     SPAN,
@@ -41,11 +41,4 @@ from .plane import (
 from .polygons import Faces, Polygons, Triangles
 from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface
 from .submesh import Submesh, cut_faces
-from .topology import (
-    Topology,
-    check_planar,
-    manifold_topology,
-    planar_topology,
-    topology_of,
-    with_outer,
-)
+from .topology import Topology, check_planar, manifold_topology, planar_topology, topology_of, with_outer
