@@ -21,6 +21,8 @@ from igl_linabf.surface import planar
 
 pytest.importorskip("numba")
 
+IN_ANY_ORDER = {"overlapping"}
+
 
 def topology_and_angles():
     mesh = planar(*MESHES["crown"]())
@@ -50,13 +52,14 @@ def sides_on_grids():
     return start, end, np.ones(34, dtype=np.int64), np.array([0, 30, 34]), shapes, cells, 0.8
 
 
-def triangles_and_pairs():
-    """Counter-clockwise triangles in a square, many of which overlap."""
+def triangles():
+    """Counter-clockwise triangles of two charts, many of which overlap."""
     triangle = np.random.default_rng(2).normal(size=(60, 3, 2)) @ [1, 1j]
     a, b = triangle[:, 1] - triangle[:, 0], triangle[:, 2] - triangle[:, 0]
     turned = (a.conj() * b).imag < 0
     triangle[turned] = triangle[turned][:, [0, 2, 1]]
-    return triangle, np.argwhere(np.tri(60, k=-1, dtype=bool)), np.full(60, 1e-6), np.full(60, 1e-15)
+    end = np.repeat([20, 60], [20, 40])
+    return triangle, end, np.full(60, 1e-6), np.full(60, 1e-15)
 
 
 def cases():
@@ -109,7 +112,7 @@ def cases():
         "shortest_odd_walk": (*ways, (graph.data > 1.9) + 2 * (graph.data < 1.1), 5, 4),
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
-        "interpenetrating": (*triangles_and_pairs(),),
+        "overlapping": (*triangles(),),
         "dot": tuple(rng.normal(size=(2, 40))),
         "turn": (rng.normal(size=40), 0.7, rng.normal(size=40)),
         "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),
@@ -129,6 +132,8 @@ def test_the_loops_are_the_same_as_numpy(name):
         assert not kernels.is_fast()
         plain = kernel(*others)
     made, expected = (x if isinstance(x, tuple) else () if x is None else (x,) for x in (fast, plain))
+    if name in IN_ANY_ORDER:
+        made, expected = ((np.unique(rows, axis=0),) for (rows,) in (made, expected))
     # some change what they are given
     for a, b in zip((*made, *args), (*expected, *others), strict=True):
         if isinstance(a, tuple):

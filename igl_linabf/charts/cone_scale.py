@@ -10,8 +10,7 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from .cut_graph import ClosedSurface
-
-MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
+from .expected import MAX_LOG_SCALE, expected_stretch
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,12 +87,6 @@ class ConeScale:
     def stretch(self) -> float:
         """The L2 stretch that is expected of the map."""
         return expected_stretch(self.piece, self.log_scale)
-
-
-def expected_stretch(piece: ClosedSurface, u: FloatArray) -> float:
-    """The L2 stretch of a conformal map with the log scale u."""
-    weight = piece.area / piece.area.sum()
-    return float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u))))
 
 
 def _farthest(piece: ClosedSurface) -> int:

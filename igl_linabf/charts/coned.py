@@ -135,9 +135,7 @@ def _sums(angles: ArrayLike, n: int) -> FloatArray:
 
 def _where(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple[IntArray, IntArray]:
     """For each vertex of the repaired surface that a cone became, which cone it was, and the vertex."""
-    own = cleaned.merged[
-        cleaned.origin
-    ]  # of each of the surface's vertices: the one that the caller may mean
+    own = cleaned.merged[cleaned.origin]  # which vertex the caller may mean by each of the surface's
     order = np.argsort(own, kind="stable")
     wanted = cleaned.merged[given]
     first, end = (np.searchsorted(own[order], wanted, side) for side in ("left", "right"))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -10,7 +10,7 @@ import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import touched_cells
-from ..surface import Parts
+from ..surface import Parts, at_once
 
 AT_ONCE = 100_000  # sides of turned charts that are drawn at once
 
@@ -96,20 +96,10 @@ def masks_of(
     Charts whose masks share no cell are at least the gap apart, in u or in v.
     """
     made: list[Masks] = []
-    sides = np.cumsum([len(outline.start) * len(by) for outline, by in zip(outlines, turns, strict=True)])
-    for first, end in _groups(sides):
+    sides = np.array([len(outline.start) * len(by) for outline, by in zip(outlines, turns, strict=True)])
+    for first, end in at_once(sides, AT_ONCE):
         made += _together(outlines[first:end], turns[first:end], cells_per_unit, gap)
     return made
-
-
-def _groups(sides: IntArray) -> Iterator[tuple[int, int]]:
-    """Consecutive charts of not too many sides."""
-    first = 0
-    while first < len(sides):
-        base = int(sides[first - 1]) if first else 0
-        end = max(first + 1, int(np.searchsorted(sides, base + AT_ONCE, side="right")))
-        yield first, end
-        first = end
 
 
 def _together(

@@ -10,7 +10,8 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..angles import ClosedPath
-from .cone_scale import MAX_LOG_SCALE, ConeScale
+from .cone_scale import ConeScale
+from .expected import MAX_LOG_SCALE
 
 QUARTER = np.pi / 2
 SAMPLES = 4000  # nodes from which the stretch of rounded curvatures is told

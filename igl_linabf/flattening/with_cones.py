@@ -105,18 +105,13 @@ def _in_quarters(problem: Problem) -> tuple[Problem, State]:
 
 
 def _stages(method: LinABF | ABF, begun: State) -> list[Stage]:
-    if isinstance(method, ABF):
-        stages = [_settled(anchored(method.tol), method.tol), _settled(feasible(method.tol), method.tol)]
+    if isinstance(method, LinABF) and method.iterations != "auto":
+        stages = [iterated(method.rtol or ACTIVE_SET_RTOL, method.tol, method.iterations, note=False)]
     else:
-        if method.iterations == "auto":
-            stages = [
-                _exact(begun, method.rtol, method.tol),
-                _settled(anchored(ABF_TOL, method.tol), method.tol),
-                _settled(feasible(ABF_TOL, method.tol), method.tol),
-            ]
-        else:
-            rtol = method.rtol or ACTIVE_SET_RTOL
-            stages = [iterated(rtol, method.tol, method.iterations, note=False)]
+        first, tols = list[Stage](), [method.tol]
+        if isinstance(method, LinABF):
+            first, tols = [_exact(begun, method.rtol, method.tol)], [ABF_TOL, method.tol]
+        stages = [*first, *(_settled(make(*tols), method.tol) for make in (anchored, feasible))]
     return [*stages, injective_map] if method.guarantee else stages
 
 

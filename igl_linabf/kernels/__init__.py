@@ -34,7 +34,7 @@ from .systems import (
     pulled,
     system_blocks,
 )
-from .triangle_pairs import interpenetrating
+from .triangle_pairs import overlapping
 from .triangles import (
     NEXT,
     PREV,
