@@ -98,10 +98,8 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
             if len(way) > 1:
                 new = piece.between(np.array(way[:-1]), np.array(way[1:]))
                 if corridor.total(new) < length * SHORTER:
-                    seam, places = (
-                        np.concatenate((piece.without(seam, np.array(edges)), new)),
-                        corridor.places(way),
-                    )
+                    seam = np.concatenate((piece.without(seam, np.array(edges)), new))
+                    places = corridor.places(way)
             closed[places] = True
         return seam if seam is old or corridor.accepts(seam) else None
 

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import boundary_loops, overlapping
 from ..surface import Parts, Submesh, complex_positions, face_components, of_size_one, signed_double_areas
-from .winding import may_overlap
+from .winding import may_overlap, open_sides
 
 MIN_DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
 LAST_CELL = 2**31 - 1  # along a side of the grid that the curve runs through
@@ -106,14 +106,10 @@ def _injective(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:
     proved = np.zeros(number, dtype=bool)
     upright = np.ones(number, dtype=bool)
     upright[chart[~(signed_double_areas(z, F.T) > 0)]] = False
-    tail, head = F.T.ravel(), F[:, [1, 2, 0]].T.ravel()
-    n = len(z)
-    code = np.sort(tail * n + head)
-    if (code[1:] == code[:-1]).any():
-        return proved  # not an oriented surface: its boundary edges do not bound it
-    twin = head * n + tail
-    boundary = np.flatnonzero(~np.isin(twin, code, assume_unique=True))
-    of, tail, head = chart[boundary % len(F)], tail[boundary], head[boundary]
+    boundary = open_sides(F, len(z))
+    if boundary is None:
+        return proved
+    of, tail, head = chart[boundary % len(F)], F.T.ravel()[boundary], F[:, [1, 2, 0]].T.ravel()[boundary]
     order = np.argsort(tail)
     upright[of[order[1:][tail[order[1:]] == tail[order[:-1]]]]] = False  # loops touch in a vertex
     ask = order[upright[of[order]]]
