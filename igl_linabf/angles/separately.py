@@ -10,13 +10,13 @@ from scipy import sparse
 
 from .. import kernels
 from .._runtime import timed
-from .._types import BoolArray, FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray, Solve
 from ..linalg import Analysis, Factored, Multigrid, SmallBlocks, block_conjugate_gradients
 from ..surface import Disks, Parts
 from .constraints import Constraints
-from .iterates import AngleProblem, Iterate, cut_short
+from .iterates import REACH, AngleProblem, Iterate
 from .linearised import linearise
-from .preconditioner import Solve, conformal_inverse
+from .preconditioner import conformal_inverse
 from .reduced import System
 
 MOST_STEPS = 60  # of conjugate gradients; a disk that takes more is no longer held up for
@@ -77,7 +77,7 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
         for k in range(2):
             e, inner_steps[k], converged = _errors(solver, at, rows, disks.faces, rtol)
             with timed("assembly"):
-                e, cut = cut_short(at.alpha, e * moving)
+                e, cut = kernels.cut_short(at.alpha, e * moving, REACH)
                 good &= ~stepped | (converged & ~disks.faces.any(cut))
                 at = problem.at(at.alpha + e)
             families.append(families_of(at, rows, disks.faces))

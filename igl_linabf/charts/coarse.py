@@ -16,7 +16,7 @@ from scipy import sparse
 from .._types import FloatArray, IntArray
 from ..kernels import spanning_forest
 from ..surface import connected_labels, sum_by
-from .cut_graph import ClosedSurface, shortest_edges
+from .cut_graph import ClosedSurface, laplacian_of, shortest_edges, without_stubs
 from .tighten import tightened
 
 LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
@@ -122,18 +122,6 @@ class Levels:
         for step in reversed(self.steps):
             seam, leaves = step.drawn(seam, leaves), step.roots[leaves]
         return seam
-
-
-def without_stubs(piece: ClosedSurface, seam: IntArray, tips: IntArray) -> IntArray:
-    """The seam without arcs that end at other nodes than these."""
-    while True:
-        ends = piece.ends[seam]
-        nodes, place, degree = np.unique(ends, return_inverse=True, return_counts=True)
-        loose = (degree == 1) & ~np.isin(nodes, tips)
-        drop = loose[place.reshape(-1, 2)].any(axis=1)
-        if not drop.any():
-            return seam
-        seam = seam[~drop]
 
 
 def clusters(piece: ClosedSurface, hops: int) -> Forest:
@@ -257,5 +245,4 @@ def _flow(piece: ClosedSurface, label: IntArray, roots: IntArray, distance: Floa
         share[hole] = edge / (edge + distance[b[hole]])
     weight = weight * np.clip(np.nan_to_num(share), SMALLEST_SHARE, 1)
     n = len(roots)
-    off = sparse.csr_array((np.tile(-weight, 2), (np.append(i, j), np.append(j, i))), shape=(n, n))
-    return (off - sparse.diags_array(off.sum(axis=1))).tocsr()
+    return laplacian_of(weight, np.column_stack((i, j)), n)

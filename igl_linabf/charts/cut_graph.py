@@ -178,7 +178,7 @@ def closed_surface(
     vertex = np.empty(n, dtype=np.int64)
     vertex[node] = np.arange(len(V))
     cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
-    off = symmetric_graph(-np.maximum(cotangent, SMALLEST_WEIGHT), node[topology.edges[every]], n)
+    weight = np.maximum(cotangent, SMALLEST_WEIGHT)
     return ClosedSurface(
         n=n,
         holes=holes,
@@ -199,7 +199,7 @@ def closed_surface(
         curvature=2 * np.pi - sum_by(corner, np.arctan2(double_area, dot), n),
         noise=angle_noise(component, every_length, node, n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
-        laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
+        laplacian=laplacian_of(weight, node[topology.edges[every]], n),
         position=V[vertex],
         size=size,
         isometric=isometric,
@@ -237,11 +237,19 @@ def _loops(piece: ClosedSurface, base: int) -> tuple[IntArray, IntArray]:
     in_cotree[spanning_forest(piece.faces, longest_first, piece.n_faces)] = True
     across = np.flatnonzero(~in_tree & ~in_cotree)
     seam = np.union1d(across, piece.paths(before, piece.ends[across].ravel().tolist()))
-    while True:  # drop what all loops share on their way to the base
-        loose = (np.bincount(piece.ends[seam].ravel())[piece.ends[seam]] == 1).any(axis=1)
-        if not loose.any():
-            return seam, across
-        seam = seam[~loose]
+    return without_stubs(piece, seam, seam[:0]), across  # what all loops share on their way to the base
+
+
+def without_stubs(piece: ClosedSurface, seam: IntArray, tips: IntArray) -> IntArray:
+    """The seam without arcs that end at other nodes than these."""
+    while True:
+        ends = piece.ends[seam]
+        nodes, place, degree = np.unique(ends, return_inverse=True, return_counts=True)
+        loose = (degree == 1) & ~np.isin(nodes, tips)
+        drop = loose[place.reshape(-1, 2)].any(axis=1)
+        if not drop.any():
+            return seam
+        seam = seam[~drop]
 
 
 def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -> IntArray:
@@ -285,10 +293,11 @@ def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.c
     return (upper + upper.T.tocsr()).tocsr(), key, shortest
 
 
-def symmetric_graph(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
+def laplacian_of(weight: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
+    """The matrix of sum over edges of weight (x_i - x_j)^2, by the edges' ends (#E, 2)."""
     i, j = ends.T
-    both = (np.append(i, j), np.append(j, i))
-    return sparse.csr_array((np.tile(values, 2), both), shape=(n, n))
+    off = sparse.csr_array((np.tile(-weight, 2), (np.append(i, j), np.append(j, i))), shape=(n, n))
+    return (off - sparse.diags_array(off.sum(axis=1))).tocsr()
 
 
 def first_of_each(key: IntArray, weight: FloatArray, index: IntArray) -> tuple[IntArray, IntArray]:

@@ -6,13 +6,11 @@ import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import nearest_sources
-from .branches import Steps, in_groups, longest, replaced, steps_along
+from .branches import Arc, Steps, arm, in_groups, is_joint, longest, replaced, steps_along
 from .cut_graph import SHORTER, ClosedSurface, shape
 
 LEFT = 0.7  # of its faces is what a part keeps at least when a seam moves: two arcs around it may meet
 ROUNDS = 1  # of straight arcs and balanced branch points
-
-Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the first to the last
 
 
 class _Corridor:
@@ -107,10 +105,8 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
             if len(way) > 1:
                 new = piece.between(np.array(way[:-1]), np.array(way[1:]))
                 if corridor.total(new) < length * SHORTER:
-                    seam, places = (
-                        np.concatenate((piece.without(seam, np.array(edges)), new)),
-                        corridor.places(way),
-                    )
+                    seam = np.concatenate((piece.without(seam, np.array(edges)), new))
+                    places = corridor.places(way)
             closed[places] = True
         return seam if seam is old or corridor.accepts(seam) else None
 
@@ -124,7 +120,7 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
     piece = corridor.piece
 
     def arms_at(steps: Steps, branch: int) -> list[Arc]:
-        return [_arm(piece, steps, fixed, branch, start, reach) for start in steps[branch]]
+        return [arm(piece, steps, fixed, branch, start, reach) for start in steps[branch]]
 
     def moved(branches: list[int], seam: IntArray) -> IntArray | None:
         steps, old = steps_along(piece, seam), seam
@@ -156,33 +152,14 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
     return in_groups([movable[k] for k in longest(lengths)], seam, moved)
 
 
-def _arm(
-    piece: ClosedSurface, steps: Steps, fixed: set[int], node: int, step: tuple[int, int], reach: float
-) -> Arc:
-    """The arc that begins with a step, up to a joint or so far."""
-    edges, nodes = [], [node]
-    while True:
-        edges.append(step[0])
-        nodes.append(step[1])
-        reach -= float(piece.length[step[0]])
-        there = steps[step[1]]
-        if _is_joint(piece, steps, fixed, step[1]) or step[1] == node or reach <= 0:
-            return edges, nodes
-        step = there[0] if there[0][0] != step[0] else there[1]
-
-
-def _is_joint(piece: ClosedSurface, steps: Steps, fixed: set[int], node: int) -> bool:
-    return len(steps[node]) != 2 or node < piece.holes or node in fixed
-
-
 def _arcs(piece: ClosedSurface, seam: IntArray, fixed: set[int]) -> list[Arc]:
     """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
     steps, taken, arcs = steps_along(piece, seam), set[int](), list[Arc]()
-    joints = [node for node in steps if _is_joint(piece, steps, fixed, node)]
+    joints = [node for node in steps if is_joint(piece, steps, fixed, node)]
     for node in [*joints, *steps]:
         for step in steps[node]:
             if step[0] not in taken:
-                arc = _arm(piece, steps, fixed, node, step, np.inf)
+                arc = arm(piece, steps, fixed, node, step, np.inf)
                 taken.update(arc[0])
                 arcs.append(arc)
     return arcs

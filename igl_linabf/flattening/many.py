@@ -215,9 +215,8 @@ def _flat(disks: Disks, method: LinABF) -> Results:
             steps = Step("step", inner[k][0], 0, residual[k][1]), Step("chord", inner[k][1], 0, last)
         has_rows = bool(rows.sizes[k])
         solver = flat.solver if has_rows else "none"
-        outcome, message = judge(
-            ratio[k], "boundary", solver, nothing, last, nothing, converged=last <= method.tol, note=""
-        )
+        reached = last <= method.tol
+        outcome, message = judge(ratio[k], "boundary", solver, nothing, last, nothing, converged=reached)
         result = Flattening(
             uv=uv[vertices.start[k] : vertices.start[k + 1]],
             F=triangles[faces.start[k] : faces.start[k + 1]],
@@ -226,23 +225,14 @@ def _flat(disks: Disks, method: LinABF) -> Results:
             outcome=outcome,
             message=message,
             flipped=nothing,
-            repaired=nothing,
             ladder=(Rung("linear step", Status.GOOD, 0, last, ""),),
             steps=steps,
-            before=_residuals(before[k]),
-            after=_residuals(after[k]),
-            holes=(),
+            before=Residuals(*before[k]),
+            after=Residuals(*after[k]),
             gap=gap[k],
             layout="boundary",
             solver=stepped.how if steps else "none",
             layout_solver=solver,
-            seconds={},  # when all is done
         )
         made.append((k, result))
     return made, np.flatnonzero(stepped.thin).tolist()
-
-
-def _residuals(families: list[float]) -> Residuals:
-    """Of a disk, by its vertices, triangles and wheels."""
-    vertex, triangle, wheel = families
-    return Residuals(vertex, triangle, wheel, 0.0)

@@ -16,10 +16,10 @@ from .connectivity import (
     spanning_forest,
     undirected,
 )
-from .drawing import touched_cells
+from .drawing import runs_in_blocks, touched_cells
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
 from .paths import nearest_sources, shortest_odd_walk
-from .places import best_place
+from .places import placed
 from .small_systems import separate_errors, solved
 from .supernodal import Subtrees, Work, fresh, supernodal_backward, supernodal_factor, supernodal_forward
 from .supernodes import Supernodes, subtrees, supernodes
@@ -34,7 +34,7 @@ from .systems import (
     pulled,
     system_blocks,
 )
-from .triangle_pairs import interpenetrating
+from .triangle_pairs import overlapping
 from .triangles import (
     NEXT,
     PREV,

@@ -152,9 +152,7 @@ def _drawn_to_pins(
         pull[index] = stiffness
         z, (more,) = descend(field.charts, z, weight, field.hessians, Springs(pull, to), STEPS_EACH)
         before, missed, steps = missed, float(np.abs(z - to)[index].max()), steps + more
-        if (
-            stiffness > SOFT and missed > before / 2
-        ):  # out of reach: a spring that rules brings ten times less
+        if stiffness > SOFT and missed > before / 2:  # out of reach, as a spring that rules brings a tenth
             break
     made = (z - mean) * scale + middle
     if missed <= PINS_MET:

@@ -48,9 +48,9 @@ def flat_disks(disks: Disks, constraints: Constraints, at: Iterate, solvers: Sol
         The layout of one of them is singular in double precision.
     """
     topology, pattern = disks.topology, constraints.pattern
-    boundaries, solver = develop_boundaries(disks, at.residual), "none"
+    (drawn, gap), solver = develop_boundaries(disks, at.residual), "none"
     z = np.zeros(topology.n, dtype=np.complex128)
-    z[disks.rim[0]] = boundaries.z
+    z[disks.rim[0]] = drawn
     if pattern.n:
         weight = topology.sum_at_edges(at.cot) / 2
         lower = pattern.laplacian(weight)
@@ -65,4 +65,4 @@ def flat_disks(disks: Disks, constraints: Constraints, at: Iterate, solvers: Sol
         z = centred_each(topology.corner, z, scale, disks.area, disks.vertices, disks.faces)
         scale /= disks.double_area
         ratio = area_ratio(disks.faces.max(scale), disks.faces.min(scale))
-    return FlatDisks(z, boundaries.gap, disks.faces.any(~(areas > 0)), ratio, solver)
+    return FlatDisks(z, gap, disks.faces.any(~(areas > 0)), ratio, solver)

@@ -20,10 +20,10 @@ from .arrays import (
     vertex_indices,
 )
 from .chords import chords_of, split_chords
-from .components import connected_labels, face_components
+from .components import centres, connected_labels, face_components
 from .disks import Disks, side_by_side
 from .mesh import Mesh, PlanarFaces, loop_through, planar, planar_mesh
-from .parts import Parts, counted
+from .parts import Parts, at_once, counted
 from .plane import (
     ALL_DIGITS,
     SPAN,
