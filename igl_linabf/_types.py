@@ -1,5 +1,6 @@
-"""Types of arrays."""
+"""Types of arrays, and of what maps them."""
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,3 +11,4 @@ IntArray = NDArray[np.int64]
 BoolArray = NDArray[np.bool_]
 ComplexArray = NDArray[np.complex128]
 Array = NDArray[Any]  # float64 or complex128
+Solve = Callable[[Array], Array]  # or a product

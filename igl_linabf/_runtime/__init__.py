@@ -9,5 +9,5 @@ from .cleanup import replacing, undone_at_once
 from .progress import Progress, advance, part, reporting
 from .tally import counting
 from .text import aligned
-from .threads import in_threads
+from .threads import at_once, in_threads
 from .timing import stopwatch, timed

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextvars import copy_context
+from threading import Thread
 from typing import TypeVar
 
 T = TypeVar("T")
@@ -28,6 +29,32 @@ def in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
                 yield future.result()
         finally:  # what has not begun is not needed after an error
             pool.shutdown(wait=False, cancel_futures=True)
+
+
+def at_once(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
+    """As `in_threads`, for short work: the caller's thread takes part, and all of it is done at the end."""
+    threads = min(_cores(), len(items), MOST) if len(items) > 1 else 1
+    if threads < 2:
+        return list(map(work, items))
+    made: dict[int, R] = {}
+    todo, errors = iter(range(len(items))), list[BaseException]()
+
+    def some() -> None:
+        try:
+            for k in todo:
+                made[k] = work(items[k])
+        except BaseException as error:
+            errors.append(error)
+
+    others = [Thread(target=copy_context().run, args=(some,)) for _ in range(threads - 1)]
+    for thread in others:
+        thread.start()
+    some()
+    for thread in others:
+        thread.join()
+    if errors:
+        raise errors[0]
+    return [made[k] for k in range(len(items))]
 
 
 def _cores() -> int:

@@ -7,13 +7,11 @@ from collections.abc import Callable
 import numpy as np
 from scipy import linalg, sparse
 
-from .._types import BoolArray, FloatArray
+from .._types import BoolArray, FloatArray, Solve
 from ..linalg import NotPositiveDefiniteError
 from ..surface import NEXT, PREV, Topology, sum_by
 from .loops import Closure
 from .reduced import System
-
-Solve = Callable[[FloatArray], FloatArray]
 
 
 class ClosingRows:

@@ -83,10 +83,8 @@ def converge(state: State, tol: float) -> AbfResult:
         ahead = change * min(change / before, 1.0) if before else change
         if max(ahead, residual) <= tol:
             return AbfResult(state.at_rest(), True, free)
-        before = change
-        best, stalled = (
-            (max(change, residual), 0) if max(change, residual) < 0.7 * best else (best, stalled + 1)
-        )
+        before, reached = change, max(change, residual)
+        best, stalled = (reached, 0) if reached < 0.7 * best else (best, stalled + 1)
         if stalled > STALLED or (k > 1 and state.steps[-1].limited):
             break
     return AbfResult(state.at_rest(), False, free)

@@ -68,9 +68,8 @@ def wheel_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
 
 def triangle_rows(constraints: Constraints) -> sparse.csr_array:
     """Left side of eq. 6, (#F, 3 #F): e_1 + e_2 + e_3."""
-    return sparse.kron(
-        sparse.eye_array(constraints.topology.corner.shape[1]), np.ones((1, 3))
-    ).tocsr()  # eq. 6
+    each = sparse.eye_array(constraints.topology.corner.shape[1])
+    return sparse.kron(each, np.ones((1, 3))).tocsr()  # eq. 6
 
 
 def interior_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:

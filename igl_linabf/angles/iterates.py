@@ -90,8 +90,3 @@ class Step:
     inner_steps: int
     limited: int
     residual: float
-
-
-def cut_short(alpha: FloatArray, e: FloatArray) -> tuple[FloatArray, BoolArray]:
-    """The errors, in each triangle so much of them that its angles stay positive; where that is not all."""
-    return kernels.cut_short(alpha, e, REACH)

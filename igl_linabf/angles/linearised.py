@@ -10,7 +10,6 @@ All of these are immutable. A chord is another `solve` with the same `lin`.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -18,8 +17,9 @@ from scipy import sparse
 
 from .._runtime import advance as tell_progress
 from .._runtime import timed
-from .._types import BoolArray, FloatArray
+from .._types import BoolArray, FloatArray, Solve
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
+from ..kernels import cut_short
 from ..linalg import (
     MAX_CG_STEPS,
     Analysis,
@@ -29,8 +29,8 @@ from ..linalg import (
     conjugate_gradients,
 )
 from .closure import ClosingRows
-from .iterates import AngleProblem, Iterate, Kind, Step, cut_short
-from .preconditioner import SliverRows, Solve, conformal_inverse, corrected, laplacian_inverse
+from .iterates import REACH, AngleProblem, Iterate, Kind, Step
+from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_inverse
 from .reduced import System
 
 
@@ -308,7 +308,7 @@ def _multipliers(
             return x, inner_steps, lin
         lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")
         assert lin.whole is not None
-    direct: Callable[[FloatArray], FloatArray] = lin.whole.solve
+    direct = lin.whole.solve
     if lin.closing is not None:
         try:
             direct = lin.closing.solver(lin.whole.solve)
@@ -322,7 +322,7 @@ def advance(problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
     limited, e = 0, direction.e
     with timed("assembly"):
         if problem.safeguard:
-            e, cut = cut_short(at.alpha, e)
+            e, cut = cut_short(at.alpha, e, REACH)
             limited = int(np.count_nonzero(cut))
         at = problem.at(at.alpha + e)
     tell_progress(kind, 0.2)

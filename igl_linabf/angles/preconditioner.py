@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 from scipy import sparse
 
-from .._types import Array, FloatArray, IntArray
+from .._types import FloatArray, IntArray, Solve
 from ..linalg import Analysis, Rows, Solvers, Symmetric
 from .closure import ClosingRows, by_pairs
 from .reduced import System
-
-Solve = Callable[[Array], Array]
 
 
 def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_array) -> Solve:

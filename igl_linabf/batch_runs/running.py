@@ -159,11 +159,9 @@ def batch(
     >>> [(row.output, row.outcome, row.triangles) for row in done.rows]
     [('ball.obj', 'valid', 20)]
     """
-    shaped = boundary, cones, cone_angles
-    limit = _in_bytes(memory)
-    settings = Settings(
-        how, method_of(method), format, trade, holes, bijective, *shaped, resolution, padding, limit
-    )
+    shaped, limit = (boundary, cones, cone_angles), _in_bytes(memory)
+    options = trade, holes, bijective, *shaped, resolution, padding, limit
+    settings = Settings(how, method_of(method), format, *options)
     _check(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers are those of the scheduler: give one of the two")

@@ -165,7 +165,7 @@ class Table:
         ):
             writer = csv.writer(file)
             writer.writerow(HEADER)
-            writer.writerows([_cell(getattr(row, name)) for name in NAMES] for row in rows)
+            writer.writerows([getattr(row, name) for name in NAMES] for row in rows)
         if find_spec("pyarrow"):
             with places.written(places.joined(self.folder, PARQUET)) as path:
                 _save_parquet(path, rows)
@@ -195,10 +195,6 @@ class Table:
         data = Path(self.folder, JOURNAL).read_bytes()
         whole, _, _ = data.rpartition(b"\n")  # a process may have been killed in the midst of a line
         return [Row(**json.loads(line)) for line in whole.splitlines()]
-
-
-def _cell(value: object) -> str:
-    return "" if value is None else repr(value) if isinstance(value, float) else str(value)
 
 
 def _row(cells: dict[str, str]) -> Row:

@@ -19,7 +19,8 @@ MOST_MOVED = 24  # branch points or arcs, so that the time does not grow with th
 Item = TypeVar("Item")  # of a seam: a branch point or an arc
 Cost = Callable[[IntArray], float]  # of a seam
 Steps = dict[int, list[tuple[int, int]]]  # from each node: the seam's edges, and where they lead
-Arc = tuple[IntArray, int]  # edges in a row, and the node at their end
+Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the first to the last
+Ended = tuple[IntArray, int]  # edges in a row, and the node at their end
 
 
 def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
@@ -92,7 +93,7 @@ def in_groups(
 
 
 def _moved(
-    piece: ClosedSurface, seam: IntArray, arcs: list[Arc], branch: int, kept: Shape, cost: Cost
+    piece: ClosedSurface, seam: IntArray, arcs: list[Ended], branch: int, kept: Shape, cost: Cost
 ) -> tuple[IntArray, set[int]]:
     """The seam with the arcs at `branch` rerouted to the point from which they are shortest; their ends.
 
@@ -152,13 +153,26 @@ def replaced(piece: ClosedSurface, steps: Steps, old: IntArray, new: IntArray) -
         steps.setdefault(j, []).append((edge, i))
 
 
-def arcs_at(piece: ClosedSurface, steps: Steps, branch: int) -> list[Arc]:
+def arcs_at(piece: ClosedSurface, steps: Steps, branch: int) -> list[Ended]:
     """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
-    arcs = []
-    for edge, node in steps.get(branch, []):
-        arc = [edge]
-        while len(steps[node]) == 2 and node >= piece.holes:
-            edge, node = next(step for step in steps[node] if step[0] != arc[-1])
-            arc.append(edge)
-        arcs.append((np.array(arc), node))
-    return arcs
+    arcs = (arm(piece, steps, set(), branch, step, np.inf) for step in steps.get(branch, []))
+    return [(np.array(edges), nodes[-1]) for edges, nodes in arcs]
+
+
+def arm(
+    piece: ClosedSurface, steps: Steps, fixed: set[int], node: int, step: tuple[int, int], reach: float
+) -> Arc:
+    """The arc that begins with a step, up to a joint or so far."""
+    edges, nodes = [], [node]
+    while True:
+        edges.append(step[0])
+        nodes.append(step[1])
+        reach -= float(piece.length[step[0]])
+        there = steps[step[1]]
+        if is_joint(piece, steps, fixed, step[1]) or step[1] == node or reach <= 0:
+            return edges, nodes
+        step = there[0] if there[0][0] != step[0] else there[1]
+
+
+def is_joint(piece: ClosedSurface, steps: Steps, fixed: set[int], node: int) -> bool:
+    return len(steps[node]) != 2 or node < piece.holes or node in fixed

@@ -16,11 +16,12 @@ from scipy import sparse
 from .._types import FloatArray, IntArray
 from ..kernels import spanning_forest
 from ..surface import connected_labels, sum_by
-from .cut_graph import ClosedSurface, shortest_edges
+from .cut_graph import ClosedSurface, laplacian_of, shortest_edges, without_stubs
 from .tighten import tightened
 
 LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
 REACH = 6.0  # mean distances to a root that a branch point's arcs may move
+HOPS = 13_000, 60_000  # nodes from which the roots of clusters are two and three edges apart, not one
 SMALLEST_SHARE = 1e-3  # of the way that an edge across goes: the maximum principle then holds
 
 
@@ -84,16 +85,43 @@ class Contracted:
         return tightened(fine, carried, self.roots[kept], near[self.label], reach)
 
 
-def without_stubs(piece: ClosedSurface, seam: IntArray, tips: IntArray) -> IntArray:
-    """The seam without arcs that end at other nodes than these."""
-    while True:
-        ends = piece.ends[seam]
-        nodes, place, degree = np.unique(ends, return_inverse=True, return_counts=True)
-        loose = (degree == 1) & ~np.isin(nodes, tips)
-        drop = loose[place.reshape(-1, 2)].any(axis=1)
-        if not drop.any():
-            return seam
-        seam = seam[~drop]
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """A closed surface contracted once or more often.
+
+    Attributes
+    ----------
+    steps : list of Contracted
+        From the surface on.
+    """
+
+    steps: list[Contracted]
+
+    @classmethod
+    def of(cls, piece: ClosedSurface, most: int) -> Levels:
+        """Down to so many nodes."""
+        steps: list[Contracted] = []
+        while not steps or piece.n > most:
+            hops = 1 + sum(piece.n >= nodes for nodes in HOPS)
+            steps.append(contracted(piece, clusters(piece, hops)))
+            piece = steps[-1].coarse
+        return cls(steps)
+
+    @property
+    def coarse(self) -> ClosedSurface:
+        return self.steps[-1].coarse
+
+    def label(self, nodes: IntArray) -> IntArray:
+        """The coarse nodes that some nodes of the surface are in."""
+        for step in self.steps:
+            nodes = step.label[nodes]
+        return nodes
+
+    def drawn(self, seam: IntArray, leaves: IntArray) -> IntArray:
+        """A seam of the coarse surface drawn tight on the surface, step by step; `leaves` stay roots."""
+        for step in reversed(self.steps):
+            seam, leaves = step.drawn(seam, leaves), step.roots[leaves]
+        return seam
 
 
 def clusters(piece: ClosedSurface, hops: int) -> Forest:
@@ -217,5 +245,4 @@ def _flow(piece: ClosedSurface, label: IntArray, roots: IntArray, distance: Floa
         share[hole] = edge / (edge + distance[b[hole]])
     weight = weight * np.clip(np.nan_to_num(share), SMALLEST_SHARE, 1)
     n = len(roots)
-    off = sparse.csr_array((np.tile(-weight, 2), (np.append(i, j), np.append(j, i))), shape=(n, n))
-    return (off - sparse.diags_array(off.sum(axis=1))).tocsr()
+    return laplacian_of(weight, np.column_stack((i, j)), n)

@@ -27,12 +27,13 @@ def parted(piece: Submesh, uv: FloatArray, pairs: IntArray) -> list[Submesh]:
         return []
     region, sides, length = _regions(piece)
     number = int(region.max()) + 1
-    over = _unique_pairs(region[pairs], number)[0]
+    over = np.unique(_codes(region[pairs], number))
     if not len(over):
         return []
-    touching, of = _unique_pairs(region[sides], number)
+    touching, of = np.unique(_codes(region[sides], number), return_inverse=True)
     common = np.bincount(of, length, minlength=len(touching))
-    return piece.divided(_joined(number, touching.tolist(), common.tolist(), over.tolist())[region])
+    ends, apart = (np.column_stack(np.divmod(code, number)).tolist() for code in (touching, over))
+    return piece.divided(_joined(number, ends, common.tolist(), apart)[region])
 
 
 def _is_isometric(piece: Submesh, uv: FloatArray) -> bool:
@@ -62,12 +63,11 @@ def _regions(piece: Submesh) -> tuple[IntArray, IntArray, FloatArray]:
     return region, faces[between], np.linalg.norm(piece.V[a] - piece.V[b], axis=1)
 
 
-def _unique_pairs(pairs: IntArray, number: int) -> tuple[IntArray, IntArray]:
-    """The pairs of two different regions, each once, and which of them each such pair is."""
-    low, high = np.sort(pairs, axis=1).T
-    different = low != high
-    key, of = np.unique((low * number + high)[different], return_inverse=True)
-    return np.column_stack(np.divmod(key, number)), of
+def _codes(pairs: IntArray, number: int) -> IntArray:
+    """Of the pairs of two different regions: a number that is that of the same two in any order."""
+    a, b = pairs.T
+    code = np.minimum(a, b) * number + np.maximum(a, b)
+    return np.asarray(code[a != b])
 
 
 def _joined(number: int, touching: list[list[int]], common: list[float], over: list[list[int]]) -> IntArray:

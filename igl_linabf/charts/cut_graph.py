@@ -24,7 +24,7 @@ MOST_BASES = 6  # of a round, evenly along the loops
 BASE_ROUNDS = 3  # of such points
 SHORTER = 1 - 1e-9  # times a length: what is shorter by less is equal
 
-Shape = tuple[int, int, bool]  # what a seam goes on to be when it moves
+Shape = tuple[int, int, int]  # what a seam goes on to be when it moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -144,11 +144,11 @@ class ClosedSurface:
         """The nodes on a seam, and the holes."""
         return np.union1d(self.ends[seam], np.arange(self.holes))
 
-    def leaves_whole(self, seam: IntArray) -> bool:
-        """Whether the surface is in one piece when it is cut along the seam."""
+    def parts(self, seam: IntArray) -> IntArray:
+        """The numbers of faces of the pieces that the surface is cut into along the seam, ascending."""
         crossed = np.ones(len(self.faces), dtype=bool)
         crossed[seam] = False
-        return not connected_labels(self.faces[crossed], self.n_faces).any()
+        return np.sort(np.bincount(connected_labels(self.faces[crossed], self.n_faces)))
 
     def without(self, seam: IntArray, others: IntArray) -> IntArray:
         """The edges of a seam that are not among others."""
@@ -189,7 +189,7 @@ def closed_surface(
     vertex = np.empty(n, dtype=np.int64)
     vertex[node] = np.arange(len(V))
     cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
-    off = symmetric_graph(-np.maximum(cotangent, SMALLEST_WEIGHT), node[topology.edges[every]], n)
+    weight = np.maximum(cotangent, SMALLEST_WEIGHT)
     return ClosedSurface(
         n=n,
         holes=holes,
@@ -210,7 +210,7 @@ def closed_surface(
         curvature=2 * np.pi - sum_by(corner, np.arctan2(double_area, dot), n),
         noise=angle_noise(component, every_length, node, n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
-        laplacian=(off - sparse.diags_array(off.sum(axis=1))).tocsr(),
+        laplacian=laplacian_of(weight, node[topology.edges[every]], n),
         position=V[vertex],
         size=size,
         isometric=isometric,
@@ -248,11 +248,19 @@ def _loops(piece: ClosedSurface, base: int) -> tuple[IntArray, IntArray]:
     in_cotree[spanning_forest(piece.faces, longest_first, piece.n_faces)] = True
     across = np.flatnonzero(~in_tree & ~in_cotree)
     seam = np.union1d(across, piece.paths(before, piece.ends[across].ravel().tolist()))
-    while True:  # drop what all loops share on their way to the base
-        loose = (np.bincount(piece.ends[seam].ravel())[piece.ends[seam]] == 1).any(axis=1)
-        if not loose.any():
-            return seam, across
-        seam = seam[~loose]
+    return without_stubs(piece, seam, seam[:0]), across  # what all loops share on their way to the base
+
+
+def without_stubs(piece: ClosedSurface, seam: IntArray, tips: IntArray) -> IntArray:
+    """The seam without arcs that end at other nodes than these."""
+    while True:
+        ends = piece.ends[seam]
+        nodes, place, degree = np.unique(ends, return_inverse=True, return_counts=True)
+        loose = (degree == 1) & ~np.isin(nodes, tips)
+        drop = loose[place.reshape(-1, 2)].any(axis=1)
+        if not drop.any():
+            return seam
+        seam = seam[~drop]
 
 
 def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -> IntArray:
@@ -275,13 +283,16 @@ def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -
 
 
 def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
-    """Numbers of components and cycles of the seam with the holes; whether the surface stays in one piece."""
-    on = np.zeros(piece.n, dtype=bool)
-    on[: piece.holes], on[piece.ends[seam]] = True, True
+    """Numbers of components and cycles of the seam with the holes, and of pieces that the surface falls into.
+
+    The pieces are disks for one seam of a shape if they are for another one.
+    """
+    on, chosen = np.zeros(piece.n, dtype=bool), np.zeros(len(piece.ends), dtype=bool)
+    on[: piece.holes], on[piece.ends[seam]], chosen[seam] = True, True, True
     nodes = int(np.count_nonzero(on))
     number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1 - (piece.n - nodes)
-    cycles = number + len(seam) - nodes
-    return number, cycles, not cycles or piece.leaves_whole(seam)  # a forest separates nothing
+    cycles = number + int(np.count_nonzero(chosen)) - nodes  # two ways that have become one are no cycle
+    return number, cycles, len(piece.parts(seam)) if cycles else 1  # a forest separates nothing
 
 
 def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray, IntArray]:
@@ -293,10 +304,11 @@ def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.c
     return (upper + upper.T.tocsr()).tocsr(), key, shortest
 
 
-def symmetric_graph(values: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
+def laplacian_of(weight: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
+    """The matrix of sum over edges of weight (x_i - x_j)^2, by the edges' ends (#E, 2)."""
     i, j = ends.T
-    both = (np.append(i, j), np.append(j, i))
-    return sparse.csr_array((np.tile(values, 2), both), shape=(n, n))
+    off = sparse.csr_array((np.tile(-weight, 2), (np.append(i, j), np.append(j, i))), shape=(n, n))
+    return (off - sparse.diags_array(off.sum(axis=1))).tocsr()
 
 
 def first_of_each(key: IntArray, weight: FloatArray, index: IntArray) -> tuple[IntArray, IntArray]:

@@ -27,8 +27,14 @@ def expected(piece: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
     """
     weight, u = piece.area / piece.area.sum(), log_scale(piece, fixed, piece.curvature)
     if not piece.isometric:
-        return float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u)))), u
+        return expected_stretch(piece, u), u
     return 1 + EVEN * 0.75 * float(weight @ _trace(piece, fixed, weight) ** 2), u
+
+
+def expected_stretch(piece: ClosedSurface, u: FloatArray) -> float:
+    """The L2 stretch of a conformal map with the log scale u."""
+    weight = piece.area / piece.area.sum()
+    return float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u))))
 
 
 def log_scale(piece: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:

@@ -6,7 +6,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from ..surface import Submesh, sum_by
+from ..surface import Submesh, centres
 
 
 def halves(piece: Submesh) -> list[Submesh]:
@@ -16,8 +16,7 @@ def halves(piece: Submesh) -> list[Submesh]:
         return []
     m, sides = int(cell.max()) + 1, piece.topology.sides[:, inside]
     a, b = cell[sides % len(piece.F)]
-    centre = np.stack([sum_by(cell, x, m) for x in piece.V[piece.F].mean(axis=1).T], axis=1)
-    centre /= np.bincount(cell)[:, None]
+    centre = centres(cell, piece.V[piece.F].mean(axis=1))
     step = np.linalg.norm(centre[a] - centre[b], axis=1)
     # two faces may share two edges: the graph then has the sum of equal steps, which does not matter
     graph = sparse.csr_array((np.maximum(step, np.finfo(float).tiny), (a, b)), shape=(m, m))

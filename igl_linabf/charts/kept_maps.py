@@ -28,7 +28,9 @@ def kept_maps(
     """The map of the part that keeps it; None for the others. `pairs` of faces overlap in the map."""
     kept: list[Known | None] = [None] * len(parts)
     largest = int(np.argmax([len(part.F) for part in parts]))
-    apart = not np.isin(piece.faces[pairs], parts[largest].faces).all(axis=1).any()
+    inside = np.zeros(len(piece.F), dtype=bool)
+    inside[np.searchsorted(piece.faces, parts[largest].faces)] = True
+    apart = not (inside[pairs[:, 0]] & inside[pairs[:, 1]]).any()
     if apart and len(parts[largest].F) >= KEPT * len(piece.F) and result.outcome.good:
         made = _on_part(piece, result, parts[largest])
         kept[largest] = made if made[2].stretch_l2 <= EVEN else None

@@ -16,7 +16,7 @@ from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..measures import overlapping_pairs, quality_of
-from ..surface import Parts, Submesh, complex_positions, connected_labels, sum_by
+from ..surface import Parts, Submesh, centres, complex_positions, connected_labels
 from .atlas import Chart
 from .packing import Wish, expected_fill
 from .pieces import cut_out, of_own_size, on_part
@@ -132,10 +132,7 @@ def _part_of(chart: Chart, piece: Submesh, part: Flat) -> Chart:
 
 def _centres(chart: Flat) -> FloatArray:
     """Of the cells, in the map."""
-    cell = chart.piece.cells[0]
-    m = int(cell.max()) + 1
-    total = np.stack([sum_by(cell, x, m) for x in chart.uv[chart.piece.F].mean(axis=1).T], axis=1)
-    return np.asarray(total / np.bincount(cell)[:, None])
+    return centres(chart.piece.cells[0], chart.uv[chart.piece.F].mean(axis=1))
 
 
 def _inner_edges(chart: Flat) -> tuple[IntArray, IntArray, FloatArray]:
@@ -192,8 +189,7 @@ def _coarse(
     square = np.floor(centre / (np.ptp(centre, axis=0).max() / GRID)).astype(np.int64)
     same = (square[right] == square[left]).all(axis=1)
     of = connected_labels(np.column_stack((right[same], left[same])), len(centre))
-    spots = np.stack([sum_by(of, x, int(of.max()) + 1) for x in centre.T], axis=1) / np.bincount(of)[:, None]
-    return of[right[~same]], of[left[~same]], length[~same], spots
+    return of[right[~same]], of[left[~same]], length[~same], centres(of, centre)
 
 
 def _shortest_between(

@@ -15,6 +15,7 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..surface import Submesh
 from .cut_graph import ClosedSurface, join, open_handles
+from .expected import expected_stretch
 from .pieces import distortion
 
 Seam = IntArray
@@ -63,17 +64,19 @@ class Nets:
         return open_handles(self._priced) if self.piece.genus else np.zeros(0, dtype=np.int64)
 
     @cached_property
+    def _bent(self) -> FloatArray:
+        """The size of the curvature at each node, beyond what rounding makes; zero at holes."""
+        size = np.abs(self.piece.curvature)
+        size[: self.piece.holes] = 0
+        return np.where(size > self.piece.noise, size, 0.0)
+
+    @cached_property
     def _nodes(self) -> list[IntArray]:
         """What a net has to go through, for each level; levels that add nothing are left out."""
         piece = self.piece
         on_crease = np.zeros(piece.n, dtype=bool)
         on_crease[piece.ends[piece.sharp > 0]] = True
-        bent = np.abs(piece.curvature)
-        bent[: piece.holes] = 0
-        found = [
-            np.flatnonzero((bent > piece.noise) & (bent > np.where(on_crease, level, TIP)))
-            for level in LEVELS
-        ]
+        found = [np.flatnonzero(self._bent > np.where(on_crease, level, TIP)) for level in LEVELS]
         return [
             nodes for i, nodes in enumerate(found) if len(nodes) and len(nodes) not in map(len, found[:i])
         ]
@@ -85,9 +88,7 @@ class Nets:
         sharp, soft = np.zeros((2, piece.n), dtype=bool)
         sharp[piece.ends[piece.sharp == 1]] = True
         soft[piece.ends[piece.sharp > 0]] = True
-        bent = np.abs(piece.curvature)
-        bent[: piece.holes] = 0
-        return not ((bent > piece.noise) & ~sharp & (soft | (bent <= TIP))).any()
+        return not ((self._bent > 0) & ~sharp & (soft | (self._bent <= TIP))).any()
 
     @cached_property
     def angular(self) -> bool:
@@ -95,17 +96,13 @@ class Nets:
 
         On a smooth surface whose triangles were split into coplanar ones it is not, though each lies flat.
         """
-        piece = self.piece
-        bent = np.where(np.abs(piece.curvature) > piece.noise, np.abs(piece.curvature), 0.0)
-        bent[: piece.holes] = 0
-        sharp = np.unique(piece.ends[piece.sharp == 1])
-        return float(bent[sharp].sum()) >= ANGULAR * float(bent.sum())
+        sharp = np.unique(self.piece.ends[self.piece.sharp == 1])
+        return float(self._bent[sharp].sum()) >= ANGULAR * float(self._bent.sum())
 
     def expected(self, seam: Seam) -> float:
         """L2 stretch to expect, and the shear of coarse faces at vertices that are pressed flat."""
         piece = self.piece
-        weight, u = piece.area / piece.area.sum(), self.log_scale(seam)
-        stretch = float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u))))
+        weight, stretch = piece.area / piece.area.sum(), expected_stretch(piece, self.log_scale(seam))
         flat = np.abs(piece.curvature) / (2 * np.pi)
         flat[: piece.holes] = 0
         flat[piece.ends[seam]] = 0

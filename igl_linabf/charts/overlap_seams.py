@@ -253,10 +253,8 @@ class _Dual:
     def crossed(self, sheet: IntArray) -> list[int]:
         """The edges that a way from sheet 1 to sheet 2 crosses."""
         m, source = len(sheet), np.flatnonzero(sheet == 1)
-        indices, indptr = (
-            np.append(self.neighbour, source),
-            np.append(self.begin, len(self.edge) + len(source)),
-        )
+        indices = np.append(self.neighbour, source)
+        indptr = np.append(self.begin, len(self.edge) + len(source))
         graph = sparse.csr_array((np.ones(len(indices)), indices, indptr), shape=(m + 1, m + 1))
         reached, before = csgraph.breadth_first_order(graph, m)  # from a node beside all of sheet 1
         face = int(reached[np.argmax(np.append(sheet, 0)[reached] == 2)])

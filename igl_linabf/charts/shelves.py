@@ -6,13 +6,11 @@ stands in its way, it goes on behind it: so the small ones fill the holes of the
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 import shapely
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..surface import Parts
+from ..surface import Parts, at_once, counted
 
 AT_ONCE = 1 << 20  # pairs of a turn and a point that are tried at once, which bounds the memory
 
@@ -70,7 +68,8 @@ def narrowest_turns(z: ComplexArray, charts: Parts) -> ComplexArray:
     hulls = Parts(np.searchsorted(chart[:-1][same], np.arange(len(charts) + 1)))
     corner, turns = corner[:-1][same], edge.conj() / np.abs(edge)
     best = np.ones(len(charts), dtype=np.complex128)
-    for group in _groups(hulls):
+    for begin, end in at_once(hulls.sizes**2, AT_ONCE):
+        group = np.arange(begin, end)
         rows, columns = _all_pairs(hulls, group)
         turned = turns[rows] * corner[columns]
         tries = Parts(np.append(np.flatnonzero(np.diff(rows, prepend=-1)), len(rows)))
@@ -83,25 +82,12 @@ def narrowest_turns(z: ComplexArray, charts: Parts) -> ComplexArray:
     return best
 
 
-def _groups(hulls: Parts) -> Iterator[IntArray]:
-    """Consecutive charts of not too many pairs of hull points."""
-    pairs = np.cumsum(hulls.sizes**2)
-    first = 0
-    while first < len(hulls):
-        base = pairs[first - 1] if first else 0
-        last = max(first + 1, int(np.searchsorted(pairs, base + AT_ONCE, side="right")))
-        yield np.arange(first, last)
-        first = last
-
-
 def _all_pairs(hulls: Parts, group: IntArray) -> tuple[IntArray, IntArray]:
     """Each hull point of the charts with each of the same chart."""
-    sizes = hulls.sizes[group]
     rows = np.arange(hulls.start[group[0]], hulls.start[group[-1] + 1])
-    of_row = np.repeat(np.arange(len(group)), sizes)
-    repeated = sizes[of_row]
-    within = np.arange(repeated.sum()) - np.repeat(np.cumsum(repeated) - repeated, repeated)
-    return np.repeat(rows, repeated), np.repeat(hulls.start[group][of_row], repeated) + within
+    chart = np.repeat(group, hulls.sizes[group])
+    row, within = counted(hulls.sizes[chart])
+    return rows[row], hulls.start[chart[row]] + within
 
 
 def extents(z: ComplexArray, charts: Parts) -> tuple[ComplexArray, ComplexArray]:

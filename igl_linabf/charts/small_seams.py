@@ -12,7 +12,7 @@ from scipy.sparse import csgraph
 
 from .._types import FloatArray, IntArray
 from ..surface import Parts, Submesh, connected_labels, sum_by
-from .cut_graph import ClosedSurface, closed_surface, join
+from .cut_graph import ClosedSurface, closed_surface, join, without_stubs
 
 LogScale = Callable[[ClosedSurface, IntArray, FloatArray], FloatArray]
 
@@ -108,13 +108,7 @@ class SmallBodies:
         tree = piece.between(i.astype(np.int64), j.astype(np.int64))
         needed = np.abs(piece.curvature) > FLAT
         needed[: piece.holes] = True
-        while True:
-            ends = piece.ends[tree]
-            loose = (np.bincount(ends.ravel(), minlength=piece.n) == 1) & ~needed
-            drop = loose[ends].any(axis=1)
-            if not drop.any():
-                return tree
-            tree = tree[~drop]
+        return without_stubs(piece, tree, np.flatnonzero(needed))
 
     def _cheaper(self, seam: IntArray, cost: FloatArray, net: IntArray, trade: float) -> IntArray:
         """For each body the seam, or the net, which leaves nothing to be stretched, if that costs less."""

@@ -6,12 +6,11 @@ import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import nearest_sources
-from .branches import Steps, in_groups, longest, replaced, steps_along
+from .branches import Arc, Steps, arm, in_groups, is_joint, longest, replaced, steps_along
 from .cut_graph import SHORTER, ClosedSurface, shape
 
+LEFT = 0.7  # of its faces is what a part keeps at least when a seam moves: two arcs around it may meet
 ROUNDS = 1  # of straight arcs and balanced branch points
-
-Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the first to the last
 
 
 class _Corridor:
@@ -19,8 +18,10 @@ class _Corridor:
 
     def __init__(self, piece: ClosedSurface, near: BoolArray, seam: IntArray) -> None:
         self.piece = piece
-        # on a sphere a seam is a tree, whichever way its arcs go; around handles it has to stay what it is
-        self._shape = shape(piece, seam) if piece.genus else None
+        # a tree is one whichever way its arcs go; around handles and parts the seam has to stay what it is
+        kept = shape(piece, seam)
+        self._shape = kept if kept[1] else None
+        self._sizes = piece.parts(seam) if kept[2] > 1 else np.zeros(0, dtype=np.int64)
         self._nodes = np.flatnonzero(near)
         self._place = np.full(piece.n, -1)
         self._place[self._nodes] = np.arange(len(self._nodes))
@@ -31,8 +32,12 @@ class _Corridor:
         self._graph.data = self._length[edge]
 
     def accepts(self, moved: IntArray) -> bool:
-        """Whether a seam that has moved still opens what it opened."""
-        return self._shape is None or shape(self.piece, moved) == self._shape
+        """Whether a seam that has moved still opens what it opened, and no part has become small."""
+        if self._shape is None:
+            return True
+        if shape(self.piece, moved) != self._shape:
+            return False
+        return not len(self._sizes) or bool((self.piece.parts(moved) >= LEFT * self._sizes).all())
 
     def total(self, edges: IntArray) -> float:
         """Their length, less in valleys."""
@@ -100,10 +105,8 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
             if len(way) > 1:
                 new = piece.between(np.array(way[:-1]), np.array(way[1:]))
                 if corridor.total(new) < length * SHORTER:
-                    seam, places = (
-                        np.concatenate((piece.without(seam, np.array(edges)), new)),
-                        corridor.places(way),
-                    )
+                    seam = np.concatenate((piece.without(seam, np.array(edges)), new))
+                    places = corridor.places(way)
             closed[places] = True
         return seam if seam is old or corridor.accepts(seam) else None
 
@@ -117,7 +120,7 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
     piece = corridor.piece
 
     def arms_at(steps: Steps, branch: int) -> list[Arc]:
-        return [_arm(piece, steps, fixed, branch, start, reach) for start in steps[branch]]
+        return [arm(piece, steps, fixed, branch, start, reach) for start in steps[branch]]
 
     def moved(branches: list[int], seam: IntArray) -> IntArray | None:
         steps, old = steps_along(piece, seam), seam
@@ -149,33 +152,14 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
     return in_groups([movable[k] for k in longest(lengths)], seam, moved)
 
 
-def _arm(
-    piece: ClosedSurface, steps: Steps, fixed: set[int], node: int, step: tuple[int, int], reach: float
-) -> Arc:
-    """The arc that begins with a step, up to a joint or so far."""
-    edges, nodes = [], [node]
-    while True:
-        edges.append(step[0])
-        nodes.append(step[1])
-        reach -= float(piece.length[step[0]])
-        there = steps[step[1]]
-        if _is_joint(piece, steps, fixed, step[1]) or step[1] == node or reach <= 0:
-            return edges, nodes
-        step = there[0] if there[0][0] != step[0] else there[1]
-
-
-def _is_joint(piece: ClosedSurface, steps: Steps, fixed: set[int], node: int) -> bool:
-    return len(steps[node]) != 2 or node < piece.holes or node in fixed
-
-
 def _arcs(piece: ClosedSurface, seam: IntArray, fixed: set[int]) -> list[Arc]:
     """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
     steps, taken, arcs = steps_along(piece, seam), set[int](), list[Arc]()
-    joints = [node for node in steps if _is_joint(piece, steps, fixed, node)]
+    joints = [node for node in steps if is_joint(piece, steps, fixed, node)]
     for node in [*joints, *steps]:
         for step in steps[node]:
             if step[0] not in taken:
-                arc = _arm(piece, steps, fixed, node, step, np.inf)
+                arc = arm(piece, steps, fixed, node, step, np.inf)
                 taken.update(arc[0])
                 arcs.append(arc)
     return arcs

@@ -7,12 +7,14 @@ import argparse
 from ..batch_runs import batch
 from ..io import SUFFIXES
 from .arguments import choice, shared, switch, value
-from .commands import GOOD, NOT_VALID, Command, count_of_cones
+from .commands import GOOD, NOT_VALID, Command, auto_or_number
 
 
 def _batch(options: argparse.Namespace) -> int:
     names = [name.replace("-", "_") for name in BATCH.arguments if name not in ("inputs", "folder", "cones")]
-    chosen = {name: getattr(options, name) for name in names} | {"cones": count_of_cones(options.cones)}
+    chosen = {name: getattr(options, name) for name in names} | {
+        "cones": auto_or_number("cones", options.cones)
+    }
     done = batch(options.inputs, options.output, **chosen)
     print(done, flush=True)
     options.settled()

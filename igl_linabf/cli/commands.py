@@ -1,12 +1,15 @@
-"""What a command is: its name, its arguments, and the function that runs it."""
+"""What a command is: its name, its arguments, and the function that runs it; its errors are one sentence."""
 
 from __future__ import annotations
 
 import argparse
+import os
+import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from typing import Any, Literal
 
+from ..errors import MeshError
 from ..flattening import METHODS, Method
 from .arguments import Argument
 
@@ -40,15 +43,11 @@ class Command:
     each: bool = False
 
 
-def count_of_cones(text: str | None) -> int | Literal["auto"] | None:
-    """How many cones `--cones` asks for."""
-    if text is None:
-        return None
-    if text == "auto":
-        return "auto"
-    if not text.isdecimal():
-        raise ValueError(f"--cones is {text!r}: use auto, or a number")
-    return int(text)
+def auto_or_number(option: str, text: str | None) -> int | Literal["auto"] | None:
+    """What an option asks for, if it asks."""
+    if text is not None and text != "auto" and not text.isdecimal():
+        raise ValueError(f"--{option} is {text!r}: use auto, or a number")
+    return None if text is None else "auto" if text == "auto" else int(text)
 
 
 def method_with(name: str, asked: Mapping[str, Any]) -> Method:
@@ -60,3 +59,31 @@ def method_with(name: str, asked: Mapping[str, Any]) -> Method:
         if option not in known:
             raise ValueError(f"--{option} means nothing to the method {name}: leave it out")
     return chosen(**given)
+
+
+def told(run: Run, options: argparse.Namespace) -> int:
+    """Run; an error is a line that names the mesh if it is one among several.
+
+    `options.title` is the mesh's name for the user, `options.of` begins what is said of one of several.
+    """
+    try:
+        return int(run(options))
+    except OSError as error:
+        place = f"{error.filename}: " if error.filename else ""
+        said = f"{place}{error.strerror or error}"
+        _give_up_stdout()
+    except MemoryError:
+        said = f"{options.title}: not enough memory: decimate the mesh"
+    except (MeshError, ImportError, ValueError) as error:
+        said = str(error)
+    begin = "" if said.startswith(options.title) else options.of
+    print(f"igl-linabf: {begin}{said}", file=sys.stderr)
+    return ERROR
+
+
+def _give_up_stdout() -> None:
+    """If stdout is broken, do not flush it again at the end of the process."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -7,8 +7,8 @@ import sys
 import warnings
 from collections.abc import Callable, Iterator, Sequence
 
+from .commands import told
 from .parser import command_parser
-from .sentences import told
 
 
 def main(arguments: Sequence[str] | None = None, *, settled: Callable[[], object] = lambda: None) -> int:

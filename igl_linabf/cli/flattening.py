@@ -10,7 +10,7 @@ from ..flattening import flatten
 from ..io import SUFFIXES, unit_square, written
 from ..measures import quality
 from .arguments import choice, shared, value
-from .commands import GOOD, Command, method_with
+from .commands import GOOD, Command, auto_or_number, method_with
 from .jobs import COMPUTED, given_mesh
 from .outputs import check_outputs, hand_out, judged
 
@@ -18,7 +18,7 @@ from .outputs import check_outputs, hand_out, judged
 def _flatten(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, SUFFIXES)
     asked = {name: getattr(options, name) for name in ("layout", "solver", "guarantee", "weight")}
-    asked["iterations"] = _iterations(options.iterations)
+    asked["iterations"] = auto_or_number("iterations", options.iterations)
     method = method_with(options.method, asked)
     mesh = given_mesh(options)
     V, F = mesh.V, mesh.triangles
@@ -39,13 +39,6 @@ def _flatten(options: argparse.Namespace) -> int:
         "varies too much; use --units mesh, or unwrap the mesh"
     )
     return judged(options, False, [message])
-
-
-def _iterations(text: str) -> int | str:
-    try:
-        return text if text == "auto" else int(text)
-    except ValueError:
-        raise ValueError(f"--iterations is {text!r}: use 'auto' or a positive integer") from None
 
 
 FLATTEN = Command(

@@ -14,8 +14,7 @@ from tempfile import TemporaryDirectory
 
 from .._runtime import part, reporting, undone_at_once
 from ..io import MeshFile, read_file
-from .commands import STANDARD, Run
-from .sentences import told
+from .commands import STANDARD, Run, told
 
 READ, COMPUTED = 0.1, 0.8  # of the whole: the bar when the mesh is read, and when its map is made
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from ..io import read_mesh, replacing
 from ..measures import MEASURES
 from .arguments import choice, shared, value
-from .commands import GOOD, Command, count_of_cones
+from .commands import GOOD, Command, auto_or_number
 from .outputs import check_outputs
 
 
@@ -18,7 +18,7 @@ def _view(options: argparse.Namespace) -> int:
 
     V, F = read_mesh(options.mesh)
     settings = {"measure": options.measure, "frequency": options.frequency, "boundary": options.boundary}
-    settings["cones"] = count_of_cones(options.cones)
+    settings["cones"] = auto_or_number("cones", options.cones)
     if options.screenshot is None:
         settings["save_as"] = options.mesh.stem  # in the present folder
         view(V, F, options.method, title=f"igl_linabf: {options.mesh.name}", **settings)

@@ -147,15 +147,10 @@ def _report(
         if len(flipped)
         else "no triangle is flipped",
         flipped=flipped,
-        repaired=np.empty(0, dtype=np.int64),
-        ladder=(),
-        steps=(),
         before=Residuals.of(residual(constraints, corner_angles(mesh))),
         after=Residuals.of(b),
         holes=Hole.all_of(mesh, b),
-        gap=0.0,
         layout="least-squares",
-        solver="none",
         layout_solver=solver,
         seconds=seconds,
     )

@@ -51,11 +51,8 @@ def lengthened(
     for k in np.flatnonzero(good).tolist():
         linear = results[found[k]]
         how = by_newton(int(steps[k]), f"the map of the {linear.ladder[-1].name}", float(energy[k]))
-        vertex, triangle, wheel = after[k].tolist()
-        families, none = Residuals(vertex, triangle, wheel, 0.0), linear.flipped
-        outcome, message = judge(
-            float(ratio[k]), "isometric", how, none, families.largest, none, converged=False, note=""
-        )
+        families, none = Residuals(*after[k].tolist()), linear.flipped
+        outcome, message = judge(float(ratio[k]), "isometric", how, none, families.largest, none)
         share = seconds["isometric"] * float(faces.sizes[k] / faces.start[-1])
         yield (
             int(found[k]),

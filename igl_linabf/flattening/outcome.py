@@ -16,8 +16,8 @@ def judge(
     residual: float,
     invalid: IntArray,
     *,
-    converged: bool,
-    note: str,
+    converged: bool = False,
+    note: str = "",
     pins: int = 0,
 ) -> tuple[Outcome, str]:
     """The outcome, and a sentence that explains it.

@@ -14,6 +14,7 @@ from ..angles import Residual, Step
 from ..errors import some
 from ..surface import Mesh
 
+NONE = np.empty(0, dtype=np.int64)  # faces or vertices
 Guarantee = Literal["injective"]
 RungName = Literal["linear step", "active set", "converged ABF", "feasible ABF", "injective", "isometric"]
 
@@ -58,7 +59,7 @@ class Residuals:
     vertex: float
     triangle: float
     wheel: float
-    closure: float
+    closure: float = 0.0
 
     @classmethod
     def of(cls, b: Residual) -> Residuals:
@@ -151,7 +152,7 @@ class Hole:
         )
 
 
-@dataclass(frozen=True, eq=False, repr=False)
+@dataclass(frozen=True, eq=False, repr=False, kw_only=True)
 class Flattening:
     """A flat map, with the angles, residuals, steps and outcome of the computation.
 
@@ -201,19 +202,19 @@ class Flattening:
     outcome: Outcome
     message: str
     flipped: IntArray
-    repaired: IntArray
-    ladder: tuple[Rung, ...]
-    steps: tuple[Step, ...]
+    repaired: IntArray = field(default_factory=lambda: NONE)
+    ladder: tuple[Rung, ...] = ()
+    steps: tuple[Step, ...] = ()
     before: Residuals
     after: Residuals
-    holes: tuple[Hole, ...]
-    gap: float
+    holes: tuple[Hole, ...] = ()
+    gap: float = 0.0
     layout: str
-    solver: str
+    solver: str = "none"
     layout_solver: str
-    seconds: dict[str, float]
+    seconds: dict[str, float] = field(default_factory=dict)
     boundary: str = "free"
-    corners: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
+    corners: IntArray = field(default_factory=lambda: NONE)
 
     @property
     def iterations(self) -> int:

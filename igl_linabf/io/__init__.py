@@ -19,12 +19,12 @@ from .files import (
 )
 from .formats import READERS, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
+from .formats import written as written
 from .mesh_file import MeshFile
 from .one_index import split_at_seams as split_at_seams
 from .packages import needed as needed
 from .parsing import Extras
 from .pictures import write_image
-from .saving import written as written
 
 SUFFIXES = tuple(WRITERS)
 READABLE = tuple(READERS)

@@ -14,11 +14,10 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, vertex_array
-from .formats import parsed
+from .formats import parsed, written
 from .mesh_file import MeshFile, at_triangles, check_corners
 from .obj import with_looks
 from .obj_writing import save_obj
-from .saving import written
 
 
 def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:

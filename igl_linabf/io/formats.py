@@ -4,18 +4,31 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from pathlib import Path
 
+from numpy.typing import ArrayLike
+
+from .._runtime import replacing
 from ..errors import MeshError, MeshWarning, stack_level
-from .freesurfer import parse_freesurfer, save_patch, save_surf
 from .gltf_reading import GltfFile, parse_gltf, save_gltf
 from .mesh_file import MeshFile
 from .obj import ObjText, parse_obj
-from .obj_writing import save_obj
+from .obj_writing import materials_beside, save_obj
 from .off import parse_off
-from .other_formats import parse_gifti, parse_vtp, save_gifti, save_vtp
+from .other_formats import (
+    parse_freesurfer,
+    parse_gifti,
+    parse_vtp,
+    save_gifti,
+    save_patch,
+    save_surf,
+    save_vtp,
+)
 from .parsing import Damaged
+from .pictures import png
 from .ply import PlyTables, parse_ply
 from .ply_writing import save_ply
 from .stl import parse_stl
@@ -99,13 +112,6 @@ def parse(data: bytes, suffix: str, name: str) -> MeshFile:
         raise MeshError(f"{name} cannot be read as {suffix[1:].upper()}: {damage}") from None
 
 
-def writer(path: Path) -> Callable[[str, MeshFile, Path], None]:
-    suffix = path.suffix.lower()
-    if suffix not in WRITERS:
-        raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
-    return WRITERS[suffix]
-
-
 def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
     """One warning of what the mesh has and a file of this format has not."""
     extras, source, lost = mesh.extras, mesh.extras.source, list[str]()
@@ -142,3 +148,29 @@ def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
         if own is not None:
             what += f": write {own[1:].upper()} to keep all of it"
         warnings.warn(what, MeshWarning, stacklevel=stack_level())
+
+
+@contextmanager
+def written(
+    path: str | os.PathLike[str],
+    mesh: MeshFile,
+    TC: ArrayLike,
+    FTC: ArrayLike | None = None,
+    image: ArrayLike | None = None,
+) -> Iterator[None]:
+    """Write under temporary names; the files take their places when the block succeeds."""
+    path = Path(path)
+    suffix = path.suffix.lower()
+    if suffix not in WRITERS:
+        raise MeshError(f"{path} has an unknown suffix: use {', '.join(WRITERS)}")
+    if image is not None and suffix not in WITH_IMAGES:
+        raise MeshError(f"{path} holds no image: write one of {', '.join(WITH_IMAGES)}")
+    made = replace(mesh.textured(TC, FTC), image=None if image is None else png(image))
+    warn_of_loss(made, suffix)
+    beside = materials_beside(made, path) if suffix == ".obj" else {}
+    with ExitStack() as stack:
+        temporary = stack.enter_context(replacing(path))
+        for own, data in beside.items():
+            Path(stack.enter_context(replacing(path.with_suffix(own)))).write_bytes(data)
+        WRITERS[suffix](temporary, made, path)
+        yield

@@ -34,11 +34,9 @@ NO_LINES: IntArray = np.zeros(0, dtype=np.int64)
 CORNER = re.compile(rb"(-?0*[1-9]\d{0,17})(?:/(-?0*[1-9]\d{0,17})?(?:/(-?\d{1,18})?)?)?")
 FORMS = {b"": (0,), b"/": (0, 1), b"//": (0, 1, 2), b"!": (0, 2)}  # v, v/vt, v/vt/vn, v//vn without digits
 MANY_FORMS = 50  # of face lines, beyond which they are read one by one
-APART = bytes.maketrans(b"/!", b"  ")
-NO_VERTEX, NO_TEXTURE = (
-    "is no vertex: it takes three numbers",
-    "is no texture coordinate: it takes two numbers",
-)
+SEPARATED = bytes.maketrans(b"/!", b"  ")
+NO_VERTEX = "is no vertex: it takes three numbers"
+NO_TEXTURE = "is no texture coordinate: it takes two numbers"
 NO_NORMAL = "is no normal: it takes three numbers"
 NO_FACE = "is no face: it takes three vertex indices or more, from 1 on"
 
@@ -198,7 +196,7 @@ def _at_once(texts: list[bytes]) -> tuple[IntArray, IntArray] | None:
         return None
     whole = whole.replace(b"//", b"!")
     forms = whole.translate(None, b"0123456789-").split(b"\n")
-    texts = whole.translate(APART).split(b"\n")
+    texts = whole.translate(SEPARATED).split(b"\n")
     different = {form: i for i, form in enumerate(dict.fromkeys(forms))}
     if len(different) > MANY_FORMS:
         return None

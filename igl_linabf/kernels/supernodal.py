@@ -103,19 +103,22 @@ def _take(X: FloatArray, p: int, last: int, Y: FloatArray, shift: int, first: in
 
 @inlined
 def _eliminate(L: FloatArray, U: FloatArray) -> int:
-    """Eliminate the columns L, `L[column, row]`, of a front, whose rest is U; the bad pivot, or -1."""
+    """Eliminate the columns L, `L[column, row]`, of a front, whose rest is U; the bad pivot, or -1.
+
+    The diagonal of L is left inverted: solves multiply by it.
+    """
     width, size = len(L), L.shape[1]
     for first in range(0, width, PANEL):
         last = min(first + PANEL, width)
         for p in range(first, last, WIDTH):
             end = min(p + WIDTH, last)
             for k in range(p, end):
-                if not L[k, k] > 0:
+                if not 0 < L[k, k] < np.inf:
                     return k
-                root, x = np.sqrt(L[k, k]), L[k, k:]
-                inverse = 1 / root
+                inverse, x = 1 / np.sqrt(L[k, k]), L[k, k:]
                 for i in range(size - k):
                     x[i] *= inverse
+                x[0] = inverse
                 for j in range(k + 1, end):
                     share, x, y = L[k, j], L[k, j:], L[j, j:]
                     for i in range(size - j):
@@ -127,12 +130,13 @@ def _eliminate(L: FloatArray, U: FloatArray) -> int:
 
 
 @inlined
-def _add_leaf(own: FloatArray, to: Places, L: FloatArray, U: FloatArray) -> None:
-    """Add what the columns `own` of a thin leaf leave to the front L, U of its parent."""
-    width, begin = len(L), len(own)
+def _add_leaf(own: FloatArray, wide: int, to: Places, L: FloatArray, U: FloatArray) -> None:
+    """Add what the columns `own` of a thin leaf, so many, leave to the front L, U of its parent."""
+    width, size = len(L), wide + len(to)
     for j in range(len(to)):
-        for k in range(begin):
-            share, x = own[k, begin + j], own[k, begin:]
+        for k in range(wide):
+            x = own[k * size + wide : (k + 1) * size]
+            share = x[j]
             if to[j] < width:
                 for i in range(j, len(to)):
                     L[to[j], to[i]] -= share * x[i]
@@ -144,14 +148,15 @@ def _add_leaf(own: FloatArray, to: Places, L: FloatArray, U: FloatArray) -> None
 @inlined
 def _add(left: FloatArray, to: Places, L: FloatArray, U: FloatArray) -> None:
     """Add what is left of a child's front to the front L, U of its parent."""
-    width = len(L)
-    for j in range(len(to)):
+    width, size = len(L), len(to)
+    for j in range(size):
+        x = left[j * size : (j + 1) * size]
         if to[j] < width:
-            for i in range(j, len(to)):
-                L[to[j], to[i]] += left[j, i]
+            for i in range(j, size):
+                L[to[j], to[i]] += x[i]
         else:
-            for i in range(j, len(to)):
-                U[to[j] - width, to[i] - width] += left[j, i]
+            for i in range(j, size):
+                U[to[j] - width, to[i] - width] += x[i]
 
 
 def _factor(
@@ -189,24 +194,23 @@ def _factor(
             wide, to = a.start[c + 1] - a.start[c], a.local[a.below_start[c] : a.below_start[c + 1]]
             if parts.number[c] >= 0:
                 begin = parts.left[parts.number[c]]
-                _add(left[begin : begin + len(to) ** 2].reshape(len(to), len(to)), to, L, U)
+                _add(left[begin : begin + len(to) ** 2], to, L, U)
             elif a.children[c] == 0 and wide <= THIN:
-                own = values[a.value_start[c] : a.value_start[c + 1]]
-                _add_leaf(own.reshape(wide, wide + len(to)), to, L, U)
+                _add_leaf(values[a.value_start[c] : a.value_start[c + 1]], wide, to, L, U)
             else:
                 top -= len(to) ** 2
-                _add(stack[top : top + len(to) ** 2].reshape(len(to), len(to)), to, L, U)
+                _add(stack[top : top + len(to) ** 2], to, L, U)
         bad = _eliminate(L, U)
         if bad >= 0:
             return int(first + bad)
         if s == root:
             begin = parts.left[parts.number[s]]
-            kept = left[begin : begin + rest * rest].reshape(rest, rest)
+            kept = left[begin : begin + rest * rest]
         else:
-            kept = stack[top : top + rest * rest].reshape(rest, rest)
+            kept = stack[top : top + rest * rest]
             top += rest * rest
         for j in range(rest):
-            kept[j, j:] = U[j, j:]
+            kept[j * rest + j : (j + 1) * rest] = U[j, j:]
         if m:
             waiting[last] = s
             last += 1
@@ -234,8 +238,8 @@ def _forward(
     end = a.start[root + 1] if root >= 0 else len(a.order)
     y, z, above = np.empty(a.front), np.empty(a.front), np.empty((len(a.order) - end, 2))
     if root >= 0:
-        for p in range(a.below_start[root], a.below_start[root + 1]):
-            above[a.below[p] - end] = 0.0
+        for i in range(a.below_start[root], a.below_start[root + 1]):
+            above[a.below[i] - end] = 0.0
     for s in which:
         first, width, under = a.start[s], a.start[s + 1] - a.start[s], a.below_start[s]
         m = a.below_start[s + 1] - under
@@ -245,40 +249,52 @@ def _forward(
                 x[a.below[under + i], 0] += left[begin + i, 0]
                 x[a.below[under + i], 1] += left[begin + i, 1]
             continue
-        for j in range(first, first + width):
-            x[j, 0] += b[a.order[j], 0]
-            x[j, 1] += b[a.order[j], 1]
         size, at = width + m, a.value_start[s]
+        u, v = y[:size], z[:size]
         for j in range(width):
+            i = a.order[first + j]
+            u[j], v[j] = x[first + j, 0] + b[i, 0], x[first + j, 1] + b[i, 1]
+        u[width:] = 0.0
+        v[width:] = 0.0
+        for j in range(width % WIDTH):
             own = at + j * size
-            f, g = x[first + j, 0] / values[own + j], x[first + j, 1] / values[own + j]
-            x[first + j, 0], x[first + j, 1] = f, g
-            for i in range(j + 1, width):
-                x[first + i, 0] -= values[own + i] * f
-                x[first + i, 1] -= values[own + i] * g
-        u, v = y[:m], z[:m]
-        u[:] = 0.0
-        v[:] = 0.0
-        for j in range(width % 2, width, 2):  # two columns at a time
-            own = at + j * size
-            c, d = values[own + width : own + size], values[own + size + width : own + 2 * size]
-            f, g, h, k = x[first + j, 0], x[first + j, 1], x[first + j + 1, 0], x[first + j + 1, 1]
-            for i in range(m):
-                u[i] += c[i] * f + d[i] * h
-                v[i] += c[i] * g + d[i] * k
-        if width % 2:
-            c, f, g = values[at + width : at + size], x[first, 0], x[first, 1]
-            for i in range(m):
-                u[i] += c[i] * f
-                v[i] += c[i] * g
-        for i in range(m):
+            c, d, p, q = values[own + j + 1 : own + size], values[own + j], u[j + 1 :], v[j + 1 :]
+            f, g = u[j] * d, v[j] * d
+            u[j], v[j] = f, g
+            for i in range(len(c)):
+                p[i] -= c[i] * f
+                q[i] -= c[i] * g
+        for j in range(width % WIDTH, width, WIDTH):  # four columns at a time
+            k0 = at + j * size + j
+            k1, k2, k3, end0 = k0 + size, k0 + 2 * size, k0 + 3 * size, at + (j + 1) * size
+            f0, g0 = u[j] * values[k0], v[j] * values[k0]
+            e, d = values[k0 + 1], values[k1 + 1]
+            f1, g1 = (u[j + 1] - e * f0) * d, (v[j + 1] - e * g0) * d
+            e, r, d = values[k0 + 2], values[k1 + 2], values[k2 + 2]
+            f2, g2 = (u[j + 2] - e * f0 - r * f1) * d, (v[j + 2] - e * g0 - r * g1) * d
+            e, r, t, d = values[k0 + 3], values[k1 + 3], values[k2 + 3], values[k3 + 3]
+            f3 = (u[j + 3] - e * f0 - r * f1 - t * f2) * d
+            g3 = (v[j + 3] - e * g0 - r * g1 - t * g2) * d
+            u[j], u[j + 1], u[j + 2], u[j + 3] = f0, f1, f2, f3
+            v[j], v[j + 1], v[j + 2], v[j + 3] = g0, g1, g2, g3
+            c0, c1 = values[k0 + 4 : end0], values[k1 + 4 : end0 + size]
+            c2, c3 = values[k2 + 4 : end0 + 2 * size], values[k3 + 4 : end0 + 3 * size]
+            p, q = u[j + 4 :], v[j + 4 :]
+            for i in range(len(p)):
+                p[i] -= c0[i] * f0 + c1[i] * f1 + c2[i] * f2 + c3[i] * f3
+                q[i] -= c0[i] * g0 + c1[i] * g1 + c2[i] * g2 + c3[i] * g3
+        for j in range(width):
+            x[first + j, 0], x[first + j, 1] = u[j], v[j]
+        inside = m  # rows of the subtree; those above come last
+        while inside and a.below[under + inside - 1] >= end:
+            inside -= 1
+            r = a.below[under + inside] - end
+            above[r, 0] += u[width + inside]
+            above[r, 1] += v[width + inside]
+        for i in range(inside):
             r = a.below[under + i]
-            if r < end:
-                x[r, 0] -= u[i]
-                x[r, 1] -= v[i]
-            else:
-                above[r - end, 0] -= u[i]
-                above[r - end, 1] -= v[i]
+            x[r, 0] += u[width + i]
+            x[r, 1] += v[width + i]
     if root >= 0:
         begin, under = parts.rows[parts.number[root]], a.below_start[root]
         for i in range(a.below_start[root + 1] - under):
@@ -307,38 +323,48 @@ def _backward(
         first, width, under = a.start[s], a.start[s + 1] - a.start[s], a.below_start[s]
         m = a.below_start[s + 1] - under
         size, at = width + m, a.value_start[s]
-        u, v = y[:m], z[:m]
+        u, v = y[:size], z[:size]
+        for j in range(width):
+            u[j], v[j] = x[first + j, 0], x[first + j, 1]
         for i in range(m):
-            u[i], v[i] = x[a.below[under + i], 0], x[a.below[under + i], 1]
-        for j in range(width % 2, width, 2):
+            u[width + i], v[width + i] = x[a.below[under + i], 0], x[a.below[under + i], 1]
+        for j in range(width - WIDTH, width % WIDTH - 1, -WIDTH):
+            k0 = at + j * size + j
+            k1, k2, k3, end0 = k0 + size, k0 + 2 * size, k0 + 3 * size, at + (j + 1) * size
+            c0, c1 = values[k0 + 4 : end0], values[k1 + 4 : end0 + size]
+            c2, c3 = values[k2 + 4 : end0 + 2 * size], values[k3 + 4 : end0 + 3 * size]
+            p, q = u[j + 4 :], v[j + 4 :]
+            f0 = f1 = f2 = f3 = g0 = g1 = g2 = g3 = 0.0
+            for i in range(len(p)):
+                f0 += c0[i] * p[i]
+                f1 += c1[i] * p[i]
+                f2 += c2[i] * p[i]
+                f3 += c3[i] * p[i]
+                g0 += c0[i] * q[i]
+                g1 += c1[i] * q[i]
+                g2 += c2[i] * q[i]
+                g3 += c3[i] * q[i]
+            d = values[k3 + 3]
+            f3, g3 = (u[j + 3] - f3) * d, (v[j + 3] - g3) * d
+            e, d = values[k2 + 3], values[k2 + 2]
+            f2, g2 = (u[j + 2] - f2 - e * f3) * d, (v[j + 2] - g2 - e * g3) * d
+            e, r, d = values[k1 + 2], values[k1 + 3], values[k1 + 1]
+            f1, g1 = (u[j + 1] - f1 - e * f2 - r * f3) * d, (v[j + 1] - g1 - e * g2 - r * g3) * d
+            e, r, t, d = values[k0 + 1], values[k0 + 2], values[k0 + 3], values[k0]
+            f0, g0 = (u[j] - f0 - e * f1 - r * f2 - t * f3) * d, (v[j] - g0 - e * g1 - r * g2 - t * g3) * d
+            u[j], u[j + 1], u[j + 2], u[j + 3] = f0, f1, f2, f3
+            v[j], v[j + 1], v[j + 2], v[j + 3] = g0, g1, g2, g3
+        for j in range(width % WIDTH - 1, -1, -1):
             own = at + j * size
-            c, d = values[own + width : own + size], values[own + size + width : own + 2 * size]
-            f = g = h = k = 0.0
-            for i in range(m):
-                f += c[i] * u[i]
-                g += c[i] * v[i]
-                h += d[i] * u[i]
-                k += d[i] * v[i]
-            x[first + j, 0] -= f
-            x[first + j, 1] -= g
-            x[first + j + 1, 0] -= h
-            x[first + j + 1, 1] -= k
-        if width % 2:
-            c, f, g = values[at + width : at + size], 0.0, 0.0
-            for i in range(m):
-                f += c[i] * u[i]
-                g += c[i] * v[i]
-            x[first, 0] -= f
-            x[first, 1] -= g
-        for j in range(width - 1, -1, -1):
-            own = at + j * size
-            f, g = x[first + j, 0], x[first + j, 1]
-            for i in range(j + 1, width):
-                f -= values[own + i] * x[first + i, 0]
-                g -= values[own + i] * x[first + i, 1]
-            x[first + j, 0], x[first + j, 1] = f / values[own + j], g / values[own + j]
-        for j in range(first, first + width):
-            made[a.order[j], 0], made[a.order[j], 1] = x[j, 0], x[j, 1]
+            c, d, p, q = values[own + j + 1 : own + size], values[own + j], u[j + 1 :], v[j + 1 :]
+            f = g = 0.0
+            for i in range(len(c)):
+                f += c[i] * p[i]
+                g += c[i] * q[i]
+            u[j], v[j] = (u[j] - f) * d, (v[j] - g) * d
+        for j in range(width):
+            x[first + j, 0], x[first + j, 1] = u[j], v[j]
+            made[a.order[first + j], 0], made[a.order[first + j], 1] = u[j], v[j]
 
 
 supernodal_backward = only_loops(_backward)

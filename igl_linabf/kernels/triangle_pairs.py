@@ -3,54 +3,126 @@
 from __future__ import annotations
 
 import numpy as np
+import shapely
 
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from .choice import with_loops
+from .._types import ComplexArray, FloatArray, IntArray
+from .choice import inlined, with_loops
+
+LEAF = 8  # triangles at a leaf of the tree of boxes
+BLOCK_SIZE = 1 << 16  # triangles that are sought in the tree at a time, which bounds the memory
 
 
-def _interpenetrating(
-    triangle: ComplexArray, pairs: IntArray, depth: FloatArray, rounding: FloatArray
-) -> BoolArray:
+@inlined
+def _boxes(triangle: ComplexArray, leaves: int) -> tuple[FloatArray, FloatArray]:
+    """Around each triangle, and around each node of a binary tree: node k is above 2 k and 2 k + 1."""
+    n = len(triangle)
+    box, node = np.empty((n, 4)), np.full((2 * leaves, 4), np.inf)  # the lower left corner, the upper right
+    node[:, 2:] = -np.inf
+    for t in range(n):
+        a, b, c = triangle[t]
+        box[t, 0], box[t, 1] = min(a.real, b.real, c.real), min(a.imag, b.imag, c.imag)
+        box[t, 2], box[t, 3] = max(a.real, b.real, c.real), max(a.imag, b.imag, c.imag)
+        leaf = leaves + t // LEAF
+        for k in range(2):
+            node[leaf, k] = min(node[leaf, k], box[t, k])
+            node[leaf, 2 + k] = max(node[leaf, 2 + k], box[t, 2 + k])
+    for at in range(leaves - 1, 0, -1):
+        for k in range(2):
+            node[at, k] = min(node[2 * at, k], node[2 * at + 1, k])
+            node[at, 2 + k] = max(node[2 * at, 2 + k], node[2 * at + 1, 2 + k])
+    return box, node
+
+
+@inlined
+def _touch(box: FloatArray, i: int, j: int) -> bool:
+    """Whether two boxes have a point in common; without branches, whose outcome no processor foresees."""
+    touch: bool = (box[i, 0] <= box[j, 2]) & (box[j, 0] <= box[i, 2])
+    touch &= (box[i, 1] <= box[j, 3]) & (box[j, 1] <= box[i, 3])
+    return touch
+
+
+@inlined
+def _reaches(triangle: ComplexArray, inward: ComplexArray, i: int, j: int, least: float) -> bool:
+    """Whether triangle j reaches across all sides of triangle i by more than `least`."""
+    for k in range(3):
+        start, by, reaches = triangle[i, k], inward[i, k], False
+        for corner in range(3):
+            step = triangle[j, corner] - start
+            reaches |= by.real * step.imag + by.imag * step.real > least
+        if not reaches:
+            return False
+    return True
+
+
+def _overlapping(triangle: ComplexArray, end: IntArray, depth: FloatArray, rounding: FloatArray) -> IntArray:
+    n, leaves = len(triangle), 1
+    while leaves * LEAF < n:
+        leaves *= 2
+    box, node = _boxes(triangle, leaves)
     inward = np.empty_like(triangle)
-    for t in range(len(triangle)):
+    for t in range(n):
         for k in range(3):
             side = triangle[t, (k + 1) % 3] - triangle[t, k]
-            inward[t, k] = np.conj(side / abs(side))
-    found = np.ones(len(pairs), dtype=np.bool_)
-    for p in range(len(pairs)):
-        least = min(depth[pairs[p, 0]], depth[pairs[p, 1]])
-        least += max(rounding[pairs[p, 0]], rounding[pairs[p, 1]])
-        for side in range(6):
-            i, j, k = pairs[p, side // 3], pairs[p, 1 - side // 3], side % 3
-            start, by, reach = triangle[i, k], inward[i, k], -np.inf
-            for corner in range(3):
-                reach = max(reach, (by * (triangle[j, corner] - start)).imag)
-            if not reach > least:
-                found[p] = False
-                break
-    return found
+            inward[t, k] = np.conj(side) / np.sqrt(side.real**2 + side.imag**2)
+    found, size, stack = np.empty((64, 2), dtype=np.int64), 0, np.empty(128, dtype=np.int64)
+    for first in range(0, n, LEAF):
+        own = leaves + first // LEAF
+        stack[0], top, up = own, 1, own
+        while up > 1:  # what comes after the leaf is on the right of the way to the root
+            if up & 1 == 0 and _touch(node, own, up + 1):
+                stack[top] = up + 1
+                top += 1
+            up >>= 1
+        while top:
+            top -= 1
+            at = stack[top]
+            if at < leaves:
+                for below in range(2 * at, 2 * at + 2):
+                    if _touch(node, own, below):
+                        stack[top] = below
+                        top += 1
+                continue
+            other = (at - leaves) * LEAF
+            for i in range(first, min(first + LEAF, n)):
+                for j in range(max(i + 1, other), min(other + LEAF, end[i])):
+                    if not _touch(box, i, j):
+                        continue
+                    least = min(depth[i], depth[j]) + max(rounding[i], rounding[j])
+                    if not _reaches(triangle, inward, i, j, least):
+                        continue
+                    if not _reaches(triangle, inward, j, i, least):
+                        continue
+                    if size == len(found):
+                        found = np.concatenate((found, np.empty_like(found)))
+                    found[size, 0], found[size, 1] = i, j
+                    size += 1
+    return found[:size].copy()
 
 
-@with_loops(_interpenetrating)
-def interpenetrating(
-    triangle: ComplexArray, pairs: IntArray, depth: FloatArray, rounding: FloatArray
-) -> BoolArray:
-    """Which of the `pairs`, (#P, 2), of counter-clockwise triangles, (#T, 3), no side separates.
+@with_loops(_overlapping)
+def overlapping(triangle: ComplexArray, end: IntArray, depth: FloatArray, rounding: FloatArray) -> IntArray:
+    """The pairs i < j < end[i] of counter-clockwise triangles, (#T, 3), that no side separates; in any order.
 
     Each of the two has to reach across all sides of the other by the smaller of their depths, and by their
-    rounding.
+    rounding. Triangles that follow each other should be near each other: then this is fast.
     """
+    x, y = triangle.real, triangle.imag
+    boxes = shapely.box(x.min(axis=1), y.min(axis=1), x.max(axis=1), y.max(axis=1))
+    tree = shapely.STRtree(boxes)
     side = np.roll(triangle, -1, axis=1) - triangle
     inward = (side / np.abs(side)).conj()
-    found = np.arange(len(pairs))
-    for order in ((0, 1), (1, 0)):
-        for k in range(3):
-            i, j = pairs[found][:, order].T
-            reach = (inward[i, k] * (triangle[j, 0] - triangle[i, k])).imag
-            for corner in (1, 2):
-                np.maximum(reach, (inward[i, k] * (triangle[j, corner] - triangle[i, k])).imag, out=reach)
-            least = np.minimum(depth[i], depth[j]) + np.maximum(rounding[i], rounding[j])
-            found = found[reach > least]
-    mask = np.zeros(len(pairs), dtype=bool)
-    mask[found] = True
-    return mask
+    found = [np.zeros((0, 2), dtype=np.int64)]
+    for start in range(0, len(triangle), BLOCK_SIZE):
+        i, j = tree.query(boxes[start : start + BLOCK_SIZE])
+        i = i + start
+        pairs = np.column_stack((i, j))[(i < j) & (j < end[i])]
+        for order in ((0, 1), (1, 0)):
+            for k in range(3):
+                i, j = pairs[:, order].T
+                reach = (inward[i, k] * (triangle[j, 0] - triangle[i, k])).imag
+                for corner in (1, 2):
+                    np.maximum(reach, (inward[i, k] * (triangle[j, corner] - triangle[i, k])).imag, out=reach)
+                least = np.minimum(depth[i], depth[j]) + np.maximum(rounding[i], rounding[j])
+                pairs = pairs[reach > least]
+        found.append(pairs)
+    return np.concatenate(found)

@@ -60,24 +60,8 @@ def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
     return Boundary(np.concatenate(([0], ends[:-1])), relative)
 
 
-@dataclass(frozen=True, eq=False)
-class Boundaries:
-    """The boundary loops of disks side by side, as their angles draw them.
-
-    Attributes
-    ----------
-    z : (#rim,) complex128
-        Positions of the vertices of `Disks.rim`.
-    gap : (#disks,) float64
-        As in `Boundary`.
-    """
-
-    z: ComplexArray
-    gap: FloatArray
-
-
-def develop_boundaries(disks: Disks, b: Residual) -> Boundaries:
-    """`develop_boundary` of disks side by side."""
+def develop_boundaries(disks: Disks, b: Residual) -> tuple[ComplexArray, FloatArray]:
+    """`develop_boundary` of disks side by side: z at the vertices of `Disks.rim`, and the gaps."""
     vertices, loops = disks.rim
     turning, log_ratio = b.turning[vertices], b.log_ratio[vertices]
     turning = turning + loops.spread((2 * np.pi - loops.sum(turning)) / loops.sizes)
@@ -94,7 +78,7 @@ def develop_boundaries(disks: Disks, b: Residual) -> Boundaries:
     # each loop begins at 0: its last step is not taken
     step[loops.start[1:] - 1] = 0.0
     ends = np.concatenate(([0.0], step[:-1]))
-    return Boundaries(np.asarray(loops.cumsum(ends)), np.asarray(np.abs(gap) / loops.sum(length)))
+    return np.asarray(loops.cumsum(ends)), np.asarray(np.abs(gap) / loops.sum(length))
 
 
 def harmonic(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from heapq import heapify, heappop, heappush
@@ -11,9 +10,9 @@ import numpy as np
 from scipy import sparse
 
 from .. import kernels
-from .._runtime import in_threads
-from .._types import Array, FloatArray, IntArray
-from .factors import Factored, NotPositiveDefiniteError, cholmod_order
+from .._runtime import at_once
+from .._types import FloatArray, IntArray
+from .factors import Analysis, Factored, NotPositiveDefiniteError, by_pairs_of_columns, cholmod_order
 
 COMPILED_FROM = 1_000  # rows; below, CHOLMOD's simplicial factor takes less time
 DIVIDED_FROM = 20_000  # rows from which threads save more time than they take to begin
@@ -67,7 +66,7 @@ def _roots(tops: IntArray, first: IntArray, work: FloatArray) -> list[int]:
     return [s for cost, s in sorted(heap) if -cost >= SMALLEST * total and first[s] < s]
 
 
-class Compiled:
+class Compiled(Analysis):
     """The factorisation of a real matrix by compiled loops, in CHOLMOD's order."""
 
     name = "CHOLMOD's order, compiled"
@@ -81,21 +80,7 @@ class Compiled:
         if not all(map(np.array_equal, self._pattern, (lower.indptr, lower.indices))):
             return Compiled(lower).factor(lower)
         pair = partial(_solved, self._numeric(lower), self._analysed, self._divided)
-
-        def solve(b: Array) -> Array:
-            if b.ndim == 2 and b.shape[1] == 2:
-                return pair(b)
-            columns = b.reshape(len(b), -1)
-            parts = [columns[:, k : k + 2] for k in range(0, columns.shape[1], 2)]
-            if columns.shape[1] % 2:
-                parts[-1] = np.repeat(parts[-1], 2, axis=1)
-            made = np.hstack([pair(part) for part in parts]) if parts else np.empty_like(columns)
-            return made[:, : columns.shape[1]].reshape(b.shape)
-
-        return Factored(self.name, True, solve)
-
-    def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
-        return self.factor(lower).solve
+        return Factored(self.name, True, partial(by_pairs_of_columns, pair))
 
     def _numeric(self, lower: sparse.csc_array) -> FloatArray:
         a, divided = self._analysed, self._divided
@@ -112,7 +97,7 @@ class Compiled:
             spare.append(work)
             return bad
 
-        bad = max(in_threads(part, divided.subtrees), default=-1)
+        bad = max(at_once(part, divided.subtrees), default=-1)
         if bad < 0:
             bad = part((divided.rest, -1))
         if bad >= 0:
@@ -131,8 +116,8 @@ def _solved(values: FloatArray, a: kernels.Supernodes, divided: Divided, b: Floa
     def backward(chosen: tuple[IntArray, int]) -> None:
         kernels.supernodal_backward(values, a, divided.parts, *chosen, x, made)
 
-    list(in_threads(forward, divided.subtrees))
+    at_once(forward, divided.subtrees)
     forward((divided.rest, -1))
     backward((divided.rest, -1))
-    list(in_threads(backward, divided.subtrees))
+    at_once(backward, divided.subtrees)
     return made

@@ -7,16 +7,15 @@ Eigen in libigl's own wheel.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import igl
 import numpy as np
 from scipy import sparse
 from scipy.sparse import linalg
 
-from .._types import Array, IntArray
+from .._types import Array, IntArray, Solve
 
 try:
     from sksparse import cholmod
@@ -60,23 +59,27 @@ class Factored:
 
     name: str
     exact: bool
-    solve: Callable[[Array], Array]
+    solve: Solve
 
 
-class Analysis(Protocol):
+class Analysis:
     """What is known of a pattern before it has values."""
 
-    @property
-    def name(self) -> str: ...
+    name: str
+
+    def __init__(self, lower: sparse.csc_array) -> None:
+        """Of a matrix of the pattern, given by its lower triangle."""
 
     def factor(self, lower: sparse.csc_array) -> Factored:
         """Factor a Hermitian positive definite matrix, given by its lower triangle."""
+        raise NotImplementedError
 
-    def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
+    def preconditioner(self, lower: sparse.csc_array) -> Solve:
         """A symmetric positive definite approximation of its inverse, for (n, k), to be called often."""
+        return self.factor(lower).solve
 
 
-class Cholmod:
+class Cholmod(Analysis):
     """CHOLMOD's symbolic analysis of P A P^T = L D L^H."""
 
     name = "CHOLMOD"
@@ -94,13 +97,13 @@ class Cholmod:
     def factor(self, lower: sparse.csc_array) -> Factored:
         return Factored(self.name, True, self._numeric(lower).solve_A)
 
-    def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
+    def preconditioner(self, lower: sparse.csc_array) -> Solve:
         numeric = self._numeric(lower)
         if self._supernodal:
             # this call leaves the factor in simplicial form, in which a solve takes half the time;
             # unpacking costs about one solve
             numeric.solve_LD(np.zeros(lower.shape[0]))
-        solve: Callable[[Array], Array] = numeric.solve_A
+        solve: Solve = numeric.solve_A
         return solve
 
     def _numeric(self, lower: sparse.csc_array) -> Any:
@@ -122,7 +125,7 @@ def cholmod_order(lower: sparse.csc_array) -> IntArray:
     return found
 
 
-class IglCholesky:
+class IglCholesky(Analysis):
     """Eigen's simplicial L L^T with AMD, as libigl's wheel holds it; it orders anew with each factorisation.
 
     `igl.min_quad_with_fixed_precompute` without fixed values factors a matrix by its lower triangle, and
@@ -131,9 +134,6 @@ class IglCholesky:
     """
 
     name = "igl's Cholesky"
-
-    def __init__(self, lower: sparse.csc_array) -> None:
-        pass
 
     def factor(self, lower: sparse.csc_array) -> Factored:
         if not lower.shape[0]:
@@ -160,17 +160,11 @@ class IglCholesky:
 
         return Factored(self.name, True, solve)
 
-    def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
-        return self.factor(lower).solve
 
-
-class SuperLU:
+class SuperLU(Analysis):
     """SciPy's SuperLU in its symmetric mode; it orders anew with each factorisation."""
 
     name = "SuperLU"
-
-    def __init__(self, lower: sparse.csc_array) -> None:
-        pass
 
     def factor(self, lower: sparse.csc_array) -> Factored:
         try:
@@ -187,8 +181,15 @@ class SuperLU:
             raise NotPositiveDefiniteError(int(np.argsort(lu.perm_c)[bad[0]]))
         return Factored(self.name, True, lu.solve)
 
-    def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
-        return self.factor(lower).solve
+
+def by_pairs_of_columns(pair: Solve, b: Array) -> Array:
+    """The solutions for one (n,) or several (n, k) right-hand sides, by what solves for two of them."""
+    columns = b.reshape(len(b), -1)
+    if columns.shape[1] % 2:
+        columns = np.column_stack((columns, np.zeros(len(b))))
+    pairs = [pair(columns[:, k : k + 2]) for k in range(0, columns.shape[1], 2)]
+    x = pairs[0] if len(pairs) == 1 else np.hstack(pairs or [columns])
+    return x[:, : b.size // max(len(b), 1)].reshape(b.shape)
 
 
 def mirrored(lower: sparse.csc_array) -> sparse.csc_array:

@@ -1,21 +1,18 @@
-"""Conjugate gradients."""
+"""Conjugate gradients: for one system, or for many side by side, with the iterates of separate runs."""
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 
 from .. import kernels
-from .._types import FloatArray
+from .._types import BoolArray, FloatArray, IntArray, Solve
+from ..surface import Parts
 
 MAX_CG_STEPS = 300  # after so many a factorisation is the better way
 
-Product = Callable[[FloatArray], FloatArray]
-
 
 def conjugate_gradients(
-    product: Product, b: FloatArray, precondition: Product, rtol: float, most: int = MAX_CG_STEPS
+    product: Solve, b: FloatArray, precondition: Solve, rtol: float, most: int = MAX_CG_STEPS
 ) -> tuple[FloatArray, int, bool]:
     """Solve A x = b to |A x - b| <= rtol |b|; returns x, the steps taken and whether it got there.
 
@@ -36,3 +33,53 @@ def conjugate_gradients(
         square = kernels.move(x, r, rho / kernels.dot(d, q), d, q)
         last = rho
     return x, most, False
+
+
+def block_conjugate_gradients(
+    product: Solve, b: FloatArray, precondition: Solve, blocks: Parts, rtol: float, most: int
+) -> tuple[FloatArray, IntArray, BoolArray]:
+    """Solve A x = b, A and its preconditioner block-diagonal, to |A x - b| <= rtol |b| in each block.
+
+    Every block has step lengths of its own, and stops when it is there.
+
+    Parameters
+    ----------
+    product, precondition : callable
+        Of all blocks at once, (n,).
+    b : (n,) float64
+    blocks : Parts
+        Of the rows.
+    rtol : float
+    most : int
+        Steps at most.
+
+    Returns
+    -------
+    x : (n,) float64
+    steps : (#blocks,) int64
+        Those that each block took.
+    converged : (#blocks,) bool
+    """
+    x, r, p, start = np.zeros_like(b), b.copy(), np.zeros_like(b), blocks.start
+    steps = np.zeros(len(blocks), dtype=np.int64)
+    goal = rtol * np.sqrt(kernels.block_dots(start, b, b))
+    rho_before = np.ones(len(blocks))
+    converged = goal == 0
+    for _ in range(most):
+        size = np.sqrt(kernels.block_dots(start, r, r))
+        converged |= size < goal
+        going = ~converged & np.isfinite(size)
+        if not going.any():
+            break
+        z = precondition(r)
+        rho = kernels.block_dots(start, r, z)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            # a block that is there does not move any more
+            p = kernels.block_axpy(start, np.where(going, rho / rho_before, 0.0), p, z)
+            q = product(p)
+            length = np.where(going, rho / kernels.block_dots(start, p, q), 0.0)
+        x = kernels.block_axpy(start, length, p, x)
+        r = kernels.block_axpy(start, -length, q, r)
+        rho_before = rho
+        steps += going
+    return x, steps, converged & blocks.min(np.isfinite(x)).astype(bool)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -10,15 +9,15 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import linalg
 
-from .._types import Array
-from .factors import Factored, NotConvergedError, mirrored
+from .._types import Array, Solve
+from .factors import Analysis, Factored, NotConvergedError, mirrored
 from .krylov import conjugate_gradients
 
 RTOL = 1e-10  # where multigrid stands in for a factorisation
 
 
 @dataclass(frozen=True)
-class Multigrid:
+class Multigrid(Analysis):
     """PyAMG's smoothed aggregation: one V-cycle as the preconditioner, O(n) memory."""
 
     name: str = "PyAMG"
@@ -39,13 +38,13 @@ class Multigrid:
 
         return Factored(self.name, False, solve)
 
-    def preconditioner(self, lower: sparse.csc_array) -> Callable[[Array], Array]:
+    def preconditioner(self, lower: sparse.csc_array) -> Solve:
         """One V-cycle a column."""
         cycle = _v_cycle(sparse.csr_matrix(mirrored(lower)))
         return lambda b: np.column_stack([cycle(column) for column in b.T])
 
 
-def _v_cycle(full: sparse.csr_matrix) -> Callable[[Array], Array]:
+def _v_cycle(full: sparse.csr_matrix) -> Solve:
     """A V-cycle with symmetric Gauss-Seidel sweeps.
 
     It is in single precision: a preconditioner needs no more digits, and the sweeps wait for memory.

@@ -9,12 +9,14 @@ import shapely
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import boundary_loops, interpenetrating
+from ..kernels import boundary_loops, overlapping
 from ..surface import Parts, Submesh, complex_positions, face_components, of_size_one, signed_double_areas
-from .winding import may_overlap
+from .winding import may_overlap, open_sides
 
 MIN_DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
-BLOCK_SIZE = 1 << 16  # triangles searched at a time, which bounds the memory
+LAST_CELL = 2**31 - 1  # along a side of the grid that the curve runs through
+# shifts and masks that put a bit between each two of a number
+SPREAD = tuple((k, (2**64 - 1) // (2**k + 1)) for k in (16, 8, 4, 2, 1))
 
 
 def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
@@ -104,14 +106,10 @@ def _injective(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:
     proved = np.zeros(number, dtype=bool)
     upright = np.ones(number, dtype=bool)
     upright[chart[~(signed_double_areas(z, F.T) > 0)]] = False
-    tail, head = F.T.ravel(), F[:, [1, 2, 0]].T.ravel()
-    n = len(z)
-    code = np.sort(tail * n + head)
-    if (code[1:] == code[:-1]).any():
-        return proved  # not an oriented surface: its boundary edges do not bound it
-    twin = head * n + tail
-    boundary = np.flatnonzero(~np.isin(twin, code, assume_unique=True))
-    of, tail, head = chart[boundary % len(F)], tail[boundary], head[boundary]
+    boundary = open_sides(F, len(z))
+    if boundary is None:
+        return proved
+    of, tail, head = chart[boundary % len(F)], F.T.ravel()[boundary], F[:, [1, 2, 0]].T.ravel()[boundary]
     order = np.argsort(tail)
     upright[of[order[1:][tail[order[1:]] == tail[order[:-1]]]]] = False  # loops touch in a vertex
     ask = order[upright[of[order]]]
@@ -151,19 +149,26 @@ def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
     with np.errstate(invalid="ignore", divide="ignore"):
         height = np.where(longest > 0, np.abs(area) / longest, 0.0)
     rounding = 16 * np.finfo(float).eps * np.abs(triangle).max(axis=1)
-    solid = np.flatnonzero(height > rounding)
-    triangle, height, rounding = triangle[solid], height[solid], rounding[solid]
-    x, y = triangle.real, triangle.imag
-    boxes = shapely.box(x.min(axis=1), y.min(axis=1), x.max(axis=1), y.max(axis=1))
-    tree = shapely.STRtree(boxes)
-    found = [_no_pairs()]
-    for start in range(0, len(solid), BLOCK_SIZE):
-        i, j = tree.query(boxes[start : start + BLOCK_SIZE])
-        i = i + start
-        keep = i < j
-        if chart is not None:
-            keep &= chart[solid[i]] == chart[solid[j]]
-        pairs = np.column_stack((i[keep], j[keep]))
-        found.append(pairs[interpenetrating(triangle, pairs, MIN_DEPTH * height, rounding)])
-    pairs = solid[np.concatenate(found)]
-    return np.asarray(pairs[np.lexsort((pairs[:, 1], pairs[:, 0]))], dtype=np.int64)
+    face = np.flatnonzero(height > rounding)
+    if not len(face):
+        return _no_pairs()
+    face = face[_along_curve(triangle[face].mean(axis=1))]
+    end = np.full(len(face), len(face))
+    if chart is not None:
+        face = face[np.argsort(chart[face], kind="stable")]
+        end = np.searchsorted(chart[face], chart[face], side="right")
+    pairs = face[overlapping(triangle[face], end, MIN_DEPTH * height[face], rounding[face])]
+    key = np.minimum(pairs[:, 0], pairs[:, 1]) * len(F) + np.maximum(pairs[:, 0], pairs[:, 1])
+    return np.column_stack(np.divmod(np.sort(key), len(F)))
+
+
+def _along_curve(z: ComplexArray) -> IntArray:
+    """An order of points in which those that follow each other are near each other (Morton 1966)."""
+    code = np.zeros(len(z), dtype=np.uint64)
+    step = max(float(np.ptp(z.real)), float(np.ptp(z.imag)), np.finfo(float).tiny) / LAST_CELL
+    for k, x in enumerate((z.real, z.imag)):
+        bits = ((x - x.min()) / step).astype(np.uint64)
+        for shift, mask in SPREAD:
+            bits = (bits | bits << np.uint64(shift)) & np.uint64(mask)
+        code |= bits << np.uint64(k)
+    return np.argsort(code)

@@ -16,16 +16,15 @@ def may_overlap(z: ComplexArray, F: IntArray) -> BoolArray:
 
     Within a cell of a grid that the boundary does not pass, it winds around all points as often.
     """
-    tail, head = F.T.ravel(), F[:, [1, 2, 0]].T.ravel()
-    code = np.sort(tail * len(z) + head)
-    if (code[1:] == code[:-1]).any() or not (signed_double_areas(z, F.T) > 0).all():
+    rim = open_sides(F, len(z))
+    if rim is None or not (signed_double_areas(z, F.T) > 0).all():
         return np.ones(len(F), dtype=bool)
-    rim = ~np.isin(head * len(z) + tail, code, assume_unique=True)
+    tail, head = F.T.ravel()[rim], F[:, [1, 2, 0]].T.ravel()[rim]
     side = int(np.clip(np.sqrt(len(F)), 8, MOST_CELLS))
     used = z[F]
     low = complex(used.real.min(), used.imag.min())
     scale = side / max(float(np.ptp(used.real)), float(np.ptp(used.imag)))
-    a, b = _short((z[tail[rim]] - low) * scale, (z[head[rim]] - low) * scale)
+    a, b = _short((z[tail] - low) * scale, (z[head] - low) * scale)
     marked = _passed(a, b, side) | (_winding(a, b, side) > 1)
     total = np.zeros((side + 1, side + 1), dtype=np.int64)
     total[1:, 1:] = marked.cumsum(axis=0).cumsum(axis=1)
@@ -34,6 +33,15 @@ def may_overlap(z: ComplexArray, F: IntArray) -> BoolArray:
     below, above = _cells(used.imag.min(axis=1), used.imag.max(axis=1), side)
     above, right = above + 1, right + 1
     return np.asarray(total[above, right] - total[below, right] - total[above, left] + total[below, left] > 0)
+
+
+def open_sides(F: IntArray, n: int) -> IntArray | None:
+    """Sides with no face on their right, by F.T; None if two run the same way: they bound no surface."""
+    tail, head = F.T.ravel(), F[:, [1, 2, 0]].T.ravel()
+    code = np.sort(tail * n + head)
+    if (code[1:] == code[:-1]).any():
+        return None
+    return np.flatnonzero(~np.isin(head * n + tail, code, assume_unique=True))
 
 
 def _short(start: ComplexArray, end: ComplexArray) -> tuple[ComplexArray, ComplexArray]:

@@ -155,10 +155,7 @@ def _save_dxf(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
 
 def _save_pdf(path: str, sheet: Sheet, paper: tuple[float, float]) -> None:
     """One page where the sheet fits on it, else tiles that overlap, with their row and column."""
-    figure_module, pages = (
-        needed("matplotlib.figure", EXTRA),
-        needed("matplotlib.backends.backend_pdf", EXTRA),
-    )
+    figures, pages = (needed(f"matplotlib.{name}", EXTRA) for name in ("figure", "backends.backend_pdf"))
     free = np.array(paper) - 2 * OVERLAP
     if sheet.width > sheet.height and (sheet.width > free[0]):
         free, paper = free[::-1], (paper[1], paper[0])
@@ -169,7 +166,7 @@ def _save_pdf(path: str, sheet: Sheet, paper: tuple[float, float]) -> None:
             for column in range(columns):
                 corner = np.array([column, rows - 1 - row]) * (free - OVERLAP)
                 name = f"row {row + 1} of {rows}, column {column + 1} of {columns}"
-                file.savefig(_page(figure_module, sheet, corner, free, paper, name))
+                file.savefig(_page(figures, sheet, corner, free, paper, name))
 
 
 def _page(

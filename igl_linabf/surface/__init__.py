@@ -7,7 +7,7 @@ Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
 from ..kernels import NEXT, PREV, cycles, sum_by
-from .areas import measure
+from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE, measure
 from .arrays import (
     Pins,
     check_finite,
@@ -20,16 +20,15 @@ from .arrays import (
     vertex_indices,
 )
 from .chords import chords_of, split_chords
-from .components import connected_labels, face_components
+from .components import centres, connected_labels, face_components
 from .disks import Disks, side_by_side
 from .mesh import Mesh, PlanarFaces, loop_through, planar, planar_mesh
-from .parts import Parts, counted
+from .parts import Parts, at_once, counted
 from .plane import (
     ALL_DIGITS,
     SPAN,
     area_ratio,
     centred,
-    centred_each,
     complex_positions,
     coordinates,
     flat_angles,

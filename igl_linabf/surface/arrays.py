@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 
-FloatArray = NDArray[np.float64]
-IntArray = NDArray[np.int64]
-BoolArray = NDArray[np.bool_]
-ComplexArray = NDArray[np.complex128]
 Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,), their positions (#P, 2); two or more
 
 LARGEST_PIN = 1e60  # coordinate; squares of squares of larger ones overflow

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._types import IntArray
-from ..kernels import connected_labels
+from .._types import FloatArray, IntArray
+from ..kernels import connected_labels, sum_by
 
 
 def vertex_components(F: IntArray, n: int) -> IntArray:
@@ -17,3 +17,9 @@ def face_components(F: IntArray, n: int) -> IntArray:
     """The component of each face, numbered from 0; faces that share a vertex are in the same one."""
     label = vertex_components(F, n)[F[:, 0]]
     return np.asarray(np.unique(label, return_inverse=True)[1], dtype=np.int64)
+
+
+def centres(of: IntArray, points: FloatArray) -> FloatArray:
+    """The mean of the points (#P, dim) of each group, `of` being the group of each."""
+    total = np.stack([sum_by(of, x, int(of.max()) + 1) for x in points.T], axis=1)
+    return np.asarray(total / np.bincount(of)[:, None])

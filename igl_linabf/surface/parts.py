@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -94,3 +94,13 @@ def counted(count: IntArray) -> tuple[IntArray, IntArray]:
     """Each index as often as it counts, and which of its times it is: 2, 0, 1 is 0 0 2 and 0 1 0."""
     index = np.repeat(np.arange(len(count)), count)
     return index, np.arange(len(index)) - np.repeat(np.cumsum(count) - count, count)
+
+
+def at_once(sizes: IntArray, most: int) -> Iterator[tuple[int, int]]:
+    """Runs of items, the first one and the end, whose sizes sum up to `most`; a larger item is alone."""
+    reached, first = np.cumsum(sizes), 0
+    while first < len(sizes):
+        before = int(reached[first - 1]) if first else 0
+        end = max(first + 1, int(np.searchsorted(reached, before + most, side="right")))
+        yield first, end
+        first = end

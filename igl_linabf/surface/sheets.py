@@ -13,6 +13,7 @@ from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
 from .components import connected_labels
+from .parts import counted
 
 MOST_AT_AN_EDGE = 500  # faces of which pairs are sought; more of them are all taken apart
 # what it costs to join two faces is 1 + cos of the angle between them: 0 flat, 1 at a right angle, 2 folded
@@ -121,10 +122,10 @@ def _pairs_at(order: IntArray, begin: IntArray, count: IntArray) -> tuple[IntArr
     """All pairs of sides at the same edge; `begin` and `count` as of `_groups`."""
     few = count <= MOST_AT_AN_EDGE
     begin, count = begin[few], count[few]
-    place = np.repeat(begin, count) + _ranges(count)
-    later = np.repeat(begin + count, count) - place - 1
-    first = np.repeat(place, later)
-    return order[first], order[first + 1 + _ranges(later)]
+    edge, at = counted(count)
+    place, later = begin[edge] + at, count[edge] - at - 1
+    row, ahead = counted(later)
+    return order[place[row]], order[place[row] + 1 + ahead]
 
 
 def _best_pairs(a: IntArray, b: IntArray, n: int) -> IntArray:
@@ -142,11 +143,6 @@ def _best_pairs(a: IntArray, b: IntArray, n: int) -> IntArray:
         free = ~(taken[a] | taken[b])
         a, b = a[free], b[free]
     return np.concatenate(chosen)
-
-
-def _ranges(lengths: IntArray) -> IntArray:
-    """0 .. lengths[0] - 1, 0 .. lengths[1] - 1, ..."""
-    return np.arange(lengths.sum()) - np.repeat(np.cumsum(lengths) - lengths, lengths)
 
 
 def _inward(V: FloatArray, F: IntArray, side: IntArray) -> FloatArray:
