@@ -18,6 +18,7 @@ from .connectivity import (
 )
 from .drawing import touched_cells
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
+from .minimum_degree import minimum_degree
 from .paths import nearest_sources, shortest_odd_walk
 from .places import best_place
 from .small_systems import separate_errors, solved
