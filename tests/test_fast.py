@@ -31,15 +31,24 @@ def topology_and_angles():
     return mesh, mesh.topology, alpha
 
 
-def a_page_and_masks():
-    """Rings of several sizes, and a page whose gaps some of them fit into."""
-    rim = np.exp(2j * np.pi * np.arange(40) / 40) * (1 + 0.3 * np.cos(2 * np.pi * np.arange(40) / 8))
-    rings = Outline(rim, np.roll(rim, -1), np.ones(40, dtype=np.int64), 3.0)
-    (masks,) = masks_of([rings], [np.exp(2j * np.pi * np.arange(8) / 8) * np.linspace(0.6, 1.1, 8)], 9.0, 0.5)
-    page = np.zeros((64, 64), dtype=bool)
-    page[:40, :50] = np.hypot(*np.indices((40, 50)) - 20) > 12
-    page[30:44, 20:30] = True
-    return page, 50, 44, masks.shapes, masks.blocks, masks.start
+def masks_in_turn():
+    """Rings of several sizes, and stars that fit into some; on pages that hold a few."""
+    turns, made = np.exp(2j * np.pi * np.arange(40) / 40), []
+    for size in (1.5, 1.1, 0.8, 1.3, 0.5, 0.4):
+        star = size * turns * (1 + 0.3 * np.cos(2 * np.pi * np.arange(40) / 8))
+        rims = (star, 0.6 * star[::-1])[: 1 + (size > 1)]
+        start, end = np.concatenate(rims), np.concatenate([np.roll(rim, -1) for rim in rims])
+        made.append(Outline(start, end, np.ones(len(start), dtype=np.int64), 3.0))
+    masks = masks_of(made, [np.exp(2j * np.pi * np.arange(k) / k) for k in (8, 3, 4, 1, 2, 5)], 9.0, 0.5)
+    first = np.cumsum([0, *(len(one.turns) for one in masks)])
+    blocks = np.cumsum([0, *(len(one.blocks) for one in masks)])
+    start = np.concatenate(
+        [*(one.start[:-1] + k for one, k in zip(masks, blocks, strict=False)), blocks[-1:]]
+    )
+    shapes, every = (
+        np.concatenate(rows) for rows in zip(*((m.shapes, m.blocks) for m in masks), strict=True)
+    )
+    return 48, 3, first, shapes, every, start
 
 
 def sides_on_grids():
@@ -50,6 +59,15 @@ def sides_on_grids():
     shapes = np.array([[22, 24], [8, 12]])
     cells = np.append(0, np.cumsum(shapes[:, 0] * (shapes[:, 1] + 1)))
     return start, end, np.ones(34, dtype=np.int64), np.array([0, 30, 34]), shapes, cells, 0.8
+
+
+def touched_grids():
+    """Cells of three grids, a last column of which ends each row."""
+    columns, rows = np.array([9, 1, 14]), np.array([20, 3, 11])
+    touched = [np.random.default_rng(3).random((r, c + 1)) < 0.8 for r, c in zip(rows, columns, strict=True)]
+    for table in touched:
+        table[:, -1] = False
+    return np.concatenate([t.ravel() for t in touched]), np.cumsum([0, *(rows * (columns + 1))]), columns
 
 
 def triangles():
@@ -85,6 +103,9 @@ def cases():
         "normals": (mesh.V, t.corner),
         "bends": (mesh.V, t.corner, t.sides[:, t.sides[1] >= 0], kernels.normals(mesh.V, t.corner)),
         "lengths": (mesh.V, t.edges),
+        "cotangents": (
+            np.concatenate((alpha, [[1e-12, 1.0, 3.0], [-1.0, 4.0, 6.0], [0.5, 2.0, 1.6]]), axis=1),
+        ),
         "angle_sums": (t.corner, alpha, np.where(rng.random(cot.shape) < 0.1, 1e70, cot), t.n),
         "row_sums": (t.corner, cot, e, t.n),
         "errors": (t.corner, w, d, cot, *rng.normal(size=(2, t.n))),
@@ -101,9 +122,7 @@ def cases():
         "disparity": (w, d, cot),
         "conformal_weights": (w, d, cot),
         "signed_double_areas": (z, t.corner),
-        "first_moments": (z, t.corner, mesh.double_area, start),
-        "second_moments": (z, t.corner, mesh.double_area, start, z[:2]),
-        "third_moments": (z, t.corner, mesh.double_area, start, z[:2], z[2:4]),
+        "centred": (z, t.corner, mesh.double_area, np.array([1.0, 3.0]), np.array([0, 9, len(z)]), start),
         "boundary_loops": (*t.edges[t.sides[1] < 0].T, t.n),
         "in_one_piece": (t.sides, t.corner.shape[1]),
         "connected_labels": (t.edges[::3], t.n),
@@ -118,7 +137,8 @@ def cases():
         "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),
         "block_entries": (*at[:2], rng.random(pattern.n) < 0.2),
         "touched_cells": (*sides_on_grids(),),
-        "best_place": (*a_page_and_masks(),),
+        "placed": (*masks_in_turn(),),
+        "runs_in_blocks": (*touched_grids(),),
         "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
     }
 

@@ -303,16 +303,15 @@ def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
         charts.outlines, turns, masks_of(charts.outlines, turns, cells, gap), strict=True
     ):
         lines = np.stack((outline.start, outline.end), axis=1)
-        for k, table in enumerate(masks.cells):
+        for k, shape in enumerate(masks.shapes):
             turned = (lines * by[k] - masks.origin[k]) * cells
             ends = np.stack((turned.real, turned.imag), axis=-1)
             polygon = shapely.get_parts(shapely.polygonize(shapely.linestrings(ends)))
-            y, x = np.indices(table.shape)
+            y, x = np.indices(shape)
             around = shapely.box(x - gap / 2, y - gap / 2, x + 1 + gap / 2, y + 1 + gap / 2)
             touched = shapely.intersects(shapely.union_all(polygon), around)
-            assert (table == touched).all()
-            drawn = np.zeros_like(table)
+            drawn = np.zeros(shape, dtype=bool)
             for row, first, length, high in masks.blocks[masks.start[k] : masks.start[k + 1]]:
                 assert not drawn[row : row + high, first : first + length].any()
                 drawn[row : row + high, first : first + length] = True
-            assert (drawn == table).all()
+            assert (drawn == touched).all()

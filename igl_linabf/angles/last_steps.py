@@ -20,7 +20,7 @@ IN_VAIN = 0.5  # and above which corrections do not help
 MOST = 12
 
 
-def conformal_steps(state: State, tol: float) -> State:
+def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
     """Correct the angles, if their residual is small, until it is at most `tol` or that does not help.
 
     A least-norm step is e = P M^T x with (M P M^T) x = r. Let the cotangent element matrices K stand for P.
@@ -33,9 +33,11 @@ def conformal_steps(state: State, tol: float) -> State:
         After a step.
     tol : float
         Largest residual.
+    below : float
+        Residual below which they begin.
     """
     least_norm, conformal = state.lin, None
-    if not state.at.residual.largest < SMALL:
+    if not state.at.residual.largest < below:
         return state
     for _ in range(MOST):
         missing = state.at.residual.largest
@@ -55,6 +57,12 @@ def conformal_steps(state: State, tol: float) -> State:
         if left > SLOW:
             conformal = None
     return replace(state, lin=least_norm)
+
+
+def conformal_step(state: State) -> State:
+    """One correction, whatever becomes of the residual."""
+    conformal = None if state.steps[-1].limited else conformal_system(state)
+    return state if conformal is None else replace(corrected(state, conformal), lin=state.lin)
 
 
 def corrected(state: State, conformal: Linearised) -> State:

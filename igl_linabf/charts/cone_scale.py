@@ -12,12 +12,6 @@ from .._types import FloatArray, IntArray
 from .cut_graph import ClosedSurface
 from .expected import MAX_LOG_SCALE, expected_stretch
 
-QUARTER = np.pi / 2
-SAMPLES = 4000  # nodes from which the stretch of rounded curvatures is told
-MAX_EXCHANGES = 500  # of quarter turns between cones
-WORTH = 0.999  # share of the squared stretch down to which an exchange has to bring it
-UNBOUND = 1 << 40
-
 
 @dataclass(frozen=True, eq=False)
 class ConeScale:
@@ -93,39 +87,6 @@ class ConeScale:
     def stretch(self) -> float:
         """The L2 stretch that is expected of the map."""
         return expected_stretch(self.piece, self.log_scale)
-
-    def quarters(self, least: IntArray, most: int) -> IntArray:
-        """Curvatures of `nodes` in quarter turns, between `least` and `most`, for little stretch.
-
-        First the nearest multiples. Then quarter turns go from cone to cone as long as the expected stretch
-        falls. What one cone gets the other one gives, so the sum stays what Gauss-Bonnet asks. On a
-        surface with a boundary, which gets and gives freely, the ground stands for it.
-        """
-        exact = self.curvature / QUARTER
-        k = np.clip(np.round(exact).astype(np.int64), least, most)
-        if self.first >= 0:
-            while beyond := int(k.sum()) - round(float(exact.sum())):  # change those that round worst
-                sign = -1 if beyond > 0 else 1
-                able = (k > least) if beyond > 0 else (k < most)
-                k[np.argmax(np.where(able, sign * (exact - k), -np.inf))] += sign
-        upper = np.full(len(least), most)
-        if self.first < 0:  # the ground comes first, and is not bound
-            k, least, upper = np.append(0, k), np.append(-UNBOUND, least), np.append(UNBOUND, upper)
-        sample = np.arange(0, self.piece.n, -(-self.piece.n // SAMPLES))
-        weight = self.piece.area[sample] / self.piece.area[sample].sum()
-        green = np.concatenate((np.zeros((1, len(sample))), self.green[:, sample])) * QUARTER
-        grown, shrunk = np.exp(2 * green), np.exp(-2 * green)
-        for _ in range(MAX_EXCHANGES):
-            u = np.clip(self.bare[sample] + k @ green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
-            # with one quarter more at i and one less at j, u grows by green_i - green_j
-            squared = (grown * (weight * np.exp(2 * u))) @ shrunk.T
-            squared *= (shrunk * (weight * np.exp(-2 * u))) @ grown.T
-            allowed = (k < upper)[:, None] & (k > least)
-            i, j = np.unravel_index(np.argmin(np.where(allowed, squared, np.inf)), squared.shape)
-            if i == j or not squared[i, j] < WORTH * squared[i, i]:
-                break
-            k[i], k[j] = k[i] + 1, k[j] - 1
-        return k if self.first >= 0 else k[1:]
 
 
 def _farthest(piece: ClosedSurface) -> int:

@@ -24,7 +24,7 @@ def seam_through(piece: ClosedSurface, cones: IntArray) -> IntArray:
 
 
 def paths_across(component: Submesh, piece: ClosedSurface, seam: IntArray) -> tuple[ClosedPath, ...]:
-    """Closed paths around the holes but one, and along and across the handles.
+    """Closed paths around the holes but one, and after them those along and across the handles.
 
     The scale comes back along every closed path if it does along these and around each interior vertex.
     Each crosses the seam at one edge. The edges are those that close a cycle of the seam, and on a

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import advance, part
 from .._types import FloatArray, IntArray
+from ..angles import corner_angles
 from ..errors import MeshError, some
 from ..flattening import Flattening, Method, flatten_with_cones
 from ..measures import overlapping_pairs, quality_of
@@ -20,6 +21,7 @@ from .cone_seams import paths_across, seam_through
 from .cones import CONE_TRADE, ConePiece, angles_of, found_on
 from .overlap_seams import MAX_SPLITS, seams_between
 from .pieces import cut_out, on_part
+from .quarter_turns import QUARTER, QuarterTurns
 
 GivenCones = Literal["auto"] | ArrayLike
 ConeAngles = Literal["quarter"] | ArrayLike | None
@@ -80,17 +82,38 @@ class Cones:
             return cls(vertex, wanted[cone])
         return cls(vertex, "quarter" if quarter else None)
 
-    def on(self, component: Submesh) -> tuple[ConePiece, IntArray, FloatArray]:
-        """The cones on a component, its own vertices, and their angle sums."""
+    def on(self, component: Submesh) -> Placed:
+        """The cones on a component."""
         place = ConePiece(component)
         if self.vertices is None or isinstance(self.vertices, int):
             own = found_on(place, self.vertices, CONE_TRADE)
             assert not isinstance(self.angles, np.ndarray)
-            return place, own, angles_of(place, own, self.angles)
+            return Placed(place, own, *angles_of(place, own, self.angles))
         here = np.flatnonzero(np.isin(self.vertices, component.vertices))
         own = np.searchsorted(component.vertices, self.vertices[here])
         wanted = self.angles[here] if isinstance(self.angles, np.ndarray) else self.angles
-        return place, own, angles_of(place, own, wanted)
+        return Placed(place, own, *angles_of(place, own, wanted))
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Cones on a component.
+
+    Attributes
+    ----------
+    place : ConePiece
+    own : (#C,) int64
+        The component's vertices.
+    sums : (#C,) float64
+        Their angle sums.
+    quarters : QuarterTurns or None
+        Those, if there are cones and their sums are in quarter turns.
+    """
+
+    place: ConePiece
+    own: IntArray
+    sums: FloatArray
+    quarters: QuarterTurns | None
 
 
 def _sums(angles: ArrayLike, n: int) -> FloatArray:
@@ -162,32 +185,36 @@ def coned(surface: Submesh, cones: Cones, method: Method, ends: tuple[float, flo
         placed = [cones.on(component) for component in components]
     charts: list[tuple[Chart, Submesh]] = []
     reached = 0
-    for component, (place, own, sums) in zip(components, placed, strict=True):
+    names, angles = [], []
+    for component, chosen in zip(components, placed, strict=True):
         reached += len(component.F)
         with part("charts", ends[0] + (ends[1] - ends[0]) * reached / len(surface.F)):
-            cut, result = _flattened(
-                place, own, sums, cones.angles is not None and isinstance(cones.angles, str), method
-            )
+            cut, result, sums = _flattened(chosen, isinstance(cones.angles, str), method)
             charts += _split(cut, result)
-    names = [component.vertices[own] for component, (_, own, _) in zip(components, placed, strict=True)]
-    return Coned(charts, np.concatenate(names), np.concatenate([sums for _, _, sums in placed]))
+        names.append(component.vertices[chosen.own])
+        angles.append(sums)
+    return Coned(charts, np.concatenate(names), np.concatenate(angles))
 
 
-def _flattened(
-    place: ConePiece, own: IntArray, angles: FloatArray, quarter: bool, method: Method
-) -> tuple[Submesh, Flattening]:
-    """The component cut along its seam, and its map."""
-    start, component, piece = perf_counter(), place.component, place.piece
-    seam = seam_through(piece, piece.node[own])
+def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, Flattening, FloatArray]:
+    """The component cut along its seam, its map, and the angle sums of its cones there."""
+    start, place = perf_counter(), chosen.place
+    component, piece = place.component, place.piece
+    seam = seam_through(piece, piece.node[chosen.own])
     (cut,) = component.cut_at(component.cells[1][seam])
     advance("seams", 0.2)
-    sums = np.where(component.topology.interior, 2 * np.pi, np.nan)
-    sums[own] = angles
     mesh = replace(planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
-    paths = paths_across(component, piece, seam)
+    paths, angles = paths_across(component, piece, seam), chosen.sums
+    if chosen.quarters is not None and piece.genus:
+        handles = paths[-2 * piece.genus :]  # those around holes turn without distortion
+        k = chosen.quarters.for_paths(handles, corner_angles(mesh), component.topology.corner)
+        angles = np.asarray(2 * np.pi - k * QUARTER)
+    sums = np.where(component.topology.interior, 2 * np.pi, np.nan)
+    sums[chosen.own] = angles
     checked = perf_counter() - start
     made = flatten_with_cones(mesh, component.topology, sums, paths, quarter, method)
-    return cut, replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})
+    seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
+    return cut, replace(made, seconds=seconds), angles
 
 
 def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:

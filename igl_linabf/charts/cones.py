@@ -12,8 +12,9 @@ from .._runtime import advance
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..surface import Submesh
-from .cone_scale import QUARTER, ConeScale
+from .cone_scale import ConeScale
 from .cut_graph import ClosedSurface, closed_surface
+from .quarter_turns import QUARTER, QuarterTurns
 
 CONE_TRADE = 30.0
 MAX_CONES = 100  # on a component, if they are to be found
@@ -175,8 +176,12 @@ def _strain(place: ConePiece, scale: ConeScale) -> FloatArray:
     return np.maximum(NARROW - angle, angle - WIDE * place.valence[scale.nodes])
 
 
-def angles_of(place: ConePiece, cones: IntArray, wanted: str | FloatArray | None) -> FloatArray:
+def angles_of(
+    place: ConePiece, cones: IntArray, wanted: str | FloatArray | None
+) -> tuple[FloatArray, QuarterTurns | None]:
     """Angle sums of the cones of a component: as they are given, of one scale, or in quarter turns.
+
+    Quarter turns may be exchanged afterwards.
 
     Raises
     ------
@@ -184,7 +189,7 @@ def angles_of(place: ConePiece, cones: IntArray, wanted: str | FloatArray | None
         They do not obey Gauss-Bonnet, or are not within what triangles can take.
     """
     component, total = place.component, place.closed_curvature
-    names = component.vertices[cones]
+    names, quarters = component.vertices[cones], None
     around = place.valence[place.piece.node[cones]]
     if isinstance(wanted, np.ndarray):
         angle = wanted
@@ -204,14 +209,15 @@ def angles_of(place: ConePiece, cones: IntArray, wanted: str | FloatArray | None
                 f"{component.topology.characteristic}: give at least {max(needed, 2)}"
             )
         if not len(cones):
-            return np.zeros(0)
+            return np.zeros(0), None
         scale = ConeScale.of(place.piece, int(place.piece.node[cones[0]]))
         for node in place.piece.node[cones[len(scale.nodes) :]].tolist():
             scale = scale.with_cone(node)
         curvature: FloatArray = scale.curvature
         if wanted == "quarter":
             least = 4 - np.floor(QUARTERS_OF_TRIANGLE * around).astype(np.int64)
-            curvature = np.asarray(scale.quarters(np.minimum(least, MOST_QUARTERS), MOST_QUARTERS) * QUARTER)
+            quarters = QuarterTurns(scale, np.minimum(least, MOST_QUARTERS), MOST_QUARTERS)
+            curvature = np.asarray(quarters.for_stretch * QUARTER)
         angle = 2 * np.pi - curvature
     bad = np.flatnonzero(~((angle > 0) & (angle < np.pi * around)))
     if len(bad):
@@ -223,4 +229,4 @@ def angles_of(place: ConePiece, cones: IntArray, wanted: str | FloatArray | None
             f"{np.pi * around[i]:.4g}: give larger cone_angles, more cones near vertices {some(names[bad])}, "
             "or let find_cones place them"
         )
-    return np.asarray(angle)
+    return np.asarray(angle), quarters

@@ -23,7 +23,7 @@ MOST_BASES = 6  # of a round, evenly along the loops
 BASE_ROUNDS = 3  # of such points
 SHORTER = 1 - 1e-9  # times a length: what is shorter by less is equal
 
-Shape = tuple[int, int, bool]  # what a seam goes on to be when it moves
+Shape = tuple[int, int, int]  # what a seam goes on to be when it moves
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,11 +133,11 @@ class ClosedSurface:
         """The nodes on a seam, and the holes."""
         return np.union1d(self.ends[seam], np.arange(self.holes))
 
-    def leaves_whole(self, seam: IntArray) -> bool:
-        """Whether the surface is in one piece when it is cut along the seam."""
+    def parts(self, seam: IntArray) -> IntArray:
+        """The numbers of faces of the pieces that the surface is cut into along the seam, ascending."""
         crossed = np.ones(len(self.faces), dtype=bool)
         crossed[seam] = False
-        return not connected_labels(self.faces[crossed], self.n_faces).any()
+        return np.sort(np.bincount(connected_labels(self.faces[crossed], self.n_faces)))
 
     def without(self, seam: IntArray, others: IntArray) -> IntArray:
         """The edges of a seam that are not among others."""
@@ -272,13 +272,16 @@ def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -
 
 
 def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
-    """Numbers of components and cycles of the seam with the holes; whether the surface stays in one piece."""
-    on = np.zeros(piece.n, dtype=bool)
-    on[: piece.holes], on[piece.ends[seam]] = True, True
+    """Numbers of components and cycles of the seam with the holes, and of pieces that the surface falls into.
+
+    The pieces are disks for one seam of a shape if they are for another one.
+    """
+    on, chosen = np.zeros(piece.n, dtype=bool), np.zeros(len(piece.ends), dtype=bool)
+    on[: piece.holes], on[piece.ends[seam]], chosen[seam] = True, True, True
     nodes = int(np.count_nonzero(on))
     number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1 - (piece.n - nodes)
-    cycles = number + len(seam) - nodes
-    return number, cycles, not cycles or piece.leaves_whole(seam)  # a forest separates nothing
+    cycles = number + int(np.count_nonzero(chosen)) - nodes  # two ways that have become one are no cycle
+    return number, cycles, len(piece.parts(seam)) if cycles else 1  # a forest separates nothing
 
 
 def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray, IntArray]:

@@ -13,9 +13,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .._types import ComplexArray, FloatArray, IntArray
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..kernels import placed
+from ..surface import Parts
 from .outlines import Masks, Outline, masks_of
-from .page import Page
 from .shelves import on_shelves
 from .spacing import Spacing
 
@@ -256,8 +257,7 @@ def _grown(
     while pages is None:
         pages = _placed(n, order, masks, grid / side, int(room * grid), 1)
         room *= ROOM
-    (page,) = pages.sheets
-    extent = max(page.width, page.height) - spacing.gap * grid
+    extent = int(pages.extents.max()) - spacing.gap * grid
     layout = Layout(pages.turn, pages.number, pages.corner, side)
     return _Grown(layout, order, extent / grid * side / spacing.inner)
 
@@ -266,7 +266,8 @@ def _grown(
 class _Pages:
     """Pages with charts on them; in units of the charts."""
 
-    sheets: list[Page]
+    extents: IntArray  # in cells, widths and heights that are taken
+    taken: BoolArray
     turn: ComplexArray
     number: IntArray
     corner: ComplexArray
@@ -280,36 +281,37 @@ def _placed(
     `cells` of the grid are one unit; `side` is in cells.
     """
     turn, corner = np.ones(n, dtype=np.complex128), np.zeros(n, dtype=np.complex128)
-    number, sheets = np.zeros(n, dtype=np.int64), list[Page]()
-    for i in order.tolist():
-        found, at = None, 0
-        while found is None:
-            if at == len(sheets):
-                if at == most or (at and not sheets[-1].width):
-                    return None
-                sheets.append(Page.empty(side))
-            found = sheets[at].best_place(masks[i])
-            at += 1
-        k, x, y = found
-        sheets[at - 1] = sheets[at - 1].with_mask(masks[i].cells[k], x, y)
-        turn[i], number[i] = masks[i].turns[k], at - 1
-        corner[i] = complex(x, y) / cells - masks[i].origin[k]
-    return _Pages(sheets, turn, number, corner)
+    number, own = np.zeros(n, dtype=np.int64), [masks[i] for i in order.tolist()]
+    if not own:
+        return _Pages(np.zeros((0, 2), dtype=np.int64), np.zeros((0, side, side), bool), turn, number, corner)
+    first = Parts.of_sizes([len(one.turns) for one in own])
+    blocks = Parts.of_sizes([len(one.blocks) for one in own])
+    start = np.concatenate([*(one.start[:-1] for one in own), blocks.start[-1:]])
+    start[:-1] += np.repeat(blocks.start[:-1], first.sizes)
+    shapes, every = (
+        np.concatenate(rows) for rows in zip(*((one.shapes, one.blocks) for one in own), strict=True)
+    )
+    most = len(own) if most is None else most
+    places, extents, taken = placed(side, most, first.start, shapes, every, start)
+    k, page, x, y = places.T
+    if (k < 0).any():
+        return None
+    turn[order], number[order] = np.concatenate([one.turns for one in own])[k], page
+    corner[order] = (x + 1j * y) / cells - np.concatenate([one.origin for one in own])[k]
+    return _Pages(extents, taken, turn, number, corner)
 
 
 def _on_pages(
     charts: Charts, shaped: IntArray, turns: Turns, side: float, spacing: Spacing, pages: int | None
 ) -> Layout | None:
     """Charts on pages of this side; the small ones as rectangles in what the others leave."""
-    gap, cells = spacing.gap * FIXED, FIXED / side
+    n, gap, cells = len(charts.outlines), spacing.gap * FIXED, FIXED / side
     inner = int(spacing.inner * FIXED + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
-    placed = _placed(
-        len(charts.outlines), order, _masks(charts, order, turns, cells, gap), cells, inner, pages
-    )
-    if placed is None:
+    made = _placed(n, order, _masks(charts, order, turns, cells, gap), cells, inner, pages)
+    if made is None:
         return None
-    turn, number, corner, sheets = placed.turn, placed.number, placed.corner, placed.sheets
+    turn, number, corner, sheets = made.turn, made.number, made.corner, made.taken
     small = np.setdiff1d(np.arange(len(charts.outlines)), shaped)
     width, height = charts.sizes[small].T
     lies = width >= height
@@ -320,7 +322,7 @@ def _on_pages(
     while first < len(small):
         if at == pages:
             return None
-        taken = sheets[at].taken if at < len(sheets) else np.zeros((inner, inner), dtype=bool)
+        taken = sheets[at] if at < len(sheets) else np.zeros((inner, inner), dtype=bool)
         places = on_shelves(boxes[first:], taken)
         if not len(places) and at >= len(sheets):
             return None

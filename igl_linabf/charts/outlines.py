@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import touched_cells
+from .._types import ComplexArray, FloatArray, IntArray
+from ..kernels import runs_in_blocks, touched_cells
 from ..surface import Parts, at_once
 
 AT_ONCE = 100_000  # sides of turned charts that are drawn at once
@@ -43,20 +43,18 @@ class Masks:
     ----------
     turns : (#M,) complex128
         The directions.
-    cells : list of (#rows, #columns) bool
     shapes : (#M, 2) int64
         Their rows and columns.
     origin : (#M,) complex128
         What of the chart comes to a mask's lower left corner.
     blocks : (#B, 4) int64
-        Row, first column, length and number of rows of runs of cells; equal ones in a row are one. The
-        largest come first.
+        Row, first column, length and number of rows of runs of cells; equal ones in a row are one. They
+        are what the chart touches; the largest come first.
     start : (#M + 1,) int64
         Mask k has the blocks from start[k] to start[k + 1].
     """
 
     turns: ComplexArray
-    cells: Sequence[BoolArray]
     shapes: IntArray
     origin: ComplexArray
     blocks: IntArray
@@ -67,7 +65,7 @@ class Masks:
         blocks = self.blocks[self.start[k] : self.start[k + 1]]
         one = slice(k, k + 1)
         start = np.array([0, len(blocks)])
-        return Masks(self.turns[one], self.cells[one], self.shapes[one], self.origin[one], blocks, start)
+        return Masks(self.turns[one], self.shapes[one], self.origin[one], blocks, start)
 
 
 def outlines(z: ComplexArray, F: IntArray, vertices: Parts, faces: Parts, area: FloatArray) -> list[Outline]:
@@ -118,34 +116,12 @@ def _together(
     columns, rows = ((sides.max(part) + half).astype(np.int64) + 1 for part in (a.real, a.imag))
     shapes, cells = np.column_stack((rows, columns)), Parts.of_sizes(rows * (columns + 1))
     touched = touched_cells(a, b, weight, sides.start, shapes, cells.start, half)
-    tables = [
-        part.reshape(-1, n + 1)[:, :-1]
-        for part, n in zip(cells.split(touched), columns.tolist(), strict=True)
-    ]
-    blocks, start = _blocks(touched, cells, columns)
+    mask, blocks = runs_in_blocks(touched, cells.start, columns)
+    blocks = blocks[np.lexsort((-blocks[:, 2] * blocks[:, 3], mask))]
+    start = np.searchsorted(mask, np.arange(len(cells) + 1))
     origin = low / cells_per_unit
     made = []
     for by, (i, j) in zip(turns, pairwise([0, *np.cumsum(number).tolist()]), strict=True):
         own, begin = blocks[start[i] : start[j]], start[i : j + 1] - start[i]
-        made.append(Masks(by, tables[i:j], shapes[i:j], origin[i:j], own, begin))
+        made.append(Masks(by, shapes[i:j], origin[i:j], own, begin))
     return made
-
-
-def _blocks(touched: BoolArray, cells: Parts, columns: IntArray) -> tuple[IntArray, IntArray]:
-    """The `blocks` of masks one after the other, and where those of each mask begin."""
-    change = np.diff(touched.astype(np.int8), prepend=0)  # a mask begins after the last column of another one
-    at = np.flatnonzero(change == 1)
-    length = np.flatnonzero(change == -1) - at
-    mask = np.searchsorted(cells.start, at, side="right") - 1
-    row, begin = np.divmod(at - cells.start[mask], columns[mask] + 1)
-    order = np.lexsort((row, length, begin, mask))
-    mask, row, begin, length = mask[order], row[order], begin[order], length[order]
-    first = np.ones(len(row), dtype=bool)
-    first[1:] = np.diff(row) != 1
-    for part in (begin, length, mask):
-        first[1:] |= np.diff(part) != 0
-    high = np.diff(np.append(np.flatnonzero(first), len(row)))
-    mask = mask[first]
-    blocks = np.column_stack((row[first], begin[first], length[first], high))
-    blocks = blocks[np.lexsort((-length[first] * high, mask))]
-    return blocks, np.searchsorted(mask, np.arange(len(cells) + 1))

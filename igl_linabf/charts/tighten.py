@@ -9,6 +9,7 @@ from ..kernels import nearest_sources
 from .branches import Arc, Steps, arm, in_groups, is_joint, longest, replaced, steps_along
 from .cut_graph import SHORTER, ClosedSurface, shape
 
+LEFT = 0.7  # of its faces is what a part keeps at least when a seam moves: two arcs around it may meet
 ROUNDS = 1  # of straight arcs and balanced branch points
 
 
@@ -17,8 +18,10 @@ class _Corridor:
 
     def __init__(self, piece: ClosedSurface, near: BoolArray, seam: IntArray) -> None:
         self.piece = piece
-        # on a sphere a seam is a tree, whichever way its arcs go; around handles it has to stay what it is
-        self._shape = shape(piece, seam) if piece.genus else None
+        # a tree is one whichever way its arcs go; around handles and parts the seam has to stay what it is
+        kept = shape(piece, seam)
+        self._shape = kept if kept[1] else None
+        self._sizes = piece.parts(seam) if kept[2] > 1 else np.zeros(0, dtype=np.int64)
         self._nodes = np.flatnonzero(near)
         self._place = np.full(piece.n, -1)
         self._place[self._nodes] = np.arange(len(self._nodes))
@@ -29,8 +32,12 @@ class _Corridor:
         self._graph.data = self._length[edge]
 
     def accepts(self, moved: IntArray) -> bool:
-        """Whether a seam that has moved still opens what it opened."""
-        return self._shape is None or shape(self.piece, moved) == self._shape
+        """Whether a seam that has moved still opens what it opened, and no part has become small."""
+        if self._shape is None:
+            return True
+        if shape(self.piece, moved) != self._shape:
+            return False
+        return not len(self._sizes) or bool((self.piece.parts(moved) >= LEFT * self._sizes).all())
 
     def total(self, edges: IntArray) -> float:
         """Their length, less in valleys."""

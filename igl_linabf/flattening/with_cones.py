@@ -9,7 +9,16 @@ import numpy as np
 
 from .._runtime import stopwatch
 from .._types import FloatArray
-from ..angles import ClosedPath, State, active_set, conformal_steps, constraints_of, linearise, solve
+from ..angles import (
+    ClosedPath,
+    State,
+    active_set,
+    conformal_step,
+    conformal_steps,
+    constraints_of,
+    linearise,
+    solve,
+)
 from ..surface import Mesh, Topology
 from .ladder import (
     ACTIVE_SET_RTOL,
@@ -82,15 +91,17 @@ def flatten_with_cones(
 def _in_quarters(problem: Problem) -> tuple[Problem, State]:
     """The problem with turnings in multiples of 90 degrees along its paths, and a state to go on from.
 
-    They are the nearest ones to what the paths turn by after the first step.
+    They are the nearest ones to what the paths turn by after the first step. What is missing to them is
+    spread over all triangles, too smoothly for conjugate gradients: the next step is in the conformal metric.
     """
-    state = _matched(problem.start, None, 0.0, 1)
+    state = _stepped(problem.start, FIRST_RTOL)
     alpha, asked = state.at.alpha, problem.angles.constraints
-    turned = [path.size * np.pi - alpha.ravel()[path.corner].sum() for path in asked.paths]
-    quarters = np.round(np.array(turned) / (np.pi / 2)) * (np.pi / 2)
+    turning = [path.size * np.pi - alpha.ravel()[path.corner].sum() for path in asked.paths]
+    quarters = np.round(np.array(turning) / (np.pi / 2)) * (np.pi / 2)
     paths = [replace(path, turning=float(q)) for path, q in zip(asked.paths, quarters, strict=True)]
     angles = replace(problem.angles, constraints=replace(asked, paths=tuple(paths)))
-    return replace(problem, angles=angles), State(angles, angles.at(alpha), state.steps, state.lin)
+    turned = State(angles, angles.at(alpha), state.steps, state.lin)
+    return replace(problem, angles=angles), conformal_step(turned)
 
 
 def _stages(method: LinABF | ABF, begun: State) -> list[Stage]:
@@ -107,21 +118,27 @@ def _stages(method: LinABF | ABF, begun: State) -> list[Stage]:
 def _matched(state: State, rtol: float | None, tol: float, most: int) -> State:
     """Active-set iterations until both sides of the seam agree to `tol`.
 
-    A step leaves about the square of the residual, so each is solved no further than that; and with the
-    factor of the first one, as long as the angles have not been cut short. What is small is corrected in
-    the conformal metric, if no relative residual is asked for.
+    A step leaves about the square of the residual, so each is solved no further than that. What is small
+    is corrected in the conformal metric, if no relative residual is asked for; and so is all that is missing
+    along paths whose turning is prescribed.
     """
+    turned = any(not np.isnan(path.turning) for path in state.problem.constraints.paths)
     for _ in range(most):
         if state.steps and rtol is None:
-            state = conformal_steps(state, tol)
+            state = conformal_steps(state, tol, np.inf) if turned else conformal_steps(state, tol)
         residual = state.at.residual.largest
         if residual <= tol:
             break
         enough = min(FIRST_RTOL, max(residual, tol / (2 * residual))) if rtol is None else rtol
-        same = bool(state.steps) and not state.steps[-1].limited
-        lin = linearise(state.problem, state.at, reuse=state.lin, same_factor=same)
-        state = state.advanced(solve(lin, state.at, enough), "step")
+        state = _stepped(state, enough)
     return state
+
+
+def _stepped(state: State, rtol: float) -> State:
+    """A step with the first one's factor, as long as steps have not been cut short."""
+    same = bool(state.steps) and not (state.steps[-1].kind == "step" and state.steps[-1].limited)
+    lin = linearise(state.problem, state.at, reuse=state.lin, same_factor=same)
+    return state.advanced(solve(lin, state.at, rtol), "step")
 
 
 def _exact(begun: State, rtol: float | None, tol: float) -> Stage:

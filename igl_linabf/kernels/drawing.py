@@ -118,3 +118,52 @@ def _rows(first: IntArray, end: IntArray) -> tuple[IntArray, IntArray]:
     count = end - first
     side = np.repeat(np.arange(len(count)), count)
     return side, np.arange(len(side)) - np.repeat(np.cumsum(count) - count - first, count)
+
+
+def _runs_in_blocks(touched: BoolArray, cells: IntArray, columns: IntArray) -> tuple[IntArray, IntArray]:
+    number, before = 0, False
+    for at in range(len(touched)):
+        number += touched[at] and not before
+        before = touched[at]
+    mask, blocks = np.empty(number, dtype=np.int64), np.empty((number, 4), dtype=np.int64)
+    last, size = np.full(columns.max() + 1, -1, dtype=np.int64), 0  # the block that begins at each column
+    for k in range(len(columns)):
+        first = size
+        for row in range((cells[k + 1] - cells[k]) // (columns[k] + 1)):
+            at, begin = cells[k] + row * (columns[k] + 1), 0
+            while begin < columns[k]:
+                end = begin
+                while touched[at + end]:
+                    end += 1
+                if end > begin:
+                    b = last[begin]
+                    if b < first or blocks[b, 2] != end - begin or blocks[b, 0] + blocks[b, 3] != row:
+                        b, last[begin], mask[size] = size, size, k
+                        blocks[b, 0], blocks[b, 1], blocks[b, 2], blocks[b, 3] = row, begin, end - begin, 0
+                        size += 1
+                    blocks[b, 3] += 1
+                begin = end + 1
+    return mask[:size], blocks[:size]
+
+
+@with_loops(_runs_in_blocks)
+def runs_in_blocks(touched: BoolArray, cells: IntArray, columns: IntArray) -> tuple[IntArray, IntArray]:
+    """Blocks of the cells that `touched_cells` gives: the grid of each; row, column, length, height.
+
+    Equal runs of cells, one above the other, are a block. They are sorted by grid, row and column.
+    """
+    change = np.diff(touched.astype(np.int8), prepend=0)  # a mask begins after the last column of another one
+    at = np.flatnonzero(change == 1)
+    length = np.flatnonzero(change == -1) - at
+    mask = np.searchsorted(cells, at, side="right") - 1
+    row, begin = np.divmod(at - cells[mask], columns[mask] + 1)
+    order = np.lexsort((row, length, begin, mask))
+    mask, row, begin, length = mask[order], row[order], begin[order], length[order]
+    first = np.ones(len(row), dtype=bool)
+    first[1:] = np.diff(row) != 1
+    for part in (begin, length, mask):
+        first[1:] |= np.diff(part) != 0
+    high = np.diff(np.append(np.flatnonzero(first), len(row)))
+    mask, blocks = mask[first], np.column_stack((row[first], begin[first], length[first], high))
+    order = np.lexsort((blocks[:, 1], blocks[:, 0], mask))
+    return mask[order], blocks[order]

@@ -1,4 +1,7 @@
-"""Where on a page's grid of cells a chart's mask meets none that is taken, and the square grows least.
+"""Where charts' masks go on pages, one after the other, on a grid of cells.
+
+Each goes to the first page that has room for it, and there to where it meets no cell that is taken and the
+square that holds all grows least.
 
 In NumPy, the cells are the bits of one integer, row after row: a shift moves the whole page. A run of n
 cells of the mask is free where n bits in a row are. `page | page >> 1` has a bit where one of two is taken,
@@ -11,32 +14,39 @@ from __future__ import annotations
 import numpy as np
 
 from .._types import BoolArray, IntArray
-from .choice import with_loops
+from .choice import inlined, with_loops
 
 FREE = 1 << 14  # cells in a row: more than any page has
 
 Place = tuple[int, int, int]
+Placed = tuple[IntArray, IntArray, BoolArray]
 
 
-def _best_place(
-    taken: BoolArray, width: int, height: int, shapes: IntArray, blocks: IntArray, start: IntArray
+@inlined
+def _place(
+    ahead: IntArray,
+    extent: IntArray,
+    shapes: IntArray,
+    blocks: IntArray,
+    start: IntArray,
+    first: int,
+    after: int,
 ) -> Place:
-    rows = min(height + shapes[:, 0].max(), len(taken))
-    columns = min(width + shapes[:, 1].max(), len(taken))
-    ahead = np.empty((height, width), dtype=np.int16)  # free cells from here to the right; or taken ones: < 0
-    for y in range(height):
-        there = FREE
-        for x in range(width - 1, -1, -1):
-            there = min(there, 0) - 1 if taken[y, x] else max(there, 0) + 1
-            ahead[y, x] = there
+    """The best mask, from `first` to before `after`, and where it goes.
+
+    `ahead` is the number of cells from each cell to the right that are free; negative, of those that are not.
+    """
+    side, width, height = len(ahead), extent[0], extent[1]
+    rows = min(height + shapes[first:after, 0].max(), side)
+    columns = min(width + shapes[first:after, 1].max(), side)
     best, mask, best_x, best_y = np.inf, -1, -1, -1
-    for k in range(len(shapes)):
+    for k in range(first, after):
         high, wide = shapes[k, 0], shapes[k, 1]
         for y in range(rows - high + 1):
             x = 0
             while x + wide <= columns:
                 square = max(max(x + wide, width), max(y + high, height))
-                cost = square * (8.0 * len(taken) ** 2) + (x + wide / 2) ** 2 + (y + high / 2) ** 2
+                cost = square * (8.0 * side**2) + (x + wide / 2) ** 2 + (y + high / 2) ** 2
                 if cost >= best:  # and so is all that is further right
                     break
                 step = 0
@@ -57,16 +67,94 @@ def _best_place(
     return mask, best_x, best_y
 
 
-@with_loops(_best_place)
-def best_place(
+@inlined
+def _take(ahead: IntArray, shape: IntArray, blocks: IntArray, x: int, y: int) -> None:
+    """Take the cells of a mask at (x, y)."""
+    high, wide = shape
+    for i in range(len(blocks)):
+        for row in range(y + blocks[i, 0], y + blocks[i, 0] + blocks[i, 3]):
+            ahead[row, x + blocks[i, 1] : x + blocks[i, 1] + blocks[i, 2]] = -1
+    for row in range(y, y + high):
+        there = ahead[row, x + wide] if x + wide < len(ahead) else FREE
+        for column in range(x + wide - 1, -1, -1):
+            there = min(there, 0) - 1 if ahead[row, column] < 0 else max(there, 0) + 1
+            ahead[row, column] = there
+
+
+def _placed(
+    side: int, most: int, first: IntArray, shapes: IntArray, blocks: IntArray, start: IntArray
+) -> Placed:
+    places, number = np.full((len(first) - 1, 4), -1, dtype=np.int64), 0
+    extents, ahead = np.zeros((0, 2), dtype=np.int64), np.empty((0, side, side), dtype=np.int16)
+    for chart in range(len(places)):
+        page = 0
+        while places[chart, 0] < 0:
+            if page == number:
+                if page == most or (page and not extents[page - 1, 0]):
+                    return places, extents[:number], ahead[:number] < 0
+                if page == len(ahead):
+                    ahead = np.concatenate((ahead, np.empty((page + 1, side, side), dtype=np.int16)))
+                    extents = np.concatenate((extents, np.zeros((page + 1, 2), dtype=np.int64)))
+                for column in range(side):
+                    ahead[page, :, column] = FREE + side - column
+                number += 1
+            k, x, y = _place(
+                ahead[page], extents[page], shapes, blocks, start, first[chart], first[chart + 1]
+            )
+            if k >= 0:
+                _take(ahead[page], shapes[k], blocks[start[k] : start[k + 1]], x, y)
+                extents[page, 0] = max(extents[page, 0], x + shapes[k, 1])
+                extents[page, 1] = max(extents[page, 1], y + shapes[k, 0])
+                places[chart, 0], places[chart, 1], places[chart, 2], places[chart, 3] = k, page, x, y
+            page += 1
+    return places, extents[:number], ahead[:number] < 0
+
+
+@with_loops(_placed)
+def placed(
+    side: int, most: int, first: IntArray, shapes: IntArray, blocks: IntArray, start: IntArray
+) -> Placed:
+    """Charts on square pages with `side` cells along a side; each has several masks, one of which is chosen.
+
+    Those of chart i are from `first[i]` to `first[i + 1]`; `shapes` are their rows and columns. Mask k has
+    the `blocks` from `start[k]` to `start[k + 1]`: the first row and column, the length and the number of
+    rows of equal runs of cells, the largest ones first.
+
+    Returns the chart's mask, page, x and y; the pages' widths and heights that are taken, and their cells
+    that are. If `most` pages have no room for a chart, or an empty one has none, it and those after it have
+    places of -1.
+    """
+    places, taken = np.full((len(first) - 1, 4), -1, dtype=np.int64), list[BoolArray]()
+    widths, heights = list[int](), list[int]()
+    for chart in range(len(places)):
+        page, own = 0, slice(first[chart], first[chart + 1])
+        begin = start[first[chart] : first[chart + 1] + 1]
+        while places[chart, 0] < 0:
+            if page == len(taken):
+                if page == most or (page and not widths[-1]):
+                    break
+                taken.append(np.zeros((side, side), dtype=bool))
+                widths.append(0)
+                heights.append(0)
+            k, x, y = _best_place(taken[page], widths[page], heights[page], shapes[own], blocks, begin)
+            if k >= 0:
+                k += int(first[chart])
+                for row, column, length, high in blocks[start[k] : start[k + 1]].tolist():
+                    taken[page][y + row : y + row + high, x + column : x + column + length] = True
+                widths[page] = max(widths[page], x + int(shapes[k, 1]))
+                heights[page] = max(heights[page], y + int(shapes[k, 0]))
+                places[chart] = k, page, x, y
+            page += 1
+        if places[chart, 0] < 0:
+            break
+    extents = np.column_stack((widths, heights)).astype(np.int64)
+    return places, extents, np.array(taken).reshape(-1, side, side)
+
+
+def _best_place(
     taken: BoolArray, width: int, height: int, shapes: IntArray, blocks: IntArray, start: IntArray
 ) -> Place:
-    """Which mask, and where (x, y), so that the square that holds all grows least; -1 if none has room.
-
-    `taken` is a square page, whose cells that are taken lie within `width` and `height`; `shapes` are rows
-    and columns of the masks. Mask k has the `blocks` from `start[k]` to `start[k + 1]`: the first row and
-    column, the length and the number of rows of equal runs of cells, the largest ones first.
-    """
+    """Which mask, and where (x, y), so that the square that holds all grows least; -1 if none has room."""
     square = max(width, height)
     if square:
         found = _best_within(taken, width, height, square, square, shapes, blocks, start)

@@ -1,0 +1,160 @@
+"""Curvatures of cones in quarter turns: for little stretch, and for little turning along handles."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .._types import FloatArray, IntArray
+from ..angles import ClosedPath
+from .cone_scale import ConeScale
+from .expected import MAX_LOG_SCALE
+
+QUARTER = np.pi / 2
+SAMPLES = 4000  # nodes from which the stretch of rounded curvatures is told
+MAX_EXCHANGES = 500  # of quarter turns between cones
+WORTH = 0.999  # share of the squared stretch down to which an exchange has to bring it
+UNBOUND = 1 << 40
+FIDELITY = 0.25  # growth of the log stretch that is as bad as a path that misses one quarter turn
+SINGLE, TOLD = (
+    240,
+    300,
+)  # exchanges that are tried in pairs, and how many of all have their stretch told exactly
+
+
+@dataclass(frozen=True, eq=False)
+class QuarterTurns:
+    """Curvatures of cones in quarter turns.
+
+    What one cone gets another one gives, so the sum stays what Gauss-Bonnet asks. On a surface with a
+    boundary, which gets and gives freely, the ground stands for it. So there is a *slot* for the ground, be
+    it the first cone or the boundary, and one for each other cone.
+
+    Attributes
+    ----------
+    scale : ConeScale
+        With all cones.
+    least : (#C,) int64
+        Of each of the scale's `nodes`.
+    most : int
+    """
+
+    scale: ConeScale
+    least: IntArray
+    most: int
+
+    @property
+    def _bounded(self) -> bool:
+        return self.scale.first < 0
+
+    @cached_property
+    def _bounds(self) -> tuple[IntArray, IntArray]:
+        """Fewest and most quarter turns of each slot; the boundary's are not bound."""
+        upper = np.full(len(self.least), self.most)
+        if not self._bounded:
+            return self.least, upper
+        return np.append(-UNBOUND, self.least), np.append(UNBOUND, upper)
+
+    @cached_property
+    def _sampled(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """At some nodes: weights, the scale without the slots' curvatures, and what one of each adds."""
+        scale = self.scale
+        sample = np.arange(0, scale.piece.n, -(-scale.piece.n // SAMPLES))
+        weight = scale.piece.area[sample] / scale.piece.area[sample].sum()
+        green = np.concatenate((np.zeros((1, len(sample))), scale.green[:, sample])) * QUARTER
+        return weight, scale.bare[sample], green
+
+    @cached_property
+    def for_stretch(self) -> IntArray:
+        """The curvature of each node: nearest multiples, exchanged as long as the expected stretch falls."""
+        exact, least = self.scale.curvature / QUARTER, self.least
+        k = np.clip(np.round(exact).astype(np.int64), least, self.most)
+        if not self._bounded:
+            while beyond := int(k.sum()) - round(float(exact.sum())):  # change those that round worst
+                sign = -1 if beyond > 0 else 1
+                able = (k > least) if beyond > 0 else (k < self.most)
+                k[np.argmax(np.where(able, sign * (exact - k), -np.inf))] += sign
+        k, (lower, upper) = self._in_slots(k), self._bounds
+        weight, bare, green = self._sampled
+        grown, shrunk = np.exp(2 * green), np.exp(-2 * green)
+        for _ in range(MAX_EXCHANGES):
+            u = np.clip(bare + k @ green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
+            # with one quarter more at i and one less at j, u grows by green_i - green_j
+            squared = (grown * (weight * np.exp(2 * u))) @ shrunk.T
+            squared *= (shrunk * (weight * np.exp(-2 * u))) @ grown.T
+            allowed = (k < upper)[:, None] & (k > lower)
+            i, j = np.unravel_index(np.argmin(np.where(allowed, squared, np.inf)), squared.shape)
+            if i == j or not squared[i, j] < WORTH * squared[i, i]:
+                break
+            k[i], k[j] = k[i] + 1, k[j] - 1
+        return self._of_nodes(k)
+
+    def for_paths(self, paths: Sequence[ClosedPath], alpha: FloatArray, corner: IntArray) -> IntArray:
+        """The curvature of each node with which, besides, closed paths turn by nearly whole quarters.
+
+        Of one or two further exchanges those for which the stretch, and what the paths miss, are least.
+
+        Parameters
+        ----------
+        paths : sequence of ClosedPath
+        alpha : (3, #F) float64
+            The surface's angles, radians.
+        corner : (3, #F) int64
+            The surface's vertices at these.
+        """
+        k, (lower, upper) = self._in_slots(self.for_stretch), self._bounds
+        unit = np.eye(len(k), dtype=np.int64)
+        single = (unit[:, None] - unit[None]).reshape(-1, len(k))
+        single = single[(single != 0).any(axis=1)]
+        single = single[np.argsort(self._log_squared(k + single), kind="stable")[:SINGLE]]
+        double = [single[i] + single[: i + 1] for i in range(len(single))]
+        able = k + np.concatenate((0 * k[None], single, *double))
+        able = able[((able >= lower) & (able <= upper)).all(axis=1)]
+
+        bare, by_slot = self._turned(paths, alpha, corner)
+        turned = bare + able @ by_slot
+        missing = ((turned - np.round(turned)) ** 2).sum(axis=1)
+        best = np.argsort(FIDELITY * missing + self._log_squared(able) / 2, kind="stable")[:TOLD]
+        told = FIDELITY * missing[best] + self._log_stretch(able[best])
+        return self._of_nodes(able[best[np.argmin(told)]])
+
+    def _turned(
+        self, paths: Sequence[ClosedPath], alpha: FloatArray, corner: IntArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """Quarters that paths turn by without the slots' curvatures, and by one of each, (#slots, #paths).
+
+        A log scale u changes the angles by -K u, with the triangles' cotangent matrices K.
+        """
+        scale, (k, t) = self.scale, np.divmod(np.concatenate([path.corner for path in paths]), alpha.shape[1])
+        node, cot = scale.piece.node[corner], 1 / np.tan(alpha)
+        own, left, right = ((i, t) for i in (k, (k + 1) % 3, (k + 2) % 3))
+        u = np.concatenate((scale.bare[None], np.zeros((1, scale.piece.n)), scale.green * QUARTER))
+        at, toward_left, toward_right = (u[:, node[i]] for i in (own, left, right))
+        change = (cot[right] * (at - toward_left) + cot[left] * (at - toward_right)) / 2
+        change[0] -= alpha[own]
+        start = np.cumsum([0, *(len(path.corner) for path in paths[:-1])])
+        turned = np.add.reduceat(change, start, axis=1) / QUARTER
+        turned[0] += [2 * path.size for path in paths]
+        return turned[0], turned[1:]
+
+    def _in_slots(self, k: IntArray) -> IntArray:
+        return np.append(0, k) if self._bounded else k
+
+    def _of_nodes(self, k: IntArray) -> IntArray:
+        return k[..., 1:] if self._bounded else k
+
+    def _log_squared(self, k: IntArray) -> FloatArray:
+        """The logarithm of the squared stretch to first order, four times the variance of u."""
+        weight, bare, green = self._sampled
+        bare, green = bare - weight @ bare, green - (green @ weight)[:, None]
+        square, mixed = (green * weight) @ green.T, (green * weight) @ bare
+        return np.asarray(4 * ((weight @ bare**2) + (k @ square * k).sum(axis=1) + 2 * k @ mixed))
+
+    def _log_stretch(self, k: IntArray) -> FloatArray:
+        """The logarithm of the expected stretch, (n,) for (n, #slots)."""
+        weight, bare, green = self._sampled
+        scaled = np.exp(2 * np.clip(bare + k @ green, -MAX_LOG_SCALE, MAX_LOG_SCALE))
+        return np.asarray(np.log((scaled @ weight) * ((1 / scaled) @ weight)) / 2)
