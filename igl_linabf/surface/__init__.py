@@ -13,6 +13,7 @@ from .arrays import (
     check_finite,
     compact,
     face_array,
+    map_array,
     pins,
     scatter,
     seam_mask,
