@@ -10,7 +10,7 @@ from scipy import sparse
 
 from .._types import FloatArray, IntArray
 from ..kernels import entries
-from ..surface import Submesh
+from ..surface import Submesh, sum_by
 
 
 class Smoothing:
@@ -48,7 +48,6 @@ def turned_at(
     component: Submesh, edges: IntArray, length: FloatArray, bend: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Twice the mean curvature, integrated around each vertex, and the area there."""
-    n, half = len(component.V), bend * length / 2
-    turned = np.bincount(edges[:, 0], half, minlength=n) + np.bincount(edges[:, 1], half, minlength=n)
-    corner, double_area = component.F.T.ravel(), component.measured[0]
-    return turned, np.bincount(corner, np.tile(double_area / 6, 3), minlength=n)
+    half, corner, double_area = bend * length / 2, component.F.T.ravel(), component.measured[0]
+    turned = sum_by(edges.T.ravel(), np.tile(half, 2), len(component.V))
+    return turned, sum_by(corner, np.tile(double_area / 6, 3), len(component.V))
