@@ -18,7 +18,7 @@ from .connectivity import (
 )
 from .drawing import runs_in_blocks, touched_cells
 from .maps import first_moments, second_moments, signed_double_areas, third_moments
-from .paths import nearest_sources, shortest_odd_walk
+from .paths import nearest_sources, nodes_on_paths, shortest_odd_walk, without_leaves
 from .places import placed
 from .small_systems import separate_errors, solved
 from .supernodal import Subtrees, Work, fresh, supernodal_backward, supernodal_factor, supernodal_forward
