@@ -133,12 +133,6 @@ class ClosedSurface:
         """The nodes on a seam, and the holes."""
         return np.union1d(self.ends[seam], np.arange(self.holes))
 
-    def parts(self, seam: IntArray) -> IntArray:
-        """The numbers of faces of the pieces that the surface is cut into along the seam, ascending."""
-        crossed = np.ones(len(self.faces), dtype=bool)
-        crossed[seam] = False
-        return np.sort(np.bincount(connected_labels(self.faces[crossed], self.n_faces)))
-
     def without(self, seam: IntArray, others: IntArray) -> IntArray:
         """The edges of a seam that are not among others."""
         kept = np.ones(len(self.ends), dtype=bool)
@@ -276,12 +270,20 @@ def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
 
     The pieces are disks for one seam of a shape if they are for another one.
     """
+    number, cycles, sizes = opened(piece, seam)
+    return number, cycles, len(sizes)
+
+
+def opened(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, IntArray]:
+    """`shape`, with the numbers of faces of the pieces, ascending."""
     on, chosen = np.zeros(piece.n, dtype=bool), np.zeros(len(piece.ends), dtype=bool)
     on[: piece.holes], on[piece.ends[seam]], chosen[seam] = True, True, True
     nodes = int(np.count_nonzero(on))
     number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1 - (piece.n - nodes)
     cycles = number + int(np.count_nonzero(chosen)) - nodes  # two ways that have become one are no cycle
-    return number, cycles, len(piece.parts(seam)) if cycles else 1  # a forest separates nothing
+    if not cycles:  # a forest separates nothing
+        return number, cycles, np.array([piece.n_faces])
+    return number, cycles, np.sort(np.bincount(connected_labels(piece.faces[~chosen], piece.n_faces)))
 
 
 def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray, IntArray]:
