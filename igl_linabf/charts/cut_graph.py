@@ -14,7 +14,8 @@ from ..kernels import lengths, nearest_sources, spanning_forest
 from ..surface import Submesh, connected_labels, sum_by
 from .creases import all_bends, angle_noise, sharpness
 from .scale import ZeroAtNodes
-from .visibility import Smoothing, shown, valleys
+from .smoothing import Smoothing
+from .visibility import shown, valleys
 
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
@@ -97,6 +98,16 @@ class ClosedSurface:
         """(#E,): less than 1 in concave valleys."""
         return self.valleys()
 
+    @cached_property
+    def seen(self) -> FloatArray:
+        """By what hiding multiplies lengths on average at each node, (n,)."""
+        ends = self.ends.ravel()
+        total, number = (
+            np.bincount(ends, np.repeat(self.shown, 2), self.n),
+            np.bincount(ends, minlength=self.n),
+        )
+        return np.where(number, total, 1.0) / np.maximum(number, 1)
+
     def with_lengths(self, length: FloatArray) -> ClosedSurface:
         """The same with other lengths of its edges."""
         graph, key, shortest = shortest_edges(self.ends, length, self.n)
@@ -164,8 +175,8 @@ def closed_surface(
     length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
     double_area, dot = component.measured
     size = float(np.sqrt(double_area.sum() / 2))
-    smoothing = cache(partial(Smoothing, component, edges, true_length, size))
-    visible = np.ones(len(edges)) if hidden is None else shown(component, edges, hidden, smoothing())
+    smoothing = cache(partial(Smoothing, component, edges, true_length))
+    visible = np.ones(len(edges)) if hidden is None else shown(component, edges, hidden, smoothing(), size)
     length *= visible
     graph, key, shortest = shortest_edges(ends, length, n)
     corner = node[topology.corner]

@@ -12,9 +12,8 @@ from scipy import sparse
 from .. import kernels
 from .._runtime import at_once
 from .._types import FloatArray, IntArray
-from .factors import Analysis, Factored, NotPositiveDefiniteError, by_pairs_of_columns, cholmod_order
+from .factors import Analysis, Factored, NotPositiveDefiniteError, by_pairs_of_columns
 
-COMPILED_FROM = 1_000  # rows; below, CHOLMOD's simplicial factor takes less time
 DIVIDED_FROM = 20_000  # rows from which threads save more time than they take to begin
 LARGEST, SMALLEST = 0.15, 0.005  # share of the whole work in a subtree
 
@@ -67,13 +66,14 @@ def _roots(tops: IntArray, first: IntArray, work: FloatArray) -> list[int]:
 
 
 class Compiled(Analysis):
-    """The factorisation of a real matrix by compiled loops, in CHOLMOD's order."""
+    """The factorisation of a real matrix by compiled loops."""
 
-    name = "CHOLMOD's order, compiled"
+    name = "compiled Cholesky"
 
     def __init__(self, lower: sparse.csc_array) -> None:
         self._pattern = lower.indptr, lower.indices
-        self._analysed = kernels.supernodes(lower.indptr, lower.indices, cholmod_order(lower))
+        order = kernels.minimum_degree(*self._pattern)
+        self._analysed = kernels.supernodes(*self._pattern, order)
         self._divided = Divided.of(self._analysed)
 
     def factor(self, lower: sparse.csc_array) -> Factored:
