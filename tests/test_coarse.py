@@ -10,7 +10,10 @@ from conftest import load
 from igl_linabf.charts import cut, find_seams, seams
 from igl_linabf.charts.coarse import clusters, contracted
 from igl_linabf.charts.cut_graph import closed_surface, shape
+from igl_linabf.charts.pieces import flattened
 from igl_linabf.charts.seams import _cost, _seam
+from igl_linabf.flattening import Sketch
+from igl_linabf.measures import overlapping_pairs
 from igl_linabf.surface import Submesh
 
 NAMES = (
@@ -96,3 +99,32 @@ def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str,
         monkeypatch.setattr(seams, "DIRECT", direct)
         costs.append(_cost(piece, seams._best(part, piece, 6.0, False, None), 6.0))
     assert costs[1] <= 1.03 * costs[0]
+
+
+def test_two_ways_between_neighbours_do_not_become_one() -> None:
+    """Around a torus that is nearly square in section, two arcs of the seam join neighbouring vertices."""
+    u, v = (
+        a.ravel() for a in np.meshgrid(*(2 * np.pi * np.arange(n) / n for n in (110, 100)), indexing="ij")
+    )
+    c, s = (np.sign(f(v)) * np.abs(f(v)) ** 0.15 for f in (np.cos, np.sin))
+    V = np.column_stack(((1 + 0.5 * c) * np.cos(u), (1 + 0.5 * c) * np.sin(u), 0.5 * s))
+    i, j = np.divmod(np.arange(11_000), 100)
+    a, b, c, d = (100 * ((i + k) % 110) + (j + m) % 100 for k, m in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    F = np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
+    F_cut = cut(V, F, find_seams(V, F))[1]
+    assert igl.euler_characteristic(F_cut) == len(igl.boundary_loop_all(F_cut)) == 1
+
+
+def test_overlaps_of_large_surfaces_are_foreseen() -> None:
+    """In a cube with a tunnel through each pair of sides, whose map overlaps if handles alone are opened."""
+    x, y, z = np.meshgrid(*3 * [np.linspace(-3, 3, 50)], indexing="ij")
+    values = sum(c**4 - 5 * c**2 for c in (x, y, z)) + 11.8
+    points = np.column_stack([c.ravel(order="F") for c in (x, y, z)])
+    V, F = igl.marching_cubes(values.ravel(order="F"), points, 50, 50, 50, 0.0)[:2]
+    surface, overlapping = Submesh.checked_manifold(V, F), []
+    for apart in (False, True):
+        parts = surface.cut_along(seams.seams_of(surface, 6.0, apart=apart))
+        assert all(not part.topology.genus and len(part.topology.loops) == 1 for part in parts)
+        overlapping += [sum(len(overlapping_pairs(flattened(p, Sketch()).uv, p.F)) for p in parts)]
+    assert len(parts) <= 4
+    assert overlapping[1] <= overlapping[0] / 20

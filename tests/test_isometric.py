@@ -169,4 +169,4 @@ def test_many_at_once_come_out_as_one_by_one() -> None:
         assert np.abs(together.uv - alone.uv).max() <= 1e-9 * np.ptp(alone.uv)
         assert np.abs(together.angles - alone.angles).max() <= 1e-9
         assert np.isclose(together.after.largest, alone.after.largest, atol=1e-12)
-        assert together.seconds.keys() == alone.seconds.keys()
+        assert together.seconds["total"] >= together.seconds["isometric"] > 0

@@ -6,8 +6,7 @@ all. Child processes run code that may crash or hang.
 
 from .child_process import Arrays, run_as_child_process, run_in_child_process
 from .cleanup import replacing, undone_at_once
-from .progress import Progress, advance, part, reporting
-from .tally import counting
+from .progress import Progress, advance, counting, part, reporting
 from .text import aligned
 from .threads import at_once, in_threads
 from .timing import stopwatch, timed

@@ -1,4 +1,4 @@
-"""Progress of a computation: a callback, or a bar on a terminal for long ones."""
+"""Progress of a computation: a callback, or a bar on a terminal for long ones, or for many equal parts."""
 
 from __future__ import annotations
 
@@ -135,3 +135,42 @@ def on_terminal() -> bool:
         and threading.current_thread() is threading.main_thread()
         and multiprocessing.parent_process() is None
     )
+
+
+@contextmanager
+def counting(stage: str, total: int, progress: Progress) -> Iterator[Callable[[], None]]:
+    """Yields what to call for each part that is done.
+
+    A callable gets the name of the stage and the fraction done. None shows a bar where stderr is a terminal;
+    False shows nothing.
+    """
+    done = 0
+    if progress is not None or not on_terminal():
+
+        def tell() -> None:
+            nonlocal done
+            done += 1
+            if progress:
+                progress(stage, done / total)
+
+        yield tell
+        return
+
+    from rich import progress as rich
+    from rich.console import Console
+
+    class Rate(rich.ProgressColumn):
+        def render(self, task: rich.Task) -> str:
+            return "" if task.speed is None else f"{task.speed:.3g} a second"
+
+    columns = (
+        rich.TextColumn("{task.description}"),
+        rich.BarColumn(),
+        rich.MofNCompleteColumn(),
+        Rate(),
+        rich.TimeRemainingColumn(),
+    )
+    bar = rich.Progress(*columns, console=Console(stderr=True), transient=True, speed_estimate_period=60)
+    with bar, undone_at_once(wipe):
+        task = bar.add_task(stage, total=total)
+        yield lambda: bar.advance(task)

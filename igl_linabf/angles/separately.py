@@ -11,7 +11,7 @@ from scipy import sparse
 from .. import kernels
 from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray, Solve
-from ..linalg import Analysis, Factored, Multigrid, SmallBlocks, block_conjugate_gradients
+from ..linalg import Analysis, Factored, Multigrid, block_conjugate_gradients
 from ..surface import Disks, Parts
 from .constraints import Constraints
 from .iterates import REACH, AngleProblem, Iterate
@@ -75,7 +75,7 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
             return None
         moving = disks.faces.spread(np.where(stepped, 1.0, 0.0))
         for k in range(2):
-            e, inner_steps[k], converged = _errors(solver, at, rows, disks.faces, rtol)
+            e, inner_steps[k], converged = _errors(solver, at, rows, rtol)
             with timed("assembly"):
                 e, cut = kernels.cut_short(at.alpha, e * moving, REACH)
                 good &= ~stepped | (converged & ~disks.faces.any(cut))
@@ -96,8 +96,6 @@ class _Solver:
     product : callable
         S times x.
     precondition : callable or None
-    factor : kernels.Factor or None
-        That of `precondition`, if it is all there is to it.
     whole : Factored or None
         Of S, where that was asked for.
     laplacian : Analysis or None
@@ -107,7 +105,6 @@ class _Solver:
     fans: _Fans
     product: Solve
     precondition: Solve | None
-    factor: kernels.Factor | None
     whole: Factored | None
     laplacian: Analysis | None
     how: str
@@ -126,7 +123,7 @@ def _solver(problem: AngleProblem, rows: Parts, flat: BoolArray) -> tuple[_Solve
     none = np.zeros(len(rows), dtype=bool)
     if problem.solvers.direct or (thin | flat).all():
         lin = linearise(problem, problem.start, fall_back=False)
-        solver = _Solver(fans, lin.product, lin.precondition, None, lin.whole, lin.laplacian, lin.how)
+        solver = _Solver(fans, lin.product, lin.precondition, lin.whole, lin.laplacian, lin.how)
         return solver, none
     with timed("assembly"):
         lower = fans.system.laplacian()
@@ -134,11 +131,8 @@ def _solver(problem: AngleProblem, rows: Parts, flat: BoolArray) -> tuple[_Solve
         laplacian = problem.constraints.pattern.analysis(problem.solvers, lower)
     how = f"conjugate gradients, {laplacian.name}"
     with timed("factor"):
-        if isinstance(laplacian, SmallBlocks):
-            factor = laplacian.numeric(lower)
-            return _Solver(fans, fans.product, None, factor, None, laplacian, how), thin
         precondition = conformal_inverse(fans.system, None, laplacian.preconditioner(lower))
-    return _Solver(fans, fans.product, precondition, None, None, laplacian, how), thin
+    return _Solver(fans, fans.product, precondition, None, laplacian, how), thin
 
 
 class _Fans:
@@ -185,13 +179,6 @@ class _Fans:
         """S x = M P M^T x."""
         return np.asarray(self._root.T @ (self._root @ np.append(x, np.zeros(2))))[:-2]
 
-    def separate_errors(
-        self, e0: FloatArray, b: FloatArray, factor: kernels.Factor, rows: Parts, faces: Parts, rtol: float
-    ) -> tuple[FloatArray, IntArray, BoolArray]:
-        """All of `_errors` by compiled loops."""
-        parts, cot = (rows.start, faces.start), self.system.cot
-        return kernels.separate_errors(*parts, self._row, self._pair, cot, e0, b, factor, rtol, MOST_STEPS)
-
 
 def rows_of(constraints: Constraints, disks: Disks) -> Parts:
     """The rows of each disk: those of its interior vertices, which come in their order."""
@@ -206,19 +193,13 @@ def families_of(at: Iterate, rows: Parts, faces: Parts) -> FloatArray:
     return np.stack((rows.max(np.abs(b.vertex)), faces.max(np.abs(b.triangle)), rows.max(np.abs(b.wheel))))
 
 
-def _errors(
-    solver: _Solver, at: Iterate, rows: Parts, faces: Parts, rtol: float
-) -> tuple[FloatArray, IntArray, BoolArray]:
+def _errors(solver: _Solver, at: Iterate, rows: Parts, rtol: float) -> tuple[FloatArray, IntArray, BoolArray]:
     """The errors that the linearised constraints ask for, the inner steps, and who converged."""
     b, fans = at.residual, solver.fans
     with timed("assembly"):
         e0 = fans.system.w * (b.triangle / fans.system.d)
-        right = np.column_stack((b.vertex, b.wheel))
-        if solver.factor is None:
-            rhs = right.ravel() - fans.rows(e0)
+        rhs = np.column_stack((b.vertex, b.wheel)).ravel() - fans.rows(e0)
     with timed("solve"):
-        if solver.factor is not None:
-            return fans.separate_errors(e0, right, solver.factor, rows, faces, rtol)
         if solver.whole is not None:
             x = solver.whole.solve(rhs)
             steps, converged = np.zeros(len(rows), dtype=np.int64), rows.min(np.isfinite(x[::2]))

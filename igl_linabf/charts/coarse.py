@@ -21,6 +21,7 @@ from .tighten import tightened
 
 LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
 REACH = 6.0  # mean distances to a root that a branch point's arcs may move
+FAR = 60_000  # nodes from which the roots of clusters are more than three edges apart, not two
 SMALLEST_SHARE = 1e-3  # of the way that an edge across goes: the maximum principle then holds
 
 
@@ -82,6 +83,45 @@ class Contracted:
         near[self.coarse.ends[near[self.coarse.ends].any(axis=1)]] = True  # and the clusters beside
         reach = REACH * float(self.forest.distance.sum()) / max(fine.n - self.coarse.n, 1)
         return tightened(fine, carried, self.roots[kept], near[self.label], reach)
+
+
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """A closed surface contracted once or more often.
+
+    Attributes
+    ----------
+    steps : list of Contracted
+        From the surface on.
+    """
+
+    steps: list[Contracted]
+
+    @classmethod
+    def of(cls, piece: ClosedSurface, most: int) -> Levels:
+        """Down to so many nodes."""
+        steps: list[Contracted] = []
+        while not steps or piece.n > most:
+            hops = 3 if piece.n >= FAR else 2
+            steps.append(contracted(piece, clusters(piece, hops)))
+            piece = steps[-1].coarse
+        return cls(steps)
+
+    @property
+    def coarse(self) -> ClosedSurface:
+        return self.steps[-1].coarse
+
+    def label(self, nodes: IntArray) -> IntArray:
+        """The coarse nodes that some nodes of the surface are in."""
+        for step in self.steps:
+            nodes = step.label[nodes]
+        return nodes
+
+    def drawn(self, seam: IntArray, leaves: IntArray) -> IntArray:
+        """A seam of the coarse surface drawn tight on the surface, step by step; `leaves` stay roots."""
+        for step in reversed(self.steps):
+            seam, leaves = step.drawn(seam, leaves), step.roots[leaves]
+        return seam
 
 
 def clusters(piece: ClosedSurface, hops: int) -> Forest:

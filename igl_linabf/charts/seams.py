@@ -18,11 +18,12 @@ from ..surface import (
     seam_mask,
     vertex_array,
 )
-from .branches import shortened
-from .coarse import Contracted, clusters, contracted
+from .branches import pruned, shortened
+from .coarse import Levels
 from .creases import flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles
 from .expected import expected, log_scale
+from .foreseen import coarse_mesh, edges_between_overlaps
 from .nets import HARD, Nets
 from .routes import rerouted
 from .small_seams import SmallBodies
@@ -32,14 +33,13 @@ from .visibility import hiding
 TRADE = 6.0
 MAX_LEAVES = 100  # on a component
 MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
-SYMMETRIC = 0.05  # of cost that the same seam on both sides of a body may be worth
+SYMMETRIC = 0.1  # of cost that the same seam on both sides of a body may be worth
 ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
 SMOOTH = 0.1  # share of the area that lies flat, below which that is so
-DIRECT = 10_000  # nodes up to which seams are found on the surface itself
+DIRECT = 8_500  # nodes up to which seams are found on the surface itself
 CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
-HOPS = 13_000, 60_000  # nodes from which the roots of clusters are two and three edges apart, not one
 DRAWN_SHORTER = 1.6  # times the trade: a seam of clusters gets shorter when it is drawn tight
 
 
@@ -105,9 +105,10 @@ def find_seams(
     the seam. Each is a shortest path from the point where the conformal map's scale is farthest
     from one, that is, from a tip that would shrink (one Laplace system a branch, as in boundary
     first flattening). Branches are kept as long as the lower stretch is worth their length.
-    Finally, branch points move if a shorter seam is worth the change of stretch, and the seam is
-    straightened and slides into valleys nearby. On surfaces of more than 10,000 vertices all this is
-    done on clusters of vertices, and the seam is then drawn tight along the edges.
+    Finally, branches that do not pay are cut off, branch points move if a shorter seam is worth the
+    change of stretch, and the seam is straightened and slides into valleys nearby. On surfaces of more
+    than 10,000 vertices all this is done on clusters of vertices, and the seam is then drawn tight along
+    the edges.
 
     Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
     creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net
@@ -135,7 +136,8 @@ def find_seams(
         Where seams may lie: the direction in which faces look that are not seen, as `[0, 0, -1]` for the
         underside if z is up; or a weight for each face, larger where a seam is hidden better. Weights
         count by where they are between the least and the largest. An edge in full view counts three
-        times its length, a hidden one a third.
+        times its length, a hidden one a third. By default the back of a body hides, if its details tell
+        where that is: an edge in front counts twice its length. Equal weights: seams lie anywhere.
 
     Returns
     -------
@@ -159,7 +161,7 @@ def find_seams(
     (3, 2)
     """
     surface = Submesh.checked_manifold(V, F)
-    hidden = hiding(surface, hide, np.arange(len(surface.F)))
+    hidden = hiding(surface, hide, np.arange(len(surface.F)), unasked=trade > 0)
     isometric = isinstance(method_of(method), Isometric)
     return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
 
@@ -173,12 +175,14 @@ def seams_of(
     gain: float = 0.0,
     hidden: FloatArray | None = None,
     isometric: bool = False,
+    apart: bool = False,
 ) -> IntArray:
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
     A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
     With a `gain`, small components among many get none if they need none. `hidden` as of `hiding`.
-    `isometric`: for maps that keep lengths; the small ones among many are found as for others.
+    `isometric`: for maps that keep lengths; the small ones among many are found as for others. `apart`: large
+    components are also cut between sheets that would lie over each other in a map.
     """
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
@@ -192,7 +196,7 @@ def seams_of(
                 small += [component.faces] if not (open_ and gain) else []
             else:
                 piece = closed_surface(component, hidden, isometric)
-                seam = _best(component, piece, trade, holes, gain if open_ else None)
+                seam = _best(component, piece, trade, holes, gain if open_ else None, apart)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
@@ -236,7 +240,12 @@ def _shapes(surface: Submesh) -> list[Shape]:
 
 
 def _best(
-    component: Submesh, piece: ClosedSurface, trade: float, holes: bool, gain: float | None
+    component: Submesh,
+    piece: ClosedSurface,
+    trade: float,
+    holes: bool,
+    gain: float | None,
+    apart: bool = False,
 ) -> IntArray:
     """The seam that leaves look for, or a net, if there are creases and it costs less.
 
@@ -253,43 +262,44 @@ def _best(
             return net
         if not hard:
             return none
-    seam = _seam(piece, trade, holes)[0] if few else _carried(piece, trade, holes, gain)
 
     def parts(seam: IntArray) -> list[Submesh]:
         return component.cut_along(component.vertices[piece.edges[seam]])
 
-    if hard:
-        net = nets.cheaper(seam, gain, parts, lambda net: _grow(piece, net, trade)[0])
-        if net is not None:
-            return net
+    def cheaper(seam: IntArray) -> IntArray | None:
+        return nets.cheaper(seam, gain, parts, lambda net: _grow(piece, net, trade)[0])
+
     if not few:
-        return seam
+        levels = Levels.of(piece, CLUSTERED)
+        seam, leaves = _of_clusters(levels.coarse, trade, holes, gain)
+        if hard and (net := cheaper(levels.drawn(seam, leaves))) is not None:
+            return net
+        if apart and (mesh := coarse_mesh(levels.coarse, levels.label(piece.node[component.F]))) is not None:
+            more = edges_between_overlaps(levels.coarse, mesh, seam)
+            # what is cut off would shrink if its ends were free to move
+            ends = np.intersect1d(levels.coarse.ends[more], levels.coarse.on(seam))
+            seam, leaves = np.append(seam, more), np.union1d(leaves, ends)
+        return levels.drawn(seam, leaves)
+    seam = _seam(piece, trade, holes)[0]
+    if hard and (net := cheaper(seam)) is not None:
+        return net
     seam = _shorter(piece, seam, trade)
     if trade > 0 and not piece.genus:
         seam = _alike_on_both_sides(component, piece, seam, trade, holes)
     return none if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain else seam
 
 
-def _carried(piece: ClosedSurface, trade: float, holes: bool, gain: float | None) -> IntArray:
-    """The seam of clusters of nodes, drawn tight; none if the cost falls by less than `gain`."""
-    levels: list[Contracted] = []
-    coarse = piece
-    while not levels or coarse.n > CLUSTERED:
-        hops = 1 + sum(coarse.n >= nodes for nodes in HOPS)
-        levels.append(contracted(coarse, clusters(coarse, hops)))
-        coarse = levels[-1].coarse
+Grown = tuple[IntArray, IntArray]  # a seam, and its leaves
+
+
+def _of_clusters(coarse: ClosedSurface, trade: float, holes: bool, gain: float | None) -> Grown:
+    """The seam of clusters of nodes; no edge if the cost falls by less than `gain`."""
     trade *= DRAWN_SHORTER
     seam, leaves = _seam(coarse, trade, holes)
     seam = _shorter(coarse, seam, trade)
     if gain is not None and _cost(coarse, seam[:0], trade) - _cost(coarse, seam, trade) < gain:
-        return seam[:0]
-    leaves = np.intersect1d(leaves, coarse.ends[seam])
-    for level in reversed(levels):
-        seam, leaves = level.drawn(seam, leaves), level.roots[leaves]
-    return seam
-
-
-Grown = tuple[IntArray, IntArray]  # a seam, and its leaves
+        seam = seam[:0]
+    return seam, np.intersect1d(leaves, coarse.ends[seam])
 
 
 def _seam(piece: ClosedSurface, trade: float, holes: bool) -> Grown:
@@ -308,7 +318,7 @@ def _seam(piece: ClosedSurface, trade: float, holes: bool) -> Grown:
 
 
 def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """The seam with its branch points moved."""
+    """The seam without branches that do not pay any more, and with its branch points moved."""
     known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
 
     def cost(seam: IntArray) -> float:
@@ -317,7 +327,7 @@ def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
             known[key] = _cost(piece, seam, trade)
         return known[key]
 
-    seam = shortened(piece, seam, cost)
+    seam = shortened(piece, pruned(piece, seam, cost), cost)
     most = cost(seam) + ROUTED
     return rerouted(piece, seam, lambda moved: cost(moved) < most)
 
@@ -334,6 +344,7 @@ def _alike_on_both_sides(
     if not piece.holes:
         other = _slit(surface, mirror)[0]
     other = _grow(surface, other, trade, mirror)[0]
+    other = pruned(surface, other, lambda seam: _cost(surface, seam, trade), mirror.image)
     return other if _cost(piece, other, trade) < _cost(piece, seam, trade) + SYMMETRIC else seam
 
 
@@ -343,8 +354,8 @@ def _slit(piece: ClosedSurface, mirror: Mirror | None = None) -> Grown:
     With a mirror, between one of them and its image, or in the plane.
     """
     extra = piece.curvature - 4 * np.pi * piece.area / piece.area.sum()
-    start = int(np.argmin(log_scale(piece, np.array([0]), extra)))
-    end = int(np.argmin(log_scale(piece, np.array([start]), piece.curvature)))
+    start = int(np.argmin(log_scale(piece, np.array([0]), extra) / piece.seen))
+    end = int(np.argmin(log_scale(piece, np.array([start]), piece.curvature) / piece.seen))
     if mirror is not None:
         start, end = mirror.pair(start, end)
     distance, before, _ = piece.search(np.array([start]))
@@ -368,7 +379,7 @@ def _grow(piece: ClosedSurface, seam: IntArray, trade: float, mirror: Mirror | N
         in_vain = 0 if cost < least else in_vain + 1
         if in_vain == 0:
             best, least, in_best = seam, cost, len(leaves)
-        leaf = int(np.argmax(np.abs(u)))
+        leaf = int(np.argmax(np.abs(u) / piece.seen))
         if in_vain == MAX_LEAVES_IN_VAIN or u[leaf] == 0:
             break
         _, before, _ = piece.search(_open_nodes(piece, seam))

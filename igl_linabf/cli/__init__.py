@@ -3,4 +3,4 @@
 In: a command line. Out: files, text on stdout, one line on stderr for each warning or error, an exit code.
 """
 
-from .entry import main
+from .parser import main

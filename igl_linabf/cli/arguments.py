@@ -19,15 +19,17 @@ def switch(help: str) -> Argument:
 
 
 def choice(choices: Iterable[str], default: str | None = None, help: str | None = None) -> Argument:
-    """One of some names."""
-    return {"choices": tuple(choices), "default": default, "help": help}
+    """One of some names; help tells the default."""
+    told = help if default is None else f"{help or 'one of these'} (default: %(default)s)"
+    return {"choices": tuple(choices), "default": default, "help": told}
 
 
 def value(
     metavar: str, help: str, kind: Callable[[str], Any] | None = None, default: Any = None, **more: Any
 ) -> Argument:
-    """What `kind` makes of the text; without it, the text."""
-    return {"metavar": metavar, "help": help, "type": kind, "default": default, **more}
+    """What `kind` makes of the text; without it, the text. Help tells the default."""
+    told = help if default is None else f"{help} (default: %(default){'g' if kind is float else 's'})"
+    return {"metavar": metavar, "help": told, "type": kind, "default": default, **more}
 
 
 def written_to(help: str) -> Argument:
@@ -37,15 +39,12 @@ def written_to(help: str) -> Argument:
 
 def format_of(suffixes: Iterable[str], default: str) -> Argument:
     """The format of what is written to a folder or to standard output."""
-    known = (suffix[1:] for suffix in suffixes)
-    return choice(known, default, "of files in a folder and of standard output (default: %(default)s)")
+    return choice((suffix[1:] for suffix in suffixes), default, "of files in a folder and of standard output")
 
 
 SHARED: Mapping[str, Argument] = {
     "mesh": value(
-        "MESH",
-        "files (OBJ, PLY, GLB, STL, ...), patterns of them in quotes, or - for standard input",
-        nargs="+",
+        "MESH", "files (OBJ, PLY, GLB, STL, ...), patterns in quotes, or - for standard input", nargs="+"
     ),
     "output": written_to("OBJ, PLY, GLB, glTF, 3MF, VTP, GIFTI or FreeSurfer (.surf, .flat) file"),
     "picture": value("OUT.png", "checkerboard picture to write", Path),
@@ -54,31 +53,21 @@ SHARED: Mapping[str, Argument] = {
         "W", "of areas against angles, for the method isometric: 0 (angles) to 8 (areas); default: 1.5", float
     ),
     "boundary": choice(
-        get_args(BoundaryName),
-        "free",
-        "shape of the map's boundary, for linabf and abf (circles: holes as well; default: free)",
+        get_args(BoundaryName), "free", "the map's boundary, for linabf and abf (circles: holes as well)"
     ),
     "corners": value(
-        "VERTEX",
-        "boundary vertices at the corners of the rectangle (default: where it turns most)",
-        int,
-        nargs=4,
+        "VERTEX", "boundary vertices at a rectangle's corners (default: where it turns most)", int, nargs=4
     ),
     "cones": value(
         "N", "leave the curvature at so many vertices of each component, or at auto: as many as pay"
     ),
-    "trade": value(
-        "TRADE",
-        "larger: longer seams for less stretch; 0: shortest seams (default: %(default)s)",
-        float,
-        TRADE,
-    ),
+    "trade": value("TRADE", "larger: longer seams for less stretch; 0: shortest seams", float, TRADE),
     "holes": switch("leave holes uncut"),
     "bijective": switch("move overlapping parts apart instead of splitting charts"),
     "resolution": value(
         "TEXELS", "texels along a page's side; distances between charts are then counted in texels", int
     ),
-    "padding": value("TEXELS", "between two charts, with --resolution (default: %(default)g)", float, 2.0),
+    "padding": value("TEXELS", "between two charts, with --resolution", float, 2.0),
     "json": switch("print every figure as JSON, a line a mesh, instead of tables"),
     "quiet": switch("print no tables and show no progress"),
 }

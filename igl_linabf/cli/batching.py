@@ -28,15 +28,11 @@ BATCH = Command(
     {
         "inputs": value("IN", "mesh files, folders of them, globs in quotes, URLs", nargs="+"),
         "folder": value(
-            "OUT",
-            "folder of the maps and of results.csv; a batch that was stopped goes on there",
-            required=True,
+            "OUT", "folder of maps and of results.csv; a batch that was stopped goes on there", required=True
         ),
         "workers": value("N", "processes on this machine (default: one a core)", int),
         "scheduler": value("ADDRESS", "use the workers of this Dask scheduler instead"),
-        "how": choice(
-            ("unwrap", "flatten"), "unwrap", "with seams, or disks as they are (default: %(default)s)"
-        ),
+        "how": choice(("unwrap", "flatten"), "unwrap", "with seams, or disks as they are"),
         **shared("method"),
         "format": choice((suffix[1:] for suffix in SUFFIXES), "obj", "of the maps"),
         "memory": value("SIZE", "what one mesh may take, like 2GiB"),

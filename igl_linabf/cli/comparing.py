@@ -31,12 +31,10 @@ COMPARE = Command(
     {
         **shared("mesh"),
         "methods": value(
-            "METHODS",
-            f"some of {', '.join(METHODS)}, separated by commas (default: %(default)s)",
-            default="lscm,linabf,abf",
+            "METHODS", f"some of {', '.join(METHODS)}, separated by commas", default="lscm,linabf,abf"
         ),
         **shared("boundary", "corners", "picture"),
-        "repeat": value("N", "timed runs of each (default: 3)", int, 3),
+        "repeat": value("N", "timed runs of each", int, 3),
         **shared("json", "quiet"),
     },
     "Compare methods on a disk, with or without holes: distortion, flips, time relative to igl.lscm.",

@@ -1,15 +1,18 @@
-"""The parser of the command line, and what completes it in shells."""
+"""The command from its arguments to its exit code; what completes it in shells."""
 
 from __future__ import annotations
 
 import argparse
-from collections.abc import Sequence
+import contextlib
+import sys
+import warnings
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any, NoReturn
 
 from .batching import BATCH
-from .commands import ERROR, Command
+from .commands import ERROR, Command, told
 from .comparing import COMPARE
 from .doctor import DOCTOR, version
 from .flattening import FLATTEN
@@ -86,3 +89,31 @@ def command_parser() -> Parser:
             if argument.type is Path or name in ("mesh", "seams"):
                 files.append(argument)
     return parser
+
+
+def main(arguments: Sequence[str] | None = None, *, settled: Callable[[], object] = lambda: None) -> int:
+    """Run the command; returns 0, 1 for a map with flipped triangles, 2 for an error.
+
+    `settled` is called after everything is printed and written, before the files are renamed to
+    their final names.
+    """
+    options = command_parser().parse_args(arguments)
+    options.settled = settled
+    options.title, options.of = str(getattr(options, "mesh", "the batch")), ""
+    with _warnings_in_a_line():
+        return told(options.run, options)
+
+
+@contextlib.contextmanager
+def _warnings_in_a_line() -> Iterator[None]:
+    """Print each warning of the library as one line on stderr."""
+
+    def show(message: Warning | str, *_: object, **__: object) -> None:
+        print(f"igl-linabf: warning: {message}", file=sys.stderr)
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("default")
+        for internal in (DeprecationWarning, PendingDeprecationWarning, ImportWarning, ResourceWarning):
+            warnings.simplefilter("ignore", internal)  # as Python does
+        warnings.showwarning = show
+        yield

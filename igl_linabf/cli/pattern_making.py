@@ -9,8 +9,9 @@ from functools import partial
 from .._runtime import part
 from ..charts import unwrap
 from ..errors import OutcomeWarning
+from ..flattening import METHODS
 from ..patterns import PAPERS, PATTERN_SUFFIXES, UNITS, drawn, pattern_of
-from .arguments import SHARED, choice, format_of, shared, value, written_to
+from .arguments import choice, format_of, shared, value, written_to
 from .commands import Command
 from .jobs import COMPUTED, given_mesh
 from .outputs import check_outputs, hand_out, judged
@@ -37,22 +38,12 @@ PATTERN = Command(
         **shared("mesh"),
         "output": written_to("SVG, DXF or PDF file (a unit of SVG and DXF is a millimetre)"),
         "format": format_of(PATTERN_SUFFIXES, "svg"),
-        "units": choice(UNITS, "mm", "of the mesh (default: %(default)s)"),
-        "crease": value(
-            "DEGREES",
-            "between faces, from which their edge is a fold line (default: %(default)s)",
-            float,
-            30.0,
-        ),
-        "grain": value(
-            "X,Y,Z",
-            "direction in space along which the arrows point (default: 0,0,1)",
-            direction,
-            [0.0, 0.0, 1.0],
-        ),
-        "paper": choice(PAPERS, "A4", "of a PDF (default: %(default)s)"),
+        "units": choice(UNITS, "mm", "of the mesh"),
+        "crease": value("DEGREES", "between faces, from which their edge is a fold line", float, 30.0),
+        "grain": value("X,Y,Z", "direction in space along which the arrows point", direction, "0,0,1"),
+        "paper": choice(PAPERS, "A4", "of a PDF"),
         **shared("trade"),
-        "method": {**SHARED["method"], "default": "isometric"},
+        "method": choice(sorted(METHODS), "isometric"),
         **shared("json", "quiet"),
     },
     "Draw a pattern at true scale. The table lists the lengths of both sides of each seam.",

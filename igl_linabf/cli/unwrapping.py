@@ -5,20 +5,24 @@ from __future__ import annotations
 import argparse
 import warnings
 from functools import partial
+from pathlib import Path
 from typing import Any
 
+import igl
 import numpy as np
 
 from .._runtime import part
-from ..charts import texture_sides, unwrap
+from .._types import FloatArray
+from ..charts import Atlas, texture_sides, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, written
-from .arguments import format_of, shared, switch, value
-from .baking import BAKE, RESOLUTION, baked, check_bake
+from ..io import SUFFIXES, WITH_IMAGES, MeshFile, written
+from ..textures import bake
+from .arguments import choice, format_of, shared, switch, value
 from .commands import Command, method_with
 from .jobs import COMPUTED, given_mesh
 from .outputs import check_outputs, hand_out, judged
 
+RESOLUTION = 2048  # of a texture, if none is asked for
 BAKED = 0.9  # of the whole: the bar when the texture is baked
 
 
@@ -26,7 +30,7 @@ def _unwrap(options: argparse.Namespace) -> int:
     check_outputs(options.output, options.picture, SUFFIXES)
     method = method_with(options.method, {"weight": options.weight})
     mesh = given_mesh(options)
-    check_bake(options.bake, mesh, options.output, options.pages)
+    _check_bake(options.bake, mesh, options.output, options.pages)
     if options.bake and options.resolution is None:
         options.resolution = RESOLUTION
     V, F = mesh.V, mesh.F
@@ -57,7 +61,7 @@ def _unwrap(options: argparse.Namespace) -> int:
     pictured = V[atlas.origin], atlas.triangles, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     with part("baking", BAKED):
-        image = baked(options.bake, mesh, atlas, options.resolution) if options.bake else None
+        image = _baked(options.bake, mesh, atlas, options.resolution) if options.bake else None
     write = partial(written, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC, image=image)
     hand_out(options, str(atlas), figures, pictured, write)
     return judged(options, atlas.good, atlas.troubles)
@@ -80,6 +84,39 @@ def _table(path: str, kind: type, what: str) -> Any:
         except ValueError:
             raise MeshError(f"{path} is no table of {what}") from None
     return table if table.size else table.reshape(0, 2)
+
+
+def _check_bake(kind: str | None, mesh: MeshFile, output: Path, pages: int | None) -> None:
+    """Refuse before the work what cannot be baked."""
+    if kind is None:
+        return
+    if output.suffix.lower() not in WITH_IMAGES:
+        known = " or ".join(WITH_IMAGES)
+        raise ValueError(f"--bake needs a file with a texture: give an output that ends in {known}")
+    if pages is not None and pages > 1:
+        raise ValueError("--bake writes one image: leave out --pages")
+    if kind == "colors" and mesh.colours is None:
+        raise MeshError(f"{mesh.path} has no colours at its vertices: bake normals or position")
+
+
+def _baked(kind: str, mesh: MeshFile, atlas: Atlas, resolution: int) -> FloatArray:
+    """The image, from 0 to 1."""
+    if atlas.pages > 1:
+        raise MeshError(
+            f"--bake writes one image, and the atlas has {atlas.pages} pages: use a smaller density"
+        )
+    V, triangles = mesh.V, mesh.triangles
+    if kind == "colors":
+        assert mesh.colours is not None
+        return bake(V, mesh.F, atlas, mesh.colours[:, :3], resolution)
+    if kind == "normals":
+        normals = np.nan_to_num(igl.per_vertex_normals(V, triangles))
+        image = bake(V, mesh.F, atlas, normals, resolution)
+        length = np.linalg.norm(image, axis=2, keepdims=True)
+        return np.asarray(image / np.where(length > 0, length, 1) / 2 + 0.5)
+    used = V[np.unique(triangles)]
+    low, size = used.min(axis=0), np.ptp(used, axis=0).max()
+    return bake(V, mesh.F, atlas, (V - low) / (size if size > 0 else 1.0), resolution)
 
 
 UNWRAP = Command(
@@ -128,7 +165,12 @@ UNWRAP = Command(
             "TEXELS", "texels per unit of length (default: as many as the pages hold)", float
         ),
         "pages": value("N", "pages, as UDIM tiles (default: 1, or what it takes)", int),
-        "bake": BAKE,
+        "bake": choice(
+            ("colors", "normals", "position"),
+            help=f"bake a texture of --resolution texels ({RESOLUTION}) into a GLB, glTF or 3MF file, or "
+            "beside an OBJ: the colours of the vertices, normals in the object's space (127.5 (n + 1)), or "
+            "positions in the bounding cube",
+        ),
         **shared("method", "json", "quiet", "weight"),
     },
     "Unwrap any triangles. Exit code 1: written, but with flips, overlaps, or stretch beyond use.",

@@ -10,15 +10,16 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import Progress, advance, in_threads, part, reporting, stopwatch, timed
+from .._runtime import Progress, advance, in_threads, part, reporting, stopwatch
 from .._types import FloatArray, IntArray
-from ..angles import AngleProblem, Step, constraints_of, initial_estimate, opened, rows_of, step_and_chord
+from ..angles import Step
 from ..errors import MeshError, SingularSystemError
-from ..layouts import GAP, flat_disks
-from ..linalg import SMALL, NotPositiveDefiniteError, Solvers
-from ..surface import Disks, coordinates, face_array, side_by_side, vertex_array
+from ..kernels import is_fast
+from ..linalg import SMALL, NotPositiveDefiniteError
+from ..surface import face_array, side_by_side, vertex_array
+from .first_rung import FlatMany, by_loops, by_one_system
 from .isometric_together import lengthened
-from .methods import ONE_SYSTEM_RTOL, STAGES, Isometric, LinABF, Method, method_of
+from .methods import STAGES, Isometric, LinABF, Method, method_of
 from .outcome import judge
 from .result import Flattening, Residuals, Rung, Status
 from .shapes import BoundaryName
@@ -26,6 +27,7 @@ from .verbs import flatten
 
 LARGE = 10_000  # triangles from which a mesh is flattened alone: in company it would take as long
 AT_ONCE = 40_000  # triangles in company: fewer calls from Python, and still in the processor's caches
+AT_ONCE_BY_LOOPS = 10_000  # which take little time to begin, and leave work for each thread
 
 Arrays = tuple[FloatArray, IntArray]
 
@@ -39,11 +41,12 @@ def flatten_many(
 ) -> list[Flattening | MeshError]:
     """Flatten many meshes at once: what a loop of `flatten` returns, in less time.
 
-    Small disks go side by side into linear systems, as they do not touch: a system is assembled, analysed
-    and factored once, and each disk has its own steps, residuals and outcome. Threads work at several
-    systems at a time, as many as there are cores or as OMP_NUM_THREADS says. Isometric maps begin with these.
-    What needs more than linear ABF's two solves, or begins far from an isometry, disks with holes, large
-    meshes, shaped boundaries and other methods are flattened one by one.
+    Small disks go through compiled loops, with the extra `fast`: one disk after the other, without Python
+    between. Without it, they go side by side into linear systems, as they do not touch: a system is
+    assembled, analysed and factored once, and each disk has its own steps, residuals and outcome. Threads
+    work at several parts at a time, as many as there are cores or as OMP_NUM_THREADS says. Isometric maps
+    begin with these. What needs more than linear ABF's two solves, or begins far from an isometry, disks with
+    holes, large meshes, shaped boundaries and other methods are flattened one by one.
 
     Parameters
     ----------
@@ -61,7 +64,8 @@ def flatten_many(
     list of Flattening or MeshError
         In the order of `meshes`. Maps and angles are those of `flatten` to 1e-10, and outcomes and ladders
         are the same. A mesh that `flatten` refuses has the `MeshError` in its place. The `seconds` of
-        meshes that were solved together are shared out by their triangles.
+        meshes that were solved together are shared out by their triangles; by compiled loops there is the
+        total alone.
 
     Raises
     ------
@@ -117,7 +121,7 @@ def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattenin
     made: list[Flattening | None] = [None] * len(meshes)
     if isinstance(method, Isometric):
         linear = flatten_together(meshes, LinABF(solver=method.solver))
-        for group in _groups(meshes, range(len(meshes))):
+        for group in _groups(meshes, range(len(meshes)), AT_ONCE):
             found = [(i, result) for i in group if (result := linear[i]) is not None]
             chosen = [meshes[i] for i, _ in found]
             for k, result in lengthened(chosen, [result for _, result in found], method):
@@ -126,19 +130,24 @@ def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattenin
     plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
     if not (plain and isinstance(method, LinABF) and method.layout in ("auto", "boundary")):
         return made
+    ways = [(_by_one_system, AT_ONCE)] * 2  # those with slivers go together the second time
+    if method.solver == "auto" and is_fast():
+        ways.insert(0, (_by_loops, AT_ONCE_BY_LOOPS))
     places: Sequence[int] = range(len(meshes))
-    for _ in range(2):  # those with slivers go together the second time
-        thin: list[int] = []
-        for results, others in in_threads(partial(_group, meshes, method=method), _groups(meshes, places)):
+    for way, at_once in ways:
+        left: list[int] = []
+        for results, others in in_threads(
+            partial(way, meshes, method=method), _groups(meshes, places, at_once)
+        ):
             for place, result in results:
                 made[place] = result
-            thin += others
+            left += others
             advance("together", 0.1)
-        places = thin
+        places = left
     return made
 
 
-def _groups(meshes: Sequence[Arrays], places: Sequence[int]) -> Iterator[list[int]]:
+def _groups(meshes: Sequence[Arrays], places: Sequence[int], at_once: int) -> Iterator[list[int]]:
     """Which of the meshes at these places go together: none that is large, and those of one solver."""
     for least, most in ((0, SMALL), (SMALL + 1, LARGE)):
         group: list[int] = []
@@ -148,7 +157,7 @@ def _groups(meshes: Sequence[Arrays], places: Sequence[int]) -> Iterator[list[in
             if least <= size <= most:
                 group.append(i)
                 faces += size
-                if faces >= AT_ONCE:
+                if faces >= at_once:
                     yield group
                     group, faces = [], 0
         if group:
@@ -158,69 +167,57 @@ def _groups(meshes: Sequence[Arrays], places: Sequence[int]) -> Iterator[list[in
 Results = tuple[list[tuple[int, Flattening]], list[int]]
 
 
-def _group(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> Results:
-    """The places and results of those that come out well together, and the places of those with slivers."""
+def _by_loops(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> Results:
+    """The places and results of those that come out well by loops, and the places of others that may do."""
+    if len(meshes[group[0]][1]) > SMALL:
+        return [], group
+    start = perf_counter()
+    flat = by_loops([meshes[i] for i in group], method)
+    return _results(flat, group, method, {"total": perf_counter() - start})
+
+
+def _by_one_system(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> Results:
+    """The same by one system, if there are several."""
+    start = perf_counter()
     if len(group) < 2:
         return [], []
-    start = perf_counter()
     disks, found = side_by_side([meshes[i] for i in group])
     if disks is None or len(disks) < 2:
         return [], []
     try:
         with stopwatch("check", *STAGES) as seconds:
             seconds["check"] = perf_counter() - start
-            results, thin = _flat(disks, method)
+            together = by_one_system(disks, method)
     except (NotPositiveDefiniteError, SingularSystemError):
         halves = np.array_split(found, 2)  # until it is alone
-        parts = [_group(meshes, [group[i] for i in half], method) for half in halves]
+        parts = [_by_one_system(meshes, [group[i] for i in half], method) for half in halves]
         return parts[0][0] + parts[1][0], parts[0][1] + parts[1][1]
+    if together is None:
+        return [], []
     seconds["total"] = perf_counter() - start
-    for k, result in results:
-        share = float(disks.faces.sizes[k] / disks.faces.start[-1])
-        result.seconds.update({stage: share * value for stage, value in seconds.items()})
-    return [(group[found[k]], result) for k, result in results], [group[found[k]] for k in thin]
+    return _results(together, [group[i] for i in found.tolist()], method, seconds)
 
 
-def _flat(disks: Disks, method: LinABF) -> Results:
-    """Disks by one system, the ladder's first rung; the places of those for which that is enough.
-
-    And of those with slivers, if not all have some.
-    """
-    solvers, vertices, faces = Solvers(method.solver), disks.vertices, disks.faces
-    with timed("estimate"):
-        alpha, caps = opened(np.arctan2(disks.double_area, disks.dot))
-        estimate = initial_estimate(disks.topology, alpha, method.threshold)
-    with timed("assembly"):
-        problem = AngleProblem(constraints_of(disks.topology), estimate, solvers)
-    stepped = step_and_chord(problem, disks, method.rtol or ONE_SYSTEM_RTOL, method.tol)
-    if stepped is None:
-        return [], []
-    with timed("layout"):
-        flat = flat_disks(disks, problem.constraints, stepped.at, solvers)
-    if flat is None:
-        return [], []
-    good = stepped.good & ~flat.flipped & (flat.gap <= GAP)
-    good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # that is to be warned of
-    rows = rows_of(problem.constraints, disks)
-    before, _, after = (families.T.tolist() for families in stepped.families)
-    triangles = disks.topology.corner.T - faces.spread(vertices.start[:-1])[:, None]
-    angles, uv = np.ascontiguousarray(stepped.at.alpha.T), coordinates(flat.z)
-    residual, inner = stepped.families.max(axis=1).T.tolist(), stepped.inner_steps.T.tolist()
+def _results(flat: FlatMany, places: list[int], method: LinABF, seconds: dict[str, float]) -> Results:
+    """As `_by_loops` returns them, from arrays; `seconds` are shared out by triangles."""
+    vertices, faces = flat.vertices.start.tolist(), flat.faces.start.tolist()
+    before, _, after = (families.T.tolist() for families in flat.families)
+    residual, inner = flat.families.max(axis=1).T.tolist(), flat.inner_steps.T.tolist()
     gap, ratio = flat.gap.tolist(), flat.ratio.tolist()
     nothing, made = np.empty(0, dtype=np.int64), []
-    for k in np.flatnonzero(good).tolist():
+    for k in np.flatnonzero(flat.good).tolist():
         first, last = residual[k][0], residual[k][2]
         steps: tuple[Step, ...] = ()
         if first > method.tol:
             steps = Step("step", inner[k][0], 0, residual[k][1]), Step("chord", inner[k][1], 0, last)
-        has_rows = bool(rows.sizes[k])
-        solver = flat.solver if has_rows else "none"
-        reached = last <= method.tol
+        own, triangles = slice(vertices[k], vertices[k + 1]), slice(faces[k], faces[k + 1])
+        solver, reached = flat.solver if flat.has_rows[k] else "none", last <= method.tol
         outcome, message = judge(ratio[k], "boundary", solver, nothing, last, nothing, converged=reached)
+        share = (faces[k + 1] - faces[k]) / faces[-1]
         result = Flattening(
-            uv=uv[vertices.start[k] : vertices.start[k + 1]],
-            F=triangles[faces.start[k] : faces.start[k + 1]],
-            angles=angles[faces.start[k] : faces.start[k + 1]],
+            uv=flat.uv[own],
+            F=flat.F[triangles],
+            angles=flat.angles[triangles],
             method=method.name,
             outcome=outcome,
             message=message,
@@ -231,8 +228,9 @@ def _flat(disks: Disks, method: LinABF) -> Results:
             after=Residuals(*after[k]),
             gap=gap[k],
             layout="boundary",
-            solver=stepped.how if steps else "none",
+            solver=flat.how if steps else "none",
             layout_solver=solver,
+            seconds={stage: share * value for stage, value in seconds.items()},
         )
-        made.append((k, result))
-    return made, np.flatnonzero(stepped.thin).tolist()
+        made.append((places[k], result))
+    return made, [places[k] for k in np.flatnonzero(flat.thin).tolist()]

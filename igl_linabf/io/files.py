@@ -13,7 +13,7 @@ from .._runtime import replacing
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
-from ..surface import Polygons, face_array, vertex_array
+from ..surface import Polygons, face_array, map_array, vertex_array
 from .formats import parsed, written
 from .mesh_file import MeshFile, at_triangles, check_corners
 from .obj import with_looks
@@ -229,9 +229,8 @@ def write_obj(path: str | os.PathLike[str], V: ArrayLike, F: ArrayLike, uv: Arra
     >>> igl.readOBJ(path)[1].shape
     (12, 2)
     """
-    positions, faces, map_ = vertex_array(V), face_array(F), vertex_array(uv, 2, "uv")
-    if len(map_) != len(positions):
-        raise MeshError(f"uv has {len(map_)} rows for {len(positions)} vertices: pass one row a vertex")
+    positions, faces = vertex_array(V), face_array(F)
+    map_ = map_array(uv, len(positions))
     mapped = np.asarray(np.isfinite(map_).all(axis=1))
     missing = np.flatnonzero(~mapped[faces].all(axis=1))
     if len(missing):

@@ -17,10 +17,12 @@ from .connectivity import (
     undirected,
 )
 from .drawing import runs_in_blocks, touched_cells
-from .maps import first_moments, second_moments, signed_double_areas, third_moments
+from .maps import centred, signed_double_areas
+from .minimum_degree import minimum_degree
 from .paths import nearest_sources, nodes_on_paths, shortest_odd_walk, without_leaves
 from .places import placed
-from .small_systems import separate_errors, solved
+from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
+from .small_systems import solved
 from .supernodal import Subtrees, Work, fresh, supernodal_backward, supernodal_factor, supernodal_forward
 from .supernodes import Supernodes, subtrees, supernodes
 from .systems import (

@@ -45,6 +45,7 @@ def fast_by() -> str:
 
 def only_loops(loops: Callable[P, T]) -> Callable[P, T]:
     """A kernel without a form in NumPy: `loops` compiled, for where `is_fast`."""
+    _parts.add(loops)
 
     def run(*args: P.args, **kwargs: P.kwargs) -> T:
         return _run(loops, *args, **kwargs)
@@ -63,7 +64,11 @@ def numpy_only() -> Iterator[None]:
 
 
 def with_loops(loops: Callable[..., T]) -> Callable[[Callable[P, T]], Callable[P, T]]:
-    """Decorate a kernel in NumPy, which defines it; the same as `loops` runs where numba is there."""
+    """Decorate a kernel in NumPy, which defines it; the same as `loops` runs where numba is there.
+
+    The loops may be a part of others, as those of `inlined`.
+    """
+    _parts.add(loops)
 
     def decorate(in_numpy: Callable[P, T]) -> Callable[P, T]:
         @wraps(in_numpy)

@@ -72,18 +72,18 @@ def _ones(word: np.uint64) -> np.int64:
 
 
 @inlined
-def _eliminated(near: Bits, order: Index) -> None:
-    """Fill `order` by minimum degree; `near` keeps the neighbours of each row from when it is eliminated.
+def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index) -> Index:
+    """Order a block by minimum degree; `rows` with the neighbours of each row from when it is eliminated.
 
-    Row i of `near` has the bits of the neighbours of i in a block's graph.
+    Row i of `near` has the bits of the neighbours of i in the graph of the block that begins at row `first`.
     """
     n, words = near.shape
     degree = np.zeros(n, dtype=np.int64)
     for v in range(n):
         for i in range(words):
             degree[v] += _ones(near[v, i])
-    most, v, passed = 0, n - 1, 0
-    for k in range(n):
+    most, v, passed, size = 0, n - 1, 0, np.int64(indptr[first])
+    for k in range(first, first + n):
         while True:
             v = v + 1 if v + 1 < n else 0
             passed += 1
@@ -91,8 +91,10 @@ def _eliminated(near: Bits, order: Index) -> None:
                 break
             if passed >= n:
                 most, passed = most + 1, 0
+        if size + degree[v] > len(rows):
+            rows = np.concatenate((rows, rows))
         passed = 0
-        order[k], degree[v] = v, 2 * n
+        order[k], degree[v] = first + v, 2 * n
         at, bit = v >> 6, ONE << np.uint64(v & 63)
         for i in range(words):
             left = near[v, i]
@@ -100,6 +102,8 @@ def _eliminated(near: Bits, order: Index) -> None:
                 low = left & (~left + ONE)
                 left ^= low
                 u = (i << 6) + _ones(low - ONE)
+                rows[size] = first + u
+                size += 1
                 near[u, at] &= ~bit
                 count = np.int64(-1)  # without itself
                 for j in range(words):
@@ -107,6 +111,8 @@ def _eliminated(near: Bits, order: Index) -> None:
                     count += _ones(near[u, j])
                 near[u, i] ^= low
                 degree[u] = count
+        indptr[k + 1] = size
+    return rows
 
 
 @inlined
@@ -120,47 +126,34 @@ def _linked(near: Bits, first: int, indptr: IntArray, indices: IntArray) -> None
                 near[i, j >> 6] |= ONE << np.uint64(j & 63)
 
 
+@inlined
 def _analysed(
     start: IntArray, indptr: IntArray, indices: IntArray
 ) -> tuple[Index, Index, Index, Index, Index, Index, Index, Index]:
     n = len(indptr) - 1
     order, place = np.empty(n, dtype=np.uint32), np.empty(n, dtype=np.uint32)
     column_indptr, row_indptr = np.zeros(n + 1, dtype=np.uint32), np.zeros(n + 1, dtype=np.uint32)
-    columns = np.empty(16 * n, dtype=np.uint32)
-    filled = np.empty(n, dtype=np.uint32)
+    rows = np.empty(16 * n, dtype=np.uint32)
     for b in range(len(start) - 1):
         first, last = start[b], start[b + 1]
         near = np.zeros((last - first, (last - first + 63) >> 6), dtype=np.uint64)
         _linked(near, first, indptr, indices)
-        _eliminated(near, order[first:last])
-        for k in range(first, last):
-            order[k] += first
-            place[order[k]] = k
-        for counting in (True, False):
-            for k in range(first, last):
-                for i in range(near.shape[1]):
-                    left = near[order[k] - first, i]
-                    while left:
-                        low = left & (~left + ONE)
-                        left ^= low
-                        r = place[first + (i << 6) + _ones(low - ONE)]
-                        if counting:
-                            row_indptr[r + 1] += 1
-                            column_indptr[k + 1] += 1
-                        else:
-                            columns[filled[r]] = k
-                            filled[r] += 1
-            if counting:
-                for k in range(first, last):
-                    filled[k] = row_indptr[k]
-                    row_indptr[k + 1] += row_indptr[k]
-                    column_indptr[k + 1] += column_indptr[k]
-                while row_indptr[last] > len(columns):
-                    columns = np.concatenate((columns, columns))
-    rows = np.empty(column_indptr[n], dtype=np.uint32)
+        rows = _eliminated(near, first, order, column_indptr, rows)
     for k in range(n):
-        filled[k] = column_indptr[k]
+        place[order[k]] = k
+    rows = rows[: column_indptr[n]]
+    for p in range(len(rows)):
+        rows[p] = place[rows[p]]
+        row_indptr[rows[p] + 1] += 1
     for k in range(n):
+        row_indptr[k + 1] += row_indptr[k]
+    filled, columns = row_indptr[:-1].copy(), np.empty(len(rows), dtype=np.uint32)
+    for k in range(n):
+        for p in range(column_indptr[k], column_indptr[k + 1]):
+            columns[filled[rows[p]]] = k
+            filled[rows[p]] += 1
+    filled[:] = column_indptr[:-1]
+    for k in range(n):  # ascending
         for e in range(row_indptr[k], row_indptr[k + 1]):
             rows[filled[columns[e]]] = k
             filled[columns[e]] += 1
@@ -177,7 +170,7 @@ def _analysed(
             k, i = max(place[j], place[indices[p]]), min(place[j], place[indices[p]])
             own[filled[k]], source[filled[k]] = i, p
             filled[k] += 1
-    return order, column_indptr, rows, row_indptr, columns[: len(rows)], own_indptr, own, source
+    return order, column_indptr, rows, row_indptr, columns, own_indptr, own, source
 
 
 def analysed(indptr: IntArray, indices: IntArray) -> Symbolic:
@@ -185,6 +178,7 @@ def analysed(indptr: IntArray, indices: IntArray) -> Symbolic:
     return Symbolic(*compiled(_analysed)(blocks_of(indptr, indices), indptr, indices))
 
 
+@inlined
 def _factored(
     data: FloatArray,
     indptr: Index,

@@ -42,26 +42,32 @@ def _root(parent: IntArray, i: int) -> int:
 
 def _undirected(corner: IntArray, n: int) -> Joined:
     m = corner.shape[1]
-    # half-edges by their lower end; begin[v + 1] goes from the first to the last of v
-    begin = np.zeros(n + 2, dtype=np.int64)
+    # half-edges sorted by counting, by their higher and then their lower ends; begin[v + 1] goes from the
+    # first to the last of v
+    first, begin = np.zeros(n + 2, dtype=np.int64), np.zeros(n + 2, dtype=np.int64)
     for k in range(3):
         tail, head = corner[(k + 1) % 3], corner[(k + 2) % 3]
         for t in range(m):
             begin[min(tail[t], head[t]) + 2] += 1
+            first[max(tail[t], head[t]) + 2] += 1
     for v in range(n):
         begin[v + 2] += begin[v + 1]
-    keys = np.empty(3 * m, dtype=np.int64)  # the higher end, the half-edge, and whether that leaves it
+        first[v + 2] += first[v + 1]
+    keys = np.empty(3 * m, dtype=np.int64)  # the higher end, the half-edge, and whether it leaves the higher
+    by_high = np.empty(3 * m, dtype=np.int64)  # the same with the lower end
     for k in range(3):
         tail, head = corner[(k + 1) % 3], corner[(k + 2) % 3]
         for t in range(m):
-            low, high, down = tail[t], head[t], 0
-            if high < low:
-                low, high, down = high, low, 1
-            keys[begin[low + 1]] = (high << 32) | (2 * (k * m + t) + down)
+            low, high = min(tail[t], head[t]), max(tail[t], head[t])
+            by_high[first[high + 1]] = (low << 32) | (2 * (k * m + t) + np.int64(head[t] < tail[t]))
+            first[high + 1] += 1
+    for v in range(n):
+        for i in range(first[v], first[v + 1]):
+            low = by_high[i] >> 32
+            keys[begin[low + 1]] = (v << 32) | (by_high[i] & LOW_BITS)
             begin[low + 1] += 1
     size = 0
     for v in range(n):
-        _sort(keys, begin[v], begin[v + 1])
         last = np.int64(-1)
         for i in range(begin[v], begin[v + 1]):
             size += keys[i] >> 32 != last

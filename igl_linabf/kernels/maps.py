@@ -1,4 +1,4 @@
-"""Areas and moments of flat maps, several side by side; a map is given by complex positions."""
+"""Areas of flat maps and their places on the page, several side by side, given by complex positions."""
 
 from __future__ import annotations
 
@@ -6,6 +6,9 @@ import numpy as np
 
 from .._types import Array, ComplexArray, FloatArray, IntArray
 from .choice import with_loops
+
+SYMMETRIC = 1e-9  # relative moment below which it is of rounding
+BESIDE_AXES = np.exp(-0.3j)  # a direction along which no axis of a map is likely to be
 
 
 def _signed_double_areas(z: ComplexArray, corner: IntArray) -> FloatArray:
@@ -24,91 +27,75 @@ def signed_double_areas(z: ComplexArray, corner: IntArray) -> FloatArray:
     return np.asarray(((b - a).conj() * (c - a)).imag)
 
 
-def _first_moments(z: ComplexArray, corner: IntArray, double: FloatArray, start: IntArray) -> ComplexArray:
-    made = np.zeros(len(start) - 1, dtype=np.complex128)
-    for k in range(len(made)):
-        for t in range(start[k], start[k + 1]):
-            made[k] += double[t] * (z[corner[0, t]] + z[corner[1, t]] + z[corner[2, t]]) / 3
+def _centred(
+    z: ComplexArray,
+    corner: IntArray,
+    double: FloatArray,
+    area: FloatArray,
+    vertex_start: IntArray,
+    face_start: IntArray,
+) -> ComplexArray:
+    made = np.empty_like(z)
+    for i in range(len(area)):
+        total, centroid, second, size, third = 0.0, 0j, 0j, 0.0, 0.0
+        for t in range(face_start[i], face_start[i + 1]):
+            total += double[t]
+            centroid += double[t] * (z[corner[0, t]] + z[corner[1, t]] + z[corner[2, t]]) / 3
+        centroid /= total
+        for t in range(face_start[i], face_start[i + 1]):
+            a, b, c = z[corner[0, t]] - centroid, z[corner[1, t]] - centroid, z[corner[2, t]] - centroid
+            s = a + b + c
+            second += double[t] * (a * a + b * b + c * c + s * s)
+            for u in (a, b, c):
+                size += double[t] * (u.real * u.real + u.imag * u.imag)
+        turn = 1 + 0j
+        if abs(second) > SYMMETRIC * size:
+            angle = np.arctan2(second.imag, second.real) / 2
+            turn = complex(np.cos(angle), -np.sin(angle))
+        for t in range(face_start[i], face_start[i + 1]):
+            s = (z[corner[0, t]] + z[corner[1, t]] + z[corner[2, t]]) / 3 - centroid
+            x = (s * turn).real
+            third += double[t] * x * x * x
+        if not abs(third) > SYMMETRIC * total * (size / total) ** 1.5:
+            third = (turn * BESIDE_AXES).real
+        turn *= np.sqrt(2 * area[i] / total) * (-1 if third < 0 else 1)
+        for v in range(vertex_start[i], vertex_start[i + 1]):
+            made[v] = (z[v] - centroid) * turn
     return made
 
 
-@with_loops(_first_moments)
-def first_moments(z: ComplexArray, corner: IntArray, double: FloatArray, start: IntArray) -> ComplexArray:
-    """Sum of `double` times the centroid over the faces of each part, `start[k]` to `start[k + 1]`."""
-    return _sums(double * z[corner].mean(axis=0), start)
+@with_loops(_centred)
+def centred(
+    z: ComplexArray,
+    corner: IntArray,
+    double: FloatArray,
+    area: FloatArray,
+    vertex_start: IntArray,
+    face_start: IntArray,
+) -> ComplexArray:
+    """Maps side by side, each scaled to its area, its centroid at 0 and its principal axes along x and y.
+
+    `double` is twice the area of each face. Map i has the vertices `vertex_start[i]` up to
+    `vertex_start[i + 1]`, and such faces. The longer axis is x; of its two directions the one that gives a
+    positive third moment. A symmetric map, of which rounding would choose the axes or a direction, is turned
+    by a rule that does not depend on rounding.
+    """
+    sizes = np.diff(face_start)
+    total, at = _sums(double, face_start), z[corner]
+    centroid = _sums(double * at.mean(axis=0), face_start) / total
+    a, b, c = about = at - np.repeat(centroid, sizes)
+    second = _sums(double * (a**2 + b**2 + c**2 + (a + b + c) ** 2), face_start)
+    size = _sums(double * (about.real**2 + about.imag**2).sum(axis=0), face_start)
+    turn = np.exp(-0.5j * np.angle(np.where(np.abs(second) > SYMMETRIC * size, second, 1)))
+    x = ((a + b + c) / 3 * np.repeat(turn, sizes)).real
+    third = _sums(double * (x * x * x), face_start)  # a power takes ten times as long
+    odd = np.abs(third) > SYMMETRIC * total * (size / total) ** 1.5
+    turn = np.where(np.where(odd, third, (turn * BESIDE_AXES).real) < 0, -turn, turn)
+    turn *= np.sqrt(2 * area / total)
+    vertices = np.diff(vertex_start)
+    return np.asarray((z - np.repeat(centroid, vertices)) * np.repeat(turn, vertices))
 
 
 def _sums(values: Array, start: IntArray) -> Array:
     """Sums over the parts, none of which is empty."""
     return np.add.reduceat(values, start[:-1]) if len(start) > 2 else values.sum(keepdims=True)
-
-
-Moments = tuple[ComplexArray, FloatArray]
-
-
-def _second_moments(
-    z: ComplexArray, corner: IntArray, double: FloatArray, start: IntArray, centre: ComplexArray
-) -> Moments:
-    second, size = np.zeros(len(centre), dtype=np.complex128), np.zeros(len(centre))
-    for k in range(len(centre)):
-        for t in range(start[k], start[k + 1]):
-            a, b, c = z[corner[0, t]] - centre[k], z[corner[1, t]] - centre[k], z[corner[2, t]] - centre[k]
-            s = a + b + c
-            second[k] += double[t] * (a * a + b * b + c * c + s * s)
-            size[k] += double[t] * (
-                a.real * a.real
-                + a.imag * a.imag
-                + b.real * b.real
-                + b.imag * b.imag
-                + c.real * c.real
-                + c.imag * c.imag
-            )
-    return second, size
-
-
-@with_loops(_second_moments)
-def second_moments(
-    z: ComplexArray, corner: IntArray, double: FloatArray, start: IntArray, centre: ComplexArray
-) -> Moments:
-    """Of the parts about their centres: sum z^2 over corners and their sum, and sum |z|^2."""
-    a, b, c = z[corner] - np.repeat(centre, np.diff(start))
-    second = double * (a**2 + b**2 + c**2 + (a + b + c) ** 2)
-    size = double * (_squared(a) + _squared(b) + _squared(c))
-    return _sums(second, start), _sums(size, start)
-
-
-def _squared(z: ComplexArray) -> FloatArray:
-    return np.asarray(z.real**2 + z.imag**2)
-
-
-def _third_moments(
-    z: ComplexArray,
-    corner: IntArray,
-    double: FloatArray,
-    start: IntArray,
-    centre: ComplexArray,
-    turn: ComplexArray,
-) -> FloatArray:
-    made = np.zeros(len(centre))
-    for k in range(len(centre)):
-        for t in range(start[k], start[k + 1]):
-            s = (z[corner[0, t]] + z[corner[1, t]] + z[corner[2, t]]) / 3 - centre[k]
-            x = (s * turn[k]).real
-            made[k] += double[t] * x * x * x
-    return made
-
-
-@with_loops(_third_moments)
-def third_moments(
-    z: ComplexArray,
-    corner: IntArray,
-    double: FloatArray,
-    start: IntArray,
-    centre: ComplexArray,
-    turn: ComplexArray,
-) -> FloatArray:
-    """Sum of `double` times the cube of the turned centroid's real part, about the centres of the parts."""
-    sizes = np.diff(start)
-    a, b, c = z[corner] - np.repeat(centre, sizes)
-    x = ((a + b + c) / 3 * np.repeat(turn, sizes)).real
-    return _sums(double * (x * x * x), start)  # a power takes ten times as long

@@ -4,34 +4,25 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._types import BoolArray, FloatArray, IntArray
+from .._types import FloatArray
 from .choice import compiled, inlined
 from .cholesky import Factor, Index
 
+Columns = tuple[Index, Index, Index, FloatArray, FloatArray]  # order, indptr, rows; entries of L, and D
+
 
 @inlined
-def _substituted(
-    first: int,
-    last: int,
-    order: Index,
-    indptr: Index,
-    rows: Index,
-    below: FloatArray,
-    diagonal: FloatArray,
-    b: FloatArray,
-    y: FloatArray,
-    x: FloatArray,
-) -> None:
-    """Solve the blocks of the rows `first` to `last` for two right sides, into `x`; `y` is work space."""
-    for k in range(first, last):
+def _substituted(factor: Columns, b: FloatArray, y: FloatArray, x: FloatArray) -> None:
+    """Solve for two right sides, (n, 2), into `x`; `y` is work space."""
+    order, indptr, rows, below, diagonal = factor
+    for k in range(len(order)):
         y[k, 0], y[k, 1] = b[order[k], 0], b[order[k], 1]
-    for k in range(first, last):
+    for k in range(len(order)):
         u, v = y[k, 0], y[k, 1]
         for p in range(indptr[k], indptr[k + 1]):
             y[rows[p], 0] -= below[p] * u
             y[rows[p], 1] -= below[p] * v
-    for i in range(last - first):
-        k = last - 1 - i
+    for k in range(len(order) - 1, -1, -1):
         u, v = y[k, 0] / diagonal[k], y[k, 1] / diagonal[k]
         for p in range(indptr[k], indptr[k + 1]):
             u -= below[p] * y[rows[p], 0]
@@ -40,18 +31,15 @@ def _substituted(
         x[order[k], 0], x[order[k], 1] = u, v
 
 
-def _solved(
-    order: Index, indptr: Index, rows: Index, below: FloatArray, diagonal: FloatArray, b: FloatArray
-) -> FloatArray:
+def _solved(factor: Columns, b: FloatArray) -> FloatArray:
     x = np.empty_like(b)
-    _substituted(0, len(order), order, indptr, rows, below, diagonal, b, np.empty_like(b), x)
+    _substituted(factor, b, np.empty_like(b), x)
     return x
 
 
 def solved(factor: Factor, b: FloatArray) -> FloatArray:
     """Solve A x = b for two right sides, (n, 2)."""
-    s = factor.symbolic
-    x: FloatArray = compiled(_solved)(s.order, s.indptr, s.rows, factor.below, factor.diagonal, b)
+    x: FloatArray = compiled(_solved)((*factor.symbolic[:3], factor.below, factor.diagonal), b)
     return x
 
 
@@ -83,107 +71,65 @@ def _fan_add(
     y[c, 1] += sign * (p - q)
 
 
-def _separate_errors(
-    row_start: IntArray,
-    face_start: IntArray,
-    row: Index,
-    pair: FloatArray,
-    cot: FloatArray,
+@inlined
+def _errors_by_gradients(
+    fans: tuple[Index, FloatArray, FloatArray],
+    factor: Columns,
     e: FloatArray,
     b: FloatArray,
     rtol: float,
     most: int,
-    order: Index,
-    indptr: Index,
-    rows: Index,
-    below: FloatArray,
-    diagonal: FloatArray,
-) -> tuple[FloatArray, IntArray, BoolArray]:
-    n, size, e = len(b), len(row_start) - 1, e.copy()
-    x, r, p, q = np.zeros((n + 1, 2)), np.empty((n + 1, 2)), np.zeros((n + 1, 2)), np.empty((n + 1, 2))
-    z, work = np.empty((n, 2)), np.empty((n, 2))
-    steps, converged = np.zeros(size, dtype=np.int64), np.zeros(size, dtype=np.bool_)
-    r[:n] = b
-    for k in range(size):
-        first, last = row_start[k], row_start[k + 1]
-        for t in range(face_start[k], face_start[k + 1]):
-            _fan_add(t, row, cot, e[0, t], e[1, t], e[2, t], r, -1.0)
-        norm = 0.0
-        for i in range(first, last):
-            norm += r[i, 0] * r[i, 0] + r[i, 1] * r[i, 1]
-        goal, rho_before = rtol * np.sqrt(norm), 1.0
-        converged[k] = goal == 0
-        while steps[k] < most and not converged[k]:
-            if np.sqrt(norm) < goal:
-                converged[k] = True
-            if converged[k] or not np.isfinite(norm):
-                break
-            _substituted(first, last, order, indptr, rows, below, diagonal, r, work, z)
-            rho = 0.0
-            for i in range(first, last):
-                rho += r[i, 0] * z[i, 0] + r[i, 1] * z[i, 1]
-            share = rho / rho_before
-            for i in range(first, last):
-                for j in range(2):
-                    p[i, j] = z[i, j] + share * p[i, j]
-                    q[i, j] = 0.0
-            for t in range(face_start[k], face_start[k + 1]):
-                u, v, w = _fan_errors(t, row, pair, cot, p)
-                _fan_add(t, row, cot, u, v, w, q, 1.0)
-            curvature = 0.0
-            for i in range(first, last):
-                curvature += p[i, 0] * q[i, 0] + p[i, 1] * q[i, 1]
-            length, norm = rho / curvature, 0.0
-            for i in range(first, last):
-                for j in range(2):
-                    x[i, j] += length * p[i, j]
-                    r[i, j] -= length * q[i, j]
-                    norm += r[i, j] * r[i, j]
-            rho_before = rho
-            steps[k] += 1
-        for i in range(first, last):
-            converged[k] &= np.isfinite(x[i, 0]) and np.isfinite(x[i, 1])
-        for t in range(face_start[k], face_start[k + 1]):
-            u, v, w = _fan_errors(t, row, pair, cot, x)
-            e[0, t] += u
-            e[1, t] += v
-            e[2, t] += w
-    return e, steps, converged
+) -> tuple[int, bool]:
+    """Add P M^T x to e, S x = b - M e by conjugate gradients; the steps, and whether they converged.
 
-
-def separate_errors(
-    row_start: IntArray,
-    face_start: IntArray,
-    row: IntArray,
-    pair: FloatArray,
-    cot: FloatArray,
-    e0: FloatArray,
-    b: FloatArray,
-    factor: Factor,
-    rtol: float,
-    most: int,
-) -> tuple[FloatArray, IntArray, BoolArray]:
-    """e0 + P M^T x of meshes side by side, S x = b - M e0 by conjugate gradients for each mesh by itself.
-
-    S = M P M^T, `pair` are the `pair_weights`, and `factor` is that of the preconditioner. `row` is that of
-    each corner, (3, #F), #rows for none. Mesh k has the rows `row_start[k]` to `row_start[k + 1]`, and such
-    triangles; b is (#rows, 2). Returns also the steps of each mesh, and whether it converged.
+    S = M P M^T, and the factor is that of the preconditioner. `fans` have the row of each corner, (3, #F),
+    #rows for none, the `pair_weights` and the cotangents; b is (#rows, 2).
     """
-    s = factor.symbolic
-    made: tuple[FloatArray, IntArray, BoolArray] = compiled(_separate_errors)(
-        row_start,
-        face_start,
-        row.astype(np.uint32),
-        pair,
-        cot,
-        e0,
-        b,
-        rtol,
-        most,
-        s.order,
-        s.indptr,
-        s.rows,
-        factor.below,
-        factor.diagonal,
-    )
-    return made
+    row, pair, cot = fans
+    n, m = len(b), len(row[0])
+    x, p, q, r = np.zeros((n + 1, 2)), np.zeros((n + 1, 2)), np.empty((n + 1, 2)), np.empty((n + 1, 2))
+    z, work = np.empty((n, 2)), np.empty((n, 2))
+    r[:n] = b
+    for t in range(m):
+        _fan_add(t, row, cot, e[0, t], e[1, t], e[2, t], r, -1.0)
+    norm, steps = 0.0, 0
+    for i in range(n):
+        norm += r[i, 0] * r[i, 0] + r[i, 1] * r[i, 1]
+    goal, rho_before = rtol * np.sqrt(norm), 1.0
+    converged = goal == 0
+    while steps < most and not converged:
+        if np.sqrt(norm) < goal:
+            converged = True
+        if converged or not np.isfinite(norm):
+            break
+        _substituted(factor, r, work, z)
+        rho = 0.0
+        for i in range(n):
+            rho += r[i, 0] * z[i, 0] + r[i, 1] * z[i, 1]
+        share = rho / rho_before
+        for i in range(n):
+            for j in range(2):
+                p[i, j] = z[i, j] + share * p[i, j]
+                q[i, j] = 0.0
+        for t in range(m):
+            u, v, w = _fan_errors(t, row, pair, cot, p)
+            _fan_add(t, row, cot, u, v, w, q, 1.0)
+        curvature = 0.0
+        for i in range(n):
+            curvature += p[i, 0] * q[i, 0] + p[i, 1] * q[i, 1]
+        length, norm = rho / curvature, 0.0
+        for i in range(n):
+            for j in range(2):
+                x[i, j] += length * p[i, j]
+                r[i, j] -= length * q[i, j]
+                norm += r[i, j] * r[i, j]
+        rho_before = rho
+        steps += 1
+    for i in range(n):
+        converged &= np.isfinite(x[i, 0]) and np.isfinite(x[i, 1])
+    for t in range(m):
+        u, v, w = _fan_errors(t, row, pair, cot, x)
+        e[0, t] += u
+        e[1, t] += v
+        e[2, t] += w
+    return steps, converged

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from .choice import with_loops
+from .choice import inlined, with_loops
 
 NEXT = [1, 2, 0]  # corner k + 1: where the left angle beta of corner k's fan is
 PREV = [2, 0, 1]  # corner k + 2: where the right angle gamma is
@@ -126,8 +126,29 @@ def lengths(V: FloatArray, edges: IntArray) -> FloatArray:
     return np.asarray(np.sqrt(np.einsum("ij,ij->i", along, along)))
 
 
+@inlined
+def _cotangent(x: float) -> float:
+    """Of an angle, by the rational function of Cephes (Moshier 1989): a loop of these runs in SIMD."""
+    quarter = np.floor(x * (2 / np.pi) + 0.5)
+    y = x - quarter * (np.pi / 2)
+    z = y * y
+    p = (-1.30936939181383734205e4 * z + 1.15351664838587416140e6) * z - 1.79565251976484877988e7
+    q = ((z + 1.36812963470692954678e4) * z - 1.32089234440210967447e6) * z + 2.50083801823357915839e7
+    tangent = y + y * (z * p / (q * z - 5.38695755929454629881e7))
+    return float(1 / tangent if quarter == 2 * np.floor(quarter / 2) else -tangent)
+
+
+def _cotangents(alpha: FloatArray) -> FloatArray:
+    cot = np.empty_like(alpha)
+    for k in range(3):
+        for t in range(alpha.shape[1]):
+            cot[k, t] = _cotangent(alpha[k, t])
+    return cot
+
+
+@with_loops(_cotangents)
 def cotangents(alpha: FloatArray) -> FloatArray:
-    """cot alpha; infinite at an angle of 0, as in a collapsed triangle."""
+    """cot alpha, (3, #F); infinite at an angle of 0, as in a collapsed triangle."""
     made = np.tan(alpha)  # NumPy's tangent takes a fifth of the time of its sine
     with np.errstate(divide="ignore"):
         np.divide(1, made, out=made)

@@ -8,8 +8,9 @@ import igl
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..kernels import centred
 from ..linalg import Solvers
-from ..surface import Disks, Mesh, Parts, Pins, centred_each, complex_positions, signed_double_areas
+from ..surface import Disks, Mesh, Parts, Pins, complex_positions, signed_double_areas
 from .choice import placed
 from .isometric_energy import Rest
 from .newton import MAX_STEPS, Charts, Hessians, Springs, descend
@@ -88,7 +89,7 @@ def isometric_together(
     z, steps = descend(charts, z, weight, Hessians(corner, len(z), solvers))
     energy = charts.energy(z, weight)
     double = np.abs(signed_double_areas(z, corner))
-    z = centred_each(corner, z, double, disks.area, vertices, faces)
+    z = centred(z, corner, double, disks.area, vertices.start, faces.start)
     sound = ~faces.any(~(signed_double_areas(z, corner) > 0))
     return z, energy, steps, near & sound & (steps < MAX_STEPS)
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray
 from ..angles import Constraints, Iterate
+from ..kernels import centred
 from ..linalg import Solvers
-from ..surface import Disks, area_ratio, centred_each, complex_positions, signed_double_areas
+from ..surface import Disks, area_ratio, complex_positions, signed_double_areas
 from .boundary import develop_boundaries
 
 
@@ -62,7 +63,7 @@ def flat_disks(disks: Disks, constraints: Constraints, at: Iterate, solvers: Sol
     with np.errstate(divide="ignore", invalid="ignore"):  # of a disk whose angles are not to be drawn
         areas = signed_double_areas(z, topology.corner)
         scale = np.abs(areas)
-        z = centred_each(topology.corner, z, scale, disks.area, disks.vertices, disks.faces)
+        z = centred(z, topology.corner, scale, disks.area, disks.vertices.start, disks.faces.start)
         scale /= disks.double_area
         ratio = area_ratio(disks.faces.max(scale), disks.faces.min(scale))
     return FlatDisks(z, gap, disks.faces.any(~(areas > 0)), ratio, solver)

@@ -20,6 +20,7 @@ from ..surface import (
     Triangles,
     complex_positions,
     connected_labels,
+    map_array,
     signed_double_areas,
     topology_of,
     vertex_array,
@@ -127,9 +128,7 @@ def pattern_of(
             )
     else:
         split, origin = Polygons.of(F).split(points), np.arange(len(points))
-        TC, FTC = vertex_array(atlas, 2, "uv"), split.F
-        if len(TC) != len(points):
-            raise MeshError(f"uv has {len(TC)} rows for {len(points)} vertices: pass one row a vertex")
+        TC, FTC = map_array(atlas, len(points)), split.F
     solid = (FTC[:, NEXT] != FTC).all(axis=1)
     FTC, inner = FTC[solid], None if split is None else split.inner[solid]
     used, F_flat = np.unique(FTC, return_inverse=True)

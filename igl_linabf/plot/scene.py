@@ -14,8 +14,9 @@ from numpy.typing import ArrayLike
 from .._types import BoolArray, FloatArray, IntArray
 from ..charts import Atlas
 from ..errors import MeshError
+from ..kernels import signed_double_areas
 from ..measures import Measure, distortion
-from ..surface import compact, complex_positions, face_array, seam_mask, signed_double_areas, vertex_array
+from ..surface import compact, complex_positions, face_array, map_array, seam_mask, vertex_array
 from .cones import SeamSides, add_balls, colours_of, seam_sides
 
 LIGHT, DARK, WARNING, SEAM = "#f4f1e8", "#2f6690", "#d1242f", "#16161d"
@@ -70,10 +71,8 @@ def scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | 
     points = vertex_array(V)
     if isinstance(uv, Atlas):
         return _of_atlas(points, F, uv, seams)
-    faces, map_ = face_array(F), vertex_array(uv, 2, "uv")
+    faces, map_ = face_array(F), map_array(uv, len(points))
     lines = points[_ends(() if seams is None else seams, faces, len(points))]
-    if len(map_) != len(points):
-        raise MeshError(f"uv has {len(map_)} rows for {len(points)} vertices: pass one row a vertex")
     vertices, faces = compact(faces, len(points))
     return Scene(points[vertices], faces, map_[vertices], lines)
 

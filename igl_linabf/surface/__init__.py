@@ -7,12 +7,13 @@ Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
 from ..kernels import NEXT, PREV, cycles, sum_by
-from .areas import measure
+from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE, measure
 from .arrays import (
     Pins,
     check_finite,
     compact,
     face_array,
+    map_array,
     pins,
     scatter,
     seam_mask,
@@ -29,7 +30,6 @@ from .plane import (
     SPAN,
     area_ratio,
     centred,
-    centred_each,
     complex_positions,
     coordinates,
     flat_angles,

@@ -24,6 +24,14 @@ def vertex_array(V: ArrayLike, columns: int = 3, name: str = "V") -> FloatArray:
     return np.ascontiguousarray(array, dtype=np.float64)
 
 
+def map_array(uv: ArrayLike, n: int) -> FloatArray:
+    """A flat map of `n` vertices as a C-ordered (#V, 2) float64 array."""
+    map_ = vertex_array(uv, 2, "uv")
+    if len(map_) != n:
+        raise MeshError(f"uv has {len(map_)} rows for {n} vertices: pass one row a vertex")
+    return map_
+
+
 def face_array(F: ArrayLike) -> IntArray:
     """`F` as a C-ordered (#F, 3) int64 array."""
     array = _array(F, "iuf", "F is not an array of integers: pass #F by 3 vertex indices")

@@ -4,19 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
+from .. import kernels
 from .._types import Array, ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
-from ..kernels import first_moments, second_moments, signed_double_areas, third_moments
+from ..kernels import signed_double_areas
 from .arrays import Pins
 from .mesh import Mesh
-from .parts import Parts
 from .topology import NEXT, PREV, Topology
 
 SPAN = 1e12  # ratio of area scales above which double precision is no longer enough
-
-
-SYMMETRIC = 1e-9  # relative moment below which it is of rounding
-BESIDE_AXES = np.exp(-0.3j)  # a direction along which no axis of a map is likely to be
 ALL_DIGITS = 1e30  # above which lengths differ by all digits, and no layout helps
 
 
@@ -71,30 +67,8 @@ def placed_at(z: ComplexArray, pinned: Pins) -> ComplexArray:
 
 
 def centred(topology: Topology, z: ComplexArray, area: float) -> ComplexArray:
-    """The map scaled to `area`, its centroid at 0 and its principal axes along x and y.
-
-    The longer axis is x; of its two directions the one that gives a positive third moment. A symmetric
-    map, of which rounding would choose the axes or a direction, is turned by a rule that does not
-    depend on rounding.
-    """
+    """The map scaled to `area` and placed by `kernels.centred`."""
     corner = topology.corner
     double = np.abs(signed_double_areas(z, corner))
-    return centred_each(
-        corner, z, double, np.array([area]), Parts.of_sizes([len(z)]), Parts.of_sizes([len(double)])
-    )
-
-
-def centred_each(
-    corner: IntArray, z: ComplexArray, double: FloatArray, area: FloatArray, vertices: Parts, faces: Parts
-) -> ComplexArray:
-    """`centred` of maps side by side, each scaled to its own area; `double` is twice their faces' areas."""
-    start = faces.start
-    total = faces.sum(double) if len(faces) > 1 else double.sum(keepdims=True)
-    centroid = first_moments(z, corner, double, start) / total
-    second, size = second_moments(z, corner, double, start, centroid)
-    turn = np.exp(-0.5j * np.angle(np.where(np.abs(second) > SYMMETRIC * size, second, 1)))
-    third = third_moments(z, corner, double, start, centroid, turn)
-    odd = np.abs(third) > SYMMETRIC * total * (size / total) ** 1.5
-    turn = np.where(np.where(odd, third, (turn * BESIDE_AXES).real) < 0, -turn, turn)
-    at = vertices.spread
-    return np.asarray((z - at(centroid)) * at(turn) * at(np.sqrt(2 * area / total)))
+    ends = np.array([0, len(z)]), np.array([0, len(double)])
+    return kernels.centred(z, corner, double, np.array([area]), *ends)

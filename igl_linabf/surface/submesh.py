@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError
 from .areas import measure
-from .arrays import check_finite, compact, face_array, scatter, sides_along, vertex_array
+from .arrays import check_finite, compact, face_array, map_array, scatter, sides_along, vertex_array
 from .components import connected_labels, face_components
 from .topology import NEXT, Topology, check_fans, topology_of
 
@@ -79,10 +78,7 @@ class Submesh:
 
     def checked_map(self, uv: ArrayLike) -> FloatArray:
         """Check a flat map of the caller's vertices; return the rows of these vertices."""
-        map_ = vertex_array(uv, 2, "uv")
-        if len(map_) != self.n_given:
-            raise MeshError(f"uv has {len(map_)} rows for {self.n_given} vertices: pass one row a vertex")
-        map_ = map_[self.vertices]
+        map_ = map_array(uv, self.n_given)[self.vertices]
         check_finite(map_, self.vertices, "uv")
         return map_
 

@@ -1,0 +1,73 @@
+"""Overlaps of a map, foreseen on the clusters of a surface, and seams that part them.
+
+Clusters are the vertices of a coarse mesh, whose map is much like the one of the surface. Where it overlaps,
+the surface is cut before it is flattened at all: that is the same search for seams on far fewer triangles.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._types import IntArray
+from ..errors import MeshError, SingularSystemError
+from ..flattening import Sketch
+from ..measures import overlapping_pairs
+from ..surface import NEXT, Submesh
+from .crease_cuts import parted
+from .cut_graph import ClosedSurface
+from .overlap_seams import MAX_SPLITS, seams_between
+from .pieces import flattened
+
+FEW = 0.01  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
+
+
+def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
+    """The triangles of a closed surface, from the nodes at the corners of those that it came from.
+
+    Holes are open. None if the triangles are no oriented manifold, or an edge is missing.
+    """
+    different = (corners != np.roll(corners, 1, axis=1)).all(axis=1) & (corners >= piece.holes).all(axis=1)
+    F = corners[different]
+    tail, head = F, F[:, list(NEXT)]
+    key = np.minimum(tail, head) * piece.n + np.maximum(tail, head)
+    inner = ~np.isin(key, piece.key)  # a diagonal of a polygon
+    proper = piece.ends[(piece.ends >= piece.holes).all(axis=1)]
+    if len(np.unique(key[~inner])) != len(proper):
+        return None
+    try:
+        mesh = Submesh.checked_manifold(piece.position, F)
+    except MeshError:
+        return None
+    return Submesh(mesh.V, mesh.F, mesh.faces, mesh.vertices, mesh.n_given, inner if inner.any() else None)
+
+
+def edges_between_overlaps(piece: ClosedSurface, mesh: Submesh, seam: IntArray) -> IntArray:
+    """Edges between the sheets that would lie over each other, were the surface cut to disks along a seam."""
+    nodes, waiting, number = mesh.vertices, mesh.cut_along(piece.ends[seam]), 0
+    label = np.zeros(len(mesh.F), dtype=np.int64)
+    for _ in range(MAX_SPLITS):
+        smaller: list[Submesh] = []
+        for part in waiting:
+            number += 1
+            label[part.faces] = number
+            smaller += _parts(part)
+        waiting = smaller
+        if not waiting:
+            break
+    inside = mesh.cells[1]
+    right, left = label[mesh.topology.sides[:, inside] % len(mesh.F)]
+    between = nodes[mesh.topology.edges[inside[right != left]]]
+    return np.setdiff1d(piece.between(between[:, 0], between[:, 1]), seam)
+
+
+def _parts(disk: Submesh) -> list[Submesh]:
+    """The parts of a disk whose map overlaps; none if it is sound."""
+    try:
+        result = flattened(disk, Sketch())
+    except (MeshError, SingularSystemError):
+        return []
+    pairs = overlapping_pairs(result.uv, disk.F)
+    few = len(np.unique(pairs)) < FEW * len(disk.F)
+    if few or not len(pairs) or len(result.flipped) or result.holes:
+        return []
+    return parted(disk, result.uv, pairs) or disk.cut_along(seams_between([disk], disk.faces[pairs]))

@@ -1,0 +1,301 @@
+"""Linear ABF of many small disks, each from its vertices to its map at once: loops only, for numba.
+
+All arrays of a small disk stay in the processor's caches if it is done before the next one begins. Without
+numba, `flattening.many` takes the same steps for all disks at a time, and so it does for those with slivers.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .._types import ComplexArray, FloatArray, IntArray
+from .choice import inlined, only_loops
+from .cholesky import _analysed, _factored
+from .connectivity import _boundary_loops, _entries, _in_one_piece, _undirected
+from .maps import _centred, _signed_double_areas
+from .small_systems import _errors_by_gradients, _substituted
+from .systems import _at_edges, _conformal_weights, _disparity, _laplacian_entries, _pair_weights, _pulled
+from .triangles import _angle_sums, _cotangents, _cut_short, _products
+
+ALONE, THIN, STILL, STEPPED = 0, 1, 2, 3  # what became of a disk
+FIGURES = 13
+
+
+class Limits(NamedTuple):
+    """What the loops ask of a disk.
+
+    Attributes
+    ----------
+    smallest, largest : float
+        Coordinate: the largest one of a disk is between these.
+    cap : float
+        Radians below pi above which an angle is too large.
+    threshold : float
+        Radians by which the angles around a vertex may miss 2 pi in the initial estimate.
+    rtol, tol : float
+        Relative residual of conjugate gradients; residual below which there is nothing to do.
+    most_steps : int
+        Of conjugate gradients.
+    disparity : float
+        Of the metrics in a triangle, above which it is a sliver.
+    reach : float
+        Share of the way to a vanishing angle that a step may go.
+    gap : float
+        Relative gap of the developed boundary.
+    """
+
+    smallest: float
+    largest: float
+    cap: float
+    threshold: float
+    rtol: float
+    tol: float
+    most_steps: int
+    disparity: float
+    reach: float
+    gap: float
+
+
+@inlined
+def _arctangent(y: float, x: float) -> float:
+    """Of y / x, in (0, pi) for positive y, by the rational function of Cephes, for SIMD."""
+    low, high = min(y, abs(x)), max(y, abs(x))
+    steep = low > 0.66 * high
+    u = (low - high) / (low + high) if steep else low / high
+    z = u * u
+    p = (-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z - 7.500855792314704667340e1
+    q = (z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2
+    p = (p * z - 1.228866684490136173410e2) * z - 6.485021904942025371773e1
+    q = ((q * z + 4.328810604912902668951e2) * z + 4.853903996359136964868e2) * z + 1.945506571482613964425e2
+    angle = u + u * (z * p / q) + (np.pi / 4 if steep else 0.0)
+    angle = angle if y < abs(x) else np.pi / 2 - angle
+    return angle if x > 0 else np.pi - angle
+
+
+@inlined
+def _is_sound(V: FloatArray, F: IntArray, corner: IntArray, limits: Limits) -> bool:
+    """Fill `corner`; whether indices and coordinates are right, and every vertex has a face."""
+    used, left, extent = np.zeros(len(V), dtype=np.bool_), len(V), 0.0
+    for t in range(len(F)):
+        for k in range(3):
+            v = F[t, k]
+            if v < 0 or v >= len(V) or v == F[t, (k + 1) % 3]:
+                return False
+            left -= not used[v]
+            used[v] = True
+            corner[k, t] = v
+    for v in range(len(V)):
+        for j in range(3):
+            if not abs(V[v, j]) < limits.largest:
+                return False
+            extent = max(extent, abs(V[v, j]))
+    return left == 0 and extent > limits.smallest
+
+
+@inlined
+def _estimated(
+    V: FloatArray, corner: IntArray, inside: IntArray, limits: Limits, double: FloatArray, alpha: FloatArray
+) -> bool:
+    """Fill `double`, twice the areas, and `alpha`, the initial estimate; whether no face is degenerate."""
+    m = corner.shape[1]
+    area, dot, least = _products(V, corner)
+    for k in range(3):
+        for t in range(m):
+            alpha[k, t] = _arctangent(area[t], dot[k, t])
+    total = np.zeros(len(V))
+    for t in range(m):
+        double[t] = area[t]
+        if not area[t] > least[t]:
+            return False
+        for k in range(3):
+            total[corner[k, t]] += alpha[k, t]
+        a, b, c = alpha[0, t], alpha[1, t], alpha[2, t]
+        if a + b + c - max(a, b, c) < limits.cap:
+            return False
+    far = False
+    for v in range(len(V)):
+        share = 1.0
+        if inside[v] >= 0 and abs(total[v] - 2 * np.pi) > limits.threshold:
+            share, far = 2 * np.pi / total[v], True
+        total[v] = share
+    for t in range(m if far else 0):
+        for k in range(3):
+            alpha[k, t] *= total[corner[k, t]]
+        share = np.pi / (alpha[0, t] + alpha[1, t] + alpha[2, t])
+        for k in range(3):
+            alpha[k, t] *= share
+    return True
+
+
+@inlined
+def _residual(
+    alpha: FloatArray,
+    total: FloatArray,
+    log_ratio: FloatArray,
+    inside: IntArray,
+    b: FloatArray,
+    missing: FloatArray,
+    families: FloatArray,
+) -> float:
+    """Fill b and `missing` with the residuals of rows and triangles (eq. 5, 6, 10); the largest of all."""
+    families[:] = 0.0
+    for v in range(len(inside)):
+        if inside[v] >= 0:
+            b[inside[v], 0], b[inside[v], 1] = 2 * np.pi - total[v], log_ratio[v]
+            families[0] = max(families[0], abs(2 * np.pi - total[v]))
+            families[2] = max(families[2], abs(log_ratio[v]))
+    for t in range(len(missing)):
+        missing[t] = np.pi - (alpha[0, t] + alpha[1, t] + alpha[2, t])
+        families[1] = max(families[1], abs(missing[t]))
+    return float(max(families[0], families[1], families[2]))
+
+
+@inlined
+def _drawn(loop: IntArray, total: FloatArray, log_ratio: FloatArray, z: ComplexArray) -> float:
+    """Develop the boundary into `z`, as `develop_boundary` does; the relative gap."""
+    size, shift, mean = len(loop), 2 * np.pi, 0.0
+    for v in loop:
+        shift -= np.pi - total[v]
+        mean += log_ratio[v] / size
+    length, edge = np.empty(size), np.empty(size, dtype=np.complex128)
+    at, longest, turned = 0.0, -np.inf, 0.0
+    for i in range(size):
+        at += log_ratio[loop[i]] - mean
+        length[i], longest = at, max(longest, at)
+        turned += np.pi - total[loop[i]] + shift / size
+        edge[i] = complex(np.cos(turned), np.sin(turned))
+    gap, around, xx, xy, yy = 0j, 0.0, 0.0, 0.0, 0.0
+    for i in range(size):
+        length[i] = np.exp(length[i] - longest)
+        x, y = edge[i].real, edge[i].imag
+        gap += length[i] * edge[i]
+        around += length[i]
+        xx, xy, yy = xx + length[i] * x * x, xy + length[i] * x * y, yy + length[i] * y * y
+    det, place = xx * yy - xy * xy, 0j
+    u, v = (xy * gap.imag - yy * gap.real) / det, (xy * gap.real - xx * gap.imag) / det
+    for i in range(size):
+        z[loop[i]] = place
+        place += length[i] * (1 + u * edge[i].real + v * edge[i].imag) * edge[i]
+    return abs(gap) / around
+
+
+def _flat_disk(
+    V: FloatArray, F: IntArray, limits: Limits, uv: FloatArray, angles: FloatArray, figures: FloatArray
+) -> int:
+    n, m = len(V), len(F)
+    corner = np.empty((3, m), dtype=np.int64)
+    if not _is_sound(V, F, corner, limits):
+        return ALONE
+    edges, sides, sound = _undirected(corner, n)
+    rim = np.flatnonzero(sides[1] < 0)
+    loop, sizes, _ = _boundary_loops(edges[rim, 0], edges[rim, 1], n)
+    if not sound or len(sizes) != 1 or n - len(edges) + m != 1 or not _in_one_piece(sides, m):
+        return ALONE
+    inside, rows = np.zeros(n, dtype=np.int64), 0
+    for v in loop:
+        inside[v] = -1
+    for v in range(n):
+        if inside[v] == 0:
+            inside[v] = rows
+            rows += 1
+    double, alpha = np.empty(m), np.empty((3, m))
+    if not _estimated(V, corner, inside, limits, double, alpha):
+        return ALONE
+    families, cot = figures[:9].reshape(3, 3), _cotangents(alpha)
+    total, log_ratio = _angle_sums(corner, alpha, cot, n)
+    b, missing = np.empty((rows, 2)), np.empty(m)
+    stepped = _residual(alpha, total, log_ratio, inside, b, missing, families[0]) > limits.tol
+    families[1:] = families[0]
+    if stepped and not rows:
+        return ALONE
+    ends = np.empty((2, len(edges)), dtype=np.int64)
+    for e in range(len(edges)):
+        ends[0, e], ends[1, e] = inside[edges[e, 0]], inside[edges[e, 1]]
+    indptr, indices, slot = _entries(ends, rows)
+    symbolic = _analysed(np.array([0, rows]), indptr, indices)
+    order, begin, below = symbolic[:3]
+    if stepped:
+        row = np.empty((3, m), dtype=np.uint32)
+        for k in range(3):
+            for t in range(m):
+                row[k, t] = inside[corner[k, t]] if inside[corner[k, t]] >= 0 else rows
+        w, d = alpha * alpha, np.empty(m)
+        for t in range(m):
+            d[t] = w[0, t] + w[1, t] + w[2, t]
+        disparity = _disparity(w, d, cot)
+        for t in range(m):
+            if disparity[t] > limits.disparity and min(row[0, t], row[1, t], row[2, t]) < rows:
+                return THIN
+        weight = _at_edges(_conformal_weights(w, d, cot), sides) / 2
+        bad, entries, diagonal = _factored(_laplacian_entries(indptr, slot, ends, weight), *symbolic[1:])
+        if bad >= 0:
+            return ALONE
+        fans, factor = (row, _pair_weights(w, d), cot), (order, begin, below, entries, diagonal)
+        for k in range(2):
+            e0 = w * (missing / d)
+            steps, converged = _errors_by_gradients(fans, factor, e0, b, limits.rtol, limits.most_steps)
+            step, cut = _cut_short(alpha, e0, limits.reach)
+            if not converged or cut.any():
+                return ALONE
+            alpha = alpha + step
+            cot = _cotangents(alpha)
+            total, log_ratio = _angle_sums(corner, alpha, cot, n)
+            _residual(alpha, total, log_ratio, inside, b, missing, families[k + 1])
+            figures[9 + k] = steps
+    z = np.zeros(n, dtype=np.complex128)
+    figures[11] = _drawn(loop, total, log_ratio, z)
+    if not figures[11] <= limits.gap:
+        return ALONE
+    if rows:
+        weight = _at_edges(cot, sides) / 2
+        bad, entries, diagonal = _factored(_laplacian_entries(indptr, slot, ends, weight), *symbolic[1:])
+        if bad >= 0:
+            return ALONE
+        right = _pulled(ends, edges, weight, z, rows)
+        x, work = np.empty_like(right), np.empty_like(right)
+        _substituted((order, begin, below, entries, diagonal), right, work, x)
+        for v in range(n):
+            if inside[v] >= 0:
+                z[v] = complex(x[inside[v], 0], x[inside[v], 1])
+    flat, whole = _signed_double_areas(z, corner), np.zeros(1)
+    smallest, largest = np.inf, 0.0
+    for t in range(m):
+        if not flat[t] > 0:
+            return ALONE
+        smallest, largest = min(smallest, flat[t] / double[t]), max(largest, flat[t] / double[t])
+        whole[0] += double[t] / 2
+    figures[12] = largest / max(smallest, 1e-32 * largest)
+    z = _centred(z, corner, flat, whole, np.array([0, n]), np.array([0, m]))
+    for v in range(n):
+        uv[v, 0], uv[v, 1] = z[v].real, z[v].imag
+    for t in range(m):
+        for k in range(3):
+            angles[t, k] = alpha[k, t]
+    return STEPPED if stepped else STILL
+
+
+inlined(_flat_disk)
+
+
+def _flat_disks(
+    V: FloatArray, F: IntArray, vertex_start: IntArray, face_start: IntArray, limits: Limits
+) -> tuple[IntArray, FloatArray, FloatArray, FloatArray]:
+    size = len(face_start) - 1
+    state, figures = np.empty(size, dtype=np.int64), np.zeros((size, FIGURES))
+    uv, angles = np.empty((len(V), 2)), np.empty((len(F), 3))
+    for k in range(size):
+        a, b, c, d = vertex_start[k], vertex_start[k + 1], face_start[k], face_start[k + 1]
+        state[k] = _flat_disk(V[a:b], F[c:d], limits, uv[a:b], angles[c:d], figures[k])
+    return state, uv, angles, figures
+
+
+flat_disks = only_loops(_flat_disks)
+flat_disks.__doc__ = """The states of disks; maps (#V, 2), angles (#F, 3) and figures of those that are flat.
+
+A disk is ALONE if linear ABF's step and chord are not enough for it, or something is wrong with it; THIN if
+it has slivers; STILL if its angles were flat from the start; or STEPPED. Figures are the largest residuals of
+vertices, triangles and wheels at the start, after the step and after the chord; the inner steps of the two;
+the gap; the ratio of area scales.
+"""
