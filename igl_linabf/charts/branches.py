@@ -1,7 +1,5 @@
 """Branch points of a seam, moved to where it is shorter; and what moves arcs of it uses, too."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import combinations
 from typing import TypeVar

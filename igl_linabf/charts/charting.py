@@ -1,7 +1,5 @@
 """The charts of a surface: pieces, flattened, and cut further where they flip, overlap or stretch."""
 
-from __future__ import annotations
-
 import warnings
 from contextlib import nullcontext
 from dataclasses import dataclass, replace

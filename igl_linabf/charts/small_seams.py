@@ -3,8 +3,6 @@
 The bodies do not touch, so that one Laplace system, and one search for shortest paths, serves all of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Areas of flat maps and their places on the page, several side by side, given by complex positions."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import Array, ComplexArray, FloatArray, IntArray

@@ -4,8 +4,6 @@ All arrays of a small disk stay in the processor's caches if it is done before t
 numba, `flattening.many` takes the same steps for all disks at a time, and so it does for those with slivers.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """What is computed in each triangle, and summed at the vertices; arrays over corners are (3, #F)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
