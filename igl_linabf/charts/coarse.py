@@ -21,7 +21,7 @@ from .tighten import tightened
 
 LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
 REACH = 6.0  # mean distances to a root that a branch point's arcs may move
-HOPS = 13_000, 60_000  # nodes from which the roots of clusters are two and three edges apart, not one
+FAR = 60_000  # nodes from which the roots of clusters are more than three edges apart, not two
 SMALLEST_SHARE = 1e-3  # of the way that an edge across goes: the maximum principle then holds
 
 
@@ -102,7 +102,7 @@ class Levels:
         """Down to so many nodes."""
         steps: list[Contracted] = []
         while not steps or piece.n > most:
-            hops = 1 + sum(piece.n >= nodes for nodes in HOPS)
+            hops = 3 if piece.n >= FAR else 2
             steps.append(contracted(piece, clusters(piece, hops)))
             piece = steps[-1].coarse
         return cls(steps)

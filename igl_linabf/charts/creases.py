@@ -71,7 +71,7 @@ def flat_shares(surface: Submesh, of: IntArray) -> FloatArray:
     total = sum_by(of, double_area, number)
     length = lengths(surface.V, topology.edges[inside])
     way = double_area[sides].sum(axis=0) / np.maximum(length, np.finfo(float).tiny)
-    bend = np.abs(all_bends(surface, _extents(surface, of)[of]))
+    bend = np.abs(all_bends(surface, _extents(surface, of)[of] if number > 1 else None))
     straight = bend < STRAIGHT * way / np.sqrt(total / 2)[of[sides[0]]] + ROUNDING
     flat = np.zeros(m, dtype=bool)
     flat[sides[:, straight]] = True

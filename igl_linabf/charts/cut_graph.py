@@ -14,7 +14,8 @@ from ..kernels import lengths, nearest_sources, spanning_forest
 from ..surface import Submesh, connected_labels, sum_by
 from .creases import all_bends, angle_noise, sharpness
 from .scale import ZeroAtNodes
-from .visibility import Smoothing, shown, valleys
+from .smoothing import Smoothing
+from .visibility import shown, valleys
 
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
@@ -97,6 +98,16 @@ class ClosedSurface:
         """(#E,): less than 1 in concave valleys."""
         return self.valleys()
 
+    @cached_property
+    def seen(self) -> FloatArray:
+        """By what hiding multiplies lengths on average at each node, (n,)."""
+        ends = self.ends.ravel()
+        total, number = (
+            np.bincount(ends, np.repeat(self.shown, 2), self.n),
+            np.bincount(ends, minlength=self.n),
+        )
+        return np.where(number, total, 1.0) / np.maximum(number, 1)
+
     def with_lengths(self, length: FloatArray) -> ClosedSurface:
         """The same with other lengths of its edges."""
         graph, key, shortest = shortest_edges(self.ends, length, self.n)
@@ -133,12 +144,6 @@ class ClosedSurface:
         """The nodes on a seam, and the holes."""
         return np.union1d(self.ends[seam], np.arange(self.holes))
 
-    def parts(self, seam: IntArray) -> IntArray:
-        """The numbers of faces of the pieces that the surface is cut into along the seam, ascending."""
-        crossed = np.ones(len(self.faces), dtype=bool)
-        crossed[seam] = False
-        return np.sort(np.bincount(connected_labels(self.faces[crossed], self.n_faces)))
-
     def without(self, seam: IntArray, others: IntArray) -> IntArray:
         """The edges of a seam that are not among others."""
         kept = np.ones(len(self.ends), dtype=bool)
@@ -170,8 +175,8 @@ def closed_surface(
     length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
     double_area, dot = component.measured
     size = float(np.sqrt(double_area.sum() / 2))
-    smoothing = cache(partial(Smoothing, component, edges, true_length, size))
-    visible = np.ones(len(edges)) if hidden is None else shown(component, edges, hidden, smoothing())
+    smoothing = cache(partial(Smoothing, component, edges, true_length))
+    visible = np.ones(len(edges)) if hidden is None else shown(component, edges, hidden, smoothing(), size)
     length *= visible
     graph, key, shortest = shortest_edges(ends, length, n)
     corner = node[topology.corner]
@@ -276,12 +281,20 @@ def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
 
     The pieces are disks for one seam of a shape if they are for another one.
     """
+    number, cycles, sizes = opened(piece, seam)
+    return number, cycles, len(sizes)
+
+
+def opened(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, IntArray]:
+    """`shape`, with the numbers of faces of the pieces, ascending."""
     on, chosen = np.zeros(piece.n, dtype=bool), np.zeros(len(piece.ends), dtype=bool)
     on[: piece.holes], on[piece.ends[seam]], chosen[seam] = True, True, True
     nodes = int(np.count_nonzero(on))
     number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1 - (piece.n - nodes)
     cycles = number + int(np.count_nonzero(chosen)) - nodes  # two ways that have become one are no cycle
-    return number, cycles, len(piece.parts(seam)) if cycles else 1  # a forest separates nothing
+    if not cycles:  # a forest separates nothing
+        return number, cycles, np.array([piece.n_faces])
+    return number, cycles, np.sort(np.bincount(connected_labels(piece.faces[~chosen], piece.n_faces)))
 
 
 def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray, IntArray]:

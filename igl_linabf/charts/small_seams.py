@@ -93,7 +93,7 @@ class SmallBodies:
             growing &= (in_vain < most_in_vain) & (u[tip] != 0)
             if not growing.any():
                 break
-            _, before, _ = piece.search(open_nodes)
+            _, before, _ = piece.search(open_nodes[growing[self._of[open_nodes]]])
             path = piece.paths(before, tip[growing].tolist())
             seam = np.concatenate((seam, path))
             when = np.concatenate((when, np.full(len(path), leaf + 1)))

@@ -62,6 +62,11 @@ class Mirror:
         pairs = [(tip, int(self.node[tip])) for tip in (start, end) if self.node[tip] != tip]
         return pairs[0] if pairs else (start, end)
 
+    def image(self, seam: IntArray) -> IntArray:
+        """The mirror image of a seam, as far as it is made of edges."""
+        edge = self.edge[seam]
+        return edge[edge >= 0]
+
     def with_both(self, piece: ClosedSurface, seam: IntArray, leaf: int, way: IntArray) -> IntArray:
         """The seam with a way to a leaf, and one to its image; in the plane, if the leaf is there."""
         plane = self.node == np.arange(piece.n)

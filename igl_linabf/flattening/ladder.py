@@ -17,6 +17,7 @@ from ..angles import (
     AbfResult,
     AngleProblem,
     Constraints,
+    Iterate,
     State,
     active_set,
     chord_step,
@@ -28,7 +29,6 @@ from ..angles import (
     linear_step,
     opened,
     prescribed_steps,
-    residual,
 )
 from ..errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
 from ..layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_boundary, lay_out
@@ -220,12 +220,10 @@ def drawn(
             )
             alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
         same = problem.cut is None and not invalid.any()
-        b = at.residual if same else residual(constraints, alpha)
         try:
             layout = lay_out(
                 constraints,
-                alpha,
-                b,
+                at if same else Iterate.of(constraints, alpha),
                 problem.layout,
                 problem.pinned,
                 mesh.area,

@@ -109,6 +109,18 @@ def _tree(begin: IntArray, before: IntArray, n: int) -> IntArray:
 
 
 @inlined
+def elimination_tree(indptr: IntArray, indices: IntArray, order: IntArray) -> IntArray:
+    """The parent of each place in this order."""
+    n = len(order)
+    place = np.empty(n, dtype=np.int64)
+    for i in range(n):
+        place[order[i]] = i
+    column, row, _ = _permuted(indptr, indices, place)
+    begin, before = _by_rows(column, row, n)
+    return _tree(begin, before, n)
+
+
+@inlined
 def _counts(column: IntArray, row: IntArray, parent: IntArray) -> IntArray:
     """The number of entries of each column of L, the columns in postorder (Gilbert, Ng, Peyton 1994)."""
     n = len(parent)
