@@ -93,6 +93,8 @@ def cases():
     block = rng.normal(size=(len(at[1]), 4))
     merged = np.minimum(row, 20)  # many vertices share the last row, as around holes
     outer = np.where(t.interior, 0, z)
+    collapsed = mesh.V[:, 1:].copy()  # and flipped in part
+    collapsed[t.corner[:, 5]] = collapsed[t.corner[0, 5]]
     length = rng.uniform(1, 2, len(t.edges))
     graph = sparse.csr_array((np.tile(length, 2), (t.edges.T.ravel(), t.edges[:, ::-1].T.ravel())))
     ways = graph.indptr, graph.indices, graph.data
@@ -122,6 +124,7 @@ def cases():
         "disparity": (w, d, cot),
         "conformal_weights": (w, d, cot),
         "signed_double_areas": (z, t.corner),
+        "changes": (mesh.V, collapsed, t.corner, mesh.double_area, mesh.dot),
         "centred": (z, t.corner, mesh.double_area, np.array([1.0, 3.0]), np.array([0, 9, len(z)]), start),
         "boundary_loops": (*t.edges[t.sides[1] < 0].T, t.n),
         "in_one_piece": (t.sides, t.corner.shape[1]),

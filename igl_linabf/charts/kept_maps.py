@@ -4,8 +4,6 @@ A part of a map has no flips that the map has not, and no overlaps that the spli
 other parts are flattened again: a split costs little, and what keeps its map cannot overlap itself anew.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

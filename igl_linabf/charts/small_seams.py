@@ -3,8 +3,6 @@
 The bodies do not touch, so that one Laplace system, and one search for shortest paths, serves all of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -95,7 +93,7 @@ class SmallBodies:
             growing &= (in_vain < most_in_vain) & (u[tip] != 0)
             if not growing.any():
                 break
-            _, before, _ = piece.search(open_nodes)
+            _, before, _ = piece.search(open_nodes[growing[self._of[open_nodes]]])
             path = piece.paths(before, tip[growing])
             seam = np.concatenate((seam, path))
             when = np.concatenate((when, np.full(len(path), leaf + 1)))

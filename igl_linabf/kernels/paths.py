@@ -1,7 +1,5 @@
 """Shortest paths in a graph."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
