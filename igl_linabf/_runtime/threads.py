@@ -1,7 +1,5 @@
 """Work that is shared out to threads; NumPy and the compiled loops let several of them run at a time."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor

@@ -1,7 +1,5 @@
 """The angles of the surface, and the paper's initial estimate (section 4.2)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import FloatArray, IntArray

@@ -4,8 +4,6 @@ A stage takes the problem and the candidates so far, and returns a `Candidate`. 
 good one. The result is the candidate with the fewest flipped triangles.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field

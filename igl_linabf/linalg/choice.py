@@ -1,7 +1,5 @@
 """Which solver a system gets: decided once by what is installed, and for each system by its size."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from dataclasses import dataclass

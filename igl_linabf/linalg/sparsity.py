@@ -1,7 +1,5 @@
 """Symmetric sparse matrices over a mesh's rows: the pattern made once, filled many times."""
 
-from __future__ import annotations
-
 from copy import copy
 from functools import cached_property, partial
 

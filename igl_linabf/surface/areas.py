@@ -1,7 +1,5 @@
 """Areas of faces in space, and the scalar products of their sides, for cotangents."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import FloatArray, IntArray
