@@ -131,6 +131,11 @@ def cases():
         "connected_labels": (t.edges[::3], t.n),
         "spanning_forest": (np.minimum(t.edges, t.n - 9), rng.permutation(len(t.edges))[::2], t.n),
         "nearest_sources": (*ways, np.array([3, 9, 9]), np.arange(t.n) % 7 > 0, 20.0),
+        "nodes_on_paths": (
+            kernels.nearest_sources(*ways, np.arange(3), np.arange(t.n) >= 0, 20.0)[1],
+            t.edges[9],
+        ),
+        "without_leaves": (t.edges[rng.random(len(t.edges)) < 0.4], np.arange(t.n) % 5 == 0),
         "shortest_odd_walk": (*ways, (graph.data > 1.9) + 2 * (graph.data < 1.1), 5, 4),
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),

@@ -63,11 +63,11 @@ class SmallBodies:
         start = self._least(self._log_scale(piece, np.union1d(first, rims), extra))[bare]
         end = self._least(self._log_scale(piece, np.union1d(start, rims), piece.curvature))[bare]
         distance, before, _ = piece.search(start)
-        path = piece.paths(before, end.tolist())
+        path = piece.paths(before, end)
         # a single edge opens nothing
         short = bare & (np.bincount(self._body(path), minlength=self._n) < 2)
         distance[np.concatenate((start, end))] = np.inf
-        more = piece.paths(before, self._least(distance)[short].tolist())
+        more = piece.paths(before, self._least(distance)[short])
         return np.concatenate((path, np.setdiff1d(more, path)))
 
     def _grown(
@@ -94,7 +94,7 @@ class SmallBodies:
             if not growing.any():
                 break
             _, before, _ = piece.search(open_nodes[growing[self._of[open_nodes]]])
-            path = piece.paths(before, tip[growing].tolist())
+            path = piece.paths(before, tip[growing])
             seam = np.concatenate((seam, path))
             when = np.concatenate((when, np.full(len(path), leaf + 1)))
         return seam[when <= best[self._body(seam)]], least

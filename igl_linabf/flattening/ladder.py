@@ -154,6 +154,11 @@ def posed(
         held = pinned is not None and len(pinned[0]) > 2
         least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1 or held
         check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 16) if least_squares else 0)
+    with timed("assembly"):
+        own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
+        asked = own if uncut is None else uncut
+        asked.pattern.begin_analysis(solvers)
+    with timed("estimate"):
         alpha, caps = opened(corner_angles(mesh))
         if len(caps):
             warnings.warn(
@@ -163,8 +168,6 @@ def posed(
                 stacklevel=stack_level(),
             )
     with timed("assembly"):
-        own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
-        asked = own if uncut is None else uncut
         estimate = initial_estimate(asked.topology, alpha, threshold, safeguard, asked.sums)
         angles = AngleProblem(asked, estimate, solvers, safeguard)
         return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own, shape)
