@@ -24,8 +24,9 @@ def prescribed_steps(state: State, rtol: float, tol: float, most: int) -> State:
     """Steps until the residual is at most `tol`, for sums prescribed at the boundary.
 
     These change angles more than a free boundary does, and more steps are needed. So the steps keep
-    the first one's factor as the preconditioner, and end in chords. The sums of circles depend on the
-    present lengths; they are extrapolated from those of the last steps (Anderson 1965).
+    the first one's factor as the preconditioner, and end in corrections in the conformal metric. The sums of
+    circles depend on the present lengths; they are extrapolated from those of the last steps (Anderson
+    1965). A correction that cuts angles short, at ears, and gains little is followed by a step.
     """
     constraints = state.problem.constraints
     if len(constraints.circles) > 1:  # lengths around a hole mean little before its loop closes
