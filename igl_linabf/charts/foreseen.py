@@ -18,6 +18,7 @@ from .cut_graph import ClosedSurface
 from .overlap_seams import MAX_SPLITS, seams_between
 from .pieces import flattened
 
+MANY = 12  # parts
 FEW = 0.01  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
 
 
@@ -54,6 +55,7 @@ def edges_between_overlaps(piece: ClosedSurface, mesh: Submesh, seam: IntArray) 
         waiting = smaller
         if not waiting:
             break
+    label = label * (len(np.unique(label)) <= MANY)  # of very many parts some are tiny: they are for later
     inside = mesh.cells[1]
     right, left = label[mesh.topology.sides[:, inside] % len(mesh.F)]
     between = nodes[mesh.topology.edges[inside[right != left]]]
