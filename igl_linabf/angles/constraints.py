@@ -1,7 +1,5 @@
 """The constraints on the angles of a mesh with prescribed angle sums (eq. 5, 6, 10), and their residuals."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

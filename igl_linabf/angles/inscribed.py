@@ -1,7 +1,5 @@
 """Polygons inscribed in a circle, from the ratios of their sides."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.optimize import brentq
 

@@ -1,7 +1,5 @@
 """The last steps to prescribed sums: corrections in the conformal metric, without inner steps."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -70,7 +70,7 @@ class Contracted:
     def carried(self, seam: IntArray) -> IntArray:
         """A seam of the coarse surface on the fine one: tips are roots."""
         fine, chosen = self.fine, self.edge[seam]
-        ways = fine.paths(self.forest.before, fine.ends[chosen].ravel().tolist())
+        ways = fine.paths(self.forest.before, fine.ends[chosen].ravel())
         tips = np.bincount(self.coarse.ends[seam].ravel(), minlength=self.coarse.n) == 1
         return without_stubs(fine, np.union1d(chosen, ways), self.roots[tips])
 

@@ -1,7 +1,5 @@
 """Creases: the edges along which faces meet at an angle, and which of them are sharp."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import FloatArray, IntArray

@@ -4,8 +4,6 @@ Clusters are the vertices of a coarse mesh, whose map is much like the one of th
 the surface is cut before it is flattened at all: that is the same search for seams on far fewer triangles.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import IntArray

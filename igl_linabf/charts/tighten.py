@@ -1,7 +1,5 @@
 """A seam drawn tight: its arcs and branch points moved a little, to where it is shortest."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray

@@ -1,7 +1,5 @@
 """GIFTI and FreeSurfer, which nibabel owns, and VTP, which pyvista owns."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 

@@ -4,8 +4,6 @@ A is given by its lower triangle in columns (CSC). Each block is ordered by itse
 factors such matrices.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A pattern as lines and texts on a sheet, in millimetres, whatever file it goes to."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
