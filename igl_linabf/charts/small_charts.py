@@ -23,6 +23,7 @@ NEGLIGIBLE, MANY = 1e-3, 300  # the share of a chart that is small whatever its 
 STRETCHED = 1.01  # times the neighbour's L2 stretch that both may have together
 FITS = 1e-5  # of its extent by which a chart may be off where it touches another one
 EXACT = 1e-12  # mean angle distortion of an isometric chart: what is off by more has more than that
+EVEN = 1e-8  # the same, up to which nobody sees it
 SHEARED = 10.0  # times its mean angle distortion that the small one may have
 
 Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
@@ -108,7 +109,7 @@ class _Host:
         if not (double_area > 0).all():
             return False
         changed = change_of(piece, uv)
-        if not changed.angle_distortion.mean() <= max(SHEARED * self._chart.quality.angle_distortion, EXACT):
+        if not changed.angle_distortion.mean() <= max(SHEARED * self._chart.quality.angle_distortion, EVEN):
             return False
         own_area = float(changed.double_area.sum())
         share = own_area / double_area.sum()  # stretch is measured at a scale of its own: the host's is one

@@ -1,7 +1,5 @@
 """Files and text leave together: all checked before the work, all written before the first is renamed."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import os

@@ -1,7 +1,5 @@
 """Results as plain data for `--json`: every figure under the name of its attribute."""
 
-from __future__ import annotations
-
 import json
 import math
 from collections.abc import Mapping

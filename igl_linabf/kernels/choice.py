@@ -1,7 +1,5 @@
 """Which form of a kernel runs: NumPy's, or the same as loops that numba compiles."""
 
-from __future__ import annotations
-
 import importlib
 import os
 from collections.abc import Callable, Iterator

@@ -1,7 +1,5 @@
 """Pairs of triangles in the plane that lie over each other."""
 
-from __future__ import annotations
-
 import numpy as np
 import shapely
 
