@@ -278,14 +278,16 @@ def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
 
 def opened(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, IntArray]:
     """`shape`, with the numbers of faces of the pieces, ascending."""
-    on, chosen = np.zeros(piece.n, dtype=bool), np.zeros(len(piece.ends), dtype=bool)
-    on[: piece.holes], on[piece.ends[seam]], chosen[seam] = True, True, True
+    on = np.zeros(piece.n, dtype=bool)
+    on[: piece.holes], on[piece.ends[seam]] = True, True
     nodes = int(np.count_nonzero(on))
     number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1 - (piece.n - nodes)
-    cycles = number + int(np.count_nonzero(chosen)) - nodes  # two ways that have become one are no cycle
+    cycles = number + len(np.unique(seam)) - nodes  # two ways that have become one are no cycle
     if not cycles:  # a forest separates nothing
         return number, cycles, np.array([piece.n_faces])
-    return number, cycles, np.sort(np.bincount(connected_labels(piece.faces[~chosen], piece.n_faces)))
+    sides = piece.faces.copy()
+    sides[seam] = 0  # a face is beside itself
+    return number, cycles, np.sort(np.bincount(connected_labels(sides, piece.n_faces)))
 
 
 def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray, IntArray]:

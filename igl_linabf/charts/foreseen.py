@@ -16,6 +16,7 @@ from .cut_graph import ClosedSurface
 from .overlap_seams import MAX_SPLITS, seams_between
 from .pieces import flattened
 
+MANY = 20  # disks, beyond which some would be tiny: the surface is parted when its map is known
 FEW = 0.01  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
 
 
@@ -50,6 +51,8 @@ def edges_between_overlaps(piece: ClosedSurface, mesh: Submesh, seam: IntArray) 
             label[part.faces] = number
             smaller += _parts(part)
         waiting = smaller
+        if number + len(waiting) > MANY:
+            return np.zeros(0, dtype=np.int64)
         if not waiting:
             break
     inside = mesh.cells[1]
