@@ -1,7 +1,5 @@
 """Branches of a seam: those that do not pay are cut off, and branch points moved to where it is shorter."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import combinations
 from typing import TypeVar

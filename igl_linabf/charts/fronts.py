@@ -25,9 +25,9 @@ CLEAR = 0.1  # length of the mean normal, from which on it is clear where the fr
 def behind(component: Submesh) -> FloatArray:
     """How far each face looks away from the front, from -1 to 1; all 0 if the body has none."""
     nowhere = np.zeros(len(component.F))
-    if len(component.F) < LEAST or flat_share(component) > SMOOTH:
+    if len(component.F) < LEAST or flat_share(component, bend := all_bends(component)) > SMOOTH:
         return nowhere
-    double_area, salience = component.measured[0], _salience(component)[component.F].sum(axis=1)
+    double_area, salience = component.measured[0], _salience(component, bend)[component.F].sum(axis=1)
     a, b, c = component.V[component.F.T]
     normal = np.cross(b - a, c - a)  # times twice the area
     looking = salience @ normal
@@ -38,12 +38,12 @@ def behind(component: Submesh) -> FloatArray:
     return np.asarray(-(normal / double_area[:, None]) @ direction)
 
 
-def _salience(component: Submesh) -> FloatArray:
-    """Of each vertex: the difference between its curvature and that around it."""
+def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
+    """Of each vertex: the difference between its curvature, by the edges' bends, and that around it."""
     topology = component.topology
     edges = topology.edges[topology.sides[1] >= 0]
     length = lengths(component.V, edges)
-    turned, area = turned_at(component, edges, length, all_bends(component))
+    turned, area = turned_at(component, edges, length, bend)
     smoothing, size = Smoothing(component, edges, length), float(np.sqrt(area.sum()))
     coarse = smoothing.steps(COARSE * size, MAX_STEPS)
     fine = max(round(coarse * (FINE / COARSE) ** 2), 1)

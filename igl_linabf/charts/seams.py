@@ -18,7 +18,7 @@ from ..surface import (
     seam_mask,
     vertex_array,
 )
-from .branches import pruned, shortened
+from .branches import Cost, pruned, shortened
 from .coarse import Levels
 from .creases import flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles
@@ -283,7 +283,9 @@ def _best(
     seam = _seam(piece, trade, holes)[0]
     if hard and (net := cheaper(seam)) is not None:
         return net
-    seam = _shorter(piece, seam, trade)
+    seam, cost = _shorter(piece, seam, trade)
+    most = cost(seam) + ROUTED
+    seam = rerouted(piece, seam, lambda moved: cost(moved) < most)
     if trade > 0 and not piece.genus:
         seam = _alike_on_both_sides(component, piece, seam, trade, holes)
     return none if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain else seam
@@ -296,7 +298,7 @@ def _of_clusters(coarse: ClosedSurface, trade: float, holes: bool, gain: float |
     """The seam of clusters of nodes; no edge if the cost falls by less than `gain`."""
     trade *= DRAWN_SHORTER
     seam, leaves = _seam(coarse, trade, holes)
-    seam = _shorter(coarse, seam, trade)
+    seam = _shorter(coarse, seam, trade)[0]
     if gain is not None and _cost(coarse, seam[:0], trade) - _cost(coarse, seam, trade) < gain:
         seam = seam[:0]
     return seam, np.intersect1d(leaves, coarse.ends[seam])
@@ -317,8 +319,8 @@ def _seam(piece: ClosedSurface, trade: float, holes: bool) -> Grown:
     return seam, leaves
 
 
-def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """The seam without branches that do not pay any more, and with its branch points moved."""
+def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> tuple[IntArray, Cost]:
+    """The seam without branches that do not pay, and with its branch points moved; and what seams cost."""
     known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
 
     def cost(seam: IntArray) -> float:
@@ -327,9 +329,7 @@ def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
             known[key] = _cost(piece, seam, trade)
         return known[key]
 
-    seam = shortened(piece, pruned(piece, seam, cost), cost)
-    most = cost(seam) + ROUTED
-    return rerouted(piece, seam, lambda moved: cost(moved) < most)
+    return shortened(piece, pruned(piece, seam, cost), cost), cost
 
 
 def _alike_on_both_sides(

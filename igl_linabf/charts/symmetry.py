@@ -1,7 +1,5 @@
 """Mirror planes: a body that is symmetric is cut alike on both sides."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -3,8 +3,6 @@
 All is smoothed over `REACH`, so that noise and single faces do not matter.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

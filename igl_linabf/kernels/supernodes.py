@@ -3,8 +3,6 @@
 A supernode is a run of columns of the factor with the same rows below them. `supernodal` factors these.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Which solver a system gets: decided once by what is installed, and for each system by its size."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from dataclasses import dataclass
@@ -51,9 +49,14 @@ class Solvers:
         """Whether the angle system is factored as a whole."""
         return self.solver == "direct"
 
+    @property
+    def compiled(self) -> bool:
+        """Whether Laplacians are factored by compiled loops, if there is memory."""
+        return self.solver == "auto" and is_fast()
+
     def laplacian(self, lower: sparse.csc_array, small: bool = False) -> Analysis:
         """For the scalar Laplacians: the preconditioner and the harmonic layout; `small`: of small meshes."""
-        compiled = self.solver == "auto" and is_fast()
+        compiled = self.compiled
         if compiled and small:
             return SmallBlocks(lower)
         n, wanted = lower.shape[0], _bytes_of(lower)

@@ -38,9 +38,11 @@ class Divided:
     @classmethod
     def of(cls, a: kernels.Supernodes) -> Divided:
         size, rows_below = len(a.children), np.diff(a.below_start)
+        if len(a.order) < DIVIDED_FROM:
+            none = np.zeros(1, dtype=np.int64)
+            return cls(kernels.Subtrees(np.full(size, -1), none, none), [], np.arange(size))
         first, work = kernels.subtrees(a, np.diff(a.value_start).astype(np.float64))
-        tops = np.flatnonzero(rows_below == 0)
-        roots = _roots(tops, first, work) if len(a.order) >= DIVIDED_FROM else []
+        roots = _roots(np.flatnonzero(rows_below == 0), first, work)
         number, outside = np.full(size, -1, dtype=np.int64), np.ones(size, dtype=bool)
         number[roots] = np.arange(len(roots))
         for root in roots:

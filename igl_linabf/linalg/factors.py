@@ -5,8 +5,6 @@ afterwards. CHOLMOD is used where scikit-sparse is installed; where it is not, t
 Eigen in libigl's own wheel.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
