@@ -1,11 +1,11 @@
 """How long `unwrap` takes: beside the flattening alone, and beside xatlas.
 
-    python benchmarks/unwrap_time.py
+    python benchmarks/unwrap_time.py [FILE ...]
 
-The meshes are those of the kinds closed, handles, holes and multi in IGL_LINABF_MESHES, as they are and
-subdivided with bumps, the bunny, a torus, level sets of 5 and 10 handles, 500 mixed pieces, 2,000 cubes and a
-plate with 40 bores. Each runs in a process of its own, with one thread. xatlas is added if it is installed.
-Prints Markdown.
+The meshes are those of the files; without, those of the kinds closed, handles, holes and multi in
+IGL_LINABF_MESHES, as they are and subdivided with bumps, the bunny, a torus, level sets of 5 and 10 handles,
+500 mixed pieces, 2,000 cubes and a plate with 40 bores. Each runs in a process of its own, with one thread.
+xatlas is added if it is installed. Prints Markdown.
 """
 
 from __future__ import annotations
@@ -28,7 +28,8 @@ import pyvista as pv
 from meshes import shared, stanford
 from peers import by_xatlas
 
-from igl_linabf import flatten_many, unwrap
+from igl_linabf import clean, flatten, flatten_many, unwrap
+from igl_linabf.io import read_mesh
 from igl_linabf.surface import compact
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
@@ -97,6 +98,12 @@ def many(count: int, boxes: float, seed: int = 0) -> Surface:
     return np.concatenate(V), np.concatenate([kinds[k][1] + b for k, b in zip(chosen, base, strict=False)])
 
 
+def of_file(path: str) -> Surface:
+    """Clean, its corners welded where they are equal."""
+    V, F, *_ = clean(*read_mesh(path))
+    return V, F
+
+
 def models() -> dict[str, Callable[[], Surface]]:
     """Functions that make the meshes, by name."""
     given = {name: (V, F) for name, V, F in [stanford(), *shared(*KINDS)]}
@@ -122,8 +129,8 @@ def seconds(run: Callable[[], object], repeats: int) -> float:
 
 
 def measured(name: str) -> dict[str, float]:
-    """A mesh's triangles, charts, times and memory."""
-    V, F = models()[name]()
+    """A mesh's triangles, charts, times and memory; it is a file or one of `models`."""
+    V, F = of_file(name) if Path(name).is_file() else models()[name]()
     repeats = 3 if len(F) < REPEATS_BELOW else 1
     atlas = unwrap(V, F, progress=False)  # imports, and loads compiled kernels
     own = seconds(lambda: unwrap(V, F, progress=False), repeats)
@@ -132,31 +139,49 @@ def measured(name: str) -> dict[str, float]:
     for chart in atlas.charts:
         vertices, packed = compact(atlas.FTC[chart.faces], len(atlas.TC))
         charts.append((V[atlas.origin[vertices]], packed))
-    alone = seconds(lambda: flatten_many(charts, progress=False), repeats)
-    row = {"triangles": len(F), "charts": len(charts), "s": own, "flatten": alone, "MB": memory / 1024}
+    alone = seconds(lambda: [flatten(*chart, progress=False) for chart in charts], repeats)
+    many = seconds(lambda: flatten_many(charts, progress=False), repeats)
+    row = {"triangles": len(F), "charts": len(charts), "s": own, "MB": memory / 1024}
+    row |= {"flatten": alone, "many": many}
     if find_spec("xatlas") and len(F) < XATLAS_BELOW:
-        row["xatlas"] = seconds(lambda: by_xatlas(V, F), 1)
+        row["xatlas"] = seconds(lambda: by_xatlas(V, F), repeats)
     return row
 
 
 def main() -> None:
-    if len(sys.argv) > 1:
+    files = sys.argv[1:]
+    if files[:1] == ["--one"]:
         warnings.simplefilter("ignore")
-        print(json.dumps(measured(sys.argv[1])))
+        print(json.dumps(measured(files[1])))
         return
     print(
-        "s: CPU seconds of unwrap, with one thread. / flatten: over the time of the charts alone. MB: peak\n"
-        "of the process.\n"
+        "s: CPU seconds of unwrap, with one thread. / flatten, / flatten_many: over the time of the charts\n"
+        "alone, one by one and together. MB: peak of the process.\n"
     )
-    heads = ["mesh", "triangles", "charts", "s", "/ flatten", "/ xatlas", "MB", "KB a triangle"]
+    heads = [
+        "mesh",
+        "triangles",
+        "charts",
+        "s",
+        "/ flatten",
+        "/ flatten_many",
+        "/ xatlas",
+        "MB",
+        "KB a triangle",
+    ]
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     env = os.environ | {"OMP_NUM_THREADS": "1", "OPENBLAS_NUM_THREADS": "1"}
-    for name in models():
-        command = [sys.executable, __file__, name]
+    for name in files or models():
+        command = [sys.executable, __file__, "--one", name]
         done = subprocess.run(command, capture_output=True, text=True, check=True, env=env)
         row = json.loads(done.stdout.splitlines()[-1])
-        cells = [name, f"{row['triangles']:,}", f"{row['charts']:,}", f"{row['s']:.2f}"]
-        cells += [f"{row['s'] / row['flatten']:.1f}"]
+        cells = [
+            Path(name).stem if files else name,
+            f"{row['triangles']:,}",
+            f"{row['charts']:,}",
+            f"{row['s']:.2f}",
+        ]
+        cells += [f"{row['s'] / row[alone]:.1f}" for alone in ("flatten", "many")]
         cells += [f"{row['s'] / row['xatlas']:.2f}" if "xatlas" in row else ""]
         cells += [f"{row['MB']:,.0f}", f"{1024 * row['MB'] / row['triangles']:.1f}"]
         print(f"| {' | '.join(cells)} |", flush=True)

@@ -4,8 +4,6 @@ Nothing but the standard library is imported before `main` has taken over the si
 imports a room only when one of its names is used.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import sys

@@ -270,6 +270,16 @@ def test_overlapping_charts_are_split_and_still_match() -> None:
     assert atlas.seam_mismatch <= 1e-6
 
 
+@pytest.mark.parametrize("name", ("nut", "double_torus", "closed__igl_3holes.off"))
+def test_turning_handles_by_quarters_costs_little(name: str) -> None:
+    V, F = load(name)
+    cones = find_cones(V, F, 16)
+    free, quarter = (unwrap(V, F, cones=cones, cone_angles=how).quality for how in (None, "quarter"))
+    # 14 times on 3holes, if the cones' angles are chosen for little stretch alone
+    assert quarter.angle_distortion < 5 * free.angle_distortion
+    assert quarter.stretch_l2 < 1.1 * free.stretch_l2
+
+
 def test_a_torus_needs_no_cone() -> None:
     V, F = load("nut")
     atlas = unwrap(V, F, cones=0)

@@ -93,6 +93,8 @@ def cases():
     block = rng.normal(size=(len(at[1]), 4))
     merged = np.minimum(row, 20)  # many vertices share the last row, as around holes
     outer = np.where(t.interior, 0, z)
+    collapsed = mesh.V[:, 1:].copy()  # and flipped in part
+    collapsed[t.corner[:, 5]] = collapsed[t.corner[0, 5]]
     length = rng.uniform(1, 2, len(t.edges))
     graph = sparse.csr_array((np.tile(length, 2), (t.edges.T.ravel(), t.edges[:, ::-1].T.ravel())))
     ways = graph.indptr, graph.indices, graph.data
@@ -122,12 +124,18 @@ def cases():
         "disparity": (w, d, cot),
         "conformal_weights": (w, d, cot),
         "signed_double_areas": (z, t.corner),
+        "changes": (mesh.V, collapsed, t.corner, mesh.double_area, mesh.dot),
         "centred": (z, t.corner, mesh.double_area, np.array([1.0, 3.0]), np.array([0, 9, len(z)]), start),
         "boundary_loops": (*t.edges[t.sides[1] < 0].T, t.n),
         "in_one_piece": (t.sides, t.corner.shape[1]),
         "connected_labels": (t.edges[::3], t.n),
         "spanning_forest": (np.minimum(t.edges, t.n - 9), rng.permutation(len(t.edges))[::2], t.n),
         "nearest_sources": (*ways, np.array([3, 9, 9]), np.arange(t.n) % 7 > 0, 20.0),
+        "nodes_on_paths": (
+            kernels.nearest_sources(*ways, np.arange(3), np.arange(t.n) >= 0, 20.0)[1],
+            t.edges[9],
+        ),
+        "without_leaves": (t.edges[rng.random(len(t.edges)) < 0.4], np.arange(t.n) % 5 == 0),
         "shortest_odd_walk": (*ways, (graph.data > 1.9) + 2 * (graph.data < 1.1), 5, 4),
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),

@@ -45,8 +45,57 @@ def test_a_weight_a_face_hides_as_a_direction_does() -> None:
     up = np.array([0, 0, 1.0])
     lengths = [seen_length(V, F, atlas.seams, up) for atlas in (by_direction, by_weight)]
     assert max(lengths) < 0.7 * seen_length(V, F, unwrap(V, F).seams, up)
-    same = find_seams(V, F, hide=np.full(len(F), 7.0))
-    assert (same == find_seams(V, F)).all()
+
+
+def bust() -> tuple[np.ndarray, np.ndarray]:
+    """A ball on an open neck, with some features on the side of +x."""
+    V, F = sphere(5)
+    V = np.column_stack((V[:, :2], np.where(V[:, 2] < -0.75, 2 * V[:, 2] + 0.75, V[:, 2])))
+    rng = np.random.default_rng(4)
+    for place in rng.normal(size=(12, 3)) * [0, 0.4, 0.4] + [1, 0, 0]:
+        near = np.exp(-(np.linalg.norm(V - place / np.linalg.norm(place), axis=1) ** 2) / 0.01)
+        V = V + rng.choice([-0.12, 0.12]) * near[:, None] * [1, 0, 0]
+    return igl.remove_unreferenced(V, F[V[F][:, :, 2].max(axis=1) > -1.2])[:2]
+
+
+FACES = {  # where each one looks
+    "disk__optcuts_david_o_f10000.obj": [1, 0, 1],
+    "disk__igl_face.obj": [0, 0, 1],
+    "disk__igl_lion.off": [0, 0, -1],
+    "stress__optcuts_male_body_i_f10000.obj": [0, -1, 0],
+}
+
+
+@pytest.mark.parametrize("name", ["bust", *FACES])
+def test_seams_stay_off_a_face(name: str) -> None:
+    V, F = bust() if name == "bust" else load(name)
+    away = -np.array(FACES.get(name, [1, 0, 0])) / np.linalg.norm(FACES.get(name, [1, 0, 0]))
+    anywhere = unwrap(V, F, hide=np.ones(len(F)))
+    for turn in (np.eye(3), np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]):
+        found = unwrap(V @ turn, F)
+        assert found.good
+        seen, before = (seen_length(V, F, atlas.seams, away) for atlas in (found, anywhere))
+        assert seen < 0.7 * before
+        assert found.quality.stretch_l2 < anywhere.quality.stretch_l2 + 0.16
+        assert found.seam_length < 1.25 * anywhere.seam_length
+
+
+def test_the_back_of_a_body_inside_out_is_its_back() -> None:
+    V, F = bust()
+    for faces in (F, F[:, ::-1]):
+        seams = find_seams(V, faces)
+        side = V[seams].mean(axis=1)[:, 0]
+        assert np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1) @ (side > 0) < 0.2
+
+
+def test_equal_weights_and_bodies_without_a_face_let_seams_lie_anywhere() -> None:
+    V, F = sphere(4)
+    anywhere = [find_seams(V, F, hide=np.full(len(F), weight)) for weight in (1.0, 7.0)]
+    assert (anywhere[0] == anywhere[1]).all()
+    assert_allclose(
+        *(np.linalg.norm(V[s[:, 0]] - V[s[:, 1]], axis=1).sum() for s in (anywhere[0], find_seams(V, F))),
+        rtol=0.1,
+    )
 
 
 def test_hiding_does_not_depend_on_the_orientation_of_a_body() -> None:

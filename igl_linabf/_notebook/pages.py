@@ -1,7 +1,5 @@
 """HTML tables, and maps as small pictures in SVG."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 from html import escape
 from itertools import groupby

@@ -8,5 +8,5 @@ from .child_process import Arrays, run_as_child_process, run_in_child_process
 from .cleanup import replacing, undone_at_once
 from .progress import Progress, advance, counting, part, reporting
 from .text import aligned
-from .threads import at_once, in_threads
+from .threads import Begun, at_once, begun, in_threads
 from .timing import stopwatch, timed

@@ -1,7 +1,5 @@
 """Run functions in a child process, for code that may crash, hang, or conflict with other libraries."""
 
-from __future__ import annotations
-
 import io
 import os
 import signal

@@ -1,7 +1,5 @@
 """Progress of a computation: a callback, or a bar on a terminal for long ones, or for many equal parts."""
 
-from __future__ import annotations
-
 import multiprocessing
 import os
 import sys

@@ -1,13 +1,11 @@
 """Work that is shared out to threads; NumPy and the compiled loops let several of them run at a time."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextvars import copy_context
 from threading import Thread
-from typing import TypeVar
+from typing import Generic, TypeVar
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -31,30 +29,52 @@ def in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
             pool.shutdown(wait=False, cancel_futures=True)
 
 
+class Begun(Generic[R]):
+    """Work in a thread of its own, with a copy of the caller's context; `result` waits for it."""
+
+    def __init__(self, work: Callable[[], R]) -> None:
+        self._made: list[R] = []
+        self._errors: list[BaseException] = []
+        self._thread = Thread(target=copy_context().run, args=(self._run, work))
+        self._thread.start()
+
+    def _run(self, work: Callable[[], R]) -> None:
+        try:
+            self._made.append(work())
+        except BaseException as error:
+            self._errors.append(error)
+
+    def result(self) -> R:
+        self._thread.join()
+        if self._errors:
+            raise self._errors[0]
+        return self._made[0]
+
+
 def at_once(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
     """As `in_threads`, for short work: the caller's thread takes part, and all of it is done at the end."""
     threads = min(_cores(), len(items), MOST) if len(items) > 1 else 1
     if threads < 2:
         return list(map(work, items))
     made: dict[int, R] = {}
-    todo, errors = iter(range(len(items))), list[BaseException]()
+    todo = iter(range(len(items)))
 
     def some() -> None:
-        try:
-            for k in todo:
-                made[k] = work(items[k])
-        except BaseException as error:
-            errors.append(error)
+        for k in todo:
+            made[k] = work(items[k])
 
-    others = [Thread(target=copy_context().run, args=(some,)) for _ in range(threads - 1)]
-    for thread in others:
-        thread.start()
-    some()
-    for thread in others:
-        thread.join()
-    if errors:
-        raise errors[0]
+    others = [Begun(some) for _ in range(threads - 1)]
+    try:
+        some()
+    finally:
+        for other in others:
+            other.result()
     return [made[k] for k in range(len(items))]
+
+
+def begun(work: Callable[[], R]) -> Begun[R] | None:
+    """Begin `work` if there is a core for it."""
+    return Begun(work) if _cores() > 1 else None
 
 
 def _cores() -> int:

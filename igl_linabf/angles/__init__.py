@@ -9,12 +9,11 @@ from .constraints import Constraints, Residual, constraints_of, residual
 from .converged import LEAST_SHARE, AbfResult, converge, converge_feasibly
 from .estimate import CAP_ANGLE, corner_angles, initial_estimate, opened
 from .full_system import LEFT, RIGHT, fan_rows, least_norm, triangle_rows, vertex_rows
-from .inscribed import central_angles, inscribed_sums
 from .iterates import REACH, AngleProblem, Iterate, Step
 from .iterations import State, active_set, chord_step, linear_step
 from .last_steps import conformal_step, conformal_steps
 from .linearised import Direction, Linearised, advance, linearise, solve
-from .loops import ClosedPath, Closure, closure_of
+from .loops import ClosedPath, Closure, central_angles, closure_of, inscribed_sums
 from .reduced import SLIVER_OF_SMALL, System
 from .separately import MOST_STEPS, Separate, families_of, rows_of, step_and_chord
 from .to_order import prescribed_steps

@@ -1,7 +1,5 @@
 """Closure rows of the angle system: translation of holes, scale and turning along closed paths."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

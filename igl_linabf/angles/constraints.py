@@ -1,7 +1,5 @@
 """The constraints on the angles of a mesh with prescribed angle sums (eq. 5, 6, 10), and their residuals."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,8 +10,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import angle_sums, cotangents, log_sines
 from ..linalg import Pattern
 from ..surface import NEXT, PREV, Topology
-from .inscribed import inscribed_sums
-from .loops import ClosedPath, Closure, closure_of
+from .loops import ClosedPath, Closure, closure_of, inscribed_sums
 
 
 @dataclass(frozen=True, eq=False)

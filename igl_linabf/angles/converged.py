@@ -1,7 +1,5 @@
 """Converged ABF: the flat mesh with the least relative change of the angles."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

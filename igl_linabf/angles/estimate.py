@@ -1,7 +1,5 @@
 """The angles of the surface, and the paper's initial estimate (section 4.2)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import FloatArray, IntArray
@@ -56,8 +54,9 @@ def initial_estimate(
         estimate = alpha * np.where(far, sums / total, 1.0)[topology.corner]
         if to_triangles:
             estimate *= np.pi / estimate.sum(axis=0)
-    ears = (np.bincount(topology.corner.ravel(), minlength=topology.n) == 1) & ~np.isnan(sums)
-    if ears.any():
+    asked_at = ~topology.interior & ~np.isnan(sums)
+    if asked_at.any():
+        ears = asked_at & (np.bincount(topology.corner.ravel(), minlength=topology.n) == 1)
         k, t = np.nonzero(ears[topology.corner])
         estimate = estimate.copy()
         estimate[k, t] = asked = sums[topology.corner[k, t]]

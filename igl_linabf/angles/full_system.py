@@ -14,8 +14,6 @@ The package solves an equivalent smaller system, `igl_linabf.angles.System`. The
 In the matrices here, column 3 t + k is corner k of triangle t. Arrays of angles are (3, #F).
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

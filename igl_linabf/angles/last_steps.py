@@ -1,7 +1,5 @@
 """The last steps to prescribed sums: corrections in the conformal metric, without inner steps."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
@@ -17,7 +15,7 @@ from .reduced import System
 SMALL = 0.12  # residual below which they begin: F/3nt stays the same within a thousandth
 SLOW = 0.15  # share of the residual left by a correction, above which a new factor pays
 IN_VAIN = 0.5  # and above which corrections do not help
-MOST = 12
+MAX_CORRECTIONS = 12
 
 
 def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
@@ -39,7 +37,7 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
     least_norm, conformal = state.lin, None
     if not state.at.residual.largest < below:
         return state
-    for _ in range(MOST):
+    for _ in range(MAX_CORRECTIONS):
         missing = state.at.residual.largest
         if missing <= tol or state.steps[-1].limited:
             break

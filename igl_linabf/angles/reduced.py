@@ -1,7 +1,5 @@
 """The linear angle system in reduced form, and the Laplacian that preconditions it."""
 
-from __future__ import annotations
-
 from functools import cached_property
 
 import numpy as np

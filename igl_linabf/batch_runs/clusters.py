@@ -1,7 +1,5 @@
 """Dask's cluster: one of our own on this machine, or the one at an address."""
 
-from __future__ import annotations
-
 import logging
 import os
 import shutil

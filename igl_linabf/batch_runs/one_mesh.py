@@ -1,7 +1,5 @@
 """What a worker does: one mesh from its file to its map's file, and the row that tells of it."""
 
-from __future__ import annotations
-
 import signal
 import sys
 import threading

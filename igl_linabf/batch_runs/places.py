@@ -1,7 +1,5 @@
 """Where files are: in folders, or behind a URL that fsspec knows."""
 
-from __future__ import annotations
-
 import glob
 import os
 import secrets

@@ -1,6 +1,4 @@
-"""Branch points of a seam, moved to where it is shorter; and what moves arcs of it uses, too."""
-
-from __future__ import annotations
+"""Branches of a seam: those that do not pay are cut off, and branch points moved to where it is shorter."""
 
 from collections.abc import Callable
 from itertools import combinations
@@ -40,6 +38,25 @@ def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
             replaced(piece, steps, piece.without(seam, moved), piece.without(moved, seam))
             seam = moved
             waiting += sorted(ends.difference(waiting))
+    return seam
+
+
+def pruned(
+    piece: ClosedSurface, seam: IntArray, cost: Cost, image: Callable[[IntArray], IntArray] = np.sort
+) -> IntArray:
+    """The seam without those branches, the longest ones first, without which `cost` is lower.
+
+    What they were grown for, a later branch may have done as well. With a mirror, the `image` of a branch
+    goes together with it.
+    """
+    kept, steps = shape(piece, seam), steps_along(piece, seam)
+    tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= piece.holes]
+    arcs = [arcs_at(piece, steps, tip)[0][0] for tip in tips]
+    for k in np.argsort([-piece.total(arc) for arc in arcs], kind="stable")[:MOST_MOVED].tolist():
+        rest = piece.without(piece.without(seam, arcs[k]), image(arcs[k]))
+        opens = len(rest) > 1 or piece.holes  # a single edge opens nothing
+        if opens and shape(piece, rest) == kept and cost(rest) < cost(seam):
+            seam = rest
     return seam
 
 

@@ -1,7 +1,5 @@
 """The charts of a surface: pieces, flattened, and cut further where they flip, overlap or stretch."""
 
-from __future__ import annotations
-
 import warnings
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
@@ -13,6 +11,7 @@ from .._runtime import part
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..flattening import Flattening, Isometric, Method, Outcome, flatten_together, guaranteed
+from ..kernels import products
 from ..measures import (
     Quality,
     change_of,
@@ -222,8 +221,9 @@ def _worth_of_map(piece: Submesh, result: Flattening, quality: Quality, splits: 
 
 def _is_needle(piece: Submesh, result: Flattening) -> bool:
     """Whether double precision hardly tells the map from a line: no packing could turn it."""
-    length = float(np.ptp(result.uv, axis=0).max())
-    return float(piece.measured[0].sum()) <= NEEDLE * length**2
+    length = float((result.uv.max(axis=0) - result.uv.min(axis=0)).max())
+    double_area = products(piece.V, np.ascontiguousarray(piece.F.T))[0]
+    return float(double_area.sum()) <= NEEDLE * length**2
 
 
 def _opened(piece: Submesh, result: Flattening) -> Flattening:

@@ -21,7 +21,8 @@ from .tighten import tightened
 
 LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
 REACH = 6.0  # mean distances to a root that a branch point's arcs may move
-HOPS = 13_000, 60_000  # nodes from which the roots of clusters are two and three edges apart, not one
+FAR = 60_000  # nodes from which the roots of clusters are more than three edges apart, not two
+MORE_ROOTS = 2  # times
 SMALLEST_SHARE = 1e-3  # of the way that an edge across goes: the maximum principle then holds
 
 
@@ -69,7 +70,7 @@ class Contracted:
     def carried(self, seam: IntArray) -> IntArray:
         """A seam of the coarse surface on the fine one: tips are roots."""
         fine, chosen = self.fine, self.edge[seam]
-        ways = fine.paths(self.forest.before, fine.ends[chosen].ravel().tolist())
+        ways = fine.paths(self.forest.before, fine.ends[chosen].ravel())
         tips = np.bincount(self.coarse.ends[seam].ravel(), minlength=self.coarse.n) == 1
         return without_stubs(fine, np.union1d(chosen, ways), self.roots[tips])
 
@@ -102,8 +103,7 @@ class Levels:
         """Down to so many nodes."""
         steps: list[Contracted] = []
         while not steps or piece.n > most:
-            hops = 1 + sum(piece.n >= nodes for nodes in HOPS)
-            steps.append(contracted(piece, clusters(piece, hops)))
+            steps.append(_simply_contracted(piece, 3 if piece.n >= FAR else 2))
             piece = steps[-1].coarse
         return cls(steps)
 
@@ -124,8 +124,8 @@ class Levels:
         return seam
 
 
-def clusters(piece: ClosedSurface, hops: int) -> Forest:
-    """Each node on the shortest path to the nearest root; roots are more than `hops` edges apart.
+def clusters(piece: ClosedSurface, hops: int, more: IntArray | None = None) -> Forest:
+    """Each node on the shortest path to the nearest root; roots are more than `hops` edges apart, or `more`.
 
     Each hole is a root with no other node.
     """
@@ -149,6 +149,8 @@ def clusters(piece: ClosedSurface, hops: int) -> Forest:
         new = waiting & (spread(left) == left)
         is_root |= new
         waiting &= spread(new.astype(np.int8)) == 0
+    is_root[more if more is not None else []] = True
+    is_root[holes] = False
     distance, before, root = piece.search(np.flatnonzero(is_root), holes)
     distance[holes], before[holes], root[holes] = 0, -1, holes
     return Forest(root, before, distance)
@@ -203,6 +205,19 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
         isometric=piece.isometric,
     )
     return Contracted(piece, coarse, forest, label, roots, edge)
+
+
+def _simply_contracted(piece: ClosedSurface, hops: int) -> Contracted:
+    """With more roots where clusters go around a thin part, so that two of them have one edge at most."""
+    step = contracted(piece, clusters(piece, hops))
+    for _ in range(MORE_ROOTS):
+        coarse = step.coarse
+        again = np.ones(len(coarse.ends), dtype=bool)
+        again[coarse.shortest] = False
+        if not again.any():
+            break
+        step = contracted(piece, clusters(piece, hops, np.union1d(step.roots, piece.ends[step.edge[again]])))
+    return step
 
 
 def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[IntArray, IntArray]:

@@ -1,7 +1,5 @@
 """Seams through cones, and the closed paths along which the scale has to come back across them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -5,8 +5,6 @@ creases are cut. So they are put together again, those with the longest common c
 nothing of the one lies over the other.
 """
 
-from __future__ import annotations
-
 from heapq import heapify, heappop, heappush
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Creases: the edges along which faces meet at an angle, and which of them are sharp."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import FloatArray, IntArray
@@ -55,16 +53,16 @@ def all_bends(component: Submesh, size: FloatArray | None = None) -> FloatArray:
     return bends(component.V, topology.corner, inside, face_normals(component, size))
 
 
-def flat_share(component: Submesh) -> float:
+def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
     """The share of the area in faces with a neighbour nearly in their plane.
 
     A normal may turn by `STRAIGHT` along a way as long as the surface is large. On smooth surfaces, fine or
-    coarse, that is about a tenth of the area.
+    coarse, that is about a tenth of the area. `bend` are its `all_bends`, if they are known.
     """
-    return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64))[0])
+    return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
 
 
-def flat_shares(surface: Submesh, of: IntArray) -> FloatArray:
+def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) -> FloatArray:
     """`flat_share` of each component; `of` is the component of each face."""
     topology, m, number = surface.topology, len(surface.F), int(of.max()) + 1
     inside = topology.sides[1] >= 0
@@ -73,8 +71,9 @@ def flat_shares(surface: Submesh, of: IntArray) -> FloatArray:
     total = sum_by(of, double_area, number)
     length = lengths(surface.V, topology.edges[inside])
     way = double_area[sides].sum(axis=0) / np.maximum(length, np.finfo(float).tiny)
-    bend = np.abs(all_bends(surface, _extents(surface, of)[of]))
-    straight = bend < STRAIGHT * way / np.sqrt(total / 2)[of[sides[0]]] + ROUNDING
+    if bend is None:
+        bend = all_bends(surface, _extents(surface, of)[of] if number > 1 else None)
+    straight = np.abs(bend) < STRAIGHT * way / np.sqrt(total / 2)[of[sides[0]]] + ROUNDING
     flat = np.zeros(m, dtype=bool)
     flat[sides[:, straight]] = True
     return np.asarray(sum_by(of, np.where(flat, double_area, 0.0), number) / total)

@@ -10,11 +10,12 @@ import numpy as np
 from scipy import sparse
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import lengths, nearest_sources, spanning_forest
+from ..kernels import lengths, nearest_sources, nodes_on_paths, spanning_forest, without_leaves
 from ..surface import Submesh, connected_labels, sum_by
 from .creases import all_bends, angle_noise, sharpness
 from .scale import ZeroAtNodes
-from .visibility import Smoothing, shown, valleys
+from .smoothing import Smoothing
+from .visibility import shown, valleys
 
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
@@ -97,6 +98,16 @@ class ClosedSurface:
         """(#E,): less than 1 in concave valleys."""
         return self.valleys()
 
+    @cached_property
+    def seen(self) -> FloatArray:
+        """By what hiding multiplies lengths on average at each node, (n,)."""
+        ends = self.ends.ravel()
+        total, number = (
+            np.bincount(ends, np.repeat(self.shown, 2), self.n),
+            np.bincount(ends, minlength=self.n),
+        )
+        return np.where(number, total, 1.0) / np.maximum(number, 1)
+
     def with_lengths(self, length: FloatArray) -> ClosedSurface:
         """The same with other lengths of its edges."""
         graph, key, shortest = shortest_edges(self.ends, length, self.n)
@@ -120,24 +131,14 @@ class ClosedSurface:
         graph = self.graph
         return nearest_sources(graph.indptr, graph.indices, graph.data, sources, open_, limit)
 
-    def paths(self, before: IntArray, ends: list[int]) -> IntArray:
+    def paths(self, before: IntArray, ends: IntArray | list[int]) -> IntArray:
         """The edges on the shortest paths from some nodes to their sources, each once."""
-        steps: dict[int, int] = {}
-        for node in ends:
-            while before[node] >= 0 and node not in steps:
-                steps[node] = int(before[node])
-                node = steps[node]
-        return self.between(*np.array([*steps.items()], dtype=np.int64).reshape(-1, 2).T)
+        nodes = nodes_on_paths(before, np.asarray(ends, dtype=np.int64))
+        return self.between(nodes, before[nodes])
 
     def on(self, seam: IntArray) -> IntArray:
         """The nodes on a seam, and the holes."""
         return np.union1d(self.ends[seam], np.arange(self.holes))
-
-    def parts(self, seam: IntArray) -> IntArray:
-        """The numbers of faces of the pieces that the surface is cut into along the seam, ascending."""
-        crossed = np.ones(len(self.faces), dtype=bool)
-        crossed[seam] = False
-        return np.sort(np.bincount(connected_labels(self.faces[crossed], self.n_faces)))
 
     def without(self, seam: IntArray, others: IntArray) -> IntArray:
         """The edges of a seam that are not among others."""
@@ -170,8 +171,8 @@ def closed_surface(
     length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
     double_area, dot = component.measured
     size = float(np.sqrt(double_area.sum() / 2))
-    smoothing = cache(partial(Smoothing, component, edges, true_length, size))
-    visible = np.ones(len(edges)) if hidden is None else shown(component, edges, hidden, smoothing())
+    smoothing = cache(partial(Smoothing, component, edges, true_length))
+    visible = np.ones(len(edges)) if hidden is None else shown(component, edges, hidden, smoothing(), size)
     length *= visible
     graph, key, shortest = shortest_edges(ends, length, n)
     corner = node[topology.corner]
@@ -227,29 +228,24 @@ def open_handles(piece: ClosedSurface) -> IntArray:
 def _loops(piece: ClosedSurface, base: int) -> tuple[IntArray, IntArray]:
     """The cut graph of the shortest loops through `base`, and the edges in their middle."""
     distance, before, _ = piece.search(np.array([base]))
-    others = np.flatnonzero(before >= 0)
+    a, b = piece.ends[piece.shortest].T
     in_tree = np.zeros(len(piece.edges), dtype=bool)
-    in_tree[piece.between(others, before[others])] = True
-    loop = distance[piece.ends].sum(axis=1) + piece.length
+    in_tree[piece.shortest] = (before[a] == b) | (before[b] == a)
+    loop = distance[piece.ends[:, 0]] + distance[piece.ends[:, 1]] + piece.length
     outside = np.flatnonzero(~in_tree)
     in_cotree = np.zeros(len(piece.edges), dtype=bool)
     longest_first = outside[np.argsort(-loop[outside], kind="stable")]
     in_cotree[spanning_forest(piece.faces, longest_first, piece.n_faces)] = True
     across = np.flatnonzero(~in_tree & ~in_cotree)
-    seam = np.union1d(across, piece.paths(before, piece.ends[across].ravel().tolist()))
+    seam = np.union1d(across, piece.paths(before, piece.ends[across].ravel()))
     return without_stubs(piece, seam, seam[:0]), across  # what all loops share on their way to the base
 
 
 def without_stubs(piece: ClosedSurface, seam: IntArray, tips: IntArray) -> IntArray:
     """The seam without arcs that end at other nodes than these."""
-    while True:
-        ends = piece.ends[seam]
-        nodes, place, degree = np.unique(ends, return_inverse=True, return_counts=True)
-        loose = (degree == 1) & ~np.isin(nodes, tips)
-        drop = loose[place.reshape(-1, 2)].any(axis=1)
-        if not drop.any():
-            return seam
-        seam = seam[~drop]
+    kept = np.zeros(piece.n, dtype=bool)
+    kept[tips] = True
+    return seam[without_leaves(piece.ends[seam], kept)]
 
 
 def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -> IntArray:
@@ -267,7 +263,7 @@ def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -
     way = distance[piece.ends].sum(axis=1) + piece.length
     between = np.flatnonzero(ends[:, 0] != ends[:, 1])
     bridge = spanning_forest(ends, between[np.argsort(way[between], kind="stable")], piece.n)
-    paths = piece.paths(before, piece.ends[bridge].ravel().tolist())
+    paths = piece.paths(before, piece.ends[bridge].ravel())
     return np.concatenate((seam, np.setdiff1d(np.union1d(bridge, paths), seam)))
 
 
@@ -276,12 +272,22 @@ def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
 
     The pieces are disks for one seam of a shape if they are for another one.
     """
-    on, chosen = np.zeros(piece.n, dtype=bool), np.zeros(len(piece.ends), dtype=bool)
-    on[: piece.holes], on[piece.ends[seam]], chosen[seam] = True, True, True
+    number, cycles, sizes = opened(piece, seam)
+    return number, cycles, len(sizes)
+
+
+def opened(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, IntArray]:
+    """`shape`, with the numbers of faces of the pieces, ascending."""
+    on = np.zeros(piece.n, dtype=bool)
+    on[: piece.holes], on[piece.ends[seam]] = True, True
     nodes = int(np.count_nonzero(on))
     number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1 - (piece.n - nodes)
-    cycles = number + int(np.count_nonzero(chosen)) - nodes  # two ways that have become one are no cycle
-    return number, cycles, len(piece.parts(seam)) if cycles else 1  # a forest separates nothing
+    cycles = number + len(np.unique(seam)) - nodes  # two ways that have become one are no cycle
+    if not cycles:  # a forest separates nothing
+        return number, cycles, np.array([piece.n_faces])
+    sides = piece.faces.copy()
+    sides[seam] = 0  # a face is beside itself
+    return number, cycles, np.sort(np.bincount(connected_labels(sides, piece.n_faces)))
 
 
 def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray, IntArray]:

@@ -8,8 +8,6 @@ Airy's stress function its trace w is the one of the least integral of w^2 with 
 whatever w is on it: u without its harmonic part. The L2 stretch is then 1 + 3/4 of the mean of w^2.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import FloatArray, IntArray

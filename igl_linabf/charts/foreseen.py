@@ -4,8 +4,6 @@ Clusters are the vertices of a coarse mesh, whose map is much like the one of th
 the surface is cut before it is flattened at all: that is the same search for seams on far fewer triangles.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import IntArray
@@ -18,6 +16,7 @@ from .cut_graph import ClosedSurface
 from .overlap_seams import MAX_SPLITS, seams_between
 from .pieces import flattened
 
+MANY = 20  # disks, beyond which some would be tiny: the surface is parted when its map is known
 FEW = 0.01  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
 
 
@@ -52,6 +51,8 @@ def edges_between_overlaps(piece: ClosedSurface, mesh: Submesh, seam: IntArray) 
             label[part.faces] = number
             smaller += _parts(part)
         waiting = smaller
+        if number + len(waiting) > MANY:
+            return np.zeros(0, dtype=np.int64)
         if not waiting:
             break
     inside = mesh.cells[1]

@@ -1,7 +1,5 @@
 """An atlas of a repaired mesh as one of the mesh that was given."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A chart in two, for where seams do not help."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph

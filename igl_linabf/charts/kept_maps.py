@@ -1,23 +1,24 @@
-"""The map of a chart that is split, kept on its largest part.
+"""The map of a chart that is split, kept on its largest part, and on all that it lays flat without stretch.
 
 A part of a map has no flips that the map has not, and no overlaps that the split has parted. So only the
-small parts are flattened again: a split costs little, and the largest part cannot overlap itself anew.
+other parts are flattened again: a split costs little, and what keeps its map cannot overlap itself anew.
 """
-
-from __future__ import annotations
 
 from dataclasses import replace
 
 import numpy as np
 
-from .._types import IntArray
+from .._types import FloatArray, IntArray
 from ..flattening import Flattening
-from ..measures import Quality, quality_of
-from ..surface import Submesh
-from .pieces import cut_out, of_own_size, on_part
+from ..measures import Quality, quality_of_each
+from ..surface import Parts, Submesh, centred, complex_positions, coordinates, signed_double_areas
+from .pieces import cut_out, on_part
 
-KEPT = 0.9  # share of its faces from which on a part keeps the map: a smaller one gains by a new one
+KEPT = (
+    0.9  # share of its faces from which on the largest part keeps the map: a smaller one gains by a new one
+)
 EVEN = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
+EXACT = 1 + 1e-4  # stretch and conformal distortion up to which any part does: a new map is the same
 
 Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping faces, its figures
 
@@ -25,20 +26,39 @@ Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping 
 def kept_maps(
     piece: Submesh, result: Flattening, parts: list[Submesh], pairs: IntArray
 ) -> list[Known | None]:
-    """The map of the part that keeps it; None for the others. `pairs` of faces overlap in the map."""
+    """The maps of the parts that keep theirs; None for the others. `pairs` of faces overlap in the map."""
     kept: list[Known | None] = [None] * len(parts)
-    largest = int(np.argmax([len(part.F) for part in parts]))
-    inside = np.zeros(len(piece.F), dtype=bool)
-    inside[np.searchsorted(piece.faces, parts[largest].faces)] = True
-    apart = not (inside[pairs[:, 0]] & inside[pairs[:, 1]]).any()
-    if apart and len(parts[largest].F) >= KEPT * len(piece.F) and result.outcome.good:
-        made = _on_part(piece, result, parts[largest])
-        kept[largest] = made if made[2].stretch_l2 <= EVEN else None
+    if not result.outcome.good:
+        return kept
+    rows = [np.searchsorted(piece.faces, part.faces) for part in parts]
+    of, size = np.empty(len(piece.F), dtype=np.int64), np.array([len(own) for own in rows])
+    of[np.concatenate(rows)] = np.repeat(np.arange(len(parts)), size)
+    low, high = _area_ratios(piece, result, np.concatenate(rows), Parts.of_sizes(size))
+    apart = np.ones(len(parts), dtype=bool)
+    apart[of[pairs[of[pairs[:, 0]] == of[pairs[:, 1]], 0]]] = False
+    large = size >= KEPT * len(piece.F)
+    asked = np.flatnonzero(apart & (large | (high <= EXACT**2 * low))).tolist()
+    maps = [_own_map(piece, result, parts[k]) for k in asked]
+    measured = quality_of_each([(parts[k], uv, 0) for k, uv in zip(asked, maps, strict=True)])
+    for k, uv, quality in zip(asked, maps, measured, strict=True):
+        exact = max(quality.stretch_l2, quality.conformal_distortion) <= EXACT
+        if exact or (large[k] and quality.stretch_l2 <= EVEN):
+            made = cut_out(result, piece, parts[k], uv)
+            cut_off = f"a part of this map, {len(piece.F) - len(parts[k].F):,} faces were cut off"
+            made = replace(made, message=f"{result.message}; {cut_off}")
+            kept[k] = made, np.zeros((0, 2), dtype=np.int64), quality
     return kept
 
 
-def _on_part(piece: Submesh, result: Flattening, part: Submesh) -> Known:
-    uv = of_own_size(on_part(result.uv, piece, part), part)
-    made = cut_out(result, piece, part, uv)
-    message = f"{result.message}; a part of this map, {len(piece.F) - len(part.F):,} faces were cut off"
-    return replace(made, message=message), np.zeros((0, 2), dtype=np.int64), quality_of(part, uv, overlaps=0)
+def _own_map(piece: Submesh, result: Flattening, part: Submesh) -> FloatArray:
+    """The map of a part, as large as it is on the surface, and turned as all maps are."""
+    z = complex_positions(on_part(result.uv, piece, part))
+    return coordinates(centred(part.topology, z, float(part.measured[0].sum()) / 2))
+
+
+def _area_ratios(
+    piece: Submesh, result: Flattening, faces: IntArray, parts: Parts
+) -> tuple[FloatArray, FloatArray]:
+    """The least and the largest ratio of areas in the map and on the surface, of each part of the faces."""
+    ratio = signed_double_areas(complex_positions(result.uv), piece.topology.corner) / piece.measured[0]
+    return parts.min(ratio[faces]), parts.max(ratio[faces])

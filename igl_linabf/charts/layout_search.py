@@ -6,8 +6,6 @@ ones are found again on a fine grid, with the turns that they have. If there is 
 are tried before: a chart at another place of the order, or held in one direction.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -5,8 +5,6 @@ lowering this by one is worth, as it is for the L2 stretch. The parts keep the c
 of its own area: so what is packed is what was tried.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 

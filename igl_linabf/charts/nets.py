@@ -4,8 +4,6 @@ Cut along a tree through all of its curved vertices, a surface is developable: a
 cylinder into a rectangle and two disks.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """A map whose seams shift a periodic texture by whole periods, so that it goes on across them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

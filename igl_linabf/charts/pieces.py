@@ -1,7 +1,5 @@
 """A piece of a surface, flattened alone."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from time import perf_counter
 

@@ -1,7 +1,5 @@
 """Polygons in, polygons out: what `unwrap` does with their triangles in between."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Curvatures of cones in quarter turns: for little stretch, and for little turning along handles."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

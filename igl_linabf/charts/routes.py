@@ -1,7 +1,5 @@
 """Seams straightened, and moved into valleys nearby."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A flat map that overlaps itself, made injective without a cut."""
 
-from __future__ import annotations
-
 import warnings
 
 import igl

@@ -1,7 +1,5 @@
 """The Laplace systems of a surface with zero at some nodes: one pattern, analysed once for all of them."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cached_property
 

@@ -18,7 +18,7 @@ from ..surface import (
     seam_mask,
     vertex_array,
 )
-from .branches import shortened
+from .branches import Cost, pruned, shortened
 from .coarse import Levels
 from .creases import flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles
@@ -33,7 +33,7 @@ from .visibility import hiding
 TRADE = 6.0
 MAX_LEAVES = 100  # on a component
 MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
-SYMMETRIC = 0.05  # of cost that the same seam on both sides of a body may be worth
+SYMMETRIC = 0.1  # of cost that the same seam on both sides of a body may be worth
 ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
@@ -105,9 +105,10 @@ def find_seams(
     the seam. Each is a shortest path from the point where the conformal map's scale is farthest
     from one, that is, from a tip that would shrink (one Laplace system a branch, as in boundary
     first flattening). Branches are kept as long as the lower stretch is worth their length.
-    Finally, branch points move if a shorter seam is worth the change of stretch, and the seam is
-    straightened and slides into valleys nearby. On surfaces of more than 10,000 vertices all this is
-    done on clusters of vertices, and the seam is then drawn tight along the edges.
+    Finally, branches that do not pay are cut off, branch points move if a shorter seam is worth the
+    change of stretch, and the seam is straightened and slides into valleys nearby. On surfaces of more
+    than 10,000 vertices all this is done on clusters of vertices, and the seam is then drawn tight along
+    the edges.
 
     Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
     creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net
@@ -135,7 +136,8 @@ def find_seams(
         Where seams may lie: the direction in which faces look that are not seen, as `[0, 0, -1]` for the
         underside if z is up; or a weight for each face, larger where a seam is hidden better. Weights
         count by where they are between the least and the largest. An edge in full view counts three
-        times its length, a hidden one a third.
+        times its length, a hidden one a third. By default the back of a body hides, if its details tell
+        where that is: an edge in front counts twice its length. Equal weights: seams lie anywhere.
 
     Returns
     -------
@@ -159,7 +161,7 @@ def find_seams(
     (3, 2)
     """
     surface = Submesh.checked_manifold(V, F)
-    hidden = hiding(surface, hide, np.arange(len(surface.F)))
+    hidden = hiding(surface, hide, np.arange(len(surface.F)), unasked=trade > 0)
     isometric = isinstance(method_of(method), Isometric)
     return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
 
@@ -281,7 +283,9 @@ def _best(
     seam = _seam(piece, trade, holes)[0]
     if hard and (net := cheaper(seam)) is not None:
         return net
-    seam = _shorter(piece, seam, trade)
+    seam, cost = _shorter(piece, seam, trade)
+    most = cost(seam) + ROUTED
+    seam = rerouted(piece, seam, lambda moved: cost(moved) < most)
     if trade > 0 and not piece.genus:
         seam = _alike_on_both_sides(component, piece, seam, trade, holes)
     return none if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain else seam
@@ -294,7 +298,7 @@ def _of_clusters(coarse: ClosedSurface, trade: float, holes: bool, gain: float |
     """The seam of clusters of nodes; no edge if the cost falls by less than `gain`."""
     trade *= DRAWN_SHORTER
     seam, leaves = _seam(coarse, trade, holes)
-    seam = _shorter(coarse, seam, trade)
+    seam = _shorter(coarse, seam, trade)[0]
     if gain is not None and _cost(coarse, seam[:0], trade) - _cost(coarse, seam, trade) < gain:
         seam = seam[:0]
     return seam, np.intersect1d(leaves, coarse.ends[seam])
@@ -315,8 +319,8 @@ def _seam(piece: ClosedSurface, trade: float, holes: bool) -> Grown:
     return seam, leaves
 
 
-def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
-    """The seam with its branch points moved."""
+def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> tuple[IntArray, Cost]:
+    """The seam without branches that do not pay, and with its branch points moved; and what seams cost."""
     known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
 
     def cost(seam: IntArray) -> float:
@@ -325,9 +329,7 @@ def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> IntArray:
             known[key] = _cost(piece, seam, trade)
         return known[key]
 
-    seam = shortened(piece, seam, cost)
-    most = cost(seam) + ROUTED
-    return rerouted(piece, seam, lambda moved: cost(moved) < most)
+    return shortened(piece, pruned(piece, seam, cost), cost), cost
 
 
 def _alike_on_both_sides(
@@ -342,6 +344,7 @@ def _alike_on_both_sides(
     if not piece.holes:
         other = _slit(surface, mirror)[0]
     other = _grow(surface, other, trade, mirror)[0]
+    other = pruned(surface, other, lambda seam: _cost(surface, seam, trade), mirror.image)
     return other if _cost(piece, other, trade) < _cost(piece, seam, trade) + SYMMETRIC else seam
 
 
@@ -351,8 +354,8 @@ def _slit(piece: ClosedSurface, mirror: Mirror | None = None) -> Grown:
     With a mirror, between one of them and its image, or in the plane.
     """
     extra = piece.curvature - 4 * np.pi * piece.area / piece.area.sum()
-    start = int(np.argmin(log_scale(piece, np.array([0]), extra)))
-    end = int(np.argmin(log_scale(piece, np.array([start]), piece.curvature)))
+    start = int(np.argmin(log_scale(piece, np.array([0]), extra) / piece.seen))
+    end = int(np.argmin(log_scale(piece, np.array([start]), piece.curvature) / piece.seen))
     if mirror is not None:
         start, end = mirror.pair(start, end)
     distance, before, _ = piece.search(np.array([start]))
@@ -376,7 +379,7 @@ def _grow(piece: ClosedSurface, seam: IntArray, trade: float, mirror: Mirror | N
         in_vain = 0 if cost < least else in_vain + 1
         if in_vain == 0:
             best, least, in_best = seam, cost, len(leaves)
-        leaf = int(np.argmax(np.abs(u)))
+        leaf = int(np.argmax(np.abs(u) / piece.seen))
         if in_vain == MAX_LEAVES_IN_VAIN or u[leaf] == 0:
             break
         _, before, _ = piece.search(_open_nodes(piece, seam))

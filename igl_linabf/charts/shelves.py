@@ -4,8 +4,6 @@ The rectangles lie, the highest ones first. A shelf is as high as its first rect
 stands in its way, it goes on behind it: so the small ones fill the holes of the large ones.
 """
 
-from __future__ import annotations
-
 import numpy as np
 import shapely
 

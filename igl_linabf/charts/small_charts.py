@@ -13,7 +13,7 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..layouts import least_squares
 from ..linalg import NotPositiveDefiniteError, Solvers
-from ..measures import change_of, overlapping_pairs, quality_of
+from ..measures import change_of, lie_over, quality_of
 from ..surface import Submesh, complex_positions, coordinates, flat_angles, placed_at, signed_double_areas
 from .atlas import Chart
 from .pieces import of_own_size
@@ -23,6 +23,7 @@ NEGLIGIBLE, MANY = 1e-3, 300  # the share of a chart that is small whatever its 
 STRETCHED = 1.01  # times the neighbour's L2 stretch that both may have together
 FITS = 1e-5  # of its extent by which a chart may be off where it touches another one
 EXACT = 1e-12  # mean angle distortion of an isometric chart: what is off by more has more than that
+EVEN = 1e-8  # the same, up to which nobody sees it
 SHEARED = 10.0  # times its mean angle distortion that the small one may have
 
 Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
@@ -108,7 +109,7 @@ class _Host:
         if not (double_area > 0).all():
             return False
         changed = change_of(piece, uv)
-        if not changed.angle_distortion.mean() <= max(SHEARED * self._chart.quality.angle_distortion, EXACT):
+        if not changed.angle_distortion.mean() <= max(SHEARED * self._chart.quality.angle_distortion, EVEN):
             return False
         own_area = float(changed.double_area.sum())
         share = own_area / double_area.sum()  # stretch is measured at a scale of its own: the host's is one
@@ -123,8 +124,7 @@ class _Host:
             corners[((below <= high) & (above >= low)).all(axis=1)]
             for corners, (below, above) in zip(self._corners, self._boxes, strict=True)
         ]
-        corners = np.concatenate((own, *near)).reshape(-1, 2)
-        if len(overlapping_pairs(corners, np.arange(len(corners)).reshape(-1, 3), between=True)):
+        if lie_over(own, np.concatenate(near)):
             return False
         of_host = np.full(len(piece.V), -1)
         of_host[run.own] = run.of_host

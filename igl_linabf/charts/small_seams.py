@@ -3,8 +3,6 @@
 The bodies do not touch, so that one Laplace system, and one search for shortest paths, serves all of them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 
 import numpy as np
@@ -65,11 +63,11 @@ class SmallBodies:
         start = self._least(self._log_scale(piece, np.union1d(first, rims), extra))[bare]
         end = self._least(self._log_scale(piece, np.union1d(start, rims), piece.curvature))[bare]
         distance, before, _ = piece.search(start)
-        path = piece.paths(before, end.tolist())
+        path = piece.paths(before, end)
         # a single edge opens nothing
         short = bare & (np.bincount(self._body(path), minlength=self._n) < 2)
         distance[np.concatenate((start, end))] = np.inf
-        more = piece.paths(before, self._least(distance)[short].tolist())
+        more = piece.paths(before, self._least(distance)[short])
         return np.concatenate((path, np.setdiff1d(more, path)))
 
     def _grown(
@@ -95,8 +93,8 @@ class SmallBodies:
             growing &= (in_vain < most_in_vain) & (u[tip] != 0)
             if not growing.any():
                 break
-            _, before, _ = piece.search(open_nodes)
-            path = piece.paths(before, tip[growing].tolist())
+            _, before, _ = piece.search(open_nodes[growing[self._of[open_nodes]]])
+            path = piece.paths(before, tip[growing])
             seam = np.concatenate((seam, path))
             when = np.concatenate((when, np.full(len(path), leaf + 1)))
         return seam[when <= best[self._body(seam)]], least

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-MOST = 0.1  # of the side between two charts
+WIDEST = 0.1  # of the side between two charts
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,14 @@ class Spacing:
             One is out of its range.
         """
         if resolution is None:
-            if not 0 <= margin <= MOST:
-                raise ValueError(f"margin is {margin!r}: give a share of the square's side, from 0 to {MOST}")
+            if not 0 <= margin <= WIDEST:
+                raise ValueError(
+                    f"margin is {margin!r}: give a share of the square's side, from 0 to {WIDEST}"
+                )
             return cls(margin, margin)
         if not resolution >= 1:
             raise ValueError(f"resolution is {resolution!r}: give the texels along a page's side, like 1024")
-        most = MOST * resolution
+        most = WIDEST * resolution
         if not 0 <= padding <= most:
             raise ValueError(
                 f"padding is {padding!r} texels of {resolution} along a page: give 0 to {most:g}"

@@ -1,7 +1,5 @@
 """Mirror planes: a body that is symmetric is cut alike on both sides."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,6 +61,11 @@ class Mirror:
         """A tip and its image, if one of two tips is off the plane; else the two."""
         pairs = [(tip, int(self.node[tip])) for tip in (start, end) if self.node[tip] != tip]
         return pairs[0] if pairs else (start, end)
+
+    def image(self, seam: IntArray) -> IntArray:
+        """The mirror image of a seam, as far as it is made of edges."""
+        edge = self.edge[seam]
+        return edge[edge >= 0]
 
     def with_both(self, piece: ClosedSurface, seam: IntArray, leaf: int, way: IntArray) -> IntArray:
         """The seam with a way to a leaf, and one to its image; in the plane, if the leaf is there."""

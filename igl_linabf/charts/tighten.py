@@ -1,13 +1,11 @@
 """A seam drawn tight: its arcs and branch points moved a little, to where it is shortest."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import nearest_sources
 from .branches import Arc, Steps, arm, in_groups, is_joint, longest, replaced, steps_along
-from .cut_graph import SHORTER, ClosedSurface, shape
+from .cut_graph import SHORTER, ClosedSurface, opened
 
 LEFT = 0.7  # of its faces is what a part keeps at least when a seam moves: two arcs around it may meet
 ROUNDS = 1  # of straight arcs and balanced branch points
@@ -18,10 +16,7 @@ class _Corridor:
 
     def __init__(self, piece: ClosedSurface, near: BoolArray, seam: IntArray) -> None:
         self.piece = piece
-        # a tree is one whichever way its arcs go; around handles and parts the seam has to stay what it is
-        kept = shape(piece, seam)
-        self._shape = kept if kept[1] else None
-        self._sizes = piece.parts(seam) if kept[2] > 1 else np.zeros(0, dtype=np.int64)
+        self._opened = opened(piece, seam)
         self._nodes = np.flatnonzero(near)
         self._place = np.full(piece.n, -1)
         self._place[self._nodes] = np.arange(len(self._nodes))
@@ -33,11 +28,11 @@ class _Corridor:
 
     def accepts(self, moved: IntArray) -> bool:
         """Whether a seam that has moved still opens what it opened, and no part has become small."""
-        if self._shape is None:
+        number, cycles, sizes = self._opened
+        if not cycles:  # a tree is one whichever way its arcs go
             return True
-        if shape(self.piece, moved) != self._shape:
-            return False
-        return not len(self._sizes) or bool((self.piece.parts(moved) >= LEFT * self._sizes).all())
+        *new, parts = opened(self.piece, moved)
+        return new == [number, cycles] and len(parts) == len(sizes) and bool((parts >= LEFT * sizes).all())
 
     def total(self, edges: IntArray) -> float:
         """Their length, less in valleys."""
@@ -104,7 +99,8 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
             way = corridor.way(before, int(places[-1]))
             if len(way) > 1:
                 new = piece.between(np.array(way[:-1]), np.array(way[1:]))
-                if corridor.total(new) < length * SHORTER:
+                one = len(new) == 1 and new[0] in seam  # another arc is this edge
+                if not one and corridor.total(new) < length * SHORTER:
                     seam = np.concatenate((piece.without(seam, np.array(edges)), new))
                     places = corridor.places(way)
             closed[places] = True

@@ -4,8 +4,6 @@
 turn by half a sphere, a map shrinks far more than that. A short seam to such a tip may be worth its length.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import FloatArray, IntArray

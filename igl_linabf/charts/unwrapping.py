@@ -119,7 +119,8 @@ def unwrap(
         `seams` are a beginning: the others that handles, closed pieces and stretch need are found.
     hide : (3,) or (#F,) float, optional
         As in `find_seams`: a direction, as `[0, -1, 0]` for what looks back if the front looks to +y, or
-        a weight for each face. The seams that are found prefer the faces of that side.
+        a weight for each face. The seams that are found prefer the faces of that side; by default the
+        back of a body, and anywhere with `np.ones(len(F))`.
     weld : float, optional
         As in `clean`.
     strict : bool
@@ -204,8 +205,9 @@ def unwrap(
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
     if not len(surface.F):
         return in_polygons(without_charts(cleaned, given), split)
-    hidden = hiding(surface, hide, np.arange(len(given)) if split is None else split.face)
     finds, joins = seams is None or complete, seams is None
+    face = np.arange(len(given)) if split is None else split.face
+    hidden = hiding(surface, hide, face, unasked=finds and cones is None and trade > 0)
     task = Task(method_of(method), finds, trade, holes, bijective, max_stretch, hidden, joins)
     with reporting(progress):
         if cones is None:

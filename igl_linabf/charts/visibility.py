@@ -1,35 +1,34 @@
-"""Where a seam shows: less in valleys, and less where the caller wants it hidden.
+"""Where a seam shows: less in valleys, on the back of a body, and where the caller wants it hidden.
 
 All is smoothed over `REACH`, so that noise and single faces do not matter.
 """
 
-from __future__ import annotations
-
-from typing import Any
-
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from scipy import sparse
+from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import entries
 from ..surface import Submesh
+from .fronts import behind
+from .smoothing import Smoothing, turned_at
 
 REACH = 0.02  # times the square root of the area: how far values are smoothed
 MAX_STEPS = 30  # of smoothing
 VALLEY_DISCOUNT = 0.5  # share of its length that an edge in a deep valley is shorter by
 VALLEY = 10.0  # curvature times size at which half of that is given
 HIDING = 3.0  # times its length counts an edge where nothing is hidden, and by this is it divided in hiding
+UNASKED = float(np.log(2.0) / np.log(HIDING))  # the same by 2, where nobody asks for it
+LEAST_SHARE = 0.01  # of all triangles that a body has which is looked at
 
 
-def hiding(surface: Submesh, hide: ArrayLike | None, face: IntArray) -> FloatArray | None:
+def hiding(surface: Submesh, hide: ArrayLike | None, face: IntArray, *, unasked: bool) -> FloatArray | None:
     """How well each triangle hides a seam, from -1 to 1; None if it does not matter.
 
     `hide` is a direction, (3,), or the weights of the caller's faces; `face` is that of each triangle.
+    Without it, the back of each body hides if `unasked`, and a little less.
     """
     if hide is None:
-        return None
+        return _backs(surface, len(face)) if unasked else None
     try:
         given = np.asarray(hide, dtype=np.float64)
     except (TypeError, ValueError):
@@ -50,6 +49,15 @@ def hiding(surface: Submesh, hide: ArrayLike | None, face: IntArray) -> FloatArr
     return ((given - low) / (high - low) * 2 - 1)[face] if high > low else np.zeros(len(face))
 
 
+def _backs(surface: Submesh, n_faces: int) -> FloatArray | None:
+    """The same of bodies whose details tell where their back is."""
+    made = np.zeros(n_faces)
+    for part in surface.components():
+        if len(part.F) >= LEAST_SHARE * len(surface.F):
+            made[part.faces] = UNASKED * behind(part)
+    return made if made.any() else None
+
+
 def _facing(surface: Submesh, direction: FloatArray) -> FloatArray:
     """Cosine of the angle between a direction and the outer normal of each face."""
     length = float(np.linalg.norm(direction))
@@ -66,26 +74,6 @@ def _facing(surface: Submesh, direction: FloatArray) -> FloatArray:
     return facing
 
 
-class Smoothing:
-    """Averages over neighbours, repeated until they reach over `REACH`."""
-
-    def __init__(self, component: Submesh, edges: IntArray, length: FloatArray, size: float) -> None:
-        n = len(component.V)
-        indptr, indices, _ = entries(edges.T, n)
-        upper = sparse.csr_array((np.ones(len(indices)), indices, indptr), shape=(n, n))
-        self._around = (upper + upper.T.tocsr()).tocsr()
-        self._around.data[:] = 1  # on the diagonal, too
-        self._number = self._around.sum(axis=1)
-        step = float(np.median(length)) if len(length) else size
-        self._steps = int(np.clip(round((REACH * size / step) ** 2), 1, MAX_STEPS))
-
-    def of(self, values: NDArray[Any]) -> FloatArray:
-        """Smoothed values of the vertices."""
-        for _ in range(self._steps):
-            values = self._around @ values / self._number
-        return np.asarray(values)
-
-
 def valleys(
     component: Submesh,
     edges: IntArray,
@@ -95,19 +83,20 @@ def valleys(
     size: float,
 ) -> FloatArray:
     """What a seam's length is multiplied by at each edge: less than 1 in concave valleys."""
-    n, double_area = len(component.V), component.measured[0]
-    half = bend * length / 2
-    turned = np.bincount(edges[:, 0], half, minlength=n) + np.bincount(edges[:, 1], half, minlength=n)
-    area = np.bincount(component.F.T.ravel(), np.tile(double_area / 6, 3), minlength=n)
-    depth = np.maximum(-smoothing.of(turned) / smoothing.of(area) * size, 0)
+    steps = smoothing.steps(REACH * size, MAX_STEPS)
+    turned, area = (smoothing.of(sums, steps) for sums in turned_at(component, edges, length, bend))
+    depth = np.maximum(-turned / area * size, 0)
     depth = (depth[edges[:, 0]] + depth[edges[:, 1]]) / 2
     return np.asarray(1 - VALLEY_DISCOUNT * depth / (depth + VALLEY))
 
 
-def shown(component: Submesh, edges: IntArray, hidden: FloatArray, smoothing: Smoothing) -> FloatArray:
+def shown(
+    component: Submesh, edges: IntArray, hidden: FloatArray, smoothing: Smoothing, size: float
+) -> FloatArray:
     """What a seam's length is multiplied by at each edge, as `hidden` says of the caller's faces."""
     n, double_area = len(component.V), component.measured[0]
     corner = component.F.T.ravel()
     area = np.bincount(corner, np.tile(double_area, 3), minlength=n)
     mean = np.bincount(corner, np.tile(double_area * hidden[component.faces], 3), minlength=n) / area
-    return np.asarray(HIDING ** -smoothing.of(mean)[edges].mean(axis=1))
+    mean = smoothing.of(mean, smoothing.steps(REACH * size, MAX_STEPS))
+    return np.asarray(HIDING ** -mean[edges].mean(axis=1))

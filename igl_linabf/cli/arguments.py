@@ -1,7 +1,5 @@
 """What options and arguments look like, and those that several commands share."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args

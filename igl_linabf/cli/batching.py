@@ -1,7 +1,5 @@
 """`igl-linabf batch`."""
 
-from __future__ import annotations
-
 import argparse
 
 from ..batch_runs import batch

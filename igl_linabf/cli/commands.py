@@ -1,7 +1,5 @@
 """What a command is: its name, its arguments, and the function that runs it; its errors are one sentence."""
 
-from __future__ import annotations
-
 import argparse
 import os
 import sys

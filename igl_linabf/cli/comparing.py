@@ -1,7 +1,5 @@
 """`igl-linabf compare`."""
 
-from __future__ import annotations
-
 import argparse
 
 from .._runtime import part

@@ -1,7 +1,5 @@
 """`igl-linabf doctor`, and versions."""
 
-from __future__ import annotations
-
 import argparse
 import platform
 from importlib import metadata

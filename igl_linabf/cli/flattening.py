@@ -1,7 +1,5 @@
 """`igl-linabf flatten`."""
 
-from __future__ import annotations
-
 import argparse
 from functools import partial
 

@@ -1,7 +1,5 @@
 """One job a mesh: patterns of names, standard input, folders for the output."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import glob

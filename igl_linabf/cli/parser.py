@@ -1,7 +1,5 @@
 """The command from its arguments to its exit code; what completes it in shells."""
 
-from __future__ import annotations
-
 import argparse
 import contextlib
 import sys

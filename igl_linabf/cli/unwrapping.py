@@ -1,7 +1,5 @@
 """`igl-linabf unwrap`."""
 
-from __future__ import annotations
-
 import argparse
 import warnings
 from functools import partial

@@ -1,7 +1,5 @@
 """`igl-linabf view`."""
 
-from __future__ import annotations
-
 import argparse
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The methods that linear ABF is compared with."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import replace
 from time import perf_counter

@@ -18,7 +18,7 @@ from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, stack_level
 from ..measures import Quality, quality
 from ..surface import planar, scatter
-from . import other_programs as peers
+from . import other_programs
 from .baselines import bare_lscm
 from .methods import Method, method_of
 from .result import Flattening
@@ -173,9 +173,9 @@ def compare(
         iterations = result.iterations if result.steps else None
         label = method.label if method.label not in entries else str(method)
         entries[label] = Entry(result.uv, measured, taken, taken / base, iterations, result)
-    for name in peers.installed() if others else ():
+    for name in other_programs.installed() if others else ():
         try:
-            uv, taken = peers.run(name, mesh.V, mesh.faces)
+            uv, taken = other_programs.run(name, mesh.V, mesh.faces)
         except RuntimeError as error:
             warnings.warn(f"{error}: it is left out", FallbackWarning, stacklevel=stack_level())
             continue

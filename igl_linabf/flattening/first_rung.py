@@ -1,7 +1,5 @@
 """The first rung of the ladder, linear ABF's two solves and a drawn boundary, for many disks at a time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

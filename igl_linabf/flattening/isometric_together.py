@@ -1,7 +1,5 @@
 """Isometric maps of disks side by side, from their maps by linear ABF."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 

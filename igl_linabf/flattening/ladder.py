@@ -4,8 +4,6 @@ A stage takes the problem and the candidates so far, and returns a `Candidate`. 
 good one. The result is the candidate with the fewest flipped triangles.
 """
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -19,6 +17,7 @@ from ..angles import (
     AbfResult,
     AngleProblem,
     Constraints,
+    Iterate,
     State,
     active_set,
     chord_step,
@@ -30,7 +29,6 @@ from ..angles import (
     linear_step,
     opened,
     prescribed_steps,
-    residual,
 )
 from ..errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
 from ..layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_boundary, lay_out
@@ -156,6 +154,11 @@ def posed(
         held = pinned is not None and len(pinned[0]) > 2
         least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1 or held
         check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 16) if least_squares else 0)
+    with timed("assembly"):
+        own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
+        asked = own if uncut is None else uncut
+        asked.pattern.begin_analysis(solvers)
+    with timed("estimate"):
         alpha, caps = opened(corner_angles(mesh))
         if len(caps):
             warnings.warn(
@@ -165,8 +168,6 @@ def posed(
                 stacklevel=stack_level(),
             )
     with timed("assembly"):
-        own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
-        asked = own if uncut is None else uncut
         estimate = initial_estimate(asked.topology, alpha, threshold, safeguard, asked.sums)
         angles = AngleProblem(asked, estimate, solvers, safeguard)
         return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own, shape)
@@ -222,12 +223,10 @@ def drawn(
             )
             alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
         same = problem.cut is None and not invalid.any()
-        b = at.residual if same else residual(constraints, alpha)
         try:
             layout = lay_out(
                 constraints,
-                alpha,
-                b,
+                at if same else Iterate.of(constraints, alpha),
                 problem.layout,
                 problem.pinned,
                 mesh.area,

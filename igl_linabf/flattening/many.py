@@ -27,7 +27,7 @@ from .verbs import flatten
 
 LARGE = 10_000  # triangles from which a mesh is flattened alone: in company it would take as long
 AT_ONCE = 40_000  # triangles in company: fewer calls from Python, and still in the processor's caches
-AT_ONCE_BY_LOOPS = 10_000  # which take little time to begin, and leave work for each thread
+AT_ONCE_BY_LOOPS = 20_000  # which take little time to begin, and leave work for each thread
 
 Arrays = tuple[FloatArray, IntArray]
 

@@ -31,7 +31,7 @@ from .without_flips import injective_map, isometric_map
 
 Iterations = int | Literal["auto"]
 
-ON_CIRCLE_RTOL = 0.1  # and each step to one circle, whose sums change by more than that from step to step
+ON_CIRCLE_RTOL = 0.1  # and each step to circles, whose sums change by more than that from step to step
 ONE_SYSTEM_RTOL = 0.1  # relative residual to which "auto" solves a step and its chord
 TOL = 1e-8  # residual of the constraints below which nothing is left to do
 ABF_TOL = 1e-4  # tolerance of converged ABF below which F/3nt keeps its first five digits
@@ -101,7 +101,7 @@ class LinABF(Method):
             raise ValueError(f"rtol is {self.rtol!r}: use a positive number")
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
-        rtol = self.rtol or (ON_CIRCLE_RTOL if len(shape.circles) == 1 else ACTIVE_SET_RTOL)
+        rtol = self.rtol or (ON_CIRCLE_RTOL if shape.circles else ACTIVE_SET_RTOL)
         if self.iterations == "auto" and shape.sums is not None:
             stages = [prescribed(rtol, self.tol), anchored(ABF_TOL, self.tol), feasible(ABF_TOL, self.tol)]
         elif self.iterations == "auto":

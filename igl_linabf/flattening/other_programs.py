@@ -3,8 +3,6 @@
 Each runs in a process of its own, since their libraries conflict.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from importlib.util import find_spec
 from time import perf_counter

@@ -1,7 +1,5 @@
 """The outcome of a flattening, and its message."""
 
-from __future__ import annotations
-
 from .._types import IntArray
 from ..errors import some
 from ..surface import ALL_DIGITS, SPAN

@@ -1,7 +1,5 @@
 """What the boundary of a map is to be: free, a circle, a rectangle, or angles to order."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal, get_args

@@ -85,8 +85,9 @@ def linabf(
         triangles by SLIM, at more distortion.
     solver : {"auto", "cholmod", "multigrid", "direct"}
         "cholmod" and "multigrid" solve by conjugate gradients. The preconditioner is a CHOLMOD
-        factor of one Laplacian, or a PyAMG V-cycle. "auto" is "cholmod" if scikit-sparse is
-        installed, otherwise "multigrid". "direct" factors the whole system.
+        factor of one Laplacian, or a PyAMG V-cycle. "auto" factors that
+        Laplacian by compiled loops with the extra `fast`, or else as "cholmod" if scikit-sparse is
+        installed, or by libigl's own wheel. "direct" factors the whole system.
 
     Returns
     -------

@@ -1,7 +1,5 @@
 """A surface with cones: its angles are found before it is cut, and laid out on the cut surface."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """The stages that let no triangle flip: the guarantee's map, and the isometric one."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from typing import Any
 

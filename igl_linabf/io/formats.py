@@ -1,7 +1,5 @@
 """Which module reads and writes which format, and what a format cannot keep."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from collections.abc import Callable, Iterator

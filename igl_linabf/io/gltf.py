@@ -1,7 +1,5 @@
 """Write glTF 2.0: GLB, its binary form, or .gltf, one text that holds the buffer, too."""
 
-from __future__ import annotations
-
 import base64
 import json
 import struct

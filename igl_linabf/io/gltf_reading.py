@@ -1,7 +1,5 @@
 """Read glTF and GLB, and write what was read again with texture coordinates."""
 
-from __future__ import annotations
-
 import copy
 import mimetypes
 from collections.abc import Callable

@@ -3,8 +3,6 @@
 pygltflib drops what it does not know; a description that stays JSON keeps all of it.
 """
 
-from __future__ import annotations
-
 import base64
 import binascii
 import json

@@ -1,7 +1,5 @@
 """What materials look like, in the two ways that formats say it: MTL beside OBJ, and glTF's own."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

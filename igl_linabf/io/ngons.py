@@ -3,8 +3,6 @@
 Triangles that follow each other and begin with the same vertex are one polygon, split as a fan around it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import IntArray

@@ -4,8 +4,6 @@ Lines of one form are read at once by numpy; only if that fails they are read on
 line can be named.
 """
 
-from __future__ import annotations
-
 import contextlib
 import os
 import re

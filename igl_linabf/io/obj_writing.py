@@ -1,7 +1,5 @@
 """Write OBJ: a new file, or the one that was read with other texture coordinates."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Iterable, Iterator
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Read OFF, COFF, NOFF and STOFF, in text."""
 
-from __future__ import annotations
-
 import re
 from itertools import pairwise
 

@@ -1,7 +1,5 @@
 """Vertices duplicated along texture seams, for formats with one index a corner."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import dataclass
 

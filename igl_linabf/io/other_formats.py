@@ -1,7 +1,5 @@
 """GIFTI and FreeSurfer, which nibabel owns, and VTP, which pyvista owns."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from pathlib import Path
 
@@ -121,9 +119,9 @@ def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
         )
     used, F = np.unique(mesh.triangles, return_inverse=True)
     loops = topology_of(F.reshape(-1, 3), used).loops
-    border = np.isin(made.vertex, used[np.concatenate(loops)] if loops else ())
+    on_loop = np.isin(made.vertex, used[np.concatenate(loops)] if loops else ())
     rows = np.zeros(len(vertex), dtype=PATCH)
-    rows["vertex"] = np.where(border, -1, 1) * (made.vertex + 1)
+    rows["vertex"] = np.where(on_loop, -1, 1) * (made.vertex + 1)
     rows["place"][:, :2] = made.TC
     head = np.array([-1, len(rows)], dtype=">i4")
     Path(temporary).write_bytes(head.tobytes() + rows.tobytes())

@@ -1,7 +1,5 @@
 """Readers and writers of other packages: found, called quietly, their meshes checked."""
 
-from __future__ import annotations
-
 import warnings
 from collections.abc import Callable
 from importlib import import_module

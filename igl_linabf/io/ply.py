@@ -1,7 +1,5 @@
 """Read PLY in text and binary, with any elements and properties."""
 
-from __future__ import annotations
-
 import itertools
 from functools import cache
 from typing import Any, NamedTuple

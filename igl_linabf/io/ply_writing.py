@@ -1,7 +1,5 @@
 """Write PLY in binary: a new file, or the one that was read with texture coordinates."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Read STL, text and binary."""
 
-from __future__ import annotations
-
 import igl
 import numpy as np
 

@@ -1,7 +1,5 @@
 """3MF, by lib3mf: objects where the build places them, their names, the unit, texture coordinates."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path

@@ -17,8 +17,9 @@ from .connectivity import (
     undirected,
 )
 from .drawing import runs_in_blocks, touched_cells
-from .maps import centred, signed_double_areas
-from .paths import nearest_sources, shortest_odd_walk
+from .maps import centred, changes, signed_double_areas
+from .minimum_degree import minimum_degree
+from .paths import nearest_sources, nodes_on_paths, shortest_odd_walk, without_leaves
 from .places import placed
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved

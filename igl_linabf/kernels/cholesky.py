@@ -4,8 +4,6 @@ A is given by its lower triangle in columns (CSC). Each block is ordered by itse
 factors such matrices.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -75,10 +73,11 @@ def _ones(word: np.uint64) -> np.int64:
 def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index) -> Index:
     """Order a block by minimum degree; `rows` with the neighbours of each row from when it is eliminated.
 
-    Row i of `near` has the bits of the neighbours of i in the graph of the block that begins at row `first`.
+    Row i of `near` has the bits of the neighbours of i in the graph of the block that begins at row `first`,
+    and zeros up to a multiple of four words.
     """
     n, words = near.shape
-    degree = np.zeros(n, dtype=np.int64)
+    degree, own = np.zeros(n, dtype=np.int64), np.empty(words, dtype=np.uint64)
     for v in range(n):
         for i in range(words):
             degree[v] += _ones(near[v, i])
@@ -93,24 +92,26 @@ def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index
                 most, passed = most + 1, 0
         if size + degree[v] > len(rows):
             rows = np.concatenate((rows, rows))
-        passed = 0
+        passed, begin = 0, size
         order[k], degree[v] = first + v, 2 * n
-        at, bit = v >> 6, ONE << np.uint64(v & 63)
         for i in range(words):
-            left = near[v, i]
+            left = own[i] = near[v, i]
             while left:
                 low = left & (~left + ONE)
                 left ^= low
-                u = (i << 6) + _ones(low - ONE)
-                rows[size] = first + u
+                rows[size] = (i << 6) + _ones(low - ONE)
                 size += 1
-                near[u, at] &= ~bit
-                count = np.int64(-1)  # without itself
-                for j in range(words):
-                    near[u, j] |= near[v, j]
-                    count += _ones(near[u, j])
-                near[u, i] ^= low
-                degree[u] = count
+        for p in range(begin, size):
+            u = np.int64(rows[p])
+            rows[p], count = first + u, np.int64(-1)  # without itself
+            near[u, v >> 6] &= ~(ONE << np.uint64(v & 63))
+            for j in range(0, words, 4):  # at a time in registers
+                a, b = near[u, j] | own[j], near[u, j + 1] | own[j + 1]
+                c, d = near[u, j + 2] | own[j + 2], near[u, j + 3] | own[j + 3]
+                near[u, j], near[u, j + 1], near[u, j + 2], near[u, j + 3] = a, b, c, d
+                count += _ones(a) + _ones(b) + _ones(c) + _ones(d)
+            near[u, u >> 6] ^= ONE << np.uint64(u & 63)
+            degree[u] = count
         indptr[k + 1] = size
     return rows
 
@@ -136,7 +137,7 @@ def _analysed(
     rows = np.empty(16 * n, dtype=np.uint32)
     for b in range(len(start) - 1):
         first, last = start[b], start[b + 1]
-        near = np.zeros((last - first, (last - first + 63) >> 6), dtype=np.uint64)
+        near = np.zeros((last - first, (last - first + 255) >> 8 << 2), dtype=np.uint64)
         _linked(near, first, indptr, indices)
         rows = _eliminated(near, first, order, column_indptr, rows)
     for k in range(n):

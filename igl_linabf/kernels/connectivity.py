@@ -1,7 +1,5 @@
 """Half-edges joined to edges, and the pattern of a matrix over a graph."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph

@@ -1,7 +1,5 @@
 """The cells of a grid that outlines in the plane touch."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray

@@ -1,11 +1,10 @@
-"""Areas of flat maps and their places on the page, several side by side, given by complex positions."""
-
-from __future__ import annotations
+"""Areas of flat maps, what they change, and their places on the page."""
 
 import numpy as np
 
 from .._types import Array, ComplexArray, FloatArray, IntArray
 from .choice import with_loops
+from .triangles import NEXT, PREV, _arctangent
 
 SYMMETRIC = 1e-9  # relative moment below which it is of rounding
 BESIDE_AXES = np.exp(-0.3j)  # a direction along which no axis of a map is likely to be
@@ -94,6 +93,64 @@ def centred(
     turn *= np.sqrt(2 * area / total)
     vertices = np.diff(vertex_start)
     return np.asarray((z - np.repeat(centroid, vertices)) * np.repeat(turn, vertices))
+
+
+Changes = tuple[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray, FloatArray]
+
+
+def _changes(V: FloatArray, uv: FloatArray, corner: IntArray, double: FloatArray, dot: FloatArray) -> Changes:
+    m = corner.shape[1]
+    angle, error, sides = np.empty((3, m)), np.empty((3, m)), np.empty((3, m))
+    signed, major, minor = np.empty(m), np.empty(m), np.empty(m)
+    right, left = np.empty((3, 2)), np.empty((3, 2))
+    for t in range(m):
+        length = 0.0
+        for k in range(3):
+            v, n, p = corner[k, t], corner[(k + 1) % 3, t], corner[(k + 2) % 3, t]
+            flat, long = 0.0, 0.0
+            for j in range(2):
+                right[k, j], left[k, j] = uv[n, j] - uv[v, j], uv[p, j] - uv[v, j]
+                flat += (uv[p, j] - uv[n, j]) ** 2
+            for j in range(3):
+                long += (V[p, j] - V[n, j]) ** 2
+            length = np.sqrt(long)
+            sides[k, t] = np.sqrt(flat) / length
+            cross = right[k, 0] * left[k, 1] - right[k, 1] * left[k, 0]
+            angle[k, t] = _arctangent(double[t], dot[k, t])
+            along = right[k, 0] * left[k, 0] + right[k, 1] * left[k, 1]
+            error[k, t] = _arctangent(abs(cross), along) - angle[k, t]
+            if k == 0:
+                signed[t] = cross
+        a, b = right[0, 0] / length, right[0, 1] / length
+        c = (left[0, 0] * length - dot[0, t] * a) / double[t]
+        d = (left[0, 1] * length - dot[0, t] * b) / double[t]
+        major[t] = (np.sqrt((a + d) ** 2 + (b - c) ** 2) + np.sqrt((a - d) ** 2 + (b + c) ** 2)) / 2
+        minor[t] = abs(a * d - b * c) / major[t] if major[t] > 0 else 0.0
+    return angle, error, signed, major, minor, sides
+
+
+@with_loops(_changes)
+def changes(V: FloatArray, uv: FloatArray, corner: IntArray, double: FloatArray, dot: FloatArray) -> Changes:
+    """What a flat map (#V, 2) does to each triangle; `double` and `dot` as in a `Mesh`.
+
+    The angles in space, and what they are more in the map, (3, #F) each; twice the signed areas in the map;
+    the larger and the smaller singular value; the ratios of the lengths of sides, (3, #F).
+    """
+    z = (uv[:, 0] + 1j * uv[:, 1])[corner]
+    right, left = z[NEXT] - z, z[PREV] - z
+    cross = right.conj() * left  # its argument is the angle, its imaginary part twice the area
+    angle, error = np.arctan2(double, dot), np.arctan2(np.abs(cross.imag), cross.real)
+    error -= angle
+    at = V[corner]
+    length = np.linalg.norm(at[PREV] - at[NEXT], axis=2)
+    # columns of the Jacobian in the frame of side 0-1: right = l c1, left = (dot c1 + 2 A c2) / l
+    c1 = right[0] / length[2]
+    c2 = (left[0] * length[2] - dot[0] * c1) / double
+    p, q = (c1 - 1j * c2) / 2, (c1 + 1j * c2) / 2  # f(w) = p w + q conj(w)
+    major = np.abs(p) + np.abs(q)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        minor = np.where(major > 0, np.abs((c1.conj() * c2).imag) / major, 0.0)
+    return angle, error, np.ascontiguousarray(cross[0].imag), major, minor, np.abs(z[PREV] - z[NEXT]) / length
 
 
 def _sums(values: Array, start: IntArray) -> Array:

@@ -1,7 +1,5 @@
 """Shortest paths in a graph."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
@@ -90,6 +88,66 @@ def nearest_sources(
         graph, indices=sources, min_only=True, return_predecessors=True, limit=max(limit, 0.0)
     )
     return distance, np.maximum(before.astype(np.int64), -1), np.maximum(source.astype(np.int64), -1)
+
+
+def _nodes_on_paths(before: IntArray, ends: IntArray) -> IntArray:
+    passed, found, size = np.zeros(len(before), dtype=np.bool_), np.empty(len(before), dtype=np.int64), 0
+    for end in ends:
+        node = end
+        while before[node] >= 0 and not passed[node]:
+            passed[node], found[size] = True, node
+            size += 1
+            node = before[node]
+    return found[:size].copy()
+
+
+@with_loops(_nodes_on_paths)
+def nodes_on_paths(before: IntArray, ends: IntArray) -> IntArray:
+    """The nodes that lead from some ends to their sources, each once, in the order of the paths.
+
+    `before` is the node before each one on its path, and -1 at sources, which are left out.
+    """
+    found: dict[int, None] = {}
+    for node in ends.tolist():
+        while before[node] >= 0 and node not in found:
+            found[node] = None
+            node = int(before[node])
+    return np.array([*found], dtype=np.int64)
+
+
+def _without_leaves(ends: IntArray, kept: BoolArray) -> BoolArray:
+    degree, edges = np.zeros(len(kept), dtype=np.int64), np.zeros(len(kept), dtype=np.int64)
+    for e in range(len(ends)):
+        for k in range(2):
+            degree[ends[e, k]] += 1
+            edges[ends[e, k]] ^= e  # of a node with one edge that is left, this edge
+    left = np.ones(len(ends), dtype=np.bool_)
+    for e in range(len(ends)):
+        for k in range(2):
+            node = ends[e, k]
+            while degree[node] == 1 and not kept[node]:
+                last = edges[node]
+                left[last] = False
+                for end in range(2):
+                    degree[ends[last, end]] -= 1
+                    edges[ends[last, end]] ^= last
+                node = ends[last, 0] + ends[last, 1] - node
+    return left
+
+
+@with_loops(_without_leaves)
+def without_leaves(ends: IntArray, kept: BoolArray) -> BoolArray:
+    """The edges of a graph, by their ends (#E, 2), that are left when those at leaves are dropped in turn.
+
+    Leaves that are to be kept are none.
+    """
+    left = np.ones(len(ends), dtype=bool)
+    while True:
+        loose = (np.bincount(ends[left].ravel(), minlength=len(kept)) == 1) & ~kept
+        drop = left & loose[ends].any(axis=1)
+        if not drop.any():
+            return left
+        left &= ~drop
 
 
 def _shortest_odd_walk(

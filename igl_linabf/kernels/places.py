@@ -9,8 +9,6 @@ the same again with a shift of 2 where one of four is: so a run takes two shifts
 runs one above the other are one block, by shifts of rows.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import BoolArray, IntArray

@@ -4,8 +4,6 @@ All arrays of a small disk stay in the processor's caches if it is done before t
 numba, `flattening.many` takes the same steps for all disks at a time, and so it does for those with slivers.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +15,7 @@ from .connectivity import _boundary_loops, _entries, _in_one_piece, _undirected
 from .maps import _centred, _signed_double_areas
 from .small_systems import _errors_by_gradients, _substituted
 from .systems import _at_edges, _conformal_weights, _disparity, _laplacian_entries, _pair_weights, _pulled
-from .triangles import _angle_sums, _cotangents, _cut_short, _products
+from .triangles import _angle_sums, _arctangent, _cotangents, _cut_short, _products
 
 ALONE, THIN, STILL, STEPPED = 0, 1, 2, 3  # what became of a disk
 FIGURES = 13
@@ -56,22 +54,6 @@ class Limits(NamedTuple):
     disparity: float
     reach: float
     gap: float
-
-
-@inlined
-def _arctangent(y: float, x: float) -> float:
-    """Of y / x, in (0, pi) for positive y, by the rational function of Cephes, for SIMD."""
-    low, high = min(y, abs(x)), max(y, abs(x))
-    steep = low > 0.66 * high
-    u = (low - high) / (low + high) if steep else low / high
-    z = u * u
-    p = (-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z - 7.500855792314704667340e1
-    q = (z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2
-    p = (p * z - 1.228866684490136173410e2) * z - 6.485021904942025371773e1
-    q = ((q * z + 4.328810604912902668951e2) * z + 4.853903996359136964868e2) * z + 1.945506571482613964425e2
-    angle = u + u * (z * p / q) + (np.pi / 4 if steep else 0.0)
-    angle = angle if y < abs(x) else np.pi / 2 - angle
-    return angle if x > 0 else np.pi - angle
 
 
 @inlined

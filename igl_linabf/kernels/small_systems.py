@@ -1,7 +1,5 @@
 """Solves of systems of small meshes side by side: by their factors, and by conjugate gradients."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import FloatArray

@@ -3,8 +3,6 @@
 A supernode is a run of columns of the factor with the same rows below them. `supernodal` factors these.
 """
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np
@@ -108,6 +106,18 @@ def _tree(begin: IntArray, before: IntArray, n: int) -> IntArray:
                     parent[k] = i
                 k = above
     return parent
+
+
+@inlined
+def elimination_tree(indptr: IntArray, indices: IntArray, order: IntArray) -> IntArray:
+    """The parent of each place in this order."""
+    n = len(order)
+    place = np.empty(n, dtype=np.int64)
+    for i in range(n):
+        place[order[i]] = i
+    column, row, _ = _permuted(indptr, indices, place)
+    begin, before = _by_rows(column, row, n)
+    return _tree(begin, before, n)
 
 
 @inlined

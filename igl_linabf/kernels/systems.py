@@ -1,7 +1,5 @@
 """The reduced system S and the Laplacian L_s: entries of edges and vertices, products with a vector."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy import sparse
 

@@ -1,7 +1,5 @@
 """What is computed in each triangle, and summed at the vertices; arrays over corners are (3, #F)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
@@ -10,7 +8,7 @@ from .choice import inlined, with_loops
 NEXT = [1, 2, 0]  # corner k + 1: where the left angle beta of corner k's fan is
 PREV = [2, 0, 1]  # corner k + 2: where the right angle gamma is
 LARGEST_COT = 1e75
-EPS = float(np.finfo(np.float64).eps)
+EPS, TINY = float(np.finfo(np.float64).eps), float(np.finfo(np.float64).tiny)
 
 
 def sum_by(index: IntArray, values: FloatArray, n: int) -> FloatArray:
@@ -136,6 +134,22 @@ def _cotangent(x: float) -> float:
     q = ((z + 1.36812963470692954678e4) * z - 1.32089234440210967447e6) * z + 2.50083801823357915839e7
     tangent = y + y * (z * p / (q * z - 5.38695755929454629881e7))
     return float(1 / tangent if quarter == 2 * np.floor(quarter / 2) else -tangent)
+
+
+@inlined
+def _arctangent(y: float, x: float) -> float:
+    """The angle of x + i y in [0, pi], y being at least 0, in the same way; 0 where both are 0."""
+    low, high = min(y, abs(x)), max(y, abs(x))
+    steep = low > 0.66 * high
+    u = (low - high) / (low + high) if steep else low / max(high, TINY)
+    z = u * u
+    p = (-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z - 7.500855792314704667340e1
+    q = (z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2
+    p = (p * z - 1.228866684490136173410e2) * z - 6.485021904942025371773e1
+    q = ((q * z + 4.328810604912902668951e2) * z + 4.853903996359136964868e2) * z + 1.945506571482613964425e2
+    angle = u + u * (z * p / q) + (np.pi / 4 if steep else 0.0)
+    angle = np.pi / 2 - angle if y > abs(x) else angle
+    return np.pi - angle if x < 0 else angle
 
 
 def _cotangents(alpha: FloatArray) -> FloatArray:

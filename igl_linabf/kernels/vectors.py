@@ -1,7 +1,5 @@
 """The steps of conjugate gradients; of vectors made of blocks, too, for many systems at once."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import FloatArray, IntArray

@@ -1,7 +1,5 @@
 """The boundary layout: the boundary loop is drawn from its angles, both coordinates are harmonic inside."""
 
-from __future__ import annotations
-
 import warnings
 from dataclasses import dataclass
 

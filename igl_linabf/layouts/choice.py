@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import ComplexArray, FloatArray, IntArray
-from ..angles import Constraints, Residual, constraints_of, residual
+from ..angles import Constraints, Iterate, constraints_of
 from ..errors import MeshError, SingularSystemError, some
 from ..linalg import Analysis, NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
@@ -54,8 +54,7 @@ class Layout:
 
 def lay_out(
     constraints: Constraints,
-    alpha: FloatArray,
-    b: Residual,
+    at: Iterate,
     method: LayoutName,
     pinned: Pins | None,
     area: float,
@@ -64,18 +63,17 @@ def lay_out(
     along: IntArray | None = None,
     boundary: Boundary | None = None,
 ) -> Layout:
-    """Lay out triangles' angles, (3, #F) radians.
+    """Lay out triangles' angles.
 
     `laplacian` is the analysis of the constraints' pattern, if it is known already. Where angle sums of
     the outer loop are prescribed, it is drawn with them, and stays as it is drawn. Without pins, the
     second vertex of `along` is put to the right of the first. `boundary` is that loop, if known.
     """
     check_pins(method, pinned)
-    topology = constraints.topology
-    boundary = boundary or develop_boundary(constraints, b)
+    topology, alpha, cot = constraints.topology, at.alpha, at.cot
+    boundary = boundary or develop_boundary(constraints, at.residual)
     rim = topology.loops[0]
     prescribed = not np.isnan(constraints.sums[rim]).all()
-    cot = 1 / np.tan(alpha)
     solver, made = "none", method
     holes = len(topology.loops) > 1
     if method == "auto":
@@ -179,8 +177,7 @@ def layout(
     alpha = checked_angles(angles, len(faces))
     pinned = pins(b, bc, vertices, n)
     constraints = constraints_of(topology)
-    residual_there = residual(constraints, alpha)
-    made = lay_out(constraints, alpha, residual_there, method, pinned, 1.0, Solvers(solver))
+    made = lay_out(constraints, Iterate.of(constraints, alpha), method, pinned, 1.0, Solvers(solver))
     return scatter(coordinates(made.z), vertices, n)
 
 

@@ -1,7 +1,5 @@
 """The least-squares layout: the conformal energy of triangles with the target angles (section 5)."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import ComplexArray, FloatArray, IntArray

@@ -1,7 +1,5 @@
 """Convex-combination maps: without flips if the boundary is convex (Tutte 1963, Floater 2003)."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The greedy layout: triangles are placed one after another over a breadth-first tree (section 5)."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph

@@ -1,7 +1,5 @@
 """The layout of disks side by side: every boundary drawn, both coordinates harmonic inside."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

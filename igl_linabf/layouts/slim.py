@@ -1,7 +1,5 @@
 """igl's SLIM (Rabinovich et al. 2017); by it, a map without flips from one that has some (the guarantee)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Which solver a system gets: decided once by what is installed, and for each system by its size."""
 
-from __future__ import annotations
-
 import os
 import warnings
 from dataclasses import dataclass
@@ -14,7 +12,7 @@ from scipy import sparse
 from ..errors import FallbackWarning, MemoryLimitError, stack_level
 from ..kernels import is_fast
 from . import memory
-from .compiled import COMPILED_FROM, Compiled
+from .compiled import Compiled
 from .factors import SIMPLICIAL_UP_TO, Analysis, Cholmod, IglCholesky, has_cholmod
 from .multigrid import Multigrid
 from .small_blocks import SmallBlocks
@@ -33,10 +31,9 @@ class Solvers:
     ----------
     solver : {"auto", "cholmod", "multigrid", "direct"}
         "cholmod" and "multigrid" precondition conjugate gradients by a CHOLMOD factor or a PyAMG
-        V-cycle. "auto" is "cholmod" where scikit-sparse is installed, with compiled loops for the
-        factors of small and middle-sized meshes where numba is. Without scikit-sparse, it is the
-        Cholesky factor of libigl's wheel, and multigrid from `MULTIGRID_FROM` rows on. "direct"
-        factors the whole system.
+        V-cycle. "auto" is a Cholesky factor by compiled loops where numba is installed, or else
+        "cholmod" where scikit-sparse is. Without either, it is the Cholesky factor of libigl's
+        wheel, and multigrid from `MULTIGRID_FROM` rows on. "direct" factors the whole system.
     """
 
     solver: SolverName = "auto"
@@ -52,18 +49,22 @@ class Solvers:
         """Whether the angle system is factored as a whole."""
         return self.solver == "direct"
 
+    @property
+    def compiled(self) -> bool:
+        """Whether Laplacians are factored by compiled loops, if there is memory."""
+        return self.solver == "auto" and is_fast()
+
     def laplacian(self, lower: sparse.csc_array, small: bool = False) -> Analysis:
         """For the scalar Laplacians: the preconditioner and the harmonic layout; `small`: of small meshes."""
-        if small and self.solver == "auto" and is_fast():
+        compiled = self.compiled
+        if compiled and small:
             return SmallBlocks(lower)
         n, wanted = lower.shape[0], _bytes_of(lower)
-        if self.solver == "multigrid" or (
-            self.solver == "auto" and not has_cholmod() and n >= MULTIGRID_FROM
-        ):
+        slow = self.solver == "auto" and not compiled and not has_cholmod()
+        if self.solver == "multigrid" or (slow and n >= MULTIGRID_FROM):
             return Multigrid()
         if self.direct or memory.fits(wanted):
-            compiled = self.solver == "auto" and has_cholmod() and is_fast() and lower.dtype == np.float64
-            if compiled and n >= COMPILED_FROM:
+            if compiled and lower.dtype == np.float64:
                 return Compiled(lower)
             return self._factoring(lower)
         warnings.warn(

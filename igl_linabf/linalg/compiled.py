@@ -13,9 +13,8 @@ from scipy import sparse
 from .. import kernels
 from .._runtime import at_once
 from .._types import FloatArray, IntArray
-from .factors import Analysis, Factored, NotPositiveDefiniteError, by_pairs_of_columns, cholmod_order
+from .factors import Analysis, Factored, NotPositiveDefiniteError, by_pairs_of_columns
 
-COMPILED_FROM = 1_000  # rows; below, CHOLMOD's simplicial factor takes less time
 DIVIDED_FROM = 20_000  # rows from which threads save more time than they take to begin
 LARGEST, SMALLEST = 0.15, 0.005  # share of the whole work in a subtree
 
@@ -40,9 +39,11 @@ class Divided:
     @classmethod
     def of(cls, a: kernels.Supernodes) -> Divided:
         size, rows_below = len(a.children), np.diff(a.below_start)
+        if len(a.order) < DIVIDED_FROM:
+            none = np.zeros(1, dtype=np.int64)
+            return cls(kernels.Subtrees(np.full(size, -1), none, none), [], np.arange(size))
         first, work = kernels.subtrees(a, np.diff(a.value_start).astype(np.float64))
-        tops = np.flatnonzero(rows_below == 0)
-        roots = _roots(tops, first, work) if len(a.order) >= DIVIDED_FROM else []
+        roots = _roots(np.flatnonzero(rows_below == 0), first, work)
         number, outside = np.full(size, -1, dtype=np.int64), np.ones(size, dtype=bool)
         number[roots] = np.arange(len(roots))
         for root in roots:
@@ -86,13 +87,14 @@ class Spare:
 
 
 class Compiled(Analysis):
-    """The factorisation of a real matrix by compiled loops, in CHOLMOD's order."""
+    """The factorisation of a real matrix by compiled loops."""
 
-    name = "CHOLMOD's order, compiled"
+    name = "compiled Cholesky"
 
     def __init__(self, lower: sparse.csc_array) -> None:
         self._pattern = lower.indptr, lower.indices
-        self._analysed = kernels.supernodes(lower.indptr, lower.indices, cholmod_order(lower))
+        order = kernels.minimum_degree(*self._pattern)
+        self._analysed = kernels.supernodes(*self._pattern, order)
         self._divided = Divided.of(self._analysed)
         self._spare = Spare()
 

@@ -5,8 +5,6 @@ afterwards. CHOLMOD is used where scikit-sparse is installed; where it is not, t
 Eigen in libigl's own wheel.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,7 +13,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import linalg
 
-from .._types import Array, IntArray, Solve
+from .._types import Array, Solve
 
 try:
     from sksparse import cholmod
@@ -117,12 +115,6 @@ class Cholmod(Analysis):
         if len(bad):
             raise NotPositiveDefiniteError(int(self._symbolic.P()[bad[0]]))
         return numeric
-
-
-def cholmod_order(lower: sparse.csc_array) -> IntArray:
-    """The postordered order of elimination that CHOLMOD finds."""
-    found: IntArray = cholmod.analyze(lower, mode="simplicial", ordering_method="amd").P().astype(np.int64)
-    return found
 
 
 class IglCholesky(Analysis):

@@ -1,7 +1,5 @@
 """Conjugate gradients: for one system, or for many side by side, with the iterates of separate runs."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .. import kernels

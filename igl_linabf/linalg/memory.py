@@ -1,7 +1,5 @@
 """Estimates of the memory that a computation needs, and the memory that is free."""
 
-from __future__ import annotations
-
 import math
 import sys
 from pathlib import Path

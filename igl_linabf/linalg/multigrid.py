@@ -1,7 +1,5 @@
 """Multigrid for Laplacians of which a factor takes longer, or does not fit into memory."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

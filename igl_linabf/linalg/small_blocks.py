@@ -1,7 +1,5 @@
 """The factor of small systems side by side by compiled loops, where the extra `fast` is installed."""
 
-from __future__ import annotations
-
 from functools import partial
 
 from scipy import sparse

@@ -1,13 +1,12 @@
 """Symmetric sparse matrices over a mesh's rows: the pattern made once, filled many times."""
 
-from __future__ import annotations
-
 from copy import copy
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 from scipy import sparse
 
+from .._runtime import Begun, begun
 from .._types import Array, BoolArray, FloatArray, IntArray
 from ..kernels import block_entries, block_product, entries, is_fast, laplacian_entries, pulled, system_blocks
 from ..surface import Topology, sum_by
@@ -155,6 +154,7 @@ class Pattern:
 
     def __init__(self, topology: Topology, row: IntArray, n: int) -> None:
         self._analyses: dict[Solvers, Analysis] = {}
+        self._begun: dict[Solvers, Begun[Analysis]] = {}
         self._small = topology.corner.shape[1] <= SMALL * topology.n_outer
         self.n, self._topology, self._row = n, topology, row
         self.ends = row[topology.edges.T]
@@ -168,11 +168,19 @@ class Pattern:
     def analysis(self, solvers: Solvers, laplacian: sparse.csc_array) -> Analysis:
         """Of the Laplacians of this pattern, given one of them; made once for each choice of solvers."""
         if solvers not in self._analyses:
-            made = solvers.laplacian(laplacian, self._small)
+            waiting = self._begun.pop(solvers, None)
+            made = waiting.result() if waiting else solvers.laplacian(laplacian, self._small)
             if isinstance(made, Multigrid):  # no analysis; another time there may be memory for one
                 return made
             self._analyses[solvers] = made
         return self._analyses[solvers]
+
+    def begin_analysis(self, solvers: Solvers) -> None:
+        """Let a thread analyse the pattern while there is other work; compiled loops let both run."""
+        if self.n and solvers.compiled and not self._small and solvers not in self._analyses:
+            work = begun(partial(solvers.laplacian, self._empty))
+            if work is not None:
+                self._begun[solvers] = work
 
     def hermitian(self, entry: Array, diagonal: Array) -> sparse.csc_array:
         """Lower triangle of the Hermitian matrix with `entry`, (#E,), from first to second end of edges."""

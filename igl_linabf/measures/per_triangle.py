@@ -8,8 +8,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..surface import NEXT, PREV, Parts, Submesh, complex_positions, of_size_one
+from .._types import BoolArray, FloatArray
+from ..kernels import changes
+from ..surface import Parts, Submesh, of_size_one
 
 Measure = Literal["angle", "conformal", "stretch", "area"]
 MEASURES: tuple[Measure, ...] = ("angle", "conformal", "stretch", "area")
@@ -147,42 +148,10 @@ def change_of(surface: Submesh, map_: FloatArray, parts: Parts | None = None) ->
     map_ = of_size_one(map_)
     corner = np.ascontiguousarray(surface.F.T)
     double_area, dot = surface.measured
-    z = complex_positions(map_)[corner]
-    right, left = z[NEXT] - z, z[PREV] - z
-    cross = right.conj() * left  # its argument is the angle, its imaginary part twice the area
-    angle = np.arctan2(double_area, dot)
-    error = np.arctan2(np.abs(cross.imag), cross.real)
-    error -= angle
-    major, minor = _singular_values(surface.V, corner, double_area, dot, right[0], left[0])
-    signed = cross[0].imag
+    angle, error, signed, major, minor, sides = changes(surface.V, map_, corner, double_area, dot)
     scale: float | FloatArray
     if parts is None:
         scale = float(np.abs(signed).sum() / double_area.sum())
     else:
         scale = parts.spread(parts.sum(np.abs(signed)) / parts.sum(double_area))
-    at = surface.V[corner]
-    sides = np.abs(z[PREV] - z[NEXT]) / np.linalg.norm(at[PREV] - at[NEXT], axis=2)
     return Change(angle, error, double_area, signed, major, minor, sides, scale)
-
-
-def _singular_values(
-    V: FloatArray,
-    corner: IntArray,
-    double_area: FloatArray,
-    dot: FloatArray,
-    right: ComplexArray,
-    left: ComplexArray,
-) -> tuple[FloatArray, FloatArray]:
-    """Singular values of each triangle's map from its plane to uv, the larger one first.
-
-    `right` and `left` are the sides from corner 0 to corners 1 and 2 in uv.
-    """
-    length = np.linalg.norm(V[corner[1]] - V[corner[0]], axis=1)
-    # columns of the Jacobian in the frame of side 0-1: right = l c1, left = (dot c1 + 2 A c2) / l
-    c1 = right / length
-    c2 = (left * length - dot[0] * c1) / double_area
-    p, q = (c1 - 1j * c2) / 2, (c1 + 1j * c2) / 2  # f(w) = p w + q conj(w)
-    major = np.abs(p) + np.abs(q)
-    determinant = np.abs((c1.conj() * c2).imag)
-    with np.errstate(divide="ignore", invalid="ignore"):
-        return major, np.where(major > 0, determinant / major, 0.0)

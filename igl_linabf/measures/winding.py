@@ -1,7 +1,5 @@
 """Where a chart's boundary winds around a place more than once: only there can the chart overlap itself."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray

@@ -1,10 +1,11 @@
-"""Write patterns: SVG by svgwrite, DXF by ezdxf, PDF by matplotlib."""
+"""Write patterns: laid out on a sheet, in millimetres; SVG by svgwrite, DXF by ezdxf, PDF by matplotlib."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
@@ -15,7 +16,6 @@ from .._types import FloatArray
 from ..charts import Atlas
 from ..errors import MeshError
 from ..io import needed, replacing
-from .drawing import COLOURS, DASHED, Sheet, sheet_of
 from .pieces import Pattern, pattern_of
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A0": (841.0, 1189.0), "letter": (215.9, 279.4)}
@@ -24,7 +24,41 @@ INCH = 25.4
 WIDTH = 0.25  # of lines
 EXTRA = "patterns need pip install 'igl-linabf[patterns]'"
 
+MARGIN = 10.0  # around the pieces
+OUTLINE, SEAM, FOLD, TEXT, GRAIN = "outline", "seam", "fold", "text", "grain"
+COLOURS = {OUTLINE: "#000000", SEAM: "#c02020", FOLD: "#2050c0", TEXT: "#000000", GRAIN: "#208040"}
+DASHED = {FOLD}
+NICE = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # lengths of the bar
 Units = Literal["mm", "cm", "m", "in"]
+
+
+@dataclass(frozen=True, eq=False)
+class Stroke:
+    """A line through points (n, 2)."""
+
+    layer: str
+    points: FloatArray
+    closed: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Label:
+    """A text with its middle at a place."""
+
+    layer: str
+    text: str
+    at: FloatArray
+    height: float
+
+
+@dataclass(frozen=True, eq=False)
+class Sheet:
+    """All there is to draw; the lower left corner is at 0, 0."""
+
+    width: float
+    height: float
+    strokes: tuple[Stroke, ...]
+    labels: tuple[Label, ...]
 
 
 def write_pattern(
@@ -103,8 +137,54 @@ def write_pattern(
 def drawn(path: str | os.PathLike[str], pattern: Pattern, paper: str) -> Iterator[None]:
     """Write a pattern; the file takes its place when the block succeeds. The suffix chooses the format."""
     with replacing(path) as temporary:
-        WRITERS[Path(path).suffix.lower()](temporary, sheet_of(pattern), PAPERS[paper])
+        WRITERS[Path(path).suffix.lower()](temporary, _sheet_of(pattern), PAPERS[paper])
         yield
+
+
+def _sheet_of(pattern: Pattern) -> Sheet:
+    """Outlines, marked seams, folds, arrows, names, and a bar of a known length below."""
+    width, height = pattern.size
+    text = float(np.clip(max(width, height) / 60, 0.5, 5.0))
+    foot = 4 * text + MARGIN
+    shift = np.array([MARGIN, MARGIN + foot])
+    strokes = [Stroke(OUTLINE, line + shift, closed=True) for line in pattern.outlines]
+    strokes += [Stroke(FOLD, fold + shift) for fold in pattern.folds]
+    labels = []
+    for seam in pattern.seams:
+        small = float(np.clip(0.4 * min(seam.lengths), 0.3 * text, text))  # that neighbours do not touch
+        for side, towards in zip(seam.sides, (1.0, 1.0 if seam.twisted else -1.0), strict=True):
+            at, normal = _middle(side)
+            notch = np.array([at, at + 0.8 * small * towards * normal])
+            strokes.append(Stroke(SEAM, notch + shift))
+            labels.append(Label(SEAM, str(seam.number), at + 1.6 * small * towards * normal + shift, small))
+    for i, (tail, head) in enumerate(pattern.grain):
+        strokes += [Stroke(GRAIN, line + shift) for line in _arrow(tail, head, text)]
+        labels.append(Label(TEXT, f"piece {i}", 0.4 * tail + 0.6 * head + shift + [0, 1.5 * text], text))
+    bar = float(max((length for length in NICE if length <= 0.6 * max(width, 10 * text)), default=NICE[0]))
+    left, base = MARGIN, MARGIN + 1.5 * text
+    ends = [np.array([[x, base - text / 2], [x, base + text / 2]]) for x in (left, left + bar)]
+    rule = np.array([[left, base], [left + bar, base]])
+    strokes += [Stroke(TEXT, line) for line in (rule, *ends)]
+    labels.append(Label(TEXT, f"{bar:g} mm", np.array([left + bar / 2, base + 1.2 * text]), text))
+    whole = max(width, bar, 12 * text) + 2 * MARGIN
+    return Sheet(whole, height + foot + 2 * MARGIN, tuple(strokes), tuple(labels))
+
+
+def _middle(line: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """The point in the middle of a line, by length, and the unit normal to its left there."""
+    step = np.linalg.norm(np.diff(line, axis=0), axis=1)
+    reached = np.cumsum(step)
+    k = min(int(np.searchsorted(reached, reached[-1] / 2)), len(step) - 1)
+    share = (reached[-1] / 2 - reached[k] + step[k]) / max(step[k], 1e-300)
+    along = (line[k + 1] - line[k]) / max(step[k], 1e-300)
+    return line[k] + share * (line[k + 1] - line[k]), np.array([-along[1], along[0]])
+
+
+def _arrow(tail: FloatArray, head: FloatArray, size: float) -> list[FloatArray]:
+    along = (head - tail) / max(float(np.linalg.norm(head - tail)), 1e-300)
+    aside = np.array([-along[1], along[0]])
+    barb = np.array([head - size * (along + aside / 2), head, head - size * (along - aside / 2)])
+    return [np.array([tail, head]), barb]
 
 
 def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:

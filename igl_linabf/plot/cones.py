@@ -1,7 +1,5 @@
 """Cones as spheres, and both sides of a seam in one colour."""
 
-from __future__ import annotations
-
 from colorsys import hsv_to_rgb
 from dataclasses import dataclass
 from typing import Any

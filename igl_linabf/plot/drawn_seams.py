@@ -1,7 +1,5 @@
 """Seams drawn by clicks: from vertex to vertex along the shortest path of edges."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 

@@ -1,7 +1,5 @@
 """Where on a surface a pixel is."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Triangles cut along straight lines of the plane, without gaps between neighbours."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 
 import numpy as np

@@ -1,8 +1,7 @@
 """Surfaces: the caller's arrays, checked once, with their connectivity and areas.
 
-In: the caller's V, F, maps and pins. Out: a `Submesh`, any surface or a part of one; a `Mesh`, one disk
-with or without holes, ready to be flattened; their `Topology`, components, areas. `clean` makes any
-triangles such a surface.
+In: the caller's V, F, maps and pins. Out: a `Submesh`, any surface or a part of one; a `Mesh`, one disk with
+or without holes; their `Topology`, components, areas. `clean` makes any triangles such a surface.
 Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 

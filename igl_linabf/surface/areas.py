@@ -1,7 +1,5 @@
 """Areas of faces in space, and the scalar products of their sides, for cotangents."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import FloatArray, IntArray
@@ -20,11 +18,11 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
         A face is so thin that its area may be rounding error, or the coordinates are so large or
         small that fourth powers of lengths overflow or underflow.
     """
-    largest = np.abs(V).max(axis=1)
-    if not SMALLEST_COORDINATE < largest.max() < LARGEST_COORDINATE:
-        i = int(np.argmax(largest))
+    largest = np.abs(V).max()
+    if not SMALLEST_COORDINATE < largest < LARGEST_COORDINATE:
+        i = int(np.argmax(np.abs(V))) // V.shape[1]
         raise MeshError(
-            f"the largest coordinate is {largest[i]:.1e} (vertex {vertices[i]}), outside "
+            f"the largest coordinate is {largest:.1e} (vertex {vertices[i]}), outside "
             f"{SMALLEST_COORDINATE:g} .. {LARGEST_COORDINATE:g}, where areas can be computed: scale the mesh"
         )
     double_area, dot, least = products(V, corner)

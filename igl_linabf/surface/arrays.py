@@ -1,7 +1,5 @@
 """Checks of the caller's arrays, and their conversion to one form."""
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import ArrayLike
 

@@ -1,7 +1,5 @@
 """Connected components: of graphs, and of a surface's vertices and faces."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import FloatArray, IntArray

@@ -1,7 +1,5 @@
 """Several disks side by side: one mesh of many components, checked and measured in one go."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Plane geometry of flat maps: areas, angles, scale, and similarities."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .. import kernels

@@ -3,8 +3,6 @@
 Side 3 t + k of the faces runs from corner k of face t to its corner k + 1.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Faces of zero area: short sides collapsed, caps opened by a hair, so that the surface stays closed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray

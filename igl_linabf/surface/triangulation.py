@@ -6,8 +6,6 @@ it exactly once: their signed areas sum to its area, and each point is covered a
 around it.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray

@@ -1,7 +1,5 @@
 """Vertices in one place made one."""
 
-from __future__ import annotations
-
 import numpy as np
 from scipy.spatial import cKDTree
 

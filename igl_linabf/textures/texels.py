@@ -4,8 +4,6 @@ Coordinates are in texels: the centre of texel (row, column) lies at x = column,
 holds v = (k + 1/2) / resolution.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np
