@@ -69,7 +69,7 @@ def _roots(tops: IntArray, first: IntArray, work: FloatArray) -> list[int]:
 
 
 class Spare:
-    """Arrays that are done with, for the next factor: new memory costs the system up to a third of its time."""
+    """Arrays that are done with, for the next factor: new memory takes up to a third of its time."""
 
     def __init__(self) -> None:
         self._kept: dict[int, list[FloatArray]] = {}
