@@ -47,6 +47,7 @@ MANY = 8  # charts from which they are flattened and measured together
 SOME, TINY = 3, 4_000  # the same, if they have so few triangles
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 MAX_LEAF_ROUNDS = 8  # of more seams for that or for flips, before it is halved
+MANY_FLIPS, FEW_ROUNDS = 0.05, 2  # share of its faces that flip, and rounds then: no tips are to blame
 SMALL_STRETCH = 1.15  # from which on a small piece gets seams that are sought for it alone
 TIPPED = 1.2  # L2 stretch from which on there may be tips that are worth a seam
 MAX_TIP_ROUNDS = 3  # of seams to them
@@ -179,7 +180,7 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
             return _anew(parts)
         raise
     if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
-        if parts := _less_flipped(piece, splits, task):
+        if parts := _less_flipped(piece, len(result.flipped), splits, task):
             return _anew(parts)
         result, known = _flattened_without_flips(piece, result, task), None
     if known is None:
@@ -253,9 +254,9 @@ def _disks(piece: Submesh, task: Task) -> list[Submesh]:
     return piece.cut_along(replace(task, trade=0.0, holes=False).seams_of(piece))
 
 
-def _less_flipped(piece: Submesh, splits: int, task: Task) -> list[Submesh]:
+def _less_flipped(piece: Submesh, flips: int, splits: int, task: Task) -> list[Submesh]:
     """The piece cut further, and after some rounds halved; nothing where no seam is found."""
-    if splits < MAX_LEAF_ROUNDS:
+    if splits < (MAX_LEAF_ROUNDS if flips <= MANY_FLIPS * len(piece.F) else FEW_ROUNDS):
         leaves = _more_leaves(piece, task)
         return piece.cut_along(leaves) if len(leaves) else []
     return halves(piece) if splits < task.most_splits else []

@@ -19,6 +19,7 @@ from .visibility import shown, valleys
 
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
+LARGEST_WEIGHT = 1e6  # of a needle's: beside larger ones double precision would not see the others
 FIRST_BASES = 4  # base points for the loops around handles, far from each other
 MOST_BASES = 6  # of a round, evenly along the loops
 BASE_ROUNDS = 3  # of such points
@@ -179,7 +180,7 @@ def closed_surface(
     vertex = np.empty(n, dtype=np.int64)
     vertex[node] = np.arange(len(V))
     cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
-    weight = np.maximum(cotangent, SMALLEST_WEIGHT)
+    weight = np.clip(cotangent, SMALLEST_WEIGHT, LARGEST_WEIGHT)
     return ClosedSurface(
         n=n,
         holes=holes,

@@ -13,7 +13,7 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..layouts import least_squares
 from ..linalg import NotPositiveDefiniteError, Solvers
-from ..measures import change_of, overlapping_pairs, quality_of
+from ..measures import change_of, lie_over, quality_of
 from ..surface import Submesh, complex_positions, coordinates, flat_angles, placed_at, signed_double_areas
 from .atlas import Chart
 from .pieces import of_own_size
@@ -124,8 +124,7 @@ class _Host:
             corners[((below <= high) & (above >= low)).all(axis=1)]
             for corners, (below, above) in zip(self._corners, self._boxes, strict=True)
         ]
-        corners = np.concatenate((own, *near)).reshape(-1, 2)
-        if len(overlapping_pairs(corners, np.arange(len(corners)).reshape(-1, 3), between=True)):
+        if lie_over(own, np.concatenate(near)):
             return False
         of_host = np.full(len(piece.V), -1)
         of_host[run.own] = run.of_host

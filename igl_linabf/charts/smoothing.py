@@ -1,7 +1,5 @@
 """Values of vertices, smoothed so that noise and single faces do not matter; and the curvature that is."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

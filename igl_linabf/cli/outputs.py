@@ -2,21 +2,28 @@
 
 import argparse
 import contextlib
+import json
+import math
 import os
 import sys
 import warnings
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
+from dataclasses import fields, is_dataclass
+from enum import Enum
 from pathlib import Path
 from tempfile import TemporaryDirectory
+
+import numpy as np
 
 from .._runtime import part
 from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, stack_level
 from ..io import replacing
 from .commands import GOOD, NOT_VALID, STANDARD
-from .plain_data import as_json
 
+MAPS = {"FTC", "split", "outlines", "sides"}  # of an atlas of polygons, and of a pattern
+LISTED = {"flipped", "repaired", "first"}  # the arrays of indices that say where something is wrong
 WRITTEN = 0.9  # of the whole, where a picture follows
 
 
@@ -71,7 +78,7 @@ def hand_out(
                 sys.stdout.flush()
                 sys.stdout.buffer.write(data)
             if options.json:
-                print(as_json({"mesh": options.title, **figures}), flush=True)
+                print(_as_json({"mesh": options.title, **figures}), flush=True)
             elif not options.quiet:
                 text = f"{options.title}\n{text}\n" if options.of else text
                 print(text, flush=True, file=sys.stderr if to_stdout else sys.stdout)
@@ -97,3 +104,28 @@ def _spooled(
                 stacklevel=stack_level(),
             )
         return path.read_bytes()
+
+
+def _as_json(figures: Mapping[str, object]) -> str:
+    """One line; infinite and undefined numbers are null."""
+    return json.dumps(_plain(figures), allow_nan=False)
+
+
+def _plain(value: object) -> object:
+    """A result as dictionaries, lists, texts and numbers, without the arrays of the map."""
+    if is_dataclass(value) and not isinstance(value, type):
+        pairs = (
+            (field.name, getattr(value, field.name)) for field in fields(value) if field.name not in MAPS
+        )
+        return {k: _plain(v) for k, v in pairs if not isinstance(v, np.ndarray) or k in LISTED}
+    if isinstance(value, Mapping):
+        return {str(k): _plain(v) for k, v in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [_plain(v) for v in value]
+    if isinstance(value, Enum):
+        return _plain(value.value)
+    if isinstance(value, np.generic):
+        return _plain(value.item())
+    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache, wraps
+from hashlib import sha256
 from types import FunctionType
 from typing import Any, ParamSpec, TypeVar
 
@@ -104,12 +105,27 @@ def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
     """The loops compiled: once for a machine, as the code is kept on disk; other threads run meanwhile."""
     # sums may be added up in the order that is fastest
     options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
-    named = {name: loops.__globals__.get(name) for name in loops.__code__.co_names}
-    parts = {name: compiled(part) for name, part in named.items() if part in _parts}
+    parts = {name: compiled(part) for name, part in _parts_of(loops).items()}
     if parts:
-        loops = FunctionType(loops.__code__, {**loops.__globals__, **parts}, loops.__name__)
+        name, code = f"{loops.__name__}_{_digest(loops)}", loops.__code__
+        loops = FunctionType(code, {**loops.__globals__, **parts}, name)
+        loops.__qualname__ = name  # numba looks at the file of the loops alone, not at those of their parts
     try:
         made: Callable[..., Any] = _numba().njit(cache=True, **options)(loops)
     except RuntimeError:  # there is no folder where the code could be kept
         made = _numba().njit(**options)(loops)
     return made
+
+
+def _parts_of(loops: Callable[..., Any]) -> dict[str, Callable[..., Any]]:
+    """The parts that loops call, by their names."""
+    named = {name: loops.__globals__.get(name) for name in loops.__code__.co_names}
+    return {name: part for name, part in named.items() if part in _parts}
+
+
+@cache
+def _digest(loops: Callable[..., Any]) -> str:
+    """Of the code of all parts of loops."""
+    parts = _parts_of(loops).values()
+    codes = [(p.__code__.co_code, p.__code__.co_names, repr(p.__code__.co_consts), _digest(p)) for p in parts]
+    return sha256(repr(codes).encode()).hexdigest()[:8]

@@ -5,8 +5,6 @@ joined to each other. A variable has a list of elements, then one of variables. 
 sum of what is in its elements. Variables with the same lists are one, of larger weight.
 """
 
-from __future__ import annotations
-
 import numpy as np
 from numpy.typing import NDArray
 

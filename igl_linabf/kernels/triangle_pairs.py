@@ -64,6 +64,8 @@ def _overlapping(triangle: ComplexArray, end: IntArray, depth: FloatArray, round
             inward[t, k] = np.conj(side) / np.sqrt(side.real**2 + side.imag**2)
     found, size, stack = np.empty((64, 2), dtype=np.int64), 0, np.empty(128, dtype=np.int64)
     for first in range(0, n, LEAF):
+        if end[first : first + LEAF].max() <= first + 1:
+            continue
         own = leaves + first // LEAF
         stack[0], top, up = own, 1, own
         while up > 1:  # what comes after the leaf is on the right of the way to the root

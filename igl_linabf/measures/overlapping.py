@@ -140,15 +140,18 @@ def _wind_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) 
     return np.asarray(simple & (turns == 1))
 
 
+def lie_over(some: FloatArray, others: FloatArray) -> bool:
+    """Whether one of some triangles, (#S, 3, 2), overlaps another one, or one of the others, (#O, 3, 2)."""
+    corners = of_size_one(np.concatenate((some, others)).reshape(-1, 2))
+    triangle, height, rounding = _measured(complex_positions(corners).reshape(-1, 3))
+    solid = np.flatnonzero(height > rounding)
+    end = np.where(solid < len(some), len(solid), 0)
+    return len(overlapping(triangle[solid], end, MIN_DEPTH * height[solid], rounding[solid])) > 0
+
+
 def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
     """All overlapping pairs; within charts only if `chart` is given."""
-    triangle = complex_positions(uv)[F]
-    area = signed_double_areas(triangle.T.ravel(), np.arange(F.size).reshape(3, -1))
-    triangle[area < 0] = triangle[area < 0][:, [0, 2, 1]]
-    longest = np.abs(triangle - np.roll(triangle, 1, axis=1)).max(axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        height = np.where(longest > 0, np.abs(area) / longest, 0.0)
-    rounding = 16 * np.finfo(float).eps * np.abs(triangle).max(axis=1)
+    triangle, height, rounding = _measured(complex_positions(uv)[F])
     face = np.flatnonzero(height > rounding)
     if not len(face):
         return _no_pairs()
@@ -160,6 +163,16 @@ def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
     pairs = face[overlapping(triangle[face], end, MIN_DEPTH * height[face], rounding[face])]
     key = np.minimum(pairs[:, 0], pairs[:, 1]) * len(F) + np.maximum(pairs[:, 0], pairs[:, 1])
     return np.column_stack(np.divmod(np.sort(key), len(F)))
+
+
+def _measured(triangle: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    """Triangles, (#T, 3), all turned counter-clockwise; their heights, and the rounding of their corners."""
+    area = signed_double_areas(triangle.T.ravel(), np.arange(triangle.size).reshape(3, -1))
+    triangle[area < 0] = triangle[area < 0][:, [0, 2, 1]]
+    longest = np.abs(triangle - np.roll(triangle, 1, axis=1)).max(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        height = np.where(longest > 0, np.abs(area) / longest, 0.0)
+    return triangle, height, 16 * np.finfo(float).eps * np.abs(triangle).max(axis=1)
 
 
 def _along_curve(z: ComplexArray) -> IntArray:
