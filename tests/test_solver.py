@@ -7,7 +7,7 @@ import pytest
 from conftest import best_fit_distance, load
 from scipy import sparse
 
-from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, layout, linabf
+from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, kernels, layout, linabf
 from igl_linabf.angles import reduced
 from igl_linabf.kernels import is_fast, numpy_only
 from igl_linabf.linalg import (
@@ -127,6 +127,45 @@ def test_compiled_factors_of_any_pattern_are_right(n: int, divided: bool, monkey
         )
 
 
+@pytest.mark.skipif(not is_fast(), reason="numba is not installed")
+def test_the_memory_of_a_factor_serves_the_next_one_as_soon_as_it_is_gone() -> None:
+    rng, n = np.random.default_rng(0), 300
+    A = sparse.random_array((n, n), density=0.02, rng=rng)
+    A = A + A.T
+    A.setdiag(np.asarray(abs(A).sum(axis=0)).ravel() + 1)
+    first, b = sparse.tril(A).tocsc(), rng.normal(size=(n, 2))
+    second = first * 2.0
+    analysis, made = loops.Compiled(first), []
+    take = kernels.fresh
+
+    def counted(size: int) -> np.ndarray:
+        made.append(size)
+        return take(size)
+
+    with pytest.MonkeyPatch.context() as patched:
+        patched.setattr(kernels, "fresh", counted)
+        solve = analysis.factor(first).solve
+        x, new = solve(b), len(made)
+        other = analysis.factor(second).solve  # while the first one is still there
+        assert (solve(b) == x).all()
+        assert np.allclose(2 * other(b), x)
+        del solve
+        both = len(made)
+        assert new < both < 2 * new
+        again = analysis.factor(first).solve
+        assert len(made) == both
+        assert (again(b) == x).all()
+        assert np.allclose(2 * other(b), x)
+        indefinite = first.copy()
+        indefinite.setdiag(-1.0)
+        del again
+        with pytest.raises(NotPositiveDefiniteError):
+            analysis.factor(indefinite)
+        assert (analysis.factor(first).solve(b) == x).all()
+        assert len(made) == both
+
+
+@needs_cholmod
 @pytest.mark.skipif(not is_fast(), reason="numba is not installed")
 def test_the_number_of_threads_does_not_change_a_bit(monkeypatch) -> None:
     V, F = load("disk__igl_camelhead.off")

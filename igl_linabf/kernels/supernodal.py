@@ -54,10 +54,6 @@ class Work(NamedTuple):
     stack: FloatArray
     space: FloatArray
 
-    @classmethod
-    def of(cls, a: Supernodes) -> Work:
-        return cls(fresh(a.stack), fresh(a.front**2))
-
 
 @inlined
 def _take(X: FloatArray, p: int, last: int, Y: FloatArray, shift: int, first: int, until: int) -> None:
