@@ -100,6 +100,11 @@ class ClosedSurface:
         return self.valleys()
 
     @cached_property
+    def hides(self) -> bool:
+        """Whether some seams are better hidden than others."""
+        return bool((self.shown != 1).any())
+
+    @cached_property
     def seen(self) -> FloatArray:
         """By what hiding multiplies lengths on average at each node, (n,)."""
         ends = self.ends.ravel()

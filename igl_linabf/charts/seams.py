@@ -105,10 +105,9 @@ def find_seams(
     the seam. Each is a shortest path from the point where the conformal map's scale is farthest
     from one, that is, from a tip that would shrink (one Laplace system a branch, as in boundary
     first flattening). Branches are kept as long as the lower stretch is worth their length.
-    Finally, branches that do not pay are cut off, branch points move if a shorter seam is worth the
-    change of stretch, and the seam is straightened and slides into valleys nearby. On surfaces of more
-    than 10,000 vertices all this is done on clusters of vertices, and the seam is then drawn tight along
-    the edges.
+    Finally, branch points move if a shorter seam is worth the change of stretch, and the seam is
+    straightened and slides into valleys nearby. On surfaces of more than 10,000 vertices all this is
+    done on clusters of vertices, and the seam is then drawn tight along the edges.
 
     Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
     creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net
@@ -320,7 +319,7 @@ def _seam(piece: ClosedSurface, trade: float, holes: bool) -> Grown:
 
 
 def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> tuple[IntArray, Cost]:
-    """The seam without branches that do not pay, and with its branch points moved; and what seams cost."""
+    """The seam with its branch points moved, and what seams cost; to hide it, without idle branches."""
     known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
 
     def cost(seam: IntArray) -> float:
@@ -329,7 +328,9 @@ def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> tuple[IntArr
             known[key] = _cost(piece, seam, trade)
         return known[key]
 
-    return shortened(piece, pruned(piece, seam, cost), cost), cost
+    if piece.hides:
+        seam = pruned(piece, seam, cost)
+    return shortened(piece, seam, cost), cost
 
 
 def _alike_on_both_sides(
@@ -344,7 +345,8 @@ def _alike_on_both_sides(
     if not piece.holes:
         other = _slit(surface, mirror)[0]
     other = _grow(surface, other, trade, mirror)[0]
-    other = pruned(surface, other, lambda seam: _cost(surface, seam, trade), mirror.image)
+    if surface.hides:
+        other = pruned(surface, other, lambda seam: _cost(surface, seam, trade), mirror.image)
     return other if _cost(piece, other, trade) < _cost(piece, seam, trade) + SYMMETRIC else seam
 
 
