@@ -12,7 +12,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial import cKDTree
 from test_cli import run
 
-from igl_linabf import MeshError, clean, find_seams, unwrap
+from igl_linabf import MeshError, MeshWarning, clean, find_seams, unwrap
 from igl_linabf.io import read_texture, write_mesh
 from igl_linabf.surface import face_components
 
@@ -45,6 +45,8 @@ def test_a_weight_a_face_hides_as_a_direction_does() -> None:
     up = np.array([0, 0, 1.0])
     lengths = [seen_length(V, F, atlas.seams, up) for atlas in (by_direction, by_weight)]
     assert max(lengths) < 0.7 * seen_length(V, F, unwrap(V, F).seams, up)
+    same = find_seams(V, F, hide=np.full(len(F), 7.0))
+    assert (same == find_seams(V, F)).all()
 
 
 def bust() -> tuple[np.ndarray, np.ndarray]:
@@ -70,9 +72,9 @@ FACES = {  # where each one looks
 def test_seams_stay_off_a_face(name: str) -> None:
     V, F = bust() if name == "bust" else load(name)
     away = -np.array(FACES.get(name, [1, 0, 0])) / np.linalg.norm(FACES.get(name, [1, 0, 0]))
-    anywhere = unwrap(V, F, hide=np.ones(len(F)))
+    anywhere = unwrap(V, F)
     for turn in (np.eye(3), np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]):
-        found = unwrap(V @ turn, F)
+        found = unwrap(V @ turn, F, hide="back")
         assert found.good
         seen, before = (seen_length(V, F, atlas.seams, away) for atlas in (found, anywhere))
         assert seen < 0.7 * before
@@ -83,19 +85,18 @@ def test_seams_stay_off_a_face(name: str) -> None:
 def test_the_back_of_a_body_inside_out_is_its_back() -> None:
     V, F = bust()
     for faces in (F, F[:, ::-1]):
-        seams = find_seams(V, faces)
+        seams = find_seams(V, faces, hide="back")
         side = V[seams].mean(axis=1)[:, 0]
         assert np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1) @ (side > 0) < 0.2
 
 
-def test_equal_weights_and_bodies_without_a_face_let_seams_lie_anywhere() -> None:
+def test_a_body_without_a_face_is_named_and_its_seams_lie_anywhere() -> None:
     V, F = sphere(4)
-    anywhere = [find_seams(V, F, hide=np.full(len(F), weight)) for weight in (1.0, 7.0)]
-    assert (anywhere[0] == anywhere[1]).all()
-    assert_allclose(
-        *(np.linalg.norm(V[s[:, 0]] - V[s[:, 1]], axis=1).sum() for s in (anywhere[0], find_seams(V, F))),
-        rtol=0.1,
-    )
+    with pytest.warns(MeshWarning, match="no body has details"):
+        found = find_seams(V, F, hide="back")
+    assert (found == find_seams(V, F)).all()
+    with pytest.raises(MeshError, match="'front'"):
+        find_seams(V, F, hide="front")
 
 
 def test_hiding_does_not_depend_on_the_orientation_of_a_body() -> None:

@@ -112,7 +112,7 @@ def test_bunny() -> None:
     from stretch import models
 
     V, F = next(model[1:] for model in models() if model[0] == "bunny")
-    seams = find_seams(V, F, hide=np.ones(len(F)))  # anywhere
+    seams = find_seams(V, F)
     V_cut, F_cut, _ = cut(V, F, seams)
     assert chi_and_loops(F_cut) == (1, 1)
     measured = quality(V_cut, F_cut, flatten(V_cut, F_cut).uv)

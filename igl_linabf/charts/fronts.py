@@ -20,6 +20,7 @@ MAX_STEPS = 60  # of smoothing to the coarse one; the fine one then has as large
 LEAST = 300  # triangles of a body that has details
 SMOOTH = 0.5  # share of the area that lies flat, up to which a body is no machine part
 CLEAR = 0.1  # length of the mean normal, from which on it is clear where the front is
+UNCLEAR = 0.1  # share of that, up to which there is none
 
 
 def behind(component: Submesh) -> FloatArray:
@@ -31,11 +32,11 @@ def behind(component: Submesh) -> FloatArray:
     a, b, c = component.V[component.F.T]
     normal = np.cross(b - a, c - a)  # times twice the area
     looking = salience @ normal
-    length = float(np.linalg.norm(looking))
-    if not 0 < length < np.inf:
+    length, clear = float(np.linalg.norm(looking)), CLEAR * float(salience @ double_area)
+    if not UNCLEAR * clear < length < np.inf:
         return nowhere
-    direction = looking / max(length, CLEAR * float(salience @ double_area))
-    return np.asarray(-(normal / double_area[:, None]) @ direction)
+    direction = looking / max(length, clear)
+    return np.asarray(-(normal @ direction) / np.maximum(double_area, np.finfo(float).tiny))
 
 
 def _salience(component: Submesh, bend: FloatArray) -> FloatArray:

@@ -28,12 +28,12 @@ from .nets import HARD, Nets
 from .routes import rerouted
 from .small_seams import SmallBodies
 from .symmetry import Mirror, mirrored
-from .visibility import hiding
+from .visibility import Hiding, hiding
 
 TRADE = 6.0
 MAX_LEAVES = 100  # on a component
 MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
-SYMMETRIC = 0.1  # of cost that the same seam on both sides of a body may be worth
+SYMMETRIC = 0.05  # of cost that the same seam on both sides of a body may be worth
 ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
@@ -96,7 +96,7 @@ def find_seams(
     trade: float = TRADE,
     holes: bool = False,
     disks: bool = False,
-    hide: ArrayLike | None = None,
+    hide: Hiding | None = None,
 ) -> IntArray:
     """Find short seams that make every component a disk of low distortion.
 
@@ -131,12 +131,12 @@ def find_seams(
         Do not cut from hole to hole: each component becomes a disk with holes.
     disks : bool
         Also grow branches on components that need no seam; by default these are not cut.
-    hide : (3,) or (#F,) float, optional
+    hide : (3,) or (#F,) float, or "back", optional
         Where seams may lie: the direction in which faces look that are not seen, as `[0, 0, -1]` for the
         underside if z is up; or a weight for each face, larger where a seam is hidden better. Weights
         count by where they are between the least and the largest. An edge in full view counts three
-        times its length, a hidden one a third. By default the back of a body hides, if its details tell
-        where that is: an edge in front counts twice its length. Equal weights: seams lie anywhere.
+        times its length, a hidden one a third. "back": the side of each body that least detail looks to, as
+        of a head without its face; an edge in front then counts twice its length.
 
     Returns
     -------
@@ -160,7 +160,7 @@ def find_seams(
     (3, 2)
     """
     surface = Submesh.checked_manifold(V, F)
-    hidden = hiding(surface, hide, np.arange(len(surface.F)), unasked=trade > 0)
+    hidden = hiding(surface, hide, np.arange(len(surface.F)))
     isometric = isinstance(method_of(method), Isometric)
     return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
 

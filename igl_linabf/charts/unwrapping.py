@@ -32,7 +32,7 @@ from .packing import Wish, pack_maps
 from .period import with_period
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .seams import TRADE
-from .visibility import hiding
+from .visibility import Hiding, hiding
 
 MARGINS = 0.64  # share of the square that margins around all charts may take
 MOST_TO_CUT = 30  # charts, from which on none is cut to fill a page
@@ -57,7 +57,7 @@ def unwrap(
     period: float | None = None,
     max_stretch: float | None = None,
     complete: bool = False,
-    hide: ArrayLike | None = None,
+    hide: Hiding | None = None,
     weld: float | None = None,
     strict: bool = False,
     progress: Progress = None,
@@ -117,10 +117,10 @@ def unwrap(
         At least 1; by default stretch is only weighed against seam length.
     complete : bool
         `seams` are a beginning: the others that handles, closed pieces and stretch need are found.
-    hide : (3,) or (#F,) float, optional
+    hide : (3,) or (#F,) float, or "back", optional
         As in `find_seams`: a direction, as `[0, -1, 0]` for what looks back if the front looks to +y, or
-        a weight for each face. The seams that are found prefer the faces of that side; by default the
-        back of a body, and anywhere with `np.ones(len(F))`.
+        a weight for each face, or "back" of a head or figure. The seams that are found prefer the faces
+        of that side.
     weld : float, optional
         As in `clean`.
     strict : bool
@@ -207,7 +207,7 @@ def unwrap(
         return in_polygons(without_charts(cleaned, given), split)
     finds, joins = seams is None or complete, seams is None
     face = np.arange(len(given)) if split is None else split.face
-    hidden = hiding(surface, hide, face, unasked=finds and cones is None and trade > 0)
+    hidden = hiding(surface, hide, face)
     task = Task(method_of(method), finds, trade, holes, bijective, max_stretch, hidden, joins)
     with reporting(progress):
         if cones is None:

@@ -1,13 +1,16 @@
-"""Where a seam shows: less in valleys, on the back of a body, and where the caller wants it hidden.
+"""Where a seam shows: less in valleys, and where the caller wants it hidden.
 
 All is smoothed over `REACH`, so that noise and single faces do not matter.
 """
+
+import warnings
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
-from ..errors import MeshError, some
+from ..errors import MeshError, MeshWarning, some, stack_level
 from ..surface import Submesh
 from .fronts import behind
 from .smoothing import Smoothing, turned_at
@@ -17,22 +20,25 @@ MAX_STEPS = 30  # of smoothing
 VALLEY_DISCOUNT = 0.5  # share of its length that an edge in a deep valley is shorter by
 VALLEY = 10.0  # curvature times size at which half of that is given
 HIDING = 3.0  # times its length counts an edge where nothing is hidden, and by this is it divided in hiding
-UNASKED = float(np.log(2.0) / np.log(HIDING))  # the same by 2, where nobody asks for it
+GUESSED = float(np.log(2.0) / np.log(HIDING))  # the same by 2, where the back of a body is a guess
 LEAST_SHARE = 0.01  # of all triangles that a body has which is looked at
 
+Hiding = ArrayLike | Literal["back"]
 
-def hiding(surface: Submesh, hide: ArrayLike | None, face: IntArray, *, unasked: bool) -> FloatArray | None:
+
+def hiding(surface: Submesh, hide: Hiding | None, face: IntArray) -> FloatArray | None:
     """How well each triangle hides a seam, from -1 to 1; None if it does not matter.
 
-    `hide` is a direction, (3,), or the weights of the caller's faces; `face` is that of each triangle.
-    Without it, the back of each body hides if `unasked`, and a little less.
+    `hide` is a direction, (3,), the weights of the caller's faces, or "back"; `face` is each triangle's.
     """
     if hide is None:
-        return _backs(surface, len(face)) if unasked else None
+        return None
+    if isinstance(hide, str):
+        return _backs(surface, hide, len(face))
     try:
         given = np.asarray(hide, dtype=np.float64)
     except (TypeError, ValueError):
-        raise MeshError("hide is no array of numbers: pass a direction (3,), or a weight a face") from None
+        raise MeshError('hide is no array of numbers: pass a direction, a weight a face, or "back"') from None
     n_faces = int(face[-1]) + 1
     if given.shape not in ((3,), (n_faces,)):
         raise MeshError(
@@ -49,13 +55,18 @@ def hiding(surface: Submesh, hide: ArrayLike | None, face: IntArray, *, unasked:
     return ((given - low) / (high - low) * 2 - 1)[face] if high > low else np.zeros(len(face))
 
 
-def _backs(surface: Submesh, n_faces: int) -> FloatArray | None:
+def _backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
     """The same of bodies whose details tell where their back is."""
+    if hide != "back":
+        raise MeshError(f'hide is {hide!r}: pass "back", a direction, (3,), or a weight a face')
     made = np.zeros(n_faces)
     for part in surface.components():
         if len(part.F) >= LEAST_SHARE * len(surface.F):
-            made[part.faces] = UNASKED * behind(part)
-    return made if made.any() else None
+            made[part.faces] = GUESSED * behind(part)
+    if not made.any():
+        said = "no body has details that tell where its back is: seams lie anywhere; pass hide a direction"
+        warnings.warn(said, MeshWarning, stacklevel=stack_level())
+    return made
 
 
 def _facing(surface: Submesh, direction: FloatArray) -> FloatArray:

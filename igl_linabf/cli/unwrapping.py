@@ -65,11 +65,13 @@ def _unwrap(options: argparse.Namespace) -> int:
     return judged(options, atlas.good, atlas.troubles)
 
 
-def direction(text: str) -> list[float]:
-    """Three numbers with commas between."""
+def direction(text: str) -> list[float] | str:
+    """Three numbers with commas between, or "back"."""
+    if text == "back":
+        return text
     numbers = [float(number) for number in text.split(",")]
     if len(numbers) != 3:
-        raise argparse.ArgumentTypeError(f"{text!r} is no direction: give three numbers, as --hide=0,-1,0")
+        raise argparse.ArgumentTypeError(f"{text!r} is no direction: give three numbers, as 0,-1,0, or back")
     return numbers
 
 
@@ -147,8 +149,9 @@ UNWRAP = Command(
         **shared("trade"),
         "max-stretch": value("L2", "cut charts until their L2 stretch is at most this", float),
         "hide": value(
-            "X,Y,Z",
-            "where seams may lie: the direction in which the back or underside looks (--hide=0,-1,0)",
+            "X,Y,Z or back",
+            "where seams may lie: the direction in which the back or underside looks (--hide=0,-1,0); "
+            "or back: of a head or figure, the side without a face",
             direction,
         ),
         **shared("holes", "bijective"),
