@@ -57,6 +57,7 @@ autodoc_typehints = "signature"
 # names of arrays as they are written, not what they stand for
 autodoc_type_aliases = {name: name for name in ("ArrayLike", "FloatArray", "IntArray", "BoolArray")}
 autodoc_type_aliases |= {
+    "Hiding": "Literal['back'] | ArrayLike",
     "GivenCones": "Literal['auto'] | ArrayLike",
     "ConeAngles": "Literal['quarter'] | ArrayLike | None",
     "Values": "ArrayLike | Callable[[FloatArray], ArrayLike]",
@@ -114,6 +115,14 @@ def _named(self: TypeAliasForwardRef, name: str) -> None:
     self.__module__ = "builtins"
 
 
+def _readable(
+    app: Any, what: str, name: str, obj: Any, options: Any, signature: str | None, returned: str | None
+) -> tuple[str | None, str | None]:
+    """A signature that is Python: defaults of dataclasses are printed as `<factory>`."""
+    return signature and signature.replace("<factory>", "..."), returned
+
+
 def setup(app: Any) -> None:
     TypeAliasForwardRef.__init__ = _named  # within a union, Sphinx 9.0 prints the class of an alias
     app.connect("builder-inited", gallery_pages.wide_thumbnails, priority=900)  # once the galleries are made
+    app.connect("autodoc-process-signature", _readable)
