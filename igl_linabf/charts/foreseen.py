@@ -17,7 +17,10 @@ from .overlap_seams import MAX_SPLITS, seams_between
 from .pieces import flattened
 
 MANY = 20  # disks, beyond which some would be tiny: the surface is parted when its map is known
-FEW = 0.01  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
+FEW = 0.05  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
+CHIP = (
+    0.02  # share of the faces of a component, below which a part is left to a neighbour: its overlap is small
+)
 
 
 def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
@@ -56,9 +59,26 @@ def edges_between_overlaps(piece: ClosedSurface, mesh: Submesh, seam: IntArray) 
         if not waiting:
             break
     inside = mesh.cells[1]
-    right, left = label[mesh.topology.sides[:, inside] % len(mesh.F)]
-    between = nodes[mesh.topology.edges[inside[right != left]]]
-    return np.setdiff1d(piece.between(between[:, 0], between[:, 1]), seam)
+    ends = nodes[mesh.topology.edges[inside]]
+    edge, sides = piece.between(*ends.T), mesh.topology.sides[:, inside] % len(mesh.F)
+    right, left = _with_chips_joined(label, sides[:, ~np.isin(edge, seam)])[sides]
+    more = np.setdiff1d(edge[right != left], seam)
+    parts = mesh.cut_along(piece.ends[np.append(seam, more)])
+    sound = all(len(part.topology.loops) == 1 and not part.topology.genus for part in parts)
+    return more if sound else more[:0]
+
+
+def _with_chips_joined(label: IntArray, sides: IntArray) -> IntArray:
+    """The label of each face, small parts having that of the neighbour with which they share most edges."""
+    label = label.copy()
+    for chip in np.argsort(np.bincount(label), kind="stable").tolist():
+        faces = int((label == chip).sum())
+        right, left = label[sides]
+        around = np.append(left[right == chip], right[left == chip])
+        around = around[around != chip]
+        if 0 < faces < CHIP * len(label) and len(around):
+            label[label == chip] = np.bincount(around).argmax()
+    return label
 
 
 def _parts(disk: Submesh) -> list[Submesh]:
