@@ -54,7 +54,7 @@ def test_the_examples_of_the_readme_run(tmp_path, monkeypatch) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(pv, "OFF_SCREEN", True)
     igl.write_triangle_mesh("camelhead.off", *load("bumps"))
-    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), re.DOTALL)
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text("utf-8"), re.DOTALL)
     assert len(blocks) >= 2
     names: dict[str, object] = {}
     for block in blocks:
@@ -66,21 +66,21 @@ def test_the_examples_of_the_readme_run(tmp_path, monkeypatch) -> None:
 
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"])
 def test_links_lead_to_files(page: str) -> None:
-    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", (ROOT / page).read_text()):
+    for target in re.findall(r"\]\(([^)#]+)[^)]*\)", (ROOT / page).read_text("utf-8")):
         assert target.startswith("https://") or (ROOT / target).is_file(), target
 
 
 def test_the_tests_that_hold_the_promises_exist() -> None:
-    named = set(re.findall(r"`(test_\w+)`", (ROOT / "docs" / "promises.md").read_text()))
-    tests = "\n".join(path.read_text() for path in (ROOT / "tests").glob("test_*.py"))
+    named = set(re.findall(r"`(test_\w+)`", (ROOT / "docs" / "promises.md").read_text("utf-8")))
+    tests = "\n".join(path.read_text("utf-8") for path in (ROOT / "tests").glob("test_*.py"))
     assert len(named) > 30
     assert named <= set(re.findall(r"^def (test_\w+)", tests, re.MULTILINE))
 
 
 def test_citation_and_changelog_are_of_this_version() -> None:
     version = metadata.version("igl-linabf")
-    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text()
-    assert f"\n## {version} - " in (ROOT / "CHANGELOG.md").read_text()
+    assert f"\nversion: {version}\n" in (ROOT / "CITATION.cff").read_text("utf-8")
+    assert f"\n## {version} - " in (ROOT / "CHANGELOG.md").read_text("utf-8")
 
 
 @pytest.mark.parametrize(
@@ -132,7 +132,7 @@ def chromium(page: Path, folder: Path, *arguments: str) -> str:
 def test_every_page_of_the_folder_is_in_the_site(site) -> None:
     names = {path.relative_to(ROOT / "docs").with_suffix(".html") for path in (ROOT / "docs").glob("*.md")}
     assert all((site / name).is_file() for name in names)
-    assert "igl_linabf.linabf" in (site / "api" / "index.html").read_text()
+    assert "igl_linabf.linabf" in (site / "api" / "index.html").read_text("utf-8")
     for folder, pages in (("demos", "gallery"), ("recipes", "recipes")):
         for script in (ROOT / folder).glob("*.py"):
             assert (site / pages / f"{script.stem}.html").is_file()
@@ -141,7 +141,7 @@ def test_every_page_of_the_folder_is_in_the_site(site) -> None:
 @needs_chromium
 def test_the_interactive_page_shows_the_scene(site, tmp_path) -> None:
     frame = re.search(
-        r'<iframe class="scene"[^>]* src="([^"]+)"', (site / "gallery/in_the_browser.html").read_text()
+        r'<iframe class="scene"[^>]* src="([^"]+)"', (site / "gallery/in_the_browser.html").read_text("utf-8")
     )
     picture = tmp_path / "scene.png"
     chromium(site / "gallery" / frame[1], tmp_path, "--window-size=1400,700", f"--screenshot={picture}")
@@ -164,6 +164,8 @@ def test_the_interactive_page_shows_the_scene(site, tmp_path) -> None:
 @needs_chromium
 def test_formulas_are_typeset_without_a_network(site, tmp_path) -> None:
     text = chromium(site / "method.html", tmp_path, "--dump-dom")
-    written = len(re.findall(r'class="math notranslate nohighlight"', (site / "method.html").read_text()))
+    written = len(
+        re.findall(r'class="math notranslate nohighlight"', (site / "method.html").read_text("utf-8"))
+    )
     assert text.count("<mjx-container") >= written > 50
     assert "<mjx-merror" not in text

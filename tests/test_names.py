@@ -77,7 +77,7 @@ def test_every_dotted_name_in_backticks_is_there(path: Path) -> None:
 def reference() -> list[str]:
     """Every entry of the reference, docs/api/index.rst, with the module that it is listed under."""
     names, module = [], ""
-    for line in (ROOT / "docs" / "api" / "index.rst").read_text().splitlines():
+    for line in (ROOT / "docs" / "api" / "index.rst").read_text("utf-8").splitlines():
         if line.startswith(".. currentmodule::"):
             module = line.split()[-1]
         elif re.fullmatch(r"   \w+", line):
@@ -93,7 +93,7 @@ def test_every_entry_of_the_reference_is_there() -> None:
 def rows_of(page: str, head: str) -> list[list[str]]:
     """The cells of the table whose first line begins with `head`."""
     table = re.search(
-        rf"^\| {head} \|.*\n\|[-| ]+\|\n((?:\|.*\n?)+)", (ROOT / page).read_text(), re.MULTILINE
+        rf"^\| {head} \|.*\n\|[-| ]+\|\n((?:\|.*\n?)+)", (ROOT / page).read_text("utf-8"), re.MULTILINE
     )
     assert table is not None, f"{page} has no table of {head}"
     return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in table[1].splitlines()]
@@ -128,7 +128,7 @@ def test_what_the_paper_numbers_is_where_the_method_says_and_says_so(row: list[s
     assert named(places)
     for place in named(places):
         if "/" in place:
-            source = (ROOT / place).read_text()
+            source = (ROOT / place).read_text("utf-8")
         else:
             source = inspect.getsource(typing.cast("type", resolved(place)))
         if number.startswith("eq."):
@@ -139,5 +139,5 @@ def test_what_the_paper_numbers_is_where_the_method_says_and_says_so(row: list[s
 
 def test_the_method_has_every_equation_that_the_code_cites() -> None:
     listed = set().union(*(equations(row[0]) for row in rows_of("docs/method.md", "in the paper")))
-    cited = set().union(*(equations(path.read_text()) for path in (ROOT / "igl_linabf").rglob("*.py")))
+    cited = set().union(*(equations(path.read_text("utf-8")) for path in (ROOT / "igl_linabf").rglob("*.py")))
     assert cited <= listed

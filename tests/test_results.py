@@ -40,15 +40,15 @@ def test_a_run_with_fewer_meshes_leaves_the_page_as_it_is(tmp_path, monkeypatch,
     sections = {part.split("\n")[0]: f"\n## {part}" for part in PAGE.split("\n## ")[1:]}
     monkeypatch.setattr(results, "section", lambda title, _: sections[title].replace("| cow | 2 |\n", ""))
     assert results.main() == 1
-    assert page.read_text() == PAGE
+    assert page.read_text("utf-8") == PAGE
     assert "would lose One: cow" in capsys.readouterr().err
     monkeypatch.setattr(results, "section", lambda title, _: sections[title])
     assert results.main() == 0
-    assert results.rows(page.read_text()) == results.rows(PAGE)
+    assert results.rows(page.read_text("utf-8")) == results.rows(PAGE)
 
 
 def test_the_page_has_every_section_under_its_command() -> None:
-    page = (ROOT / "docs" / "results.md").read_text()
+    page = (ROOT / "docs" / "results.md").read_text("utf-8")
     for title, command in results.SECTIONS:
         assert f"## {title}\n\n`python benchmarks/{command}`\n" in page
         assert len(results.rows(page)[title]) > 3

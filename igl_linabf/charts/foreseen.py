@@ -18,9 +18,7 @@ from .pieces import flattened
 
 MANY = 20  # disks, beyond which some would be tiny: the surface is parted when its map is known
 FEW = 0.05  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
-CHIP = (
-    0.02  # share of the faces of a component, below which a part is left to a neighbour: its overlap is small
-)
+CHIP = 0.02  # share of a component's faces, below which a part is left to a neighbour: it overlaps little
 
 
 def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
