@@ -122,8 +122,8 @@ def test_overlaps_of_large_surfaces_are_foreseen() -> None:
     points = np.column_stack([c.ravel(order="F") for c in (x, y, z)])
     V, F = igl.marching_cubes(values.ravel(order="F"), points, 50, 50, 50, 0.0)[:2]
     surface, overlapping = Submesh.checked_manifold(V, F), []
-    for apart in (False, True):
-        parts = surface.cut_along(seams.seams_of(surface, 6.0, apart=apart))
+    for parted in (False, True):
+        parts = surface.cut_along(seams.seams_of(surface, 6.0, part_overlaps=parted))
         assert all(not part.topology.genus and len(part.topology.loops) == 1 for part in parts)
         overlapping += [sum(len(overlapping_pairs(flattened(p, Sketch()).uv, p.F)) for p in parts)]
     assert len(parts) <= 4

@@ -10,13 +10,13 @@ from typing import Generic, TypeVar
 T = TypeVar("T")
 R = TypeVar("R")
 
-MOST = 8  # threads; more would wait for Python's lock
+MOST_THREADS = 8  # threads; more would wait for Python's lock
 
 
 def in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
     """Results of `work` in the order of `items`; every thread has a copy of the caller's context."""
     given = list(items)
-    threads = min(_cores(), len(given), MOST)
+    threads = min(_cores(), len(given), MOST_THREADS)
     if threads < 2:
         yield from map(work, given)
         return
@@ -53,7 +53,7 @@ class Begun(Generic[R]):
 
 def at_once(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
     """As `in_threads`, for short work: the caller's thread takes part, and all of it is done at the end."""
-    threads = min(_cores(), len(items), MOST) if len(items) > 1 else 1
+    threads = min(_cores(), len(items), MOST_THREADS) if len(items) > 1 else 1
     if threads < 2:
         return list(map(work, items))
     made: dict[int, R] = {}

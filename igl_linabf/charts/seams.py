@@ -174,14 +174,14 @@ def seams_of(
     gain: float = 0.0,
     hidden: FloatArray | None = None,
     isometric: bool = False,
-    apart: bool = False,
+    part_overlaps: bool = False,
 ) -> IntArray:
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
     A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
     With a `gain`, small components among many get none if they need none. `hidden` as of `hiding`.
-    `isometric`: for maps that keep lengths; the small ones among many are found as for others. `apart`: large
-    components are also cut between sheets that would lie over each other in a map.
+    `isometric`: for maps that keep lengths; the small ones among many are found as for others.
+    `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
     """
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
@@ -195,7 +195,7 @@ def seams_of(
                 small += [component.faces] if not (open_ and gain) else []
             else:
                 piece = closed_surface(component, hidden, isometric)
-                seam = _best(component, piece, trade, holes, gain if open_ else None, apart)
+                seam = _best(component, piece, trade, holes, gain if open_ else None, part_overlaps)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
@@ -244,7 +244,7 @@ def _best(
     trade: float,
     holes: bool,
     gain: float | None,
-    apart: bool = False,
+    part_overlaps: bool = False,
 ) -> IntArray:
     """The seam that leaves look for, or a net, if there are creases and it costs less.
 
@@ -273,7 +273,10 @@ def _best(
         seam, leaves = _of_clusters(levels.coarse, trade, holes, gain)
         if hard and (net := cheaper(levels.drawn(seam, leaves))) is not None:
             return net
-        if apart and (mesh := coarse_mesh(levels.coarse, levels.label(piece.node[component.F]))) is not None:
+        if (
+            part_overlaps
+            and (mesh := coarse_mesh(levels.coarse, levels.label(piece.node[component.F]))) is not None
+        ):
             more = edges_between_overlaps(levels.coarse, mesh, seam)
             # what is cut off would shrink if its ends were free to move
             ends = np.intersect1d(levels.coarse.ends[more], levels.coarse.on(seam))
