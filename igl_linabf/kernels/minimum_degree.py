@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .._types import IntArray
 from .choice import inlined, only_loops
-from .supernodes import elimination_tree
+from .supernodes import in_order
 
 DENSE = 10.0  # times the root of the number of rows: degree above which a row comes last, as in AMD
 Numbers = NDArray[np.int32]
@@ -226,7 +226,7 @@ def _minimum_degree(indptr: IntArray, indices: IntArray) -> IntArray:
             free = to
     order = _in_postorder(parent, follower, pivot)
     if some_dense:  # the tree has links that the elements do not know of
-        tree = elimination_tree(indptr, indices, order).astype(np.int32)
+        tree = in_order(indptr, indices, order)[-1].astype(np.int32)
         order = order[_in_postorder(tree, np.full(n, -1, dtype=np.int32), np.ones(n, dtype=np.bool_))]
     return order
 

@@ -109,15 +109,17 @@ def _tree(begin: IntArray, before: IntArray, n: int) -> IntArray:
 
 
 @inlined
-def elimination_tree(indptr: IntArray, indices: IntArray, order: IntArray) -> IntArray:
-    """The parent of each place in this order."""
+def in_order(
+    indptr: IntArray, indices: IntArray, order: IntArray
+) -> tuple[IntArray, IntArray, IntArray, Places, IntArray, IntArray, IntArray]:
+    """The place of each variable; the permuted pattern by columns and by rows; its elimination tree."""
     n = len(order)
     place = np.empty(n, dtype=np.int64)
     for i in range(n):
         place[order[i]] = i
-    column, row, _ = _permuted(indptr, indices, place)
+    column, row, source = _permuted(indptr, indices, place)
     begin, before = _by_rows(column, row, n)
-    return _tree(begin, before, n)
+    return place, column, row, source, begin, before, _tree(begin, before, n)
 
 
 @inlined
@@ -224,12 +226,7 @@ def _supernodes(
     indptr: IntArray, indices: IntArray, order: IntArray
 ) -> tuple[IntArray, Places, Places, IntArray, IntArray, Places, Places, IntArray, IntArray, int, int]:
     n = len(order)
-    place = np.empty(n, dtype=np.int64)
-    for i in range(n):
-        place[order[i]] = i
-    column, row, source = _permuted(indptr, indices, place)
-    begin, before = _by_rows(column, row, n)
-    parent = _tree(begin, before, n)
+    place, column, row, source, begin, before, parent = in_order(indptr, indices, order)
     start, size = _columns(parent, _counts(column, row, parent))
     number = len(size)
     of, above = np.empty(n, dtype=np.int64), np.full(number, -1, dtype=np.int64)
