@@ -19,6 +19,8 @@ from ..surface import connected_labels, sum_by
 from .cut_graph import ClosedSurface, laplacian_of, shortest_edges, without_stubs
 from .tighten import tightened
 
+DIRECT = 8_500  # nodes up to which seams are found on the surface itself
+CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
 LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
 REACH = 6.0  # mean distances to a root that a branch point's arcs may move
 FAR = 60_000  # nodes from which the roots of clusters are more than three edges apart, not two

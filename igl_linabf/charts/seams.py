@@ -19,7 +19,7 @@ from ..surface import (
     vertex_array,
 )
 from .branches import Cost, pruned, shortened
-from .coarse import Levels
+from .coarse import CLUSTERED, DIRECT, Levels
 from .creases import flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles
 from .expected import expected, log_scale
@@ -38,8 +38,6 @@ ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
 SMOOTH = 0.1  # share of the area that lies flat, below which that is so
-DIRECT = 8_500  # nodes up to which seams are found on the surface itself
-CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
 DRAWN_SHORTER = 1.6  # times the trade: a seam of clusters gets shorter when it is drawn tight
 
 
