@@ -191,10 +191,10 @@ def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None
     turning = np.pi - total
     drawn = None
     if paths:
-        log_sin = log_sines(cot)
-        ratio = log_sin[PREV] - log_sin[NEXT]
-        both = ratio.ravel() + 1j * alpha.ravel()
-        drawn = np.array([both[path.corner].sum() for path in paths])
+        k, t = np.divmod(np.concatenate([path.corner for path in paths]), alpha.shape[1])
+        ratio = log_sines(cot[(k + 2) % 3, t]) - log_sines(cot[(k + 1) % 3, t])
+        start = np.cumsum([0, *(len(path.corner) for path in paths[:-1])])
+        drawn = np.add.reduceat(ratio + 1j * alpha[k, t], start)
     return Residual(
         vertex=constraints.target_at(log_ratio) - constraints.sum_at_rows(total),  # eq. 5
         wheel=constraints.sum_at_wheels(log_ratio),  # eq. 8-10

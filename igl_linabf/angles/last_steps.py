@@ -87,7 +87,8 @@ def conformal_system(state: State) -> Linearised | None:
         return None
     with timed("assembly"):
         system = System(constraints, at.alpha, scaled=False)
-        closing = ClosingRows(system, at.residual.closure) if at.residual.closure.asked.any() else None
+        closure = at.residual.closure
+        closing = ClosingRows(system, closure, conformal=True) if closure.asked.any() else None
         lower = system.laplacian()
     try:
         with timed("factor"):

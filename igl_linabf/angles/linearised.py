@@ -85,18 +85,15 @@ class Linearised:
         """The system's matrix times x."""
         return self.S.matvec(x) if self.closing is None else self.closing.matvec(self.S.matvec, x)
 
-    def at_vertices(self, x: FloatArray) -> FloatArray:
-        """Multipliers of the vertex and the wheel constraint of each single vertex, (#V, 2)."""
-        n = 2 * self.problem.constraints.n
-        own = self.system.at_vertices(x[:n].reshape(-1, 2))
-        return own if self.closing is None else own + self.closing.at_sites(x[n:])[: len(own)]
-
     def at_corners(self, x: FloatArray) -> FloatArray:
         """Multipliers of the vertex and the wheel constraint whose fan each corner is in, (2, 3, #F)."""
         topology, n = self.problem.constraints.topology, 2 * self.problem.constraints.n
-        at_corners = self.at_vertices(x).T.take(topology.corner, axis=1)  # far faster than by an index
+        at_vertices = self.system.at_vertices(x[:n].reshape(-1, 2))
+        of_sites = np.zeros((topology.n, 2)) if self.closing is None else self.closing.at_sites(x[n:])
+        # far faster than by an index
+        at_corners = (at_vertices + of_sites[: topology.n]).T.take(topology.corner, axis=1)
         if self.closing is not None:
-            flat, of_paths = at_corners.reshape(2, -1), self.closing.at_sites(x[n:])[topology.n :]
+            flat, of_paths = at_corners.reshape(2, -1), of_sites[topology.n :]
             for path, extra in zip(self.problem.constraints.paths, of_paths, strict=True):
                 flat[:, path.corner] += extra[:, None]
         return at_corners
@@ -291,11 +288,13 @@ def solve(
 def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatArray:
     """The errors P M^T x of the multipliers x; in the `conformal` metric K M^T x."""
     system = lin.system
-    if system.constraints.paths:
-        y = system.at_corners(lin.at_corners(x))
-        return system.conformally(y) if conformal else system.projected(y)
-    at_vertices = lin.at_vertices(x)
-    return system.conformal_errors(at_vertices) if conformal else system.errors(at_vertices)
+    n = 2 * system.constraints.n
+    own = system.at_vertices(x[:n].reshape(-1, 2))
+    e = system.conformal_errors(own) if conformal else system.errors(own)
+    if lin.closing is not None:
+        faces, more = lin.closing.errors(x[n:])
+        e[:, faces] += more
+    return e
 
 
 def _multipliers(
