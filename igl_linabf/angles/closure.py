@@ -133,13 +133,17 @@ class ClosingRows:
             The rows depend on each other.
         """
         if S is None:
-            across = self._across(inverse, self.B)
-            schur = self.D - across.onto(self.B)
+            across, schur = self.conformal(inverse)
         else:
             across = self._across(inverse, self._take(system.conformal)[0])
             mixed = across.onto(self.B)
             schur = self.D - mixed - mixed.T + np.array([across.onto(S(c)) for c in across.each()])
         return self._bordered(lambda r: by_pairs(inverse, r), across, schur)
+
+    def conformal(self, inverse: Solve) -> tuple[Across, FloatArray]:
+        """C = diag(L, L)^-1 B and D - B^T C, in the conformal metric of these rows."""
+        across = self._across(inverse, self.B)
+        return across, self.D - across.onto(self.B)
 
     def _across(self, inverse: Solve, B: sparse.csr_array) -> Across:
         """diag(L_s, L_s)^-1 B.
@@ -181,6 +185,10 @@ class _Columns:
         """C^T r of a vector or a sparse matrix."""
         return np.asarray((r.T @ self.columns).T)
 
+    def vertex_rows(self, rows: IntArray) -> FloatArray:
+        """Some rows of C, those of vertex constraints."""
+        return np.asarray(self.columns[2 * rows])
+
     def each(self) -> Iterator[FloatArray]:
         """The columns."""
         yield from np.ascontiguousarray(self.columns.T)
@@ -212,6 +220,9 @@ class _OfPaths:
         else:
             both = self.scale.T @ r.reshape(-1, 2)
         return both[self.path, self.kind]
+
+    def vertex_rows(self, rows: IntArray) -> FloatArray:
+        return np.where(self.kind == 0, self.scale[rows][:, self.path], 0.0)
 
     def each(self) -> Iterator[FloatArray]:
         for path, kind in zip(self.path, self.kind, strict=True):

@@ -1,7 +1,9 @@
 """The constraints on the angles of a mesh with prescribed angle sums (eq. 5, 6, 10), and their residuals."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -9,7 +11,7 @@ import numpy as np
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import angle_sums, cotangents, log_sines
 from ..linalg import Pattern
-from ..surface import NEXT, PREV, Topology
+from ..surface import Topology
 from .loops import ClosedPath, Closure, closure_of, inscribed_sums
 
 
@@ -63,6 +65,19 @@ class Constraints:
     def pattern(self) -> Pattern:
         """The graph of the rows."""
         return Pattern(self.topology, self.row, self.n)
+
+    def asking(self, sums: FloatArray | None = None, turnings: FloatArray | None = None) -> Constraints:
+        """The same rows with other angle sums, (#V,), where no hole has a row, and other turnings of paths."""
+        made, inside = self, self.row >= 0
+        if sums is not None:
+            target = self.target.copy()
+            target[self.row[inside]] = sums[inside]
+            made = replace(made, sums=sums, target=target)
+        if turnings is not None:
+            both = zip(self.paths, turnings.tolist(), strict=True)
+            made = replace(made, paths=tuple(replace(path, turning=turning) for path, turning in both))
+        made.__dict__["pattern"] = self.pattern  # that of the same rows
+        return made
 
     def sum_at_rows(self, values: FloatArray) -> FloatArray:
         """Sum (#V,) values over the vertices of each row."""
