@@ -6,6 +6,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import load
+from nasty_meshes import sphere
 
 from igl_linabf import MeshError, flatten, quality
 from igl_linabf.charts import cut, find_seams, texture_seams
@@ -144,6 +145,19 @@ def test_disks_stay_whole_unless_asked_for() -> None:
     assert chi_and_loops(cut(V, F, seams)[1]) == (1, 1)
     flat = V * [1, 1, 0]
     assert len(find_seams(flat, F, disks=True)) == 0
+
+
+def test_seams_do_not_depend_on_how_thin_a_spike_is() -> None:
+    V, F = sphere(3)
+    spike = V[:, 2] > 0.8
+
+    def seams(thickness: float) -> np.ndarray:
+        return find_seams(np.where(spike[:, None], V * [thickness, thickness, 1], V), F)
+
+    expected = seams(1e-6)
+    assert len(expected) > 0
+    for thickness in (1e-9, 1e-12, 1e-13, 1e-14):  # cotangents of up to 1e14
+        assert np.array_equal(seams(thickness), expected)
 
 
 def test_unreferenced_vertices_are_kept() -> None:
