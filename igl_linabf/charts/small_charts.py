@@ -257,7 +257,7 @@ def _codes(piece: Submesh, ends: IntArray) -> IntArray:
 
 
 def _laid_out(piece: Submesh, fixed: IntArray, at: FloatArray, width: float) -> FloatArray | None:
-    """The map of least squares to a conformal one (LSCM) with some vertices where they are, or a narrower one.
+    """The map of least squares to a conformal one (LSCM) with some vertices held, or a narrower one.
 
     None if the piece is too thin for that.
     """
