@@ -71,7 +71,7 @@ class Task:
     def seams_of(
         self, piece: Submesh, *, disks: bool = False, gain: float = 0.0, part_overlaps: bool = False
     ) -> IntArray:
-        """`seams_of` a piece, as the task wants them; `apart` only if overlapping maps are cut."""
+        """`seams_of` a piece, as the task wants them; `part_overlaps` only if overlapping maps are cut."""
         isometric = isinstance(self.method, Isometric)
         return seams_of(
             piece,
