@@ -22,17 +22,17 @@ def _substituted(factor: Columns, b: FloatArray, y: FloatArray, x: FloatArray) -
             y[2 * rows[p]] -= below[p] * u
             y[2 * rows[p] + 1] -= below[p] * v
     for k in range(len(order) - 1, -1, -1):
-        u, v, w, z, p = y[2 * k], y[2 * k + 1], 0.0, 0.0, np.int64(indptr[k])
-        while p + 1 < indptr[k + 1]:  # two sums, which do not wait for each other
-            r, s = rows[p], rows[p + 1]
-            u -= below[p] * y[2 * r]
-            v -= below[p] * y[2 * r + 1]
-            w -= below[p + 1] * y[2 * s]
-            z -= below[p + 1] * y[2 * s + 1]
-            p += 2
-        if p < indptr[k + 1]:
-            u -= below[p] * y[2 * rows[p]]
-            v -= below[p] * y[2 * rows[p] + 1]
+        u, v, w, z, e = y[2 * k], y[2 * k + 1], 0.0, 0.0, np.int64(indptr[k])
+        while e + 1 < indptr[k + 1]:  # two sums, which do not wait for each other
+            r, s = rows[e], rows[e + 1]
+            u -= below[e] * y[2 * r]
+            v -= below[e] * y[2 * r + 1]
+            w -= below[e + 1] * y[2 * s]
+            z -= below[e + 1] * y[2 * s + 1]
+            e += 2
+        if e < indptr[k + 1]:
+            u -= below[e] * y[2 * rows[e]]
+            v -= below[e] * y[2 * rows[e] + 1]
         u += w
         v += z
         y[2 * k], y[2 * k + 1] = u, v
