@@ -15,7 +15,8 @@ SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is co
 SLIVER_OF_MANY_STEPS = 5.0  # and where sums are prescribed: they take many steps
 SMALL = 5_000  # rows below which the steps that this saves take less time than it
 SLIVER_OF_SMALL = 1000.0  # and so the ratio there
-OVERLAP, OVERLAPPED = 2, 1 / 16  # edges that the correction reaches beyond slivers, if so many rows do
+FINE = 40_000  # rows of a mesh that may be much finer than its thin regions
+OVERLAP, OVERLAPPED = 2, 1 / 16  # edges that the correction reaches beyond slivers there, if so many rows do
 
 
 class System:
@@ -141,7 +142,7 @@ class System:
         at = np.zeros(self.topology.n, dtype=bool)
         at[corner[:, faces]] = True
         # where a thin region is finely meshed, steps grow with its width over that of the overlap (Schwarz)
-        for _ in range(OVERLAP if len(faces) and n >= SMALL and not side_by_side else 0):
+        for _ in range(OVERLAP if len(faces) and n >= FINE and not side_by_side else 0):
             wider = at.copy()
             wider[corner[:, at[corner].any(axis=0)]] = True
             if np.count_nonzero(wider) > OVERLAPPED * n:

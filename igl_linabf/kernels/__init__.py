@@ -16,6 +16,7 @@ from .connectivity import (
     spanning_forest,
     undirected,
 )
+from .dissection import separators
 from .drawing import runs_in_blocks, touched_cells
 from .maps import centred, changes, signed_double_areas
 from .minimum_degree import minimum_degree
