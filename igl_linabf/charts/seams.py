@@ -20,7 +20,7 @@ from ..surface import (
 )
 from .branches import Cost, pruned, shortened
 from .coarse import Levels
-from .creases import flat_share, flat_shares
+from .creases import all_bends, flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles
 from .expected import expected, log_scale
 from .foreseen import coarse_mesh, edges_between_overlaps
@@ -194,8 +194,9 @@ def seams_of(
             if is_small:
                 small += [component.faces] if not (open_ and gain) else []
             else:
-                piece = closed_surface(component, hidden, isometric)
-                seam = _best(component, piece, trade, holes, gain if open_ else None, part_overlaps)
+                bend = all_bends(component)
+                piece = closed_surface(component, hidden, isometric, bend)
+                seam = _best(component, bend, piece, trade, holes, gain if open_ else None, part_overlaps)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
@@ -240,6 +241,7 @@ def _shapes(surface: Submesh) -> list[Shape]:
 
 def _best(
     component: Submesh,
+    bend: FloatArray,
     piece: ClosedSurface,
     trade: float,
     holes: bool,
@@ -254,7 +256,7 @@ def _best(
     with_nets = trade > 0 and not (holes and piece.holes > 1)
     nets = Nets(piece, trade, lambda seam: log_scale(piece, _open_nodes(piece, seam), piece.curvature))
     few = piece.n <= DIRECT
-    hard = with_nets and (nets.creased or (nets.angular and flat_share(component) >= HARD))
+    hard = with_nets and (nets.creased or (nets.angular and flat_share(component, bend) >= HARD))
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
     if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
         if gain is None or nets.cost(none) - nets.cost(net) >= gain:
