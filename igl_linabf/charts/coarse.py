@@ -20,7 +20,7 @@ from .tighten import tightened
 
 LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
 REACH = 6.0  # mean distances to a root that a branch point's arcs may move
-FAR = 60_000  # nodes from which the roots of clusters are more than three edges apart, not two
+FAR = 12_000  # nodes from which the roots of clusters are more than three edges apart, not two
 MORE_ROOTS = 2  # times
 SMALLEST_SHARE = 1e-3  # of the way that an edge across goes: the maximum principle then holds
 
