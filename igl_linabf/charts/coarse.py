@@ -20,6 +20,7 @@ from .tighten import tightened
 
 LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
 REACH = 6.0  # mean distances to a root that a branch point's arcs may move
+WIDTH = 3.0  # the same, of the corridor on each side of a seam in which it is drawn tight
 FAR = 12_000  # nodes from which the roots of clusters are more than three edges apart, not two
 MORE_ROOTS = 2  # times
 SMALLEST_SHARE = 1e-3  # of the way that an edge across goes: the maximum principle then holds
@@ -78,11 +79,9 @@ class Contracted:
         if not len(seam):
             return seam
         fine, carried = self.fine, self.carried(seam)
-        near = np.zeros(self.coarse.n, dtype=bool)
-        near[self.label[fine.ends[carried]]] = True
-        near[self.coarse.ends[near[self.coarse.ends].any(axis=1)]] = True  # and the clusters beside
-        reach = REACH * float(self.forest.distance.sum()) / max(fine.n - self.coarse.n, 1)
-        return tightened(fine, carried, self.roots[kept], near[self.label], reach)
+        mean = float(self.forest.distance.sum()) / max(fine.n - self.coarse.n, 1)
+        near = np.isfinite(fine.search(fine.on(carried), limit=WIDTH * mean)[0])
+        return tightened(fine, carried, self.roots[kept], near, REACH * mean)
 
 
 @dataclass(frozen=True, eq=False)
@@ -164,7 +163,7 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
     used[sides] = True
     sides, ends = (np.cumsum(used) - 1)[sides], ends[edge]
     n, length = len(roots), way[edge]
-    graph, key, shortest = shortest_edges(ends, length, n)
+    graph, entry = shortest_edges(ends, length, n)
     bonds, weight = _flow(piece, label, roots, forest.distance)
     coarse = ClosedSurface(
         n=n,
@@ -181,8 +180,7 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
         valleys=lambda: piece.valley[edge],
         sharp=piece.sharp[edge],
         graph=graph,
-        key=key,
-        shortest=shortest,
+        entry=entry,
         curvature=sum_by(label, piece.curvature, n),
         noise=sum_by(label, piece.noise, n),
         area=sum_by(label, piece.area, n),

@@ -60,7 +60,9 @@ class ClosedSurface:
     sharp : (#E,) float64
         From 0 for no crease to 1 for a sharp one.
     graph : (n, n) sparse
-        The shortest edge between each two nodes; `key` and `shortest` find it.
+        The shortest edge between each two nodes.
+    entry : (nnz,) int64
+        This edge, for each entry of `graph`.
     curvature, noise, area : (n,) float64
         Angle defects, what rounding adds to them, and vertex areas.
     bonds : (#B, 2) int64
@@ -89,8 +91,7 @@ class ClosedSurface:
     valleys: Callable[[], FloatArray]
     sharp: FloatArray
     graph: sparse.csr_array
-    key: IntArray
-    shortest: IntArray
+    entry: IntArray
     curvature: FloatArray
     noise: FloatArray
     area: FloatArray
@@ -99,6 +100,22 @@ class ClosedSurface:
     position: FloatArray
     size: float
     isometric: bool = False
+
+    @cached_property
+    def _pairs(self) -> tuple[IntArray, IntArray]:
+        row, column = np.repeat(np.arange(self.n), np.diff(self.graph.indptr)), self.graph.indices
+        upper = row < column
+        return row[upper] * self.n + column[upper], self.entry[upper]
+
+    @property
+    def key(self) -> IntArray:
+        """Of each two neighbouring nodes i < j: i n + j, ascending."""
+        return self._pairs[0]
+
+    @property
+    def shortest(self) -> IntArray:
+        """The shortest edge between these two."""
+        return self._pairs[1]
 
     @cached_property
     def laplacian(self) -> sparse.csc_array:
@@ -132,8 +149,8 @@ class ClosedSurface:
 
     def with_lengths(self, length: FloatArray) -> ClosedSurface:
         """The same with other lengths of its edges."""
-        graph, key, shortest = shortest_edges(self.ends, length, self.n)
-        return replace(self, length=length, graph=graph, key=key, shortest=shortest)
+        graph, entry = shortest_edges(self.ends, length, self.n)
+        return replace(self, length=length, graph=graph, entry=entry)
 
     def between(self, i: IntArray, j: IntArray) -> IntArray:
         """The shortest edges between neighbouring nodes."""
@@ -202,7 +219,7 @@ def closed_surface(
     smoothing = cache(partial(Smoothing, component, edges, true_length))
     visible = np.ones(len(edges)) if hidden is None else shown(component, edges, hidden, smoothing(), size)
     length *= visible
-    graph, key, shortest = shortest_edges(ends, length, n)
+    graph, entry = shortest_edges(ends, length, n)
     corner = node[topology.corner]
     vertex = np.empty(n, dtype=np.int64)
     vertex[node] = np.arange(len(V))
@@ -222,8 +239,7 @@ def closed_surface(
         valleys=lambda: valleys(component, edges, true_length, bend, smoothing(), size),
         sharp=sharpness(bend),
         graph=graph,
-        key=key,
-        shortest=shortest,
+        entry=entry,
         curvature=2 * np.pi - sum_by(corner, np.arctan2(double_area, dot), n),
         noise=angle_noise(component, every_length, node, n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
@@ -318,10 +334,7 @@ def opened(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, IntArray]:
     return number, cycles, np.sort(np.bincount(connected_labels(sides, piece.n_faces)))
 
 
-def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray, IntArray]:
-    """The shortest edge between each two nodes, as a graph, their sorted keys, and these edges."""
+def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray]:
+    """The shortest edge between each two nodes, as a graph; and this edge, for each of its entries."""
     indptr, indices, edge = shortest_pairs(ends, length, n)
-    row = np.repeat(np.arange(n), np.diff(indptr))
-    upper = row < indices
-    graph = sparse.csr_array((length[edge], indices, indptr), shape=(n, n))
-    return graph, row[upper] * n + indices[upper], edge[upper]
+    return sparse.csr_array((length[edge], indices, indptr), shape=(n, n)), edge

@@ -196,7 +196,7 @@ def seams_of(
             else:
                 bend = all_bends(component)
                 piece = closed_surface(component, hidden, isometric, bend)
-                seam = _best(component, bend, piece, trade, holes, gain if open_ else None, part_overlaps)
+                seam = _best(component, piece, trade, holes, gain if open_ else None, part_overlaps, bend)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
@@ -241,12 +241,12 @@ def _shapes(surface: Submesh) -> list[Shape]:
 
 def _best(
     component: Submesh,
-    bend: FloatArray,
     piece: ClosedSurface,
     trade: float,
     holes: bool,
     gain: float | None,
     part_overlaps: bool = False,
+    bend: FloatArray | None = None,
 ) -> IntArray:
     """The seam that leaves look for, or a net, if there are creases and it costs less.
 
