@@ -179,7 +179,7 @@ def seams_of(
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
     A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
-    With a `gain`, small components among many get none if they need none. `hidden` as of `hiding`.
+    `hidden` as of `hiding`.
     `isometric`: for maps that keep lengths; the small ones among many are found as for others.
     `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
     """
@@ -192,7 +192,7 @@ def seams_of(
         open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
         if not open_ or (disks and trade > 0):
             if is_small:
-                small += [component.faces] if not (open_ and gain) else []
+                small.append(component.faces)
             else:
                 bend = all_bends(component)
                 piece = closed_surface(component, hidden, isometric, bend)
@@ -201,7 +201,7 @@ def seams_of(
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
         bodies = SmallBodies(surface.of_faces(rows), log_scale, hidden)
-        found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN))
+        found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN, gain))
     return np.concatenate(found)
 
 
