@@ -15,7 +15,7 @@ from ..kernels import products
 from ..measures import (
     Quality,
     change_of,
-    overlapping_pairs,
+    overlapping_pairs_of_chart,
     overlapping_pairs_of_each,
     quality_of,
     quality_of_each,
@@ -189,10 +189,10 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         if parts := halves(piece):
             return _anew(parts)
         result, known = _opened(piece, result), None
-    pairs, cost = overlapping_pairs(result.uv, piece.F) if known is None else known[1], 0.0
+    pairs, cost = overlapping_pairs_of_chart(piece.topology, result.uv) if known is None else known[1], 0.0
     if len(pairs) and task.bijective and not result.holes:
         result, cost = _made_bijective(piece, result)
-        pairs, known = overlapping_pairs(result.uv, piece.F), None
+        pairs, known = overlapping_pairs_of_chart(piece.topology, result.uv), None
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
             return _anew(_disks(piece, task))

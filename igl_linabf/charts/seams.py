@@ -20,7 +20,7 @@ from ..surface import (
 )
 from .branches import Cost, pruned, shortened
 from .coarse import Levels
-from .creases import flat_share, flat_shares
+from .creases import all_bends, flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles
 from .expected import expected, log_scale
 from .foreseen import coarse_mesh, edges_between_overlaps
@@ -194,8 +194,9 @@ def seams_of(
             if is_small:
                 small.append(component.faces)
             else:
-                piece = closed_surface(component, hidden, isometric)
-                seam = _best(component, piece, trade, holes, gain if open_ else None, part_overlaps)
+                bend = all_bends(component)
+                piece = closed_surface(component, hidden, isometric, bend)
+                seam = _best(component, piece, trade, holes, gain if open_ else None, part_overlaps, bend)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
@@ -245,6 +246,7 @@ def _best(
     holes: bool,
     gain: float | None,
     part_overlaps: bool = False,
+    bend: FloatArray | None = None,
 ) -> IntArray:
     """The seam that leaves look for, or a net, if there are creases and it costs less.
 
@@ -254,7 +256,7 @@ def _best(
     with_nets = trade > 0 and not (holes and piece.holes > 1)
     nets = Nets(piece, trade, lambda seam: log_scale(piece, _open_nodes(piece, seam), piece.curvature))
     few = piece.n <= DIRECT
-    hard = with_nets and (nets.creased or (nets.angular and flat_share(component) >= HARD))
+    hard = with_nets and (nets.creased or (nets.angular and flat_share(component, bend) >= HARD))
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
     if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
         if gain is None or nets.cost(none) - nets.cost(net) >= gain:
