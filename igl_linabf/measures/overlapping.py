@@ -10,7 +10,15 @@ from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import boundary_loops, overlapping
-from ..surface import Parts, Submesh, complex_positions, face_components, of_size_one, signed_double_areas
+from ..surface import (
+    Parts,
+    Submesh,
+    complex_positions,
+    coordinates,
+    face_components,
+    of_size_one,
+    signed_double_areas,
+)
 from .winding import may_overlap, open_sides
 
 MIN_DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
@@ -89,11 +97,18 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
     largest = np.array([np.abs(uv).max() for uv, _ in maps])
     scale = np.ldexp(1.0, -np.frexp(largest)[1])  # all of size one, without rounding
     z = complex_positions(np.concatenate([uv for uv, _ in maps]) * vertices.spread(scale)[:, None])
-    proved = _injective(z, F, faces.spread(np.arange(len(maps))))
-    return [
-        _no_pairs() if sound else overlapping_pairs(uv, F)
-        for (uv, F), sound in zip(maps, proved.tolist(), strict=True)
-    ]
+    chart = faces.spread(np.arange(len(maps)))
+    asked = np.flatnonzero(~_injective(z, F, chart))
+    found = [_no_pairs()] * len(maps)
+    if len(asked) == 1:
+        found[asked[0]] = overlapping_pairs(*maps[asked[0]])
+    elif len(asked):
+        rows = np.flatnonzero(np.isin(chart, asked))
+        pairs = rows[_search(coordinates(z), F[rows], chart[rows])]
+        of = chart[pairs[:, 0]]
+        for i in np.unique(of).tolist():
+            found[i] = pairs[of == i] - faces.start[i]
+    return found
 
 
 def _no_pairs() -> IntArray:
