@@ -9,8 +9,10 @@ import numpy as np
 import pytest
 from conftest import load
 from hard_surfaces import DEVELOPABLE, box, plate_with_holes
+from nasty_meshes import joined
 
 from igl_linabf import MeshError, OutcomeWarning, cut, find_seams, unwrap
+from igl_linabf.charts import charting
 
 
 @pytest.mark.parametrize("name", DEVELOPABLE)
@@ -29,6 +31,26 @@ def test_planes_and_cylinders_of_a_machine_part_come_out_isometric() -> None:
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.005
     assert atlas.quality.conformal_distortion < 1.005
+
+
+def test_many_open_boxes_and_tents_are_cut_to_their_nets_in_one_search(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rng, parts = np.random.default_rng(0), []
+    tent = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]])
+    V, F = box(1, 1, 1, 1)
+    for _ in range(40):
+        keep = ~(V[F][:, :, 2] == V[:, 2].min()).all(axis=1)
+        parts.append((V * rng.uniform(0.5, 2, 3), F[keep]))
+        parts.append((tent * rng.uniform(0.8, 2, 3), np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])))
+    searches = []
+    found = charting.seams_of
+    monkeypatch.setattr(charting, "seams_of", lambda *a, **k: searches.append(a) or found(*a, **k))
+    atlas = unwrap(*joined(*parts))
+    assert atlas.good
+    assert len(searches) == 1
+    assert atlas.quality.stretch_l2 < 1.001
+    assert atlas.quality.conformal_distortion < 1.001
 
 
 def test_an_open_plate_among_other_pieces_is_cut_to_its_net() -> None:

@@ -1,7 +1,9 @@
 """The constraints on the angles of a mesh with prescribed angle sums (eq. 5, 6, 10), and their residuals."""
 
+from __future__ import annotations
+
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -10,7 +12,8 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import angle_sums, cotangents, log_sines
 from ..linalg import Pattern
 from ..surface import NEXT, PREV, Topology
-from .loops import ClosedPath, Closure, closure_of, inscribed_sums
+from .circles import foreseen, inscribed_sums
+from .loops import ClosedPath, Closure, closure_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,6 +87,18 @@ class Constraints:
             asked = self.row[loop] >= 0
             target[self.row[loop[asked]]] = inscribed_sums(log_ratio[loop], i > 0)[asked]
         return target
+
+    def ahead(self, b: Residual) -> Residual:
+        """The residual with the change of sums that leads to circles, whose sums change on the way."""
+        if not self.circles:
+            return b
+        vertex = b.vertex.copy()
+        for i in self.circles:
+            loop = self.topology.loops[i]
+            asked = self.row[loop] >= 0
+            more = foreseen(b.log_ratio[loop], b.turning[loop], i > 0)[asked]
+            vertex[self.row[loop[asked]]] += more
+        return replace(b, vertex=vertex)
 
 
 def constraints_of(

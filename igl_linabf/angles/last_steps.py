@@ -13,7 +13,7 @@ from .preconditioner import conformal_inverse, laplacian_inverse
 from .reduced import System
 
 SMALL = 0.12  # residual below which they begin: F/3nt stays the same within a thousandth
-SLOW = 0.15  # share of the residual left by a correction, above which a new factor pays
+SLOW = 0.2  # share of the residual left by a correction, above which a new factor pays
 IN_VAIN = 0.5  # and above which corrections do not help
 MAX_CORRECTIONS = 12
 
@@ -66,7 +66,7 @@ def conformal_step(state: State) -> State:
 def corrected(state: State, conformal: Linearised) -> State:
     """The state after one correction with a system of `conformal_system`."""
     assert conformal.precondition is not None
-    b, closing = state.at.residual, conformal.closing
+    b, closing = conformal.problem.constraints.ahead(state.at.residual), conformal.closing
     rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, each triangle's angles sum to pi
     if closing is not None:
         rhs = np.concatenate((rhs, -closing.gap(b.closure, b.vertex)))

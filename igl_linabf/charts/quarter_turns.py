@@ -17,10 +17,8 @@ MAX_EXCHANGES = 500  # of quarter turns between cones
 WORTH = 0.999  # share of the squared stretch down to which an exchange has to bring it
 UNBOUND = 1 << 40
 FIDELITY = 0.25  # growth of the log stretch that is as bad as a path that misses one quarter turn
-SINGLE, TOLD = (
-    240,
-    300,
-)  # exchanges that are tried in pairs, and how many of all have their stretch told exactly
+SINGLE = 240  # exchanges that are tried in pairs
+TOLD = 300  # of all exchanges, how many have their stretch told exactly
 
 
 @dataclass(frozen=True, eq=False)

@@ -20,7 +20,7 @@ from ..surface import (
 )
 from .branches import Cost, pruned, shortened
 from .coarse import Levels
-from .creases import flat_share, flat_shares
+from .creases import all_bends, flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles
 from .expected import expected, log_scale
 from .foreseen import coarse_mesh, edges_between_overlaps
@@ -181,7 +181,7 @@ def seams_of(
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
     A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
-    With a `gain`, small components among many get none if they need none. `hidden` as of `hiding`.
+    `hidden` as of `hiding`.
     `isometric`: for maps that keep lengths; the small ones among many are found as for others.
     `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
     `panels`: so are those that are made of panels.
@@ -200,15 +200,16 @@ def seams_of(
         open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
         if not open_ or (disks and trade > 0):
             if is_small:
-                small += [component.faces] if not (open_ and gain) else []
+                small.append(component.faces)
             else:
-                piece = closed_surface(component, hidden, isometric)
-                seam = _best(component, piece, trade, holes, gain if open_ else None, part_overlaps)
+                bend = all_bends(component)
+                piece = closed_surface(component, hidden, isometric, bend)
+                seam = _best(component, piece, trade, holes, gain if open_ else None, part_overlaps, bend)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
         bodies = SmallBodies(surface.of_faces(rows), log_scale, hidden)
-        found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN))
+        found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN, gain))
     return np.concatenate(found)
 
 
@@ -265,6 +266,7 @@ def _best(
     holes: bool,
     gain: float | None,
     part_overlaps: bool = False,
+    bend: FloatArray | None = None,
 ) -> IntArray:
     """The seam that leaves look for, or a net, if there are creases and it costs less.
 
@@ -274,7 +276,7 @@ def _best(
     with_nets = trade > 0 and not (holes and piece.holes > 1)
     nets = Nets(piece, trade, lambda seam: log_scale(piece, _open_nodes(piece, seam), piece.curvature))
     few = piece.n <= DIRECT
-    hard = with_nets and (nets.creased or (nets.angular and flat_share(component) >= HARD))
+    hard = with_nets and (nets.creased or (nets.angular and flat_share(component, bend) >= HARD))
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
     if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
         if gain is None or nets.cost(none) - nets.cost(net) >= gain:

@@ -18,9 +18,10 @@ from .connectivity import (
     undirected,
 )
 from .drawing import runs_in_blocks, touched_cells
+from .graphs import far_apart, shortest_pairs
 from .maps import centred, changes, signed_double_areas
 from .minimum_degree import minimum_degree
-from .paths import nearest_sources, nodes_on_paths, shortest_odd_walk, without_leaves
+from .paths import Rest, nearest_sources, nodes_on_paths, shortest_odd_walk, ways_towards, without_leaves
 from .places import placed
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved

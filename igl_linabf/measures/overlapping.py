@@ -13,6 +13,7 @@ from ..kernels import boundary_loops, overlapping
 from ..surface import (
     Parts,
     Submesh,
+    Topology,
     complex_positions,
     coordinates,
     face_components,
@@ -83,9 +84,26 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
     z = complex_positions(map_)
     suspect = ~_injective(z, F, chart)
     index = np.flatnonzero(suspect[chart])
-    if np.count_nonzero(suspect) == 1:
-        index = index[may_overlap(z, F[index])]
+    if np.count_nonzero(suspect) == 1 and (rim := open_sides(F[index], len(z))) is not None:
+        tail, head = (F[index][:, columns].T.ravel()[rim] for columns in ([0, 1, 2], [1, 2, 0]))
+        index = index[may_overlap(z, F[index], tail, head)]
     return np.asarray(index[_search(map_, F[index], chart[index])]) if len(index) else _no_pairs()
+
+
+def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray) -> IntArray:
+    """`overlapping_pairs` of the map of a surface in one piece, whose boundary loops are known."""
+    z, F = complex_positions(of_size_one(map_)), np.ascontiguousarray(topology.corner.T)
+    upright = bool((signed_double_areas(z, topology.corner) > 0).all())
+    index = np.arange(len(F))
+    if upright and topology.loops:
+        tail = np.concatenate(topology.loops)
+        head = np.concatenate([np.roll(loop, -1) for loop in topology.loops])
+        place = np.empty(topology.n, dtype=np.int64)
+        place[tail] = np.arange(len(tail))
+        if _wind_once(z[tail], place[head], np.zeros(len(tail), dtype=np.int64), 1)[0]:
+            return _no_pairs()
+        index = np.flatnonzero(may_overlap(z, F, tail, head))
+    return np.asarray(index[_search(coordinates(z), F[index], None)]) if len(index) else _no_pairs()
 
 
 def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> list[IntArray]:
