@@ -17,6 +17,7 @@ from .connectivity import (
     spanning_forest,
     undirected,
 )
+from .dissection import separators
 from .drawing import runs_in_blocks, touched_cells
 from .graphs import far_apart, shortest_pairs
 from .maps import centred, changes, signed_double_areas
