@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 from .._types import FloatArray
 
 MODES = 32  # of the waves along a loop that are foreseen; the k-th has 1 / k to do with the lengths
-SAMPLES = 4  # vertices that a wave takes, at least
+SAMPLES = 4  # sides that a wave takes, at least
 
 
 def central_angles(log_ratio: FloatArray) -> FloatArray:
@@ -63,7 +63,8 @@ def foreseen(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> FloatArr
     centre = central_angles(log_ratio)
     share, at = (centre + np.roll(centre, 1)) / 2, np.concatenate(([0.0], np.cumsum(centre)[:-1]))
     missing = turning + share if hole else turning - share
-    k = np.arange(1.0, 1 + min(MODES, len(at) // SAMPLES))
+    mean = (centre**2).sum() / (2 * np.pi)  # of the central angles, over the circle
+    k = np.arange(1.0, 1 + min(MODES, int(2 * np.pi / (SAMPLES * mean))))
     wave = np.cumprod(np.broadcast_to(np.exp(1j * at), (len(k), len(at))), axis=0)
     gain = -1 / (k + 1) if hole else np.where(k > 1, 1 / np.maximum(k - 1, 1), 0.0)
     more = share * ((gain * (wave.conj() @ missing)) @ wave).real / np.pi

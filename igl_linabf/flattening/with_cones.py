@@ -31,9 +31,9 @@ from .ladder import (
     feasible,
     iterated,
     posed,
-    report,
 )
 from .methods import ABF, ABF_TOL, STAGES, LinABF, Method
+from .reported import report
 from .result import Flattening
 from .without_flips import injective_map
 
