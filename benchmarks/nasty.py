@@ -13,6 +13,7 @@ import sys
 import warnings
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from textwrap import shorten
 
 import numpy as np
 from peers import charts_of, programs
@@ -24,7 +25,7 @@ from nasty_meshes import NASTY
 from igl_linabf import MeshWarning, unwrap
 from igl_linabf.measures.overlapping import overlapping_pairs
 
-LIMIT = 30  # seconds for a mesh, of which most pass until a program is loaded
+LIMIT = 60  # seconds for a mesh, of which most pass until a program is loaded
 
 
 def measured(m: int, charts: int, TC: np.ndarray, FTC: np.ndarray) -> str:
@@ -68,7 +69,7 @@ def in_a_child(*which: str) -> str:
         return f"more than {LIMIT} s | |"
     if done.returncode:
         said = (done.stderr.strip().splitlines() or [f"ended with {done.returncode}"])[-1]
-        return f"{said[:60]} | |"
+        return f"{shorten(said, 60, placeholder=' ...')} | |"
     return done.stdout.strip()
 
 
@@ -76,7 +77,7 @@ def main() -> None:
     print(
         "Lost: faces without finite coordinates; of other programs, those in no chart, put at (0, 0).\n"
         "Faces without area, which `unwrap` puts on an edge of their neighbour, are among those. Overlaps:\n"
-        "pairs of faces, of the same chart or of two.\n"
+        "pairs of faces, of the same chart or of two. `ended with -11`: the process crashed.\n"
     )
     heads = "mesh | triangles | repairs | charts | lost | overlaps | flips | L2 stretch"
     peers = [program for program in programs() if not program.startswith("unwrap")]
