@@ -17,7 +17,7 @@ from scipy.sparse import csgraph
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import DEPTH, assembled, lengths, normals, spanning_forest
-from ..surface import NEXT, PREV, Submesh, compact, connected_labels, cut_faces, face_components, sum_by
+from ..surface import NEXT, PREV, Parts, Submesh, compact, connected_labels, cut_faces, face_components, sum_by
 from .creases import NOISE, SHARP, SOFT, all_bends, extents_of, sharpness
 from .cut_graph import closed_surface, join
 from .nets import NEAR_CREASED, SHARP_SHARE, TIP
@@ -29,6 +29,7 @@ FITS = 1e-5  # of the extent, by which two sides of a crease may miss each other
 ROUNDING = 1e-12  # of the extent: slivers of less height lie over nothing
 SAME = 1e-3  # of the extent, and radians: creases that two motions bring together by less are one
 WASTED = 0.02  # of the area between charts that others do not fill
+PAGE, LONGEST = 2.0, 0.6  # of the area, or of the squared length of a panel, that a page is meant to have
 GAIN = 0.02  # sum of squared curvatures, in full turns, from which on a disk gains by a seam
 
 
@@ -154,9 +155,10 @@ def seams_of_panels(creased: Creased, trade: float) -> tuple[IntArray, BoolArray
     start = np.searchsorted(panel[order], np.arange(int(panel.max()) + 2))
     z *= _upright(z, order, panel)[panel, None]
     extent = creased.extent[creased.label]
-    size = np.sqrt(sum_by(creased.label, surface.measured[0], len(creased.extent)) / 2)
+    area = sum_by(creased.label, surface.measured[0], len(creased.extent)) / 2
+    page = np.maximum(PAGE * area, LONGEST * _longest(creased, z, panel) ** 2)  # half its diagonal, squared
     hinges = _hinges(creased, fold, panel, z)
-    size = size[hinges.body]
+    size = np.sqrt(area)[hinges.body]
     chart, turn, shift = assembled(
         z[order],
         _depths(z[order], extent[order]),
@@ -165,7 +167,7 @@ def seams_of_panels(creased: Creased, trade: float) -> tuple[IntArray, BoolArray
         hinges.turn,
         hinges.shift,
         hinges.length * size / (WASTED * trade),
-        size**2,
+        page[hinges.body],
     )
     z = turn[panel, None] * z + shift[panel, None]
     one, other = creased.sides(fold)
@@ -280,6 +282,17 @@ def _upright(z: ComplexArray, order: IntArray, panel: IntArray) -> ComplexArray:
     by_length = order[np.lexsort((np.abs(longest)[order], panel[order]))]
     last = by_length[np.append(np.diff(panel[by_length]) != 0, True)]
     return np.asarray(longest[last].conj() / np.abs(longest[last]))
+
+
+def _longest(creased: Creased, z: ComplexArray, panel: IntArray) -> FloatArray:
+    """The longest panel of each component, as it lies across."""
+    order = np.argsort(panel, kind="stable")
+    panels = Parts(np.searchsorted(panel[order], np.arange(int(panel.max()) + 2)))
+    x = z.real[order].T
+    long = panels.max(x.max(axis=0)) - panels.min(x.min(axis=0))
+    longest = np.zeros(len(creased.extent))
+    np.maximum.at(longest, creased.label[order[panels.start[:-1]]], long)
+    return longest
 
 
 def _depths(triangle: ComplexArray, extent: FloatArray) -> FloatArray:
