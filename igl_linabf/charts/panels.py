@@ -17,10 +17,20 @@ from scipy.sparse import csgraph
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import DEPTH, assembled, lengths, normals, spanning_forest
-from ..surface import NEXT, PREV, Parts, Submesh, compact, connected_labels, cut_faces, face_components, sum_by
-from .creases import NOISE, SHARP, SOFT, all_bends, extents_of, sharpness
+from ..surface import (
+    NEXT,
+    PREV,
+    Parts,
+    Submesh,
+    compact,
+    connected_labels,
+    cut_faces,
+    face_components,
+    sum_by,
+)
+from .creases import NOISE, SHARP, SOFT, all_bends, extents_of, flat_shares, sharpness
 from .cut_graph import closed_surface, join
-from .nets import NEAR_CREASED, SHARP_SHARE, TIP
+from .nets import HARD, NEAR_CREASED, SHARP_SHARE, TIP
 
 FOLD = np.deg2rad(5.0)  # bend from which on an edge is a crease between panels
 EVEN, STEEP = 1e-3, 0.05  # radians that a plane may bend at an edge; and at one of a sliver, by rounding
@@ -116,7 +126,8 @@ class Creased:
     def made_of_panels(self, trade: float) -> BoolArray:
         """Which components are: what is curved is on sharp creases, or a tip, and seams there cost little.
 
-        A disk has to gain by seams, unless nothing is curved.
+        Where most of the area lies flat, they may cost more. A disk has to gain by seams, unless nothing is
+        curved.
         """
         surface, bent, ends, number = self.surface, self.curvature, self.ends, len(self.extent)
         of_vertex = np.empty(len(surface.V), dtype=np.int64)
@@ -132,7 +143,10 @@ class Creased:
         curved = np.flatnonzero(bent)
         size = np.sqrt(sum_by(self.label, surface.measured[0], number) / 2)
         length = np.bincount(of_vertex[curved], least[curved], number) / 2 / size
-        made &= np.maximum(0.0, length - SHARP_SHARE * trade) / trade < NEAR_CREASED
+        cheap = np.maximum(0.0, length - SHARP_SHARE * trade) / trade < NEAR_CREASED
+        if not cheap[made].all():
+            cheap |= flat_shares(surface, self.label) >= HARD
+        made &= cheap
         gain = np.bincount(of_vertex, (bent / (2 * np.pi)) ** 2, number)
         loops = np.bincount(of_vertex[[loop[0] for loop in surface.topology.loops]], minlength=number)
         made &= (loops > 1) | (gain == 0) | (gain > GAIN)
