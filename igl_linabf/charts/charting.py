@@ -69,7 +69,13 @@ class Task:
     joins: bool
 
     def seams_of(
-        self, piece: Submesh, *, disks: bool = False, gain: float = 0.0, part_overlaps: bool = False
+        self,
+        piece: Submesh,
+        *,
+        disks: bool = False,
+        gain: float = 0.0,
+        part_overlaps: bool = False,
+        panels: bool = False,
     ) -> IntArray:
         """`seams_of` a piece, as the task wants them; `part_overlaps` only if overlapping maps are cut."""
         isometric = isinstance(self.method, Isometric)
@@ -82,6 +88,7 @@ class Task:
             hidden=self.hidden,
             isometric=isometric,
             part_overlaps=part_overlaps and not (isometric or self.bijective),
+            panels=panels and not self.bijective,
         )
 
     @property
@@ -121,7 +128,7 @@ def pieces_of(
 def _seams_worth(piece: Submesh, task: Task) -> IntArray:
     """The seams that its components need, and those that their stretch is worth; of disks, too."""
     if not task.holes:
-        return task.seams_of(piece, disks=True, gain=DISK_GAIN, part_overlaps=True)
+        return task.seams_of(piece, disks=True, gain=DISK_GAIN, part_overlaps=True, panels=True)
     parts = piece.components()
     disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
     found = [task.seams_of(part, disks=disk, gain=DISK_GAIN) for part, disk in zip(parts, disks, strict=True)]
