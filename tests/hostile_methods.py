@@ -15,7 +15,7 @@ from igl_linabf.flattening import Method
 
 @dataclass(frozen=True)
 class Hostile(Method):
-    """LSCM, but for meshes of certain numbers of faces, and after a pause."""
+    """LSCM, but for meshes of certain numbers of faces, after a pause; large ones may wait for a file."""
 
     aborts: int = 0
     aborts_once: int = 0
@@ -23,11 +23,14 @@ class Hostile(Method):
     fails: int = 0
     flag: str = ""
     pause: float = 0.0
+    waits: int = 0
     name = label = "hostile"
 
     def run(self, mesh, pinned):
         time.sleep(self.pause)
         faces = len(mesh.double_area)
+        while 0 < self.waits <= faces and not Path(self.flag).exists():
+            time.sleep(0.02)
         if faces == self.aborts:
             os.abort()
         if faces == self.aborts_once and not Path(self.flag).exists():

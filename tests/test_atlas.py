@@ -172,7 +172,9 @@ def test_a_disk_that_double_precision_does_not_hold_is_cut_open(name: str, chart
     assert len(atlas.charts) <= charts
 
 
-@pytest.mark.parametrize("name", ["limb", "closed__igl_cow.off"])
+@pytest.mark.parametrize(
+    "name", ["limb", "closed__igl_cow.off", "disk__igl_camel_b.obj", "holes__igl_beetle.off"]
+)
 def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

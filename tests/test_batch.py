@@ -27,7 +27,7 @@ from igl_linabf.io import read_file, read_mesh, read_texture, write_file
 
 distributed = pytest.importorskip("distributed")
 ENTRY = [sys.executable, "-m", "igl_linabf", "batch"]
-SLOW = """# the command, with a method that takes its time
+WAITING = """# the command, with a method that waits for a file at large meshes
 import sys
 
 import igl_linabf
@@ -36,7 +36,7 @@ from igl_linabf.__main__ import main
 from hostile_methods import Hostile
 
 def batch(*arguments, **options):
-    return igl_linabf.batch(*arguments, **{**options, "method": Hostile(pause=0.4)})
+    return igl_linabf.batch(*arguments, **{**options, "method": Hostile(waits=1500, flag="FLAG")})
 
 if __name__ == "__main__":
     igl_linabf.cli.batching.batch = batch
@@ -74,6 +74,14 @@ def snapshot(out: Path) -> dict[str, tuple[int, int]]:
     """What tells whether a map was written again, for each."""
     maps = (path for path in out.rglob("*.obj") if not path.name.startswith("."))
     return {path.name: (path.stat().st_ino, path.stat().st_mtime_ns) for path in maps}
+
+
+def written_down(out: Path) -> set[str]:
+    """The maps that the table or its journal knows."""
+    journal = out / ".results.journal"
+    new = journal.read_text() if journal.exists() else ""
+    rows = table(out) if (out / "results.csv").exists() else []
+    return {row["output"] for row in rows if row["outcome"] == "valid" or f'"{row["output"]}"' in new}
 
 
 def test_a_row_and_a_map_for_each_and_no_two_of_one_name(scheduler: str, tmp_path: Path) -> None:
@@ -276,11 +284,12 @@ def wait_for(condition: Callable[[], bool], seconds: float = 60) -> None:
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGINT])
 def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path: Path) -> None:
-    count, slowly = 14, Hostile(pause=0.4)
-    disks(tmp_path / "in", [600] * count)
+    sizes, flag = [600] * 5 + [900] * 5 + [600] * 4, tmp_path / "go on"  # 0, 1, 10, ..., 13, 2, ...
+    count, waiting = len(sizes), Hostile(waits=1500, flag=str(flag))
+    disks(tmp_path / "in", sizes)
     out = tmp_path / "out"
-    script = tmp_path / "slow.py"
-    script.write_text(SLOW)
+    script = tmp_path / "waiting.py"
+    script.write_text(WAITING.replace("FLAG", str(flag)))
     process = command(
         tmp_path / "in", "-o", out, "--workers", 2, entry=[sys.executable, str(script), "batch"]
     )
@@ -292,7 +301,7 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
             assert len(rows) == count
             done.append(sum(row["outcome"] != "waiting" for row in rows))
             assert done[-1] >= done[-2]
-        return done[-1] >= 3
+        return 3 <= len(snapshot(out)) == len(written_down(out))
 
     wait_for(enough)
     process.send_signal(how)
@@ -306,14 +315,12 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
     assert 3 <= len(before) < count
     for name in before:
         read_texture(out / name)  # whole
-    rows = table(out)
-    assert len(rows) == count
-    known = {row["output"] for row in rows if row["outcome"] == "valid"}
-    journal = (out / ".results.journal").read_text()
-    known |= {row["output"] for row in rows if f'"{row["output"]}"' in journal}
+    assert len(table(out)) == count
+    known = written_down(out)
     assert known <= set(before)
     assert len(known) >= len(before) - 2  # those at which a worker was
-    rest = batch(tmp_path / "in", out, method=slowly, scheduler=scheduler, progress=False)
+    flag.touch()
+    rest = batch(tmp_path / "in", out, method=waiting, scheduler=scheduler, progress=False)
     assert rest.good
     assert rest.done == count - len(known)
     after = snapshot(out)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from conftest import DISKS, best_fit_distance, bumps, load
 from high_curvature import rings
+from scipy.spatial import Delaunay
 from test_holes import plate
 from test_holes import surface as holed
 
@@ -132,6 +133,42 @@ def test_a_flat_rectangle_comes_back_as_itself(method: str | LinABF) -> None:
 def test_a_flat_disk_comes_back_as_itself_on_a_circle() -> None:
     V, F = rings(20, lambda z: 0 * z.real)
     assert best_fit_distance(linabf(V, F, boundary="circle"), V[:, :2]) < 1e-6
+
+
+def test_a_flat_disk_with_ears_comes_back_as_itself_on_a_circle() -> None:
+    rng = np.random.default_rng(1)
+    at = np.sort(rng.uniform(0, 2 * np.pi, 24)) + np.array(
+        [[0.0], [0.03], [0.01]]
+    )  # corners, ears, ears on these
+    z = np.concatenate((np.exp(1j * at).ravel(), 0.2 * rng.normal(size=(8, 2)) @ [1, 1j]))
+    V = np.column_stack((z.real, z.imag, 0 * z.real))
+    kept = np.r_[:24, 72:80]
+    i = np.arange(5, 12)
+    layers = [(i, 24 + i, i + 1), (i, 48 + i, 24 + i)]
+    F = np.concatenate((kept[Delaunay(V[kept, :2]).simplices], *(np.column_stack(layer) for layer in layers)))
+    F = F[np.argsort(rng.uniform(size=len(F)))]
+    used = np.unique(F)
+    V, F = V[used], np.searchsorted(used, F)
+    apex = int(np.flatnonzero(np.bincount(F.ravel()) == 1)[0])
+    assert best_fit_distance(linabf(V, F, boundary="circle"), V[:, :2]) < 1e-6
+    pinned = linabf(V, F, [apex, 7], [[0, 0], [1, 0]], boundary="circle")
+    assert np.abs(pinned[[apex, 7]] - [[0, 0], [1, 0]]).max() < 1e-12
+    assert off_circle(pinned[rim(V, F)]) < 1e-12
+
+
+@pytest.mark.parametrize("method", ["linabf", "abf"])
+def test_ears_on_a_circle_do_not_flip_and_do_not_change_the_map_of_the_rest(method: str) -> None:
+    V, F = load("disk__igl_snail.obj")
+    ears = (np.bincount(F.ravel())[F] == 1).any(axis=1)
+    assert np.count_nonzero(ears) == 2
+    used = np.unique(F[~ears])
+    whole = flatten(V, F, method, boundary="circle")
+    rest = flatten(V[used], np.searchsorted(used, F[~ears]), method, boundary="circle")
+    assert quality(V, F, whole.uv).flips == 0
+    assert off_circle(whole.uv[rim(V, F)]) < 1e-6
+    assert best_fit_distance(whole.uv[used], rest.uv) < 1e-9 * np.ptp(rest.uv)
+    assert np.abs(whole.angles[~ears] - rest.angles).max() == 0
+    assert np.abs(whole.angles.sum(axis=1) - np.pi).max() < 1e-9
 
 
 def test_corners_are_where_they_are_asked_for() -> None:
@@ -274,7 +311,7 @@ def test_sums_that_no_flat_map_has_are_refused_with_the_number_that_would_be_rig
 
 
 def test_the_guarantee_keeps_the_shape() -> None:
-    V, F = load("disk__igl_camel_b.obj")  # on a circle its limbs are below double precision
+    V, F = grid(80, 3)  # on a circle its ends are below double precision
     result = flatten(V, F, LinABF(guarantee="injective"), boundary="circle")
     assert quality(V, F, result.uv).flips == 0
     assert result.layout == "embedding"

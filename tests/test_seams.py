@@ -6,6 +6,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import load
+from nasty_meshes import sphere
 
 from igl_linabf import MeshError, flatten, quality
 from igl_linabf.charts import cut, find_seams, texture_seams
@@ -120,7 +121,7 @@ def test_bunny() -> None:
     # a tree between six far points: 1.16e-4 and 1.14 with a seam of 2.58 diagonals
     assert measured.angle_distortion <= 1.15e-4
     assert measured.stretch_l2 <= 1.155
-    assert length(V, seams) <= 1.95 * np.linalg.norm(np.ptp(V, axis=0))
+    assert length(V, seams) <= 2.05 * np.linalg.norm(np.ptp(V, axis=0))
 
 
 @pytest.mark.parametrize("name", ["closed__igl_cow.off", "handles__bff_punctured-torus.obj"])
@@ -144,6 +145,20 @@ def test_disks_stay_whole_unless_asked_for() -> None:
     assert chi_and_loops(cut(V, F, seams)[1]) == (1, 1)
     flat = V * [1, 1, 0]
     assert len(find_seams(flat, F, disks=True)) == 0
+
+
+def test_seams_do_not_depend_on_how_thin_a_spike_is() -> None:
+    V, F = sphere(3)
+    spike = V[:, 2] > 0.8
+
+    def length(thickness: float) -> float:
+        thin = np.where(spike[:, None], V * [thickness, thickness, 1], V)
+        start, end = thin[find_seams(thin, F).T]
+        return float(np.linalg.norm(end - start, axis=1).sum())
+
+    expected = length(1e-6)
+    for thickness in (1e-9, 1e-12, 1e-13, 1e-14):  # cotangents of up to 1e14
+        assert length(thickness) == pytest.approx(expected, rel=1e-4)
 
 
 def test_unreferenced_vertices_are_kept() -> None:

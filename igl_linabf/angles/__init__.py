@@ -4,6 +4,7 @@ In: a checked mesh and its angles. Out: target angles, steps, residuals (eq. 5-1
 Zayer, Levy, Seidel 2007; converged ABF is Sheffer and de Sturler 2001, with the same steps.
 """
 
+from .circles import central_angles, inscribed_sums
 from .closure import ClosingRows
 from .constraints import Constraints, Residual, constraints_of, residual
 from .converged import LEAST_SHARE, AbfResult, converge, converge_feasibly
@@ -13,7 +14,7 @@ from .iterates import REACH, AngleProblem, Iterate, Step
 from .iterations import State, active_set, chord_step, linear_step
 from .last_steps import conformal_step, conformal_steps
 from .linearised import Direction, Linearised, advance, linearise, solve
-from .loops import ClosedPath, Closure, central_angles, closure_of, inscribed_sums
+from .loops import ClosedPath, Closure, closure_of
 from .reduced import SLIVER_OF_SMALL, System
 from .separately import MOST_STEPS, Separate, families_of, rows_of, step_and_chord
 from .to_order import prescribed_steps

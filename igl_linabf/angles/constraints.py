@@ -11,8 +11,14 @@ import numpy as np
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import angle_sums, cotangents, log_sines
 from ..linalg import Pattern
+<<<<<<< HEAD
 from ..surface import Topology
 from .loops import ClosedPath, Closure, closure_of, inscribed_sums
+=======
+from ..surface import NEXT, PREV, Topology
+from .circles import foreseen, inscribed_sums
+from .loops import ClosedPath, Closure, closure_of
+>>>>>>> main
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,7 +73,7 @@ class Constraints:
         return Pattern(self.topology, self.row, self.n)
 
     def asking(self, sums: FloatArray | None = None, turnings: FloatArray | None = None) -> Constraints:
-        """The same rows with other angle sums, (#V,), where no hole has a row, and other turnings of paths."""
+        """The same rows with other angle sums, (#V,), and other turnings; no hole has a row."""
         made, inside = self, self.row >= 0
         if sums is not None:
             target = self.target.copy()
@@ -99,6 +105,18 @@ class Constraints:
             asked = self.row[loop] >= 0
             target[self.row[loop[asked]]] = inscribed_sums(log_ratio[loop], i > 0)[asked]
         return target
+
+    def ahead(self, b: Residual) -> Residual:
+        """The residual with the change of sums that leads to circles, whose sums change on the way."""
+        if not self.circles:
+            return b
+        vertex = b.vertex.copy()
+        for i in self.circles:
+            loop = self.topology.loops[i]
+            asked = self.row[loop] >= 0
+            more = foreseen(b.log_ratio[loop], b.turning[loop], i > 0)[asked]
+            vertex[self.row[loop[asked]]] += more
+        return replace(b, vertex=vertex)
 
 
 def constraints_of(

@@ -13,7 +13,8 @@ from .preconditioner import conformal_inverse, laplacian_inverse
 from .reduced import System
 
 SMALL = 0.12  # residual below which they begin: F/3nt stays the same within a thousandth
-SLOW = 0.15  # share of the residual left by a correction, above which a new factor pays
+SLOW = 0.2  # share of the residual left by a correction, above which a new factor pays
+STALE = 1.5  # if it is so many times the share that the first correction with the factor left
 IN_VAIN = 0.5  # and above which corrections do not help
 MAX_CORRECTIONS = 12
 
@@ -34,7 +35,7 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
     below : float
         Residual below which they begin.
     """
-    least_norm, conformal = state.lin, None
+    least_norm, conformal, slow = state.lin, None, SLOW
     if not state.at.residual.largest < below:
         return state
     for _ in range(MAX_CORRECTIONS):
@@ -52,7 +53,9 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
             state = made
         elif fresh:
             break
-        if left > SLOW:
+        if fresh:
+            slow = max(SLOW, STALE * left)
+        if left > slow:
             conformal = None
     return replace(state, lin=least_norm)
 
@@ -66,7 +69,7 @@ def conformal_step(state: State) -> State:
 def corrected(state: State, conformal: Linearised) -> State:
     """The state after one correction with a system of `conformal_system`."""
     assert conformal.precondition is not None
-    b, closing = state.at.residual, conformal.closing
+    b, closing = conformal.problem.constraints.ahead(state.at.residual), conformal.closing
     rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, each triangle's angles sum to pi
     if closing is not None:
         rhs = np.concatenate((rhs, -closing.gap(b.closure, b.vertex)))

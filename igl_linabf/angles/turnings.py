@@ -74,7 +74,13 @@ class Turnings:
             by_vertex = np.where(rows[:, None] >= 0, columns.vertex_rows(rows)[:, turn], 0.0)
         # in an equilateral triangle K is sqrt(3) / 2 on angles that sum to zero
         share = np.sqrt(3) / 2 * np.mean(1 / at.alpha**2) / at.alpha.size
-        lin = Linearised(
-            problem, system, Symmetric(sparse.csr_array((0, 0))), None, laplacian=laplacian, inverse=inverse
-        )
-        return cls(gap[turn] - gap[scale] @ closed, by_vertex, share * (norm + norm.T) / 2), lin
+        none = Symmetric(sparse.csr_array((0, 0)))
+        lin = Linearised(problem, system, none, None, laplacian=laplacian, inverse=inverse)
+        return cls(gap[turn] - gap[scale] @ closed, by_vertex, share * norm), lin
+
+    @classmethod
+    def measured(cls, at: Iterate, paths: Sequence[ClosedPath], vertices: IntArray) -> Turnings:
+        """At angles that nearly fulfil the constraints, without knowing what changes them."""
+        alpha, number = at.alpha.ravel(), len(paths)
+        turned = np.array([path.size * np.pi - alpha[path.corner].sum() for path in paths])
+        return cls(turned, np.zeros((len(vertices), number)), np.eye(number))

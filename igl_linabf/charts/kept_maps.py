@@ -15,7 +15,7 @@ from ..surface import Parts, Submesh, centred, complex_positions, coordinates, s
 from .pieces import cut_out, on_part
 
 KEPT = (
-    0.9  # share of its faces from which on the largest part keeps the map: a smaller one gains by a new one
+    0.9  # share of its faces from which on the largest part keeps the map; a smaller one gains by a new one
 )
 EVEN = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
 EXACT = 1 + 1e-4  # stretch and conformal distortion up to which any part does: a new map is the same

@@ -1,7 +1,8 @@
 """Charts of a few faces that a split leaves, joined to a neighbour where they lie flat beside it.
 
 The neighbour keeps its map. The small chart is laid out beside it as conformally as the seam's vertices
-allow, which stay where they are.
+allow, which stay where they are. Where it would lie over something, it is joined along a part of the seam
+only, or gets narrower.
 """
 
 from __future__ import annotations
@@ -25,6 +26,9 @@ FITS = 1e-5  # of its extent by which a chart may be off where it touches anothe
 EXACT = 1e-12  # mean angle distortion of an isometric chart: what is off by more has more than that
 EVEN = 1e-8  # the same, up to which nobody sees it
 SHEARED = 10.0  # times its mean angle distortion that the small one may have
+PRESSED = 0.25  # angle distortion of one that gets narrower
+SHORT = 16  # edges of a run beside a neighbour, of which parts are tried
+WIDTHS = (1.0, 0.7, 0.5, 0.35, 0.25)  # of the small one beside the seam, of what it is on the surface
 
 Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
 Made = tuple[Key, Chart, Submesh]
@@ -43,6 +47,8 @@ def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
         and len(piece.topology.loops) == 1
         for parted, a, (_, _, piece) in zip(split, area, made, strict=True)
     ]
+    if not any(small):
+        return made
     of_piece: dict[int, list[_Host]] = {}
     for i, (key, chart, piece) in enumerate(made):
         if split[i] and not small[i] and not chart.overlapping and chart.result.outcome.good:
@@ -52,7 +58,8 @@ def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
     for i in sorted(np.flatnonzero(small).tolist(), key=lambda i: area[i]):
         key, chart, piece = made[i]
         runs = rims[key[0]].beside(piece) if key[0] in rims else []
-        if any(run.host.takes(piece, chart.result.uv, run, most_stretch) for run in runs):
+        flat = chart.result.uv
+        if any(run.host.takes(piece, flat, run, width, most_stretch) for width in WIDTHS for run in runs):
             taken.add(i)
     larger = {host.index: host for hosts in of_piece.values() for host in hosts if host.guests}
     return [
@@ -96,20 +103,22 @@ class _Host:
         rim = np.concatenate([np.column_stack((loop, np.roll(loop, -1))) for loop in loops])
         return rim, _codes(self._piece, rim)
 
-    def takes(self, piece: Submesh, flat: FloatArray, run: _Run, most_stretch: float) -> bool:
-        """Whether a chart, and its map, has room beside this one; it is then a part of it."""
-        result = self._chart.result
-        at = result.uv[run.of_host]
+    def takes(self, piece: Submesh, flat: FloatArray, run: _Run, width: float, most_stretch: float) -> bool:
+        """Whether a chart, and its map, has room beside this one at this width; it is then a part of it."""
+        at = self._chart.result.uv[run.of_host]
         uv = _moved(flat, run.own, at)
+        if uv is not None and width < 1:  # it has been tried
+            return False
         if uv is None and self._chart.quality.angle_distortion > EXACT:  # else it would shear too much
-            uv = _laid_out(piece, run.own, at)
+            uv = _laid_out(piece, run.own, at, width)
         if uv is None:
             return False
         double_area = signed_double_areas(complex_positions(uv), piece.topology.corner)
         if not (double_area > 0).all():
             return False
         changed = change_of(piece, uv)
-        if not changed.angle_distortion.mean() <= max(SHEARED * self._chart.quality.angle_distortion, EVEN):
+        most = max(SHEARED * self._chart.quality.angle_distortion, EVEN) if width == 1 else PRESSED
+        if not changed.angle_distortion.mean() <= most:
             return False
         own_area = float(changed.double_area.sum())
         share = own_area / double_area.sum()  # stretch is measured at a scale of its own: the host's is one
@@ -192,7 +201,7 @@ class _Rims:
         self._rim = np.concatenate(rims)[order]
 
     def beside(self, piece: Submesh) -> list[_Run]:
-        """Where a chart of one boundary loop lies beside hosts, but not all around one; the longest first."""
+        """Where a chart of one boundary loop lies beside hosts, and parts of that; the longest first."""
         loop = piece.topology.loops[0]
         following = np.append(loop[1:], loop[0])
         code = _codes(piece, np.column_stack((following, loop)))  # as the host goes along them
@@ -213,9 +222,18 @@ class _Rims:
             edges = (k + np.arange(number)) % len(loop)
             own = np.append(loop[edges], following[edges[-1]])
             of_host = np.append(start[edges], end[edges[-1]])
-            if own[0] != own[-1] and of_host[0] != of_host[-1]:
-                found.append(_Run(self._hosts[of[k]], own, of_host, float(length[edges].sum())))
+            for part in _parts_of_run(number, bool(own[0] == own[-1])):
+                ends = slice(part.start, part.stop + 1)
+                if of_host[part.start] != of_host[part.stop]:
+                    total = float(length[edges[part]].sum())
+                    found.append(_Run(self._hosts[of[k]], own[ends], of_host[ends], total))
         return sorted(found, key=lambda run: (-run.length, run.host.index))
+
+
+def _parts_of_run(number: int, closed: bool) -> list[slice]:
+    """A run of so many edges, and if it is short, its parts: a chart joined along one lies elsewhere."""
+    least, most = 1 if number <= SHORT else number, number - closed
+    return [slice(i, j) for i in range(number) for j in range(i + least, min(i + most, number) + 1)]
 
 
 def _boxes(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -240,14 +258,16 @@ def _codes(piece: Submesh, ends: IntArray) -> IntArray:
     return np.asarray(start * piece.n_given + end)
 
 
-def _laid_out(piece: Submesh, fixed: IntArray, at: FloatArray) -> FloatArray | None:
-    """The map of least squares to a conformal one (LSCM), with some vertices where they are.
+def _laid_out(piece: Submesh, fixed: IntArray, at: FloatArray, width: float) -> FloatArray | None:
+    """The map of least squares to a conformal one (LSCM) with some vertices held, or a narrower one.
 
     None if the piece is too thin for that.
     """
     double_area, dot = piece.measured
     try:
-        z, _ = least_squares(piece.topology, dot / double_area, fixed, complex_positions(at), Solvers("auto"))
+        z, _ = least_squares(
+            piece.topology, dot / double_area, fixed, complex_positions(at), Solvers("auto"), width
+        )
     except NotPositiveDefiniteError:
         return None
     return coordinates(z)

@@ -1,16 +1,20 @@
 """Seams of many small bodies at once: the search of `find_seams`, a leaf on each of them at a time.
 
-The bodies do not touch, so that one Laplace system, and one search for shortest paths, serves all of them.
+The bodies do not touch, so that one Laplace system, and one search for shortest paths, serves all of them. On
+bodies with creases, seams on these are cheap, as `Nets` has it.
 """
 
 from collections.abc import Callable
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csgraph
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Parts, Submesh, connected_labels, sum_by
+from .creases import flat_shares
 from .cut_graph import ClosedSurface, closed_surface, join, without_stubs
+from .nets import ANGULAR, HARD, SHARP_SHARE
 
 LogScale = Callable[[ClosedSurface, IntArray, FloatArray], FloatArray]
 
@@ -31,7 +35,7 @@ class SmallBodies:
     """
 
     def __init__(self, surface: Submesh, log_scale: LogScale, hidden: FloatArray | None = None) -> None:
-        self.vertices = surface.vertices
+        self._surface, self.vertices = surface, surface.vertices
         self.piece = piece = closed_surface(surface, hidden)
         self._log_scale = log_scale
         self._of = connected_labels(piece.ends, piece.n)  # the body of each node
@@ -40,16 +44,25 @@ class SmallBodies:
         self._by_body = np.argsort(self._of, kind="stable")
         self._nodes = Parts(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
-    def seams(self, trade: float, holes: bool, leaves: int, in_vain: int) -> IntArray:
-        """Edges to cut all of them along, by the caller's vertices; parameters as `_grow` has them."""
-        seam = np.zeros(0, dtype=np.int64)
+    def seams(self, trade: float, holes: bool, leaves: int, in_vain: int, gain: float) -> IntArray:
+        """Edges to cut all of them along, by the caller's vertices; parameters as `_grow` has them.
+
+        Bodies that need no seam get one only if it saves at least `gain` of L2 stretch beyond its price.
+        """
+        needed = np.zeros(0, dtype=np.int64)
         if not holes:
-            seam = join(self.piece, seam)
-        seam = np.concatenate((seam, self._slits()))
+            needed = join(self.piece, needed)
+        needed = np.concatenate((needed, self._slits()))
+        seam = needed
         if trade > 0:
-            seam, cost = self._grown(seam, trade, leaves, in_vain)
+            seam = self._grown(seam, trade, leaves, in_vain)
+            cost = self._cost(seam, trade)
             if not holes:
-                seam = self._cheaper(seam, cost, self._net(), trade)
+                net = self._net()
+                costs = self._cost(net, trade)
+                seam, cost = self._either(net, seam, costs < cost), np.minimum(cost, costs)
+            idle = np.bincount(self._body(needed), minlength=self._n) == 0
+            seam = self._either(needed, seam, idle & (self._cost(needed, trade) - cost < gain))
         return self.vertices[self.piece.edges[seam]]
 
     def _slits(self) -> IntArray:
@@ -70,10 +83,8 @@ class SmallBodies:
         more = piece.paths(before, self._least(distance)[short])
         return np.concatenate((path, np.setdiff1d(more, path)))
 
-    def _grown(
-        self, seam: IntArray, trade: float, leaves: int, most_in_vain: int
-    ) -> tuple[IntArray, FloatArray]:
-        """Add leaves one by one to each body; of its seams the one of least cost, and these costs."""
+    def _grown(self, seam: IntArray, trade: float, leaves: int, most_in_vain: int) -> IntArray:
+        """Add leaves one by one to each body, and return of its seams the one of least cost."""
         piece = self.piece
         when = np.zeros(len(seam), dtype=np.int64)  # the leaf that brought each edge
         best, least = np.zeros(self._n, dtype=np.int64), np.full(self._n, np.inf)
@@ -85,7 +96,7 @@ class SmallBodies:
                 break
             open_nodes = self._open_nodes(seam)
             u = self._log_scale(piece, open_nodes, piece.curvature)
-            cost = self._cost(seam, u, trade)
+            cost = self._stretch(u) + self._length(seam) / trade
             better = growing & (cost < least)
             in_vain = np.where(better, 0, in_vain + 1)
             best[better], least[better] = leaf, cost[better]
@@ -97,7 +108,7 @@ class SmallBodies:
             path = piece.paths(before, tip[growing])
             seam = np.concatenate((seam, path))
             when = np.concatenate((when, np.full(len(path), leaf + 1)))
-        return seam[when <= best[self._body(seam)]], least
+        return seam[when <= best[self._body(seam)]]
 
     def _net(self) -> IntArray:
         """The shortest tree of edges through all that is curved: cut along it, a body is its own flat net."""
@@ -108,15 +119,42 @@ class SmallBodies:
         needed[: piece.holes] = True
         return without_stubs(piece, tree, np.flatnonzero(needed))
 
-    def _cheaper(self, seam: IntArray, cost: FloatArray, net: IntArray, trade: float) -> IntArray:
-        """For each body the seam, or the net, which leaves nothing to be stretched, if that costs less."""
-        better = 1 + self._length(net) / trade < cost
-        return np.concatenate((seam[~better[self._body(seam)]], net[better[self._body(net)]]))
+    def _either(self, one: IntArray, other: IntArray, takes_one: BoolArray) -> IntArray:
+        """For each body one seam or the other."""
+        return np.concatenate((one[takes_one[self._body(one)]], other[~takes_one[self._body(other)]]))
 
-    def _cost(self, seam: IntArray, u: FloatArray, trade: float) -> FloatArray:
-        """The L2 stretch to expect of each body, and its seam's length by what that is worth."""
+    @cached_property
+    def _hard(self) -> BoolArray:
+        """The bodies with planes, and most of their curvature on sharp creases."""
+        piece, of = self.piece, self._of
+        bent, sharp = np.abs(piece.curvature), np.zeros(piece.n, dtype=bool)
+        bent[: piece.holes] = 0
+        sharp[piece.ends[piece.sharp == 1]] = True
+        angular = sum_by(of, bent * sharp, self._n) >= ANGULAR * sum_by(of, bent, self._n)
+        flat = flat_shares(self._surface, of[piece.node[self._surface.F[:, 0]]])
+        return np.asarray(angular & (flat >= HARD))
+
+    def _cost(self, seam: IntArray, trade: float) -> FloatArray:
+        """The stretch and shear to expect of each body, and its seam's price."""
+        piece, of = self.piece, self._of
+        u = self._log_scale(piece, self._open_nodes(seam), piece.curvature)
+        pressed = np.abs(piece.curvature) / (2 * np.pi)
+        pressed[: piece.holes] = 0
+        pressed[piece.ends[seam]] = 0
+        shear = 3 * sum_by(of, piece.area * pressed, self._n) / self._area
+        body, length, sharp = self._body(seam), (piece.true_length * piece.shown)[seam], piece.sharp[seam]
+        soft, hard = (
+            np.bincount(body, length * share, self._n) / np.sqrt(self._area) for share in (1 - sharp, sharp)
+        )
+        creased = soft + SHARP_SHARE * np.maximum(hard - trade, 0)
+        return np.asarray(
+            self._stretch(u) + shear + np.where(self._hard, creased, self._length(seam)) / trade
+        )
+
+    def _stretch(self, u: FloatArray) -> FloatArray:
+        """The L2 stretch to expect of each body."""
         shrunk, grown = (sum_by(self._of, self.piece.area * np.exp(k * u), self._n) for k in (-2, 2))
-        return np.asarray(np.sqrt(shrunk * grown) / self._area + self._length(seam) / trade)
+        return np.asarray(np.sqrt(shrunk * grown) / self._area)
 
     def _length(self, seam: IntArray) -> FloatArray:
         """Of each body's seam, in units of the square root of its area."""

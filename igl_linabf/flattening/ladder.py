@@ -33,10 +33,10 @@ from ..angles import (
 from ..errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
 from ..layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_boundary, lay_out
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
-from ..surface import ALL_DIGITS, Mesh, Pins, coordinates, flipped_faces, span
-from .outcome import judge
-from .result import Flattening, Hole, Residuals, Rung, RungName, Status
-from .shapes import FREE, Shape
+from ..surface import ALL_DIGITS, Mesh, Pins, flipped_faces, span
+from .ears import Ears
+from .result import Rung, RungName, Status
+from .shapes import FREE, Shape, shape_of
 
 ACTIVE_SET_RTOL = 0.01  # relative residual to which a step without a chord is solved
 MAX_ACTIVE_SET = 12  # re-anchored iterations after which "auto" gives up
@@ -64,6 +64,8 @@ class Problem:
         Of `mesh`, where the angles are those of the surface that `mesh` was cut from.
     shape : Shape
         What is asked of the boundary.
+    ears : Ears or None
+        Those that `mesh` is without.
     """
 
     mesh: Mesh
@@ -73,6 +75,7 @@ class Problem:
     repaired: IntArray
     cut: Constraints | None = None
     shape: Shape = FREE
+    ears: Ears | None = None
 
     @property
     def start(self) -> State:
@@ -148,9 +151,14 @@ def posed(
     MeshWarning
         Some faces have an angle too near pi.
     """
-    solvers = Solvers(solver)
+    solvers, ears = Solvers(solver), None
     with timed("estimate"):
         check_pins(layout, pinned)
+        if shape.circles:
+            ears = Ears.of(mesh, pinned)
+        if ears is not None:
+            mesh, pinned = ears.rest, None
+            shape = shape_of(mesh, shape.name, None)
         held = pinned is not None and len(pinned[0]) > 2
         least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1 or held
         check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 16) if least_squares else 0)
@@ -161,6 +169,7 @@ def posed(
     with timed("estimate"):
         alpha, caps = opened(corner_angles(mesh))
         if len(caps):
+            caps = caps if ears is None else ears.faces[caps]
             warnings.warn(
                 f"faces {some(caps)} have an angle within {CAP_ANGLE:g} rad of pi: that angle is changed to "
                 f"pi - {CAP_ANGLE:g} before flattening; collapse these faces, or flip their longest edges",
@@ -170,7 +179,7 @@ def posed(
     with timed("assembly"):
         estimate = initial_estimate(asked.topology, alpha, threshold, safeguard, asked.sums)
         angles = AngleProblem(asked, estimate, solvers, safeguard)
-        return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own, shape)
+        return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own, shape, ears)
 
 
 def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
@@ -351,45 +360,4 @@ def _abf_drawn(problem: Problem, stage: RungName, result: AbfResult, residual_to
         converged=result.converged or result.state.at.residual.largest <= residual_tol,
         note="converged ABF did not converge in its feasible form",
         remark=remark if len(held) else "",
-    )
-
-
-def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float]) -> Flattening:
-    """The result: the best map with its residuals, steps and outcome."""
-    best, layout = best_of(tried)
-    at, angles = best.state.at, problem.angles
-    earlier = () if best.stage in ("injective", "isometric") else tried  # where these start is no matter
-    note = next((made.note for made in (best, *earlier) if made.note), "")
-    outcome, message = judge(
-        span(problem.mesh, layout.z),
-        layout.method,
-        layout.solver,
-        best.flipped,
-        at.residual.largest,
-        np.flatnonzero(angles.invalid(at)),
-        converged=best.converged,
-        note=note,
-        pins=0 if problem.pinned is None else len(problem.pinned[0]),
-    )
-    return Flattening(
-        uv=coordinates(layout.z),
-        F=problem.mesh.faces,
-        angles=np.ascontiguousarray(at.alpha.T),
-        method=method,
-        outcome=outcome,
-        message=message + best.remark,
-        flipped=best.flipped,
-        repaired=problem.repaired,
-        ladder=tuple(made.rung for made in tried),
-        steps=tried[-1].state.steps,
-        before=Residuals.of(angles.start.residual),
-        after=Residuals.of(at.residual),
-        holes=Hole.all_of(problem.mesh, at.residual),
-        gap=layout.gap,
-        layout=layout.method,
-        solver=tried[-1].state.how,
-        layout_solver=layout.solver,
-        seconds=seconds,
-        boundary=problem.shape.name,
-        corners=problem.mesh.vertices[problem.shape.corners],
     )

@@ -23,8 +23,8 @@ from .ladder import (
     one_system,
     posed,
     prescribed,
-    report,
 )
+from .reported import report
 from .result import Flattening, Guarantee
 from .shapes import FREE, Shape
 from .without_flips import injective_map, isometric_map

@@ -43,13 +43,12 @@ def judge(
             f"the target angles of faces {some(invalid)} are outside (0, pi), and {len(flipped)} triangles "
             "of the map are flipped: use safeguard=True, or abf"
         )
-    wide = f"area scale varies by a factor of {ratio:.0e}{' or more' if ratio > ALL_DIGITS else ''}"
+    wide = ""
+    if ratio > SPAN:
+        wide = f"area scale varies by a factor of {ratio:.0e}{' or more' if ratio > ALL_DIGITS else ''}"
     if not len(flipped):
-        end = (
-            f"; the map's {wide}, near the end of double precision: cut the mesh, for example by "
-            "igl_linabf.unwrap"
-        )
-        end = end if ratio > SPAN else ""
+        cut = "near the end of double precision: cut the mesh, for example by igl_linabf.unwrap"
+        end = f"; the map's {wide}, {cut}" if wide else ""
         if made in ("SLIM", "isometric", "embedding"):
             if note:
                 return Outcome.NOT_CONVERGED, f"no triangle is flipped, but {note}, by {solver}{end}"
@@ -73,7 +72,7 @@ def judge(
         )
     if not converged:
         return Outcome.FLIPPED, f"{where}: {note or 'more iterations may help'} ({fit}); {helps}"
-    if ratio > SPAN:
+    if wide:
         return Outcome.FLIPPED, (
             f"{where}: the map's {wide}, more than double precision holds ({fit}); {helps}"
         )

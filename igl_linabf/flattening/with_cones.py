@@ -9,6 +9,7 @@ from .._runtime import stopwatch, timed
 from .._types import FloatArray, IntArray
 from ..angles import (
     ClosedPath,
+    Linearised,
     State,
     Turnings,
     active_set,
@@ -34,9 +35,9 @@ from .ladder import (
     feasible,
     iterated,
     posed,
-    report,
 )
 from .methods import ABF, ABF_TOL, STAGES, LinABF, Method
+from .reported import report
 from .result import Flattening
 from .without_flips import injective_map
 
@@ -108,11 +109,12 @@ def flatten_with_cones(
 def _turned(problem: Problem, turned: Turned) -> tuple[Problem, State]:
     """The problem with prescribed turnings along its paths, and a state to go on from.
 
-    They are chosen before the first step and prescribed after it: near a flat surface they change angles less.
+    They are chosen before the first step and prescribed after it: where it is flat, that changes angles less.
     What is missing to them is spread over all triangles, too smoothly for conjugate gradients: the next step
     is in the conformal metric.
     """
     angles = problem.angles
+    lin: Linearised | None
     try:
         turnings, lin = Turnings.of(angles, turned.vertices)
     except NotPositiveDefiniteError:

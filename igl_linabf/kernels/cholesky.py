@@ -44,11 +44,11 @@ class Symbolic(NamedTuple):
 
 
 class Factor(NamedTuple):
-    """The factor of a matrix: a column's entries are at `symbolic.rows`."""
+    """The factor of a matrix: L, a column's entries at `symbolic.rows`; the inverse of D."""
 
     symbolic: Symbolic
     below: FloatArray
-    diagonal: FloatArray
+    inverse: FloatArray
 
 
 def blocks_of(indptr: IntArray, indices: IntArray) -> IntArray:
@@ -70,56 +70,71 @@ def _ones(word: np.uint64) -> np.int64:
 
 
 @inlined
-def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index) -> Index:
-    """Order a block by minimum degree; `rows` with the neighbours of each row from when it is eliminated.
+def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index) -> bool:
+    """Order a block by minimum degree; `rows` gets the neighbours of each row from when it is eliminated.
 
-    Row i of `near` has the bits of the neighbours of i in the graph of the block that begins at row `first`,
-    and zeros up to a multiple of four words.
+    Row i of `near` has the bits of i and of its neighbours in the block that begins at row `first`, and zeros
+    up to a multiple of four words. False if there is no room for all in `rows`.
     """
     n, words = near.shape
-    degree, own = np.zeros(n, dtype=np.int64), np.empty(words, dtype=np.uint64)
+    degree, own = np.empty(n, dtype=np.int64), np.empty(words, dtype=np.uint64)
+    alive, low = np.zeros(words, dtype=np.uint64), np.zeros(words, dtype=np.uint64)  # low: of least degree
     for v in range(n):
+        alive[v >> 6] |= ONE << np.uint64(v & 63)
+        count = np.int64(-1)
         for i in range(words):
-            degree[v] += _ones(near[v, i])
-    most, v, passed, size = 0, n - 1, 0, np.int64(indptr[first])
+            count += _ones(near[v, i])
+        degree[v] = count
+    most, at, bits, size = np.int64(-1), words - 1, np.uint64(0), np.int64(indptr[first])
     for k in range(first, first + n):
-        while True:
-            v = v + 1 if v + 1 < n else 0
+        passed = 0
+        bits &= low[at]
+        while not bits:
+            at = at + 1 if at + 1 < words else 0
+            bits = low[at]
             passed += 1
-            if degree[v] <= most:
-                break
-            if passed >= n:
-                most, passed = most + 1, 0
+            if passed > words:
+                most, passed = np.int64(2 * n), 0
+                for v in range(n):
+                    most = min(most, degree[v])
+                for v in range(n):
+                    low[v >> 6] |= np.uint64(degree[v] <= most) << np.uint64(v & 63)
+                bits = low[at]
+        v, bit = (at << 6) + _ones((bits - ONE) & ~bits), bits & (~bits + ONE)
         if size + degree[v] > len(rows):
-            rows = np.concatenate((rows, rows))
-        passed, begin = 0, size
+            return False
+        bits ^= bit
+        alive[at] ^= bit
+        low[at] ^= bit
         order[k], degree[v] = first + v, 2 * n
         for i in range(words):
-            left = own[i] = near[v, i]
+            own[i] = near[v, i] & alive[i]
+        for i in range(words):
+            left = own[i]
             while left:
-                low = left & (~left + ONE)
-                left ^= low
-                rows[size] = (i << 6) + _ones(low - ONE)
+                u, bit = (i << 6) + _ones((left - ONE) & ~left), left & (~left + ONE)
+                left ^= bit
+                rows[size] = first + u
                 size += 1
-        for p in range(begin, size):
-            u = np.int64(rows[p])
-            rows[p], count = first + u, np.int64(-1)  # without itself
-            near[u, v >> 6] &= ~(ONE << np.uint64(v & 63))
-            for j in range(0, words, 4):  # at a time in registers
-                a, b = near[u, j] | own[j], near[u, j + 1] | own[j + 1]
-                c, d = near[u, j + 2] | own[j + 2], near[u, j + 3] | own[j + 3]
-                near[u, j], near[u, j + 1], near[u, j + 2], near[u, j + 3] = a, b, c, d
-                count += _ones(a) + _ones(b) + _ones(c) + _ones(d)
-            near[u, u >> 6] ^= ONE << np.uint64(u & 63)
-            degree[u] = count
+                count = np.int64(-1)
+                for j in range(0, words, 4):  # at a time in registers
+                    a, b = (near[u, j] | own[j]) & alive[j], (near[u, j + 1] | own[j + 1]) & alive[j + 1]
+                    c, d = near[u, j + 2] | own[j + 2], near[u, j + 3] | own[j + 3]
+                    c, d = c & alive[j + 2], d & alive[j + 3]
+                    near[u, j], near[u, j + 1], near[u, j + 2], near[u, j + 3] = a, b, c, d
+                    count += _ones(a) + _ones(b) + _ones(c) + _ones(d)
+                degree[u] = count
+                low[i] = low[i] | bit if count <= most else low[i] & ~bit
         indptr[k + 1] = size
-    return rows
+    return True
 
 
 @inlined
 def _linked(near: Bits, first: int, indptr: IntArray, indices: IntArray) -> None:
-    """Set the bits of the neighbours in the block that begins at row `first`."""
+    """Set the bits of each row and of its neighbours in the block that begins at row `first`."""
+    near[:] = 0
     for j in range(len(near)):
+        near[j, j >> 6] |= ONE << np.uint64(j & 63)
         for p in range(indptr[first + j], indptr[first + j + 1]):
             i = indices[p] - first
             if i != j:
@@ -137,9 +152,11 @@ def _analysed(
     rows = np.empty(16 * n, dtype=np.uint32)
     for b in range(len(start) - 1):
         first, last = start[b], start[b + 1]
-        near = np.zeros((last - first, (last - first + 255) >> 8 << 2), dtype=np.uint64)
+        near = np.empty((last - first, (last - first + 255) >> 8 << 2), dtype=np.uint64)
         _linked(near, first, indptr, indices)
-        rows = _eliminated(near, first, order, column_indptr, rows)
+        while not _eliminated(near, first, order, column_indptr, rows):
+            rows = np.concatenate((rows, rows))
+            _linked(near, first, indptr, indices)
     for k in range(n):
         place[order[k]] = k
     rows = rows[: column_indptr[n]]
@@ -190,9 +207,9 @@ def _factored(
     own: Index,
     source: Index,
 ) -> tuple[int, FloatArray, FloatArray]:
-    """Row by row (Davis 2005). The first row with a bad pivot, or -1; L and D."""
+    """Row by row (Davis 2005). The first row with a bad pivot, or -1; L and the inverse of D."""
     n = len(indptr) - 1
-    below, diagonal = np.empty(len(rows)), np.empty(n)
+    below, inverse = np.empty(len(rows)), np.empty(n)
     y, filled = np.zeros(n), indptr[:-1].copy()
     for k in range(n):
         for e in range(own_indptr[k], own_indptr[k + 1]):
@@ -205,17 +222,17 @@ def _factored(
             y[j] = 0.0
             for p in range(indptr[j], filled[j]):
                 y[rows[p]] -= below[p] * value
-            entry = value / diagonal[j]
+            entry = value * inverse[j]
             d -= entry * value
             below[filled[j]] = entry
             filled[j] += 1
         if not d > 0:
-            return k, below, diagonal
-        diagonal[k] = d
-    return -1, below, diagonal
+            return k, below, inverse
+        inverse[k] = 1 / d
+    return -1, below, inverse
 
 
 def factored(symbolic: Symbolic, data: FloatArray) -> tuple[int, Factor]:
     """The factor of the matrix with these entries; its first row without a positive pivot, or -1."""
-    bad, below, diagonal = compiled(_factored)(data, *symbolic[1:])
-    return (-1 if bad < 0 else int(symbolic.order[bad])), Factor(symbolic, below, diagonal)
+    bad, below, inverse = compiled(_factored)(data, *symbolic[1:])
+    return (-1 if bad < 0 else int(symbolic.order[bad])), Factor(symbolic, below, inverse)

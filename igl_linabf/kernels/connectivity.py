@@ -14,7 +14,7 @@ LOW_BITS = 2**32 - 1
 
 
 @inlined
-def _sort(keys: IntArray, begin: int, end: int) -> None:
+def sort_part(keys: IntArray, begin: int, end: int) -> None:
     """Sort a part of an array where it is (Shell 1959); most parts have a few entries."""
     gap = 1
     while 3 * gap < end - begin:
@@ -117,26 +117,40 @@ def undirected(corner: IntArray, n: int) -> Joined:
 
 def _entries(ends: IntArray, n: int) -> Entries:
     size = ends.shape[1]
-    begin = np.zeros(n + 2, dtype=np.int64)
-    for e in range(size):
-        low = min(ends[0, e], ends[1, e])
-        if low >= 0 and ends[0, e] != ends[1, e]:
-            begin[low + 2] += 1
-    for v in range(n):
-        begin[v + 2] += begin[v + 1]
-    keys = np.empty(begin[n + 1], dtype=np.int64)  # the higher row, and the edge
+    begin, before, in_order = np.zeros(n + 2, dtype=np.int64), np.int64(-1), True
     for e in range(size):
         low, high = min(ends[0, e], ends[1, e]), max(ends[0, e], ends[1, e])
         if low >= 0 and low != high:
+            begin[low + 2] += 1
+            in_order &= (low << 32) | high > before
+            before = (low << 32) | high
+    for v in range(n):
+        begin[v + 2] += begin[v + 1]
+    keys = np.empty(0 if in_order else begin[n + 1], dtype=np.int64)  # the higher row, and the edge
+    indptr, indices = np.empty(n + 1, dtype=np.int64), np.empty(n + begin[n + 1], dtype=np.int64)
+    slot, at = np.full(size, -1, dtype=np.int64), np.int64(-1)
+    if in_order:
+        for v in range(n + 1):
+            indptr[v] = begin[v + 1] + v
+        for v in range(n):
+            indices[indptr[v]] = v
+    pairs = 0
+    for e in range(size):
+        low, high = min(ends[0, e], ends[1, e]), max(ends[0, e], ends[1, e])
+        if low >= 0 and low != high and in_order:
+            slot[e] = pairs + low + 1
+            indices[slot[e]] = high
+            pairs += 1
+        elif low >= 0 and low != high:
             keys[begin[low + 1]] = (high << 32) | e
             begin[low + 1] += 1
-    indptr, indices = np.empty(n + 1, dtype=np.int64), np.empty(n + len(keys), dtype=np.int64)
-    slot, at = np.full(size, -1, dtype=np.int64), np.int64(-1)
+    if in_order:
+        return indptr, indices, slot
     for v in range(n):
         at += 1
         indptr[v] = at
         indices[at] = v
-        _sort(keys, begin[v], begin[v + 1])
+        sort_part(keys, begin[v], begin[v + 1])
         for i in range(begin[v], begin[v + 1]):
             high = keys[i] >> 32
             if high != indices[at]:
@@ -278,18 +292,25 @@ def spanning_forest(pairs: IntArray, order: IntArray, n: int) -> IntArray:
 
 
 def _in_one_piece(sides: IntArray, n_faces: int) -> bool:
-    parent, pieces = np.arange(n_faces), n_faces
+    m, reached = n_faces, 1
+    beside = np.full(3 * m, m, dtype=np.int64)  # the face across each half-edge; m where there is none
     for e in range(sides.shape[1]):
         i, j = sides[0, e], sides[1, e]
-        if j < 0:
-            continue
-        # no division, which takes longer than the rest
-        i = _root(parent, i - n_faces * (np.int64(i >= n_faces) + np.int64(i >= 2 * n_faces)))
-        j = _root(parent, j - n_faces * (np.int64(j >= n_faces) + np.int64(j >= 2 * n_faces)))
-        if i != j:
-            pieces -= 1
-            parent[max(i, j)] = min(i, j)
-    return pieces <= 1
+        if j >= 0:  # no division, which takes longer than the rest
+            beside[i] = j - m * (np.int64(j >= m) + np.int64(j >= 2 * m))
+            beside[j] = i - m * (np.int64(i >= m) + np.int64(i >= 2 * m))
+    new, waiting, size = np.ones(m + 1, dtype=np.uint8), np.zeros(m + 2, dtype=np.int64), 1
+    new[0], new[m] = 0, 0
+    while size:
+        size -= 1
+        t = waiting[size]
+        for k in range(3):
+            u = beside[k * m + t]
+            waiting[size] = u  # without a branch, of which nobody could tell where it goes
+            size += new[u]
+            reached += new[u]
+            new[u] = 0
+    return reached >= m
 
 
 @with_loops(_in_one_piece)

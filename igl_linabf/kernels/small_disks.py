@@ -211,10 +211,10 @@ def _flat_disk(
             if disparity[t] > limits.disparity and min(row[0, t], row[1, t], row[2, t]) < rows:
                 return THIN
         weight = _at_edges(_conformal_weights(w, d, cot), sides) / 2
-        bad, entries, diagonal = _factored(_laplacian_entries(indptr, slot, ends, weight), *symbolic[1:])
+        bad, entries, inverse = _factored(_laplacian_entries(indptr, slot, ends, weight), *symbolic[1:])
         if bad >= 0:
             return ALONE
-        fans, factor = (row, _pair_weights(w, d), cot), (order, begin, below, entries, diagonal)
+        fans, factor = (row, _pair_weights(w, d), cot), (order, begin, below, entries, inverse)
         for k in range(2):
             e0 = w * (missing / d)
             steps, converged = _errors_by_gradients(fans, factor, e0, b, limits.rtol, limits.most_steps)
@@ -232,12 +232,12 @@ def _flat_disk(
         return ALONE
     if rows:
         weight = _at_edges(cot, sides) / 2
-        bad, entries, diagonal = _factored(_laplacian_entries(indptr, slot, ends, weight), *symbolic[1:])
+        bad, entries, inverse = _factored(_laplacian_entries(indptr, slot, ends, weight), *symbolic[1:])
         if bad >= 0:
             return ALONE
         right = _pulled(ends, edges, weight, z, rows)
-        x, work = np.empty_like(right), np.empty_like(right)
-        _substituted((order, begin, below, entries, diagonal), right, work, x)
+        x, work = np.empty_like(right), np.empty(2 * rows)
+        _substituted((order, begin, below, entries, inverse), right, work, x)
         for v in range(n):
             if inside[v] >= 0:
                 z[v] = complex(x[inside[v], 0], x[inside[v], 1])

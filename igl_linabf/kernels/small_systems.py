@@ -6,38 +6,48 @@ from .._types import FloatArray
 from .choice import compiled, inlined
 from .cholesky import Factor, Index
 
-Columns = tuple[Index, Index, Index, FloatArray, FloatArray]  # order, indptr, rows; entries of L, and D
+Columns = tuple[Index, Index, Index, FloatArray, FloatArray]  # order, indptr, rows; entries of L, and 1 / D
 
 
 @inlined
 def _substituted(factor: Columns, b: FloatArray, y: FloatArray, x: FloatArray) -> None:
-    """Solve for two right sides, (n, 2), into `x`; `y` is work space."""
-    order, indptr, rows, below, diagonal = factor
+    """Solve for two right sides, (n, 2), into `x`; `y` is work space, (2 n,)."""
+    order, indptr, rows, below, inverse = factor
     for k in range(len(order)):
-        y[k, 0], y[k, 1] = b[order[k], 0], b[order[k], 1]
+        y[2 * k], y[2 * k + 1] = b[order[k], 0], b[order[k], 1]
     for k in range(len(order)):
-        u, v = y[k, 0], y[k, 1]
+        u, v = y[2 * k], y[2 * k + 1]
+        y[2 * k], y[2 * k + 1] = u * inverse[k], v * inverse[k]
         for p in range(indptr[k], indptr[k + 1]):
-            y[rows[p], 0] -= below[p] * u
-            y[rows[p], 1] -= below[p] * v
+            y[2 * rows[p]] -= below[p] * u
+            y[2 * rows[p] + 1] -= below[p] * v
     for k in range(len(order) - 1, -1, -1):
-        u, v = y[k, 0] / diagonal[k], y[k, 1] / diagonal[k]
-        for p in range(indptr[k], indptr[k + 1]):
-            u -= below[p] * y[rows[p], 0]
-            v -= below[p] * y[rows[p], 1]
-        y[k, 0], y[k, 1] = u, v
+        u, v, w, z, e = y[2 * k], y[2 * k + 1], 0.0, 0.0, np.int64(indptr[k])
+        while e + 1 < indptr[k + 1]:  # two sums, which do not wait for each other
+            r, s = rows[e], rows[e + 1]
+            u -= below[e] * y[2 * r]
+            v -= below[e] * y[2 * r + 1]
+            w -= below[e + 1] * y[2 * s]
+            z -= below[e + 1] * y[2 * s + 1]
+            e += 2
+        if e < indptr[k + 1]:
+            u -= below[e] * y[2 * rows[e]]
+            v -= below[e] * y[2 * rows[e] + 1]
+        u += w
+        v += z
+        y[2 * k], y[2 * k + 1] = u, v
         x[order[k], 0], x[order[k], 1] = u, v
 
 
 def _solved(factor: Columns, b: FloatArray) -> FloatArray:
     x = np.empty_like(b)
-    _substituted(factor, b, np.empty_like(b), x)
+    _substituted(factor, b, np.empty(b.size), x)
     return x
 
 
 def solved(factor: Factor, b: FloatArray) -> FloatArray:
     """Solve A x = b for two right sides, (n, 2)."""
-    x: FloatArray = compiled(_solved)((*factor.symbolic[:3], factor.below, factor.diagonal), b)
+    x: FloatArray = compiled(_solved)((*factor.symbolic[:3], factor.below, factor.inverse), b)
     return x
 
 
@@ -86,7 +96,7 @@ def _errors_by_gradients(
     row, pair, cot = fans
     n, m = len(b), len(row[0])
     x, p, q, r = np.zeros((n + 1, 2)), np.zeros((n + 1, 2)), np.empty((n + 1, 2)), np.empty((n + 1, 2))
-    z, work = np.empty((n, 2)), np.empty((n, 2))
+    z, work = np.empty((n, 2)), np.empty(2 * n)
     r[:n] = b
     for t in range(m):
         _fan_add(t, row, cot, e[0, t], e[1, t], e[2, t], r, -1.0)

@@ -8,13 +8,19 @@ from ..surface import Topology
 
 
 def least_squares(
-    topology: Topology, cot: FloatArray, pinned: IntArray, position: ComplexArray, solvers: Solvers
+    topology: Topology,
+    cot: FloatArray,
+    pinned: IntArray,
+    position: ComplexArray,
+    solvers: Solvers,
+    width: float = 1.0,
 ) -> tuple[ComplexArray, str]:
     """Minimise the conformal energy from triangles with the target angles (the paper's section 5).
 
     E(z) = 1/4 sum cot(alpha) |z_i - z_j|^2 - area(z) = 1/2 z^H (L + i Q) z, L the cotangent
     Laplacian of the target angles and Q skew, on the boundary edges only; the pins, at least two,
-    are eliminated and one complex Hermitian system is factored. Returns the map and the solver's name.
+    are eliminated and one complex Hermitian system is factored. With `width` times the area in E, a strip
+    beside a line of pins gets this share of its width. Returns the map and the solver's name.
     """
     row = np.zeros(topology.n, dtype=np.int64)
     row[pinned] = -1
@@ -24,7 +30,7 @@ def least_squares(
     a, b = topology.edges.T
     i, j = pattern.ends
     weight = topology.sum_at_edges(cot) / 2
-    entry = -weight + 0.5j * (topology.sides[1] < 0)  # from a to b, the mesh on the left
+    entry = -weight + 0.5j * width * (topology.sides[1] < 0)  # from a to b, the mesh on the left
     z = np.zeros(topology.n, dtype=np.complex128)
     z[pinned] = position
     if not free.any():
