@@ -11,14 +11,9 @@ import numpy as np
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import angle_sums, cotangents, log_sines
 from ..linalg import Pattern
-<<<<<<< HEAD
 from ..surface import Topology
-from .loops import ClosedPath, Closure, closure_of, inscribed_sums
-=======
-from ..surface import NEXT, PREV, Topology
 from .circles import foreseen, inscribed_sums
 from .loops import ClosedPath, Closure, closure_of
->>>>>>> main
 
 
 @dataclass(frozen=True, eq=False)

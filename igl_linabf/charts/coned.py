@@ -13,13 +13,8 @@ from .._runtime import advance, part
 from .._types import FloatArray, IntArray
 from ..angles import Turnings
 from ..errors import MeshError, some
-<<<<<<< HEAD
 from ..flattening import Flattening, Method, Turned, flatten_with_cones
-from ..measures import overlapping_pairs, quality_of
-=======
-from ..flattening import Flattening, Method, flatten_with_cones
 from ..measures import overlapping_pairs_of_chart, quality_of
->>>>>>> main
 from ..surface import Cleaned, Submesh, check_finite, planar_mesh
 from .atlas import Chart
 from .cone_seams import paths_across, seam_through

@@ -15,17 +15,9 @@ SAMPLES = 4000  # nodes from which the stretch of rounded curvatures is told
 MAX_EXCHANGES = 500  # of quarter turns between cones
 WORTH = 0.999  # share of the squared stretch down to which an exchange has to bring it
 UNBOUND = 1 << 40
-<<<<<<< HEAD
 FIDELITY = 10.0  # growth of the log stretch that is as bad as one of F/3nt by one
-SINGLE, TOLD = (
-    240,
-    300,
-)  # exchanges that are tried in pairs, and how many of all have their stretch told exactly
-=======
-FIDELITY = 0.25  # growth of the log stretch that is as bad as a path that misses one quarter turn
 SINGLE = 240  # exchanges that are tried in pairs
 TOLD = 300  # of all exchanges, how many have their stretch told exactly
->>>>>>> main
 
 
 @dataclass(frozen=True, eq=False)
