@@ -119,26 +119,33 @@ class ClosingRows:
         across = _Columns(inner(self.B.toarray()))
         return self._bordered(inner, across, self.D - across.onto(self.B))
 
-    def preconditioner(self, system: System, inverse: Solve, S: Solve | None) -> Solve:
+    def preconditioner(
+        self, system: System, inverse: Solve, S: Solve | None, known: Across | None = None
+    ) -> tuple[Solve, Across]:
         """Solve the bordered system approximately, by the `inverse` of the Laplacians, (#rows, k).
 
         With C = diag(L_s, L_s)^-1 B of the conformal metric, the rows T - C^T M close the same paths, and in
         that metric they have nothing in common with M. So they are solved for apart, in their own metric: by
         D - C^T B - B^T C + C^T S C, which is positive definite for any C. Without `S`, the metric is the
-        conformal one of these rows. If that is K alone, S is diag(L, L) there, and this is exact.
+        conformal one of these rows. If that is K alone, S is diag(L, L) there, and this is exact. With `S`,
+        columns that are `known` of an earlier system may serve as C. Returns C, too.
 
         Raises
         ------
         NotPositiveDefiniteError
             The rows depend on each other.
         """
+        across: Across
         if S is None:
             across, schur = self.conformal(inverse)
         else:
-            across = self._across(inverse, self._take(system.conformal)[0])
+            if isinstance(known, _OfPaths) and known.scale.shape[1] == len(self._paths):
+                across = self._of_paths(known.scale)
+            else:
+                across = self._across(inverse, self._take(system.conformal)[0])
             mixed = across.onto(self.B)
             schur = self.D - mixed - mixed.T + np.array([across.onto(S(c)) for c in across.each()])
-        return self._bordered(lambda r: by_pairs(inverse, r), across, schur)
+        return self._bordered(lambda r: by_pairs(inverse, r), across, schur), across
 
     def conformal(self, inverse: Solve) -> tuple[Across, FloatArray]:
         """C = diag(L, L)^-1 B and D - B^T C, in the conformal metric of these rows."""
@@ -154,8 +161,11 @@ class ClosingRows:
         constraints, paths = self._constraints, len(self._paths)
         if paths < len(self._closure.gap) or constraints.wheels < constraints.n:
             return _Columns(by_pairs(inverse, B.toarray()))
-        path, kind = np.divmod(np.flatnonzero(self._asked), 2)
-        return _OfPaths(inverse(B[1::2][:, kind == 0].toarray()), path, 1 - kind)
+        return self._of_paths(inverse(B[1::2][:, np.flatnonzero(self._asked) % 2 == 0].toarray()))
+
+    def _of_paths(self, scale: FloatArray) -> _OfPaths:
+        path, part = np.divmod(np.flatnonzero(self._asked), 2)
+        return _OfPaths(scale, path, 1 - part)
 
     def _bordered(self, inner: Solve, across: Across, schur: FloatArray) -> Solve:
         try:

@@ -96,7 +96,7 @@ def conformal_system(state: State) -> Linearised | None:
     try:
         with timed("factor"):
             inverse = laplacian_inverse(system, lin.laplacian, lower)
-            precondition = conformal_inverse(system, closing, inverse)
+            precondition, _ = conformal_inverse(system, closing, inverse)
     except NotPositiveDefiniteError:
         return None
     return replace(lin, system=system, closing=closing, inverse=inverse, precondition=precondition)

@@ -28,7 +28,7 @@ from ..linalg import (
     Symmetric,
     conjugate_gradients,
 )
-from .closure import ClosingRows
+from .closure import Across, ClosingRows
 from .iterates import REACH, AngleProblem, Iterate, Kind, Step
 from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_inverse
 from .reduced import System
@@ -50,6 +50,8 @@ class Linearised:
         Analysis of the Laplacians over the problem's pattern, which the layout uses, too.
     inverse : callable or None
         The preconditioner's L_s^-1, for one or several right-hand sides.
+    across : Across or None
+        The columns of the closing rows that `inverse` was solved for.
     slivers : SliverRows or None
         The rows of slivers, for the correction of the preconditioner.
     precondition : callable or None
@@ -69,6 +71,7 @@ class Linearised:
     closing: ClosingRows | None
     laplacian: Analysis | None = None
     inverse: Solve | None = None
+    across: Across | None = None
     slivers: SliverRows | None = None
     precondition: Solve | None = None
     whole: Factored | None = None
@@ -79,7 +82,7 @@ class Linearised:
     @property
     def without_factors(self) -> Linearised:
         """The same without what only its own solves need."""
-        return replace(self, inverse=None, precondition=None, whole=None)
+        return replace(self, inverse=None, across=None, precondition=None, whole=None)
 
     def product(self, x: FloatArray) -> FloatArray:
         """The system's matrix times x."""
@@ -171,6 +174,7 @@ def linearise(
             lin,
             laplacian=reuse.laplacian,
             inverse=reuse.inverse if same_factor else None,
+            across=reuse.across if same_factor else None,
             slivers=slivers,
             whole_analysis=reuse.whole_analysis,
             fallback=reuse.fallback,
@@ -196,13 +200,14 @@ def _preconditioned(lin: Linearised) -> Linearised:
         with timed("factor"):
             inverse = laplacian_inverse(lin.system, laplacian, lower)
     with timed("factor"):
-        precondition = conformal_inverse(lin.system, lin.closing, inverse, lin.S)
+        precondition, across = conformal_inverse(lin.system, lin.closing, inverse, lin.S, lin.across)
         slivers = lin.slivers or SliverRows.of(lin.system, lin.S, solvers)
         precondition = corrected(precondition, slivers, lin.S, lin.closing)
     return replace(
         lin,
         laplacian=laplacian,
         inverse=inverse,
+        across=across,
         slivers=slivers,
         precondition=precondition,
         how=f"conjugate gradients, {laplacian.name}",

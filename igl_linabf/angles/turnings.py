@@ -75,7 +75,7 @@ class Turnings:
         # in an equilateral triangle K is sqrt(3) / 2 on angles that sum to zero
         share = np.sqrt(3) / 2 * np.mean(1 / at.alpha**2) / at.alpha.size
         none = Symmetric(sparse.csr_array((0, 0)))
-        lin = Linearised(problem, system, none, None, laplacian=laplacian, inverse=inverse)
+        lin = Linearised(problem, system, none, None, laplacian=laplacian, inverse=inverse, across=columns)
         return cls(gap[turn] - gap[scale] @ closed, by_vertex, share * norm), lin
 
     @classmethod
