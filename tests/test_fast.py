@@ -80,6 +80,18 @@ def triangles():
     return triangle, end, np.full(60, 1e-6), np.full(60, 1e-15)
 
 
+def squares_with_hinges():
+    """Unit squares that are joined at sides, in turn; many would come over others."""
+    rng, n = np.random.default_rng(3), 30
+    square = np.array([[0, 1, 1 + 1j], [0, 1 + 1j, 1j]])
+    turn = 1j ** rng.integers(4, size=200)
+    shift = 0.5 + 0.5j + 1j ** rng.integers(4, size=200) - turn * (0.5 + 0.5j)
+    pairs = rng.integers(n, size=(200, 2))
+    depth = np.where(np.arange(2 * n) % 7 == 3, -1.0, 1e-6)
+    worth = np.where(rng.random(200) < 0.8, 9.0, 0.1)
+    return np.tile(square, (n, 1)), depth, 2 * np.arange(n + 1), pairs, turn, shift, worth, np.full(200, 20.0)
+
+
 def cases():
     """Each kernel with what it may get: sharp angles, holes, vertices without a row."""
     mesh, t, alpha = topology_and_angles()
@@ -131,6 +143,9 @@ def cases():
         "connected_labels": (t.edges[::3], t.n),
         "spanning_forest": (np.minimum(t.edges, t.n - 9), rng.permutation(len(t.edges))[::2], t.n),
         "nearest_sources": (*ways, np.array([3, 9, 9]), np.arange(t.n) % 7 > 0, 20.0),
+        "ways_towards": (*ways, 3, np.arange(t.n) % 7 > 0, 20.0, kernels.Rest(mesh.V, mesh.V[:0], 0.0)),
+        "shortest_pairs": (merged[t.edges] + 3, rng.permutation(len(t.edges)) * 1.0, 24),
+        "far_apart": (*ways[:2], rng.permutation(t.n), 2, np.arange(t.n) % 9 == 4),
         "nodes_on_paths": (
             kernels.nearest_sources(*ways, np.arange(3), np.arange(t.n) >= 0, 20.0)[1],
             t.edges[9],
@@ -140,6 +155,7 @@ def cases():
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
         "overlapping": (*triangles(),),
+        "assembled": squares_with_hinges(),
         "dot": tuple(rng.normal(size=(2, 40))),
         "turn": (rng.normal(size=40), 0.7, rng.normal(size=40)),
         "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),
@@ -169,6 +185,20 @@ def test_the_loops_are_the_same_as_numpy(name):
         assert np.asarray(a).dtype == np.asarray(b).dtype and np.shape(a) == np.shape(b)
         largest = np.abs(b).max(initial=0, where=np.isfinite(b))
         np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11 * largest)
+
+
+def test_what_leads_away_from_all_targets_is_left_out_of_the_ways_to_them():
+    *ways, source, open_, limit, rest = cases()["ways_towards"]
+    whole, _ = kernels.ways_towards(*ways, source, open_, limit, rest)
+    share = 0.5 * (ways[2].min() / np.ptp(rest.position, axis=0).max())  # any edge may be as short as that
+    end = int(np.argmax(np.where(np.isfinite(whole), whole, 0)))
+    towards = rest._replace(targets=rest.position[[end]], share=share)
+    for most in (whole[end], whole[end] / 2):
+        part, before = kernels.ways_towards(*ways, source, open_, most, towards)
+        assert np.array_equal(part[np.isfinite(part)], whole[np.isfinite(part)])
+        assert np.isinf(part).sum() > np.isinf(whole).sum()
+        assert (part[end] == whole[end]) == (most == whole[end])
+        assert (before[np.isfinite(part)] >= 0).sum() == np.isfinite(part).sum() - 1
 
 
 @pytest.mark.parametrize("limit", [-1.0, 0.0])

@@ -121,7 +121,7 @@ def test_bunny() -> None:
     # a tree between six far points: 1.16e-4 and 1.14 with a seam of 2.58 diagonals
     assert measured.angle_distortion <= 1.15e-4
     assert measured.stretch_l2 <= 1.155
-    assert length(V, seams) <= 1.95 * np.linalg.norm(np.ptp(V, axis=0))
+    assert length(V, seams) <= 2.05 * np.linalg.norm(np.ptp(V, axis=0))
 
 
 @pytest.mark.parametrize("name", ["closed__igl_cow.off", "handles__bff_punctured-torus.obj"])

@@ -14,6 +14,7 @@ from .reduced import System
 
 SMALL = 0.12  # residual below which they begin: F/3nt stays the same within a thousandth
 SLOW = 0.2  # share of the residual left by a correction, above which a new factor pays
+STALE = 1.5  # if it is so many times the share that the first correction with the factor left
 IN_VAIN = 0.5  # and above which corrections do not help
 MAX_CORRECTIONS = 12
 ROUGH_RTOL = 0.1  # relative residual to which a step is solved that others follow
@@ -63,7 +64,7 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
     below : float
         Residual below which they begin.
     """
-    least_norm, conformal = state.lin, None
+    least_norm, conformal, slow = state.lin, None, SLOW
     if not state.at.residual.largest < below:
         return state
     for _ in range(MAX_CORRECTIONS):
@@ -81,7 +82,9 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
             state = made
         elif fresh:
             break
-        if left > SLOW:
+        if fresh:
+            slow = max(SLOW, STALE * left)
+        if left > slow:
             conformal = None
     return replace(state, lin=least_norm)
 

@@ -15,7 +15,7 @@ from ..kernels import products
 from ..measures import (
     Quality,
     change_of,
-    overlapping_pairs,
+    overlapping_pairs_of_chart,
     overlapping_pairs_of_each,
     quality_of,
     quality_of_each,
@@ -69,7 +69,13 @@ class Task:
     joins: bool
 
     def seams_of(
-        self, piece: Submesh, *, disks: bool = False, gain: float = 0.0, part_overlaps: bool = False
+        self,
+        piece: Submesh,
+        *,
+        disks: bool = False,
+        gain: float = 0.0,
+        part_overlaps: bool = False,
+        panels: bool = False,
     ) -> IntArray:
         """`seams_of` a piece, as the task wants them; `part_overlaps` only if overlapping maps are cut."""
         isometric = isinstance(self.method, Isometric)
@@ -82,6 +88,7 @@ class Task:
             hidden=self.hidden,
             isometric=isometric,
             part_overlaps=part_overlaps and not (isometric or self.bijective),
+            panels=panels and not self.bijective,
         )
 
     @property
@@ -121,7 +128,7 @@ def pieces_of(
 def _seams_worth(piece: Submesh, task: Task) -> IntArray:
     """The seams that its components need, and those that their stretch is worth; of disks, too."""
     if not task.holes:
-        return task.seams_of(piece, disks=True, gain=DISK_GAIN, part_overlaps=True)
+        return task.seams_of(piece, disks=True, gain=DISK_GAIN, part_overlaps=True, panels=True)
     parts = piece.components()
     disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
     found = [task.seams_of(part, disks=disk, gain=DISK_GAIN) for part, disk in zip(parts, disks, strict=True)]
@@ -189,10 +196,10 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         if parts := halves(piece):
             return _anew(parts)
         result, known = _opened(piece, result), None
-    pairs, cost = overlapping_pairs(result.uv, piece.F) if known is None else known[1], 0.0
+    pairs, cost = overlapping_pairs_of_chart(piece.topology, result.uv) if known is None else known[1], 0.0
     if len(pairs) and task.bijective and not result.holes:
         result, cost = _made_bijective(piece, result)
-        pairs, known = overlapping_pairs(result.uv, piece.F), None
+        pairs, known = overlapping_pairs_of_chart(piece.topology, result.uv), None
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
             return _anew(_disks(piece, task))

@@ -11,17 +11,17 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from .._types import FloatArray, IntArray
-from ..kernels import spanning_forest
+from ..kernels import far_apart, spanning_forest
 from ..surface import connected_labels, sum_by
-from .cut_graph import ClosedSurface, laplacian_of, shortest_edges, without_stubs
+from .cut_graph import ClosedSurface, shortest_edges, without_stubs
 from .tighten import tightened
 
 LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
 REACH = 6.0  # mean distances to a root that a branch point's arcs may move
-FAR = 60_000  # nodes from which the roots of clusters are more than three edges apart, not two
+WIDTH = 3.0  # the same, of the corridor on each side of a seam in which it is drawn tight
+FAR = 12_000  # nodes from which the roots of clusters are more than three edges apart, not two
 MORE_ROOTS = 2  # times
 SMALLEST_SHARE = 1e-3  # of the way that an edge across goes: the maximum principle then holds
 
@@ -79,11 +79,9 @@ class Contracted:
         if not len(seam):
             return seam
         fine, carried = self.fine, self.carried(seam)
-        near = np.zeros(self.coarse.n, dtype=bool)
-        near[self.label[fine.ends[carried]]] = True
-        near[self.coarse.ends[near[self.coarse.ends].any(axis=1)]] = True  # and the clusters beside
-        reach = REACH * float(self.forest.distance.sum()) / max(fine.n - self.coarse.n, 1)
-        return tightened(fine, carried, self.roots[kept], near[self.label], reach)
+        mean = float(self.forest.distance.sum()) / max(fine.n - self.coarse.n, 1)
+        near = np.isfinite(fine.search(fine.on(carried), limit=WIDTH * mean)[0])
+        return tightened(fine, carried, self.roots[kept], near, REACH * mean)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,23 +130,9 @@ def clusters(piece: ClosedSurface, hops: int, more: IntArray | None = None) -> F
     holes, graph = np.arange(piece.holes), piece.graph
     chance = np.random.default_rng(0).permutation(piece.n)
     peak = np.round(np.log2(np.maximum(np.abs(piece.curvature), LEAST_PEAK)))
-    rank = np.empty(piece.n, dtype=np.int32)
-    rank[np.lexsort((chance, peak))] = np.arange(1, piece.n + 1)
-    rank[holes] = 0
-    start = graph.indptr[:-1]
-
-    def spread(values: IntArray) -> IntArray:
-        for _ in range(hops):
-            values = np.maximum(values, np.maximum.reduceat(values[graph.indices], start))
-            values[holes] = 0
-        return values
-
-    is_root, waiting = np.zeros(piece.n, dtype=bool), rank > 0
-    while waiting.any():
-        left = np.where(waiting, rank, 0)
-        new = waiting & (spread(left) == left)
-        is_root |= new
-        waiting &= spread(new.astype(np.int8)) == 0
+    closed = np.zeros(piece.n, dtype=bool)
+    closed[holes] = True
+    is_root = far_apart(graph.indptr, graph.indices, np.lexsort((chance, peak))[::-1], hops, closed)
     is_root[more if more is not None else []] = True
     is_root[holes] = False
     distance, before, root = piece.search(np.flatnonzero(is_root), holes)
@@ -175,15 +159,17 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
     keep[crossed] = False
     edge = np.flatnonzero(keep)
     edge, sides = _without_digons(edge, face[piece.faces[edge]], way)
-    used, sides = np.unique(sides, return_inverse=True)
-    sides, ends = sides.reshape(-1, 2), ends[edge]
+    used = np.zeros(int(sides.max()) + 1, dtype=bool)
+    used[sides] = True
+    sides, ends = (np.cumsum(used) - 1)[sides], ends[edge]
     n, length = len(roots), way[edge]
-    graph, key, shortest = shortest_edges(ends, length, n)
+    graph, entry = shortest_edges(ends, length, n)
+    bonds, weight = _flow(piece, label, roots, forest.distance)
     coarse = ClosedSurface(
         n=n,
         holes=piece.holes,
         genus=piece.genus,
-        n_faces=len(used),
+        n_faces=int(np.count_nonzero(used)),
         node=label[piece.node],
         edges=piece.edges[edge],
         ends=ends,
@@ -194,12 +180,12 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
         valleys=lambda: piece.valley[edge],
         sharp=piece.sharp[edge],
         graph=graph,
-        key=key,
-        shortest=shortest,
+        entry=entry,
         curvature=sum_by(label, piece.curvature, n),
         noise=sum_by(label, piece.noise, n),
         area=sum_by(label, piece.area, n),
-        laplacian=_flow(piece, label, roots, forest.distance),
+        bonds=bonds,
+        weight=weight,
         position=piece.position[roots],
         size=piece.size,
         isometric=piece.isometric,
@@ -227,9 +213,10 @@ def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[I
     alone = sides[:, 0] == sides[:, 1]  # an edge with one face on both sides is no strip's
     number[sides[alone, 0]] = 0
     digon = number == 2
-    order = np.argsort(sides.ravel(), kind="stable")
-    first = np.searchsorted(sides.ravel()[order], np.flatnonzero(digon))
-    strip = connected_labels(np.column_stack((order[first] // 2, order[first + 1] // 2)), len(edge))
+    at, of = np.repeat(np.arange(len(edge)), 2), sides.ravel()
+    both = np.empty((n, 2), dtype=np.int64)  # the first and the last edge of each face: the last one written
+    both[of[::-1], 0], both[of, 1] = at[::-1], at
+    strip = connected_labels(both[digon], len(edge))
     outer = ~digon[sides]  # a strip has two such sides; one that is closed has none
     closed = np.bincount(strip, outer.sum(axis=1)) == 0
     if closed.any():  # two clusters are the whole sphere: their edges stay
@@ -242,22 +229,22 @@ def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[I
     return edge[best], sides[at[by_strip], side[by_strip]].reshape(-1, 2)
 
 
-def _flow(piece: ClosedSurface, label: IntArray, roots: IntArray, distance: FloatArray) -> sparse.csr_array:
-    """The Laplacian of the clusters: weights of the edges across, by the part of the way that they go.
+def _flow(
+    piece: ClosedSurface, label: IntArray, roots: IntArray, distance: FloatArray
+) -> tuple[IntArray, FloatArray]:
+    """The bonds of the clusters: weights of the edges across, by the part of the way that they go.
 
-    That is the one of finite volumes: if u is linear, what flows from one cluster to the next is right.
+    That is the Laplacian of finite volumes: if u is linear, what flows from one cluster to the next is right.
     """
-    graph = piece.laplacian
-    a, b = np.repeat(np.arange(piece.n), np.diff(graph.indptr)), graph.indices
-    across = np.flatnonzero((a < b) & (label[a] != label[b]))
-    a, b, weight = a[across], b[across], -graph.data[across]
+    across = np.flatnonzero(label[piece.bonds[:, 0]] != label[piece.bonds[:, 1]])
+    a, b = piece.bonds[across].min(axis=1), piece.bonds[across].max(axis=1)
     i, j = label[a], label[b]
     step, whole = piece.position[b] - piece.position[a], piece.position[roots[j]] - piece.position[roots[i]]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.einsum("ij,ij->i", step, whole) / np.einsum("ij,ij->i", whole, whole)
         hole = i < piece.holes  # which has no place of its own
-        edge = np.asarray(piece.graph[a[hole], b[hole]]).ravel()
-        share[hole] = edge / (edge + distance[b[hole]])
-    weight = weight * np.clip(np.nan_to_num(share), SMALLEST_SHARE, 1)
-    n = len(roots)
-    return laplacian_of(weight, np.column_stack((i, j)), n)
+        if hole.any():
+            edge = np.asarray(piece.graph[a[hole], b[hole]]).ravel()
+            share[hole] = edge / (edge + distance[b[hole]])
+    weight = piece.weight[across] * np.clip(np.nan_to_num(share), SMALLEST_SHARE, 1)
+    return np.column_stack((i, j)), weight

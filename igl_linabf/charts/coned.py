@@ -14,7 +14,7 @@ from .._types import FloatArray, IntArray
 from ..angles import corner_angles
 from ..errors import MeshError, some
 from ..flattening import Flattening, Method, flatten_with_cones
-from ..measures import overlapping_pairs, quality_of
+from ..measures import overlapping_pairs_of_chart, quality_of
 from ..surface import Cleaned, Submesh, check_finite, planar_mesh
 from .atlas import Chart
 from .cone_seams import paths_across, seam_through
@@ -224,7 +224,7 @@ def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
     waiting = [(cut, result, 0)]
     while waiting:
         piece, made, splits = waiting.pop()
-        pairs = overlapping_pairs(made.uv, piece.F)
+        pairs = overlapping_pairs_of_chart(piece.topology, made.uv)
         if len(pairs) and splits < MAX_SPLITS:
             parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
             if len(parts) > 1:

@@ -10,10 +10,17 @@ import numpy as np
 from scipy import sparse
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import lengths, nearest_sources, nodes_on_paths, spanning_forest, without_leaves
+from ..kernels import (
+    lengths,
+    nearest_sources,
+    nodes_on_paths,
+    shortest_pairs,
+    spanning_forest,
+    without_leaves,
+)
 from ..surface import Submesh, connected_labels, sum_by
 from .creases import all_bends, angle_noise, sharpness
-from .scale import ZeroAtNodes
+from .scale import ZeroAtNodes, laplacian_of
 from .smoothing import Smoothing
 from .visibility import shown, valleys
 
@@ -53,10 +60,15 @@ class ClosedSurface:
     sharp : (#E,) float64
         From 0 for no crease to 1 for a sharp one.
     graph : (n, n) sparse
-        The shortest edge between each two nodes; `key` and `shortest` find it.
+        The shortest edge between each two nodes.
+    entry : (nnz,) int64
+        This edge, for each entry of `graph`.
     curvature, noise, area : (n,) float64
         Angle defects, what rounding adds to them, and vertex areas.
-    laplacian : (n, n) sparse
+    bonds : (#B, 2) int64
+        The nodes that the Laplacian joins: the ends of the edges, and of the diagonals of polygons.
+    weight : (#B,) float64
+        Of them there.
     position : (n, 3) float64
         Of each node; that of a loop is any of its vertices.
     size : float
@@ -79,15 +91,36 @@ class ClosedSurface:
     valleys: Callable[[], FloatArray]
     sharp: FloatArray
     graph: sparse.csr_array
-    key: IntArray
-    shortest: IntArray
+    entry: IntArray
     curvature: FloatArray
     noise: FloatArray
     area: FloatArray
-    laplacian: sparse.csr_array
+    bonds: IntArray
+    weight: FloatArray
     position: FloatArray
     size: float
     isometric: bool = False
+
+    @cached_property
+    def _pairs(self) -> tuple[IntArray, IntArray]:
+        row, column = np.repeat(np.arange(self.n), np.diff(self.graph.indptr)), self.graph.indices
+        upper = row < column
+        return row[upper] * self.n + column[upper], self.entry[upper]
+
+    @property
+    def key(self) -> IntArray:
+        """Of each two neighbouring nodes i < j: i n + j, ascending."""
+        return self._pairs[0]
+
+    @property
+    def shortest(self) -> IntArray:
+        """The shortest edge between these two."""
+        return self._pairs[1]
+
+    @cached_property
+    def laplacian(self) -> sparse.csc_array:
+        """Its lower triangle, (n, n)."""
+        return laplacian_of(self.bonds, self.weight, self.n)
 
     @cached_property
     def zero_at_nodes(self) -> ZeroAtNodes:
@@ -116,8 +149,8 @@ class ClosedSurface:
 
     def with_lengths(self, length: FloatArray) -> ClosedSurface:
         """The same with other lengths of its edges."""
-        graph, key, shortest = shortest_edges(self.ends, length, self.n)
-        return replace(self, length=length, graph=graph, key=key, shortest=shortest)
+        graph, entry = shortest_edges(self.ends, length, self.n)
+        return replace(self, length=length, graph=graph, entry=entry)
 
     def between(self, i: IntArray, j: IntArray) -> IntArray:
         """The shortest edges between neighbouring nodes."""
@@ -157,9 +190,15 @@ class ClosedSurface:
 
 
 def closed_surface(
-    component: Submesh, hidden: FloatArray | None = None, isometric: bool = False
+    component: Submesh,
+    hidden: FloatArray | None = None,
+    isometric: bool = False,
+    bend: FloatArray | None = None,
 ) -> ClosedSurface:
-    """Contract the boundary loops of a surface in one piece; `hidden` as `hiding` returns it."""
+    """Contract the boundary loops of a surface in one piece.
+
+    `hidden` is as `hiding` returns it; `bend` are the `all_bends`, if they are known.
+    """
     V, F, topology = component.V, component.F, component.topology
     holes = len(topology.loops)
     node = np.full(len(V), -1)
@@ -173,19 +212,18 @@ def closed_surface(
     every = np.flatnonzero(topology.sides[1] >= 0)
     every_length = lengths(V, topology.edges)
     true_length = every_length[inside]
-    bend = all_bends(component)[np.searchsorted(every, inside)]
+    bend = (all_bends(component) if bend is None else bend)[np.searchsorted(every, inside)]
     length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
     double_area, dot = component.measured
     size = float(np.sqrt(double_area.sum() / 2))
     smoothing = cache(partial(Smoothing, component, edges, true_length))
     visible = np.ones(len(edges)) if hidden is None else shown(component, edges, hidden, smoothing(), size)
     length *= visible
-    graph, key, shortest = shortest_edges(ends, length, n)
+    graph, entry = shortest_edges(ends, length, n)
     corner = node[topology.corner]
     vertex = np.empty(n, dtype=np.int64)
     vertex[node] = np.arange(len(V))
     cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
-    weight = np.clip(cotangent, SMALLEST_WEIGHT, LARGEST_WEIGHT)
     return ClosedSurface(
         n=n,
         holes=holes,
@@ -201,12 +239,12 @@ def closed_surface(
         valleys=lambda: valleys(component, edges, true_length, bend, smoothing(), size),
         sharp=sharpness(bend),
         graph=graph,
-        key=key,
-        shortest=shortest,
+        entry=entry,
         curvature=2 * np.pi - sum_by(corner, np.arctan2(double_area, dot), n),
         noise=angle_noise(component, every_length, node, n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
-        laplacian=laplacian_of(weight, node[topology.edges[every]], n),
+        bonds=node[topology.edges[every]],
+        weight=np.clip(cotangent, SMALLEST_WEIGHT, LARGEST_WEIGHT),
         position=V[vertex],
         size=size,
         isometric=isometric,
@@ -296,28 +334,7 @@ def opened(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, IntArray]:
     return number, cycles, np.sort(np.bincount(connected_labels(sides, piece.n_faces)))
 
 
-def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray, IntArray]:
-    """The shortest edge between each two nodes, as a graph, their sorted keys, and these edges."""
-    proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
-    shortest, key = first_of_each(ends.min(axis=1) * n + ends.max(axis=1), length, proper)
-    start = np.searchsorted(key, n * np.arange(n + 1))
-    upper = sparse.csr_array((length[shortest], key % n, start), shape=(n, n))
-    return (upper + upper.T.tocsr()).tocsr(), key, shortest
-
-
-def laplacian_of(weight: FloatArray, ends: IntArray, n: int) -> sparse.csr_array:
-    """The matrix of sum over edges of weight (x_i - x_j)^2, by the edges' ends (#E, 2)."""
-    i, j = ends.T
-    off = sparse.csr_array((np.tile(-weight, 2), (np.append(i, j), np.append(j, i))), shape=(n, n))
-    return (off - sparse.diags_array(off.sum(axis=1))).tocsr()
-
-
-def first_of_each(key: IntArray, weight: FloatArray, index: IntArray) -> tuple[IntArray, IntArray]:
-    """Of the `index` with equal `key` the one of least weight; and these keys, sorted."""
-    own = key[index]
-    if (own[1:] > own[:-1]).all():
-        return index, own
-    order = index[np.lexsort((weight[index], own))]
-    own = key[order]
-    first = np.append(True, own[1:] > own[:-1])
-    return order[first], own[first]
+def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray]:
+    """The shortest edge between each two nodes, as a graph; and this edge, for each of its entries."""
+    indptr, indices, edge = shortest_pairs(ends, length, n)
+    return sparse.csr_array((length[edge], indices, indptr), shape=(n, n)), edge

@@ -9,6 +9,7 @@ whatever w is on it: u without its harmonic part. The L2 stretch is then 1 + 3/4
 """
 
 import numpy as np
+from scipy import sparse
 
 from .._types import FloatArray, IntArray
 from .cut_graph import ClosedSurface
@@ -47,21 +48,22 @@ def _trace(piece: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatAr
     Unknown are its values at these nodes. A hole is one node, but w varies along it: so the nodes around it
     are among them.
     """
-    laplacian = piece.laplacian
+    lower = piece.laplacian
+    whole = lower + sparse.tril(lower, -1).T
     if piece.holes:
         fixed = np.union1d(fixed, piece.graph[: piece.holes].indices)
     solve, values = piece.zero_at_nodes.solver(fixed), np.zeros(piece.n)
     w, step, last = solve(-piece.curvature), np.zeros(len(fixed)), np.inf
     for _ in range(STEPS):
         left = weight * w
-        slope = (left - laplacian @ solve(left))[fixed]
+        slope = (left - whole @ solve(left))[fixed]
         scaled = slope / weight[fixed]
         down = float(slope @ scaled)
         if not down > 0:
             break
         step, last = down / last * step - scaled, down
         values[fixed] = step
-        h = solve(-(laplacian @ values))
+        h = solve(-(whole @ values))
         h[fixed] = step
         w = w + down / float(h @ (weight * h)) * h
     return np.clip(w, -MAX_LOG_SCALE, MAX_LOG_SCALE)

@@ -9,7 +9,7 @@ import numpy as np
 from .._types import IntArray
 from ..errors import MeshError, SingularSystemError
 from ..flattening import Sketch
-from ..measures import overlapping_pairs
+from ..measures import overlapping_pairs_of_chart
 from ..surface import NEXT, Submesh
 from .crease_cuts import parted
 from .cut_graph import ClosedSurface
@@ -85,7 +85,7 @@ def _parts(disk: Submesh) -> list[Submesh]:
         result = flattened(disk, Sketch())
     except (MeshError, SingularSystemError):
         return []
-    pairs = overlapping_pairs(result.uv, disk.F)
+    pairs = overlapping_pairs_of_chart(disk.topology, result.uv)
     few = len(np.unique(pairs)) < FEW * len(disk.F)
     if few or not len(pairs) or len(result.flipped) or result.holes:
         return []

@@ -13,7 +13,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..measures import overlapping_pairs, quality_of
+from ..measures import overlapping_pairs_of_chart, quality_of
 from ..surface import Parts, Submesh, centres, complex_positions, connected_labels
 from .atlas import Chart
 from .packing import Wish, expected_fill
@@ -123,7 +123,7 @@ def _parted(done: Charts, parts: list[Flat]) -> Charts:
 def _part_of(chart: Chart, piece: Submesh, part: Flat) -> Chart:
     result = cut_out(chart.result, piece, part.piece, part.uv)
     result = replace(result, message=f"{result.message}; one of the parts that its map is cut into")
-    overlapping = len(overlapping_pairs(part.uv, part.piece.F)) if chart.overlapping else 0
+    overlapping = len(overlapping_pairs_of_chart(part.piece.topology, part.uv)) if chart.overlapping else 0
     quality = quality_of(part.piece, part.uv)
     return replace(chart, faces=part.piece.faces, result=result, quality=quality, overlapping=overlapping)
 

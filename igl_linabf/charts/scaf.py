@@ -12,7 +12,7 @@ from .._types import FloatArray
 from ..errors import MeshError, OutcomeWarning, some, stack_level
 from ..layouts import on_circle
 from ..linalg import Solvers
-from ..measures import overlapping_pairs
+from ..measures import overlapping_pairs_of_chart
 from ..surface import Submesh, Topology, check_planar, complex_positions, coordinates, signed_double_areas
 
 SCAF = "igl's SCAF"
@@ -100,11 +100,11 @@ def moved_apart(
             f"faces {some(bad)} have less than {MIN_AREA:g} of the map's area: the map's scale varies too "
             "much for SCAF; cut the surface into more parts"
         )
-    if (area > 0).all() and not len(overlapping_pairs(flat, topology.corner.T)):
+    if (area > 0).all() and not len(overlapping_pairs_of_chart(topology, flat)):
         return flat.copy(), ""
     made = _scaffolded(flat / np.sqrt(total), topology, iterations, timeout) * np.sqrt(total)
     flips = np.count_nonzero(~(signed_double_areas(complex_positions(made), topology.corner) > 0))
-    pairs = overlapping_pairs(made, topology.corner.T)
+    pairs = overlapping_pairs_of_chart(topology, made)
     trouble = (
         f"{flips} faces are flipped and {len(pairs)} pairs of faces overlap after {iterations} iterations: "
         "cut the surface along separating_seams instead"

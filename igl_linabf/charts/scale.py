@@ -7,7 +7,18 @@ import numpy as np
 from scipy import sparse
 
 from .._types import FloatArray, IntArray
+from ..kernels import entries, laplacian_entries
 from ..linalg import Analysis, factored_often
+
+
+def laplacian_of(ends: IntArray, weight: FloatArray, n: int) -> sparse.csc_array:
+    """The lower triangle of L in x^T L x = sum over bonds of weight (x_i - x_j)^2, by their ends (#B, 2).
+
+    Every node has a diagonal, also one without bonds.
+    """
+    ends = np.ascontiguousarray(ends.T)
+    indptr, indices, slot = entries(ends, n)
+    return sparse.csc_array((laplacian_entries(indptr, slot, ends, weight), indices, indptr), shape=(n, n))
 
 
 class ZeroAtNodes:
@@ -18,16 +29,11 @@ class ZeroAtNodes:
 
     Parameters
     ----------
-    laplacian : (n, n) sparse array
-        Symmetric, with its diagonal.
+    lower : (n, n) sparse array
+        The lower triangle of the Laplacian, as `laplacian_of` makes it.
     """
 
-    def __init__(self, laplacian: sparse.csr_array) -> None:
-        half, nodes = sparse.tril(laplacian).tocoo(), np.arange(laplacian.shape[0])
-        index = np.append(half.coords, [nodes, nodes], axis=1)  # a node without edges has a diagonal, too
-        values = np.append(half.data, np.zeros(len(nodes)))
-        lower = sparse.csc_array((values, index), shape=laplacian.shape)
-        lower.sort_indices()
+    def __init__(self, lower: sparse.csc_array) -> None:
         self._lower = lower
         self._row = lower.indices
         self._column = np.repeat(np.arange(lower.shape[1]), np.diff(lower.indptr))

@@ -20,11 +20,12 @@ from ..surface import (
 )
 from .branches import Cost, pruned, shortened
 from .coarse import Levels
-from .creases import flat_share, flat_shares
+from .creases import all_bends, flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface, join, open_handles
 from .expected import expected, log_scale
 from .foreseen import coarse_mesh, edges_between_overlaps
 from .nets import HARD, Nets
+from .panels import Creased, seams_of_panels
 from .routes import rerouted
 from .small_seams import SmallBodies
 from .symmetry import Mirror, mirrored
@@ -175,6 +176,7 @@ def seams_of(
     hidden: FloatArray | None = None,
     isometric: bool = False,
     part_overlaps: bool = False,
+    panels: bool = False,
 ) -> IntArray:
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
@@ -182,10 +184,16 @@ def seams_of(
     `hidden` as of `hiding`.
     `isometric`: for maps that keep lengths; the small ones among many are found as for others.
     `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
+    `panels`: so are those that are made of panels.
     """
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
     found = [np.zeros((0, 2), dtype=np.int64)]
+    if panels and trade > 0 and not holes and hidden is None:
+        of_panels, others = _of_panels(surface, trade)
+        if others is None:
+            return of_panels
+        found, surface = [of_panels], others
     small = []
     shapes = _shapes(surface)
     for (component, loops, genus), is_small in zip(shapes, _are_small(surface, shapes), strict=True):
@@ -194,14 +202,27 @@ def seams_of(
             if is_small:
                 small.append(component.faces)
             else:
-                piece = closed_surface(component, hidden, isometric)
-                seam = _best(component, piece, trade, holes, gain if open_ else None, part_overlaps)
+                bend = all_bends(component)
+                piece = closed_surface(component, hidden, isometric, bend)
+                seam = _best(component, piece, trade, holes, gain if open_ else None, part_overlaps, bend)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
         bodies = SmallBodies(surface.of_faces(rows), log_scale, hidden)
         found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN, gain))
     return np.concatenate(found)
+
+
+def _of_panels(surface: Submesh, trade: float) -> tuple[IntArray, Submesh | None]:
+    """The seams of the components that are made of panels; and the other components, if there are any."""
+    creased = Creased(surface)
+    made = creased.made_of_panels(trade)[creased.label]
+    if not made.any():
+        return np.zeros((0, 2), dtype=np.int64), surface
+    rows = np.flatnonzero(made)
+    seams, left = seams_of_panels(creased if made.all() else Creased(surface.of_faces(rows)), trade)
+    made[rows[left]] = False
+    return seams, None if made.all() else surface.of_faces(np.flatnonzero(~made))
 
 
 Shape = tuple[Submesh, int, int]  # a component, its numbers of boundary loops and handles
@@ -245,6 +266,7 @@ def _best(
     holes: bool,
     gain: float | None,
     part_overlaps: bool = False,
+    bend: FloatArray | None = None,
 ) -> IntArray:
     """The seam that leaves look for, or a net, if there are creases and it costs less.
 
@@ -254,7 +276,7 @@ def _best(
     with_nets = trade > 0 and not (holes and piece.holes > 1)
     nets = Nets(piece, trade, lambda seam: log_scale(piece, _open_nodes(piece, seam), piece.curvature))
     few = piece.n <= DIRECT
-    hard = with_nets and (nets.creased or (nets.angular and flat_share(component) >= HARD))
+    hard = with_nets and (nets.creased or (nets.angular and flat_share(component, bend) >= HARD))
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
     if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
         if gain is None or nets.cost(none) - nets.cost(net) >= gain:

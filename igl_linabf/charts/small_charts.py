@@ -47,6 +47,8 @@ def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
         and len(piece.topology.loops) == 1
         for parted, a, (_, _, piece) in zip(split, area, made, strict=True)
     ]
+    if not any(small):
+        return made
     of_piece: dict[int, list[_Host]] = {}
     for i, (key, chart, piece) in enumerate(made):
         if split[i] and not small[i] and not chart.overlapping and chart.result.outcome.good:

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import nearest_sources
+from ..kernels import Rest, lengths, ways_towards
 from .branches import Arc, Steps, arm, in_groups, is_joint, longest, replaced, steps_along
 from .cut_graph import SHORTER, ClosedSurface, opened
 
@@ -20,11 +20,15 @@ class _Corridor:
         self._nodes = np.flatnonzero(near)
         self._place = np.full(piece.n, -1)
         self._place[self._nodes] = np.arange(len(self._nodes))
-        self._graph = piece.graph[self._nodes][:, self._nodes]
-        row = np.repeat(np.arange(len(self._nodes)), np.diff(self._graph.indptr))
+        graph = piece.graph.copy()
+        graph.data = piece.entry
+        self._graph = graph[self._nodes][:, self._nodes]
         self._length = piece.length * piece.valley
-        edge = piece.between(self._nodes[row], self._nodes[self._graph.indices])
-        self._graph.data = self._length[edge]
+        self._graph.data = self._length[self._graph.data]
+        self._position = piece.position[self._nodes]
+        in_space = (piece.ends >= piece.holes).all(axis=1)  # a hole is in no one place
+        straight = lengths(piece.position, piece.ends[in_space])
+        self._share = float(np.min(self._length[in_space] / straight, initial=1.0, where=straight > 0))
 
     def accepts(self, moved: IntArray) -> bool:
         """Whether a seam that has moved still opens what it opened, and no part has become small."""
@@ -44,11 +48,19 @@ class _Corridor:
         closed[self._place[nodes]] = True
         return closed
 
-    def search(self, source: int, closed: BoolArray, limit: float) -> tuple[FloatArray, IntArray]:
-        """Distances from a node, by its place, and the nodes before, up to `limit`."""
-        passed, graph, limit = ~closed, self._graph, limit * (1 + 1e-9)
+    def search(
+        self, source: int, targets: IntArray, closed: BoolArray, limit: float
+    ) -> tuple[FloatArray, IntArray]:
+        """Distances from a node, and the nodes before, where ways on to all targets stay within `limit`.
+
+        Nodes are given by their places.
+        """
+        passed, graph = ~closed, self._graph
         passed[source] = True
-        return nearest_sources(graph.indptr, graph.indices, graph.data, np.array([source]), passed, limit)[:2]
+        at = targets[self._nodes[targets] >= self.piece.holes]
+        rest = Rest(self._position, self._position[at], self._share)
+        limit *= 1 + 1e-9
+        return ways_towards(graph.indptr, graph.indices, graph.data, source, passed, limit, rest)
 
     def way(self, before: IntArray, end: int) -> list[int]:
         """The nodes from an end, by its place in the corridor, back to the source."""
@@ -95,7 +107,7 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
         for edges, nodes in arcs:
             length, places = corridor.total(np.array(edges)), corridor.places(nodes)
             closed[places[1:]] = False
-            _, before = corridor.search(int(places[0]), closed, length)
+            _, before = corridor.search(int(places[0]), places[-1:], closed, length)
             way = corridor.way(before, int(places[-1]))
             if len(way) > 1:
                 new = piece.between(np.array(way[:-1]), np.array(way[1:]))
@@ -132,7 +144,8 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
             for _, nodes in arms:
                 closed[corridor.places(nodes[:-1])] = False
             length = corridor.total(own)
-            searches = [corridor.search(tip, closed, length) for tip in corridor.places(tips).tolist()]
+            at = corridor.places(tips)
+            searches = [corridor.search(int(at[k]), np.delete(at, k), closed, length) for k in range(3)]
             total = np.sum([distance for distance, _ in searches], axis=0)
             centre = int(np.argmin(total))
             if total[centre] < length * SHORTER:

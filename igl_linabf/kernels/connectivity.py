@@ -14,7 +14,7 @@ LOW_BITS = 2**32 - 1
 
 
 @inlined
-def _sort(keys: IntArray, begin: int, end: int) -> None:
+def sort_part(keys: IntArray, begin: int, end: int) -> None:
     """Sort a part of an array where it is (Shell 1959); most parts have a few entries."""
     gap = 1
     while 3 * gap < end - begin:
@@ -150,7 +150,7 @@ def _entries(ends: IntArray, n: int) -> Entries:
         at += 1
         indptr[v] = at
         indices[at] = v
-        _sort(keys, begin[v], begin[v + 1])
+        sort_part(keys, begin[v], begin[v + 1])
         for i in range(begin[v], begin[v + 1]):
             high = keys[i] >> 32
             if high != indices[at]:

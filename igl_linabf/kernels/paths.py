@@ -1,5 +1,7 @@
 """Shortest paths in a graph."""
 
+from typing import NamedTuple
+
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
@@ -8,6 +10,17 @@ from .._types import BoolArray, FloatArray, IntArray
 from .choice import inlined, with_loops
 
 Paths = tuple[FloatArray, IntArray, IntArray]
+
+
+class Rest(NamedTuple):
+    """What is left of a way to some targets, (#T, 3): at least a share of the distance in space to each.
+
+    `position` is that of each node, (n, 3).
+    """
+
+    position: FloatArray
+    targets: FloatArray
+    share: float
 
 
 @inlined
@@ -88,6 +101,63 @@ def nearest_sources(
         graph, indices=sources, min_only=True, return_predecessors=True, limit=max(limit, 0.0)
     )
     return distance, np.maximum(before.astype(np.int64), -1), np.maximum(source.astype(np.int64), -1)
+
+
+def _ways_towards(
+    indptr: IntArray,
+    indices: IntArray,
+    length: FloatArray,
+    source: int,
+    open_: BoolArray,
+    limit: float,
+    rest: Rest,
+) -> tuple[FloatArray, IntArray]:
+    n, size = len(indptr) - 1, 1
+    distance, before = np.full(n, np.inf), np.full(n, -1, dtype=np.int64)
+    place, heap, ahead = np.full(n, -1, dtype=np.int64), np.empty(n, dtype=np.int64), np.empty(n)
+    distance[source], heap[0], place[source] = 0.0, source, 0
+    while size:
+        node = heap[0]
+        size -= 1
+        if size:
+            heap[0] = heap[size]
+            _sunk(heap, place, distance, size)
+        for at in range(indptr[node], indptr[node + 1]):
+            there, way = indices[at], distance[node] + length[at]
+            if not open_[there] or way >= distance[there]:
+                continue
+            if place[there] < 0:
+                ahead[there] = 0.0
+                for k in range(len(rest.targets)):
+                    squared = 0.0
+                    for j in range(3):
+                        squared += (rest.position[there, j] - rest.targets[k, j]) ** 2
+                    ahead[there] += rest.share * np.sqrt(squared)
+            if way + ahead[there] > limit:
+                continue
+            if place[there] < 0:
+                heap[size], place[there] = there, size
+                size += 1
+            distance[there], before[there] = way, node
+            _risen(heap, place, distance, place[there])
+    return distance, before
+
+
+@with_loops(_ways_towards)
+def ways_towards(
+    indptr: IntArray,
+    indices: IntArray,
+    length: FloatArray,
+    source: int,
+    open_: BoolArray,
+    limit: float,
+    rest: Rest,
+) -> tuple[FloatArray, IntArray]:
+    """The distances from a node, and the nodes before, where all ways on to the targets stay within a limit.
+
+    As in `nearest_sources`; what is farther may be left out.
+    """
+    return nearest_sources(indptr, indices, length, np.array([source]), open_, limit)[:2]
 
 
 def _nodes_on_paths(before: IntArray, ends: IntArray) -> IntArray:

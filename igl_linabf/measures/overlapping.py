@@ -10,7 +10,16 @@ from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import boundary_loops, overlapping
-from ..surface import Parts, Submesh, complex_positions, face_components, of_size_one, signed_double_areas
+from ..surface import (
+    Parts,
+    Submesh,
+    Topology,
+    complex_positions,
+    coordinates,
+    face_components,
+    of_size_one,
+    signed_double_areas,
+)
 from .winding import may_overlap, open_sides
 
 MIN_DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
@@ -75,9 +84,26 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
     z = complex_positions(map_)
     suspect = ~_injective(z, F, chart)
     index = np.flatnonzero(suspect[chart])
-    if np.count_nonzero(suspect) == 1:
-        index = index[may_overlap(z, F[index])]
+    if np.count_nonzero(suspect) == 1 and (rim := open_sides(F[index], len(z))) is not None:
+        tail, head = (F[index][:, columns].T.ravel()[rim] for columns in ([0, 1, 2], [1, 2, 0]))
+        index = index[may_overlap(z, F[index], tail, head)]
     return np.asarray(index[_search(map_, F[index], chart[index])]) if len(index) else _no_pairs()
+
+
+def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray) -> IntArray:
+    """`overlapping_pairs` of the map of a surface in one piece, whose boundary loops are known."""
+    z, F = complex_positions(of_size_one(map_)), np.ascontiguousarray(topology.corner.T)
+    upright = bool((signed_double_areas(z, topology.corner) > 0).all())
+    index = np.arange(len(F))
+    if upright and topology.loops:
+        tail = np.concatenate(topology.loops)
+        head = np.concatenate([np.roll(loop, -1) for loop in topology.loops])
+        place = np.empty(topology.n, dtype=np.int64)
+        place[tail] = np.arange(len(tail))
+        if _wind_once(z[tail], place[head], np.zeros(len(tail), dtype=np.int64), 1)[0]:
+            return _no_pairs()
+        index = np.flatnonzero(may_overlap(z, F, tail, head))
+    return np.asarray(index[_search(coordinates(z), F[index], None)]) if len(index) else _no_pairs()
 
 
 def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> list[IntArray]:
@@ -89,11 +115,18 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
     largest = np.array([np.abs(uv).max() for uv, _ in maps])
     scale = np.ldexp(1.0, -np.frexp(largest)[1])  # all of size one, without rounding
     z = complex_positions(np.concatenate([uv for uv, _ in maps]) * vertices.spread(scale)[:, None])
-    proved = _injective(z, F, faces.spread(np.arange(len(maps))))
-    return [
-        _no_pairs() if sound else overlapping_pairs(uv, F)
-        for (uv, F), sound in zip(maps, proved.tolist(), strict=True)
-    ]
+    chart = faces.spread(np.arange(len(maps)))
+    asked = np.flatnonzero(~_injective(z, F, chart))
+    found = [_no_pairs()] * len(maps)
+    if len(asked) == 1:
+        found[asked[0]] = overlapping_pairs(*maps[asked[0]])
+    elif len(asked):
+        rows = np.flatnonzero(np.isin(chart, asked))
+        pairs = rows[_search(coordinates(z), F[rows], chart[rows])]
+        of = chart[pairs[:, 0]]
+        for i in np.unique(of).tolist():
+            found[i] = pairs[of == i] - faces.start[i]
+    return found
 
 
 def _no_pairs() -> IntArray:

@@ -9,15 +9,14 @@ MOST_CELLS = 512  # along a side of the grid
 CLOSE = 1e-6  # of a cell: more than rounding moves a point
 
 
-def may_overlap(z: ComplexArray, F: IntArray) -> BoolArray:
+def may_overlap(z: ComplexArray, F: IntArray, tail: IntArray, head: IntArray) -> BoolArray:
     """Faces of a chart near places that its boundary winds around more than once; all, if some are flipped.
 
-    Within a cell of a grid that the boundary does not pass, it winds around all points as often.
+    The boundary's sides are given by their vertices, the chart on their left. Within a cell of a grid that
+    the boundary does not pass, it winds around all points as often.
     """
-    rim = open_sides(F, len(z))
-    if rim is None or not (signed_double_areas(z, F.T) > 0).all():
+    if not (signed_double_areas(z, F.T) > 0).all():
         return np.ones(len(F), dtype=bool)
-    tail, head = F.T.ravel()[rim], F[:, [1, 2, 0]].T.ravel()[rim]
     side = int(np.clip(np.sqrt(len(F)), 8, MOST_CELLS))
     used = z[F]
     low = complex(used.real.min(), used.imag.min())
