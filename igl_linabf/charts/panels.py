@@ -17,10 +17,20 @@ from scipy.sparse import csgraph
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import DEPTH, assembled, lengths, normals, spanning_forest
-from ..surface import NEXT, PREV, Submesh, compact, connected_labels, cut_faces, face_components, sum_by
-from .creases import NOISE, SHARP, SOFT, all_bends, extents_of, sharpness
+from ..surface import (
+    NEXT,
+    PREV,
+    Parts,
+    Submesh,
+    compact,
+    connected_labels,
+    cut_faces,
+    face_components,
+    sum_by,
+)
+from .creases import NOISE, SHARP, SOFT, all_bends, extents_of, flat_shares, sharpness
 from .cut_graph import closed_surface, join
-from .nets import NEAR_CREASED, SHARP_SHARE, TIP
+from .nets import HARD, NEAR_CREASED, SHARP_SHARE, TIP
 
 FOLD = np.deg2rad(5.0)  # bend from which on an edge is a crease between panels
 EVEN, STEEP = 1e-3, 0.05  # radians that a plane may bend at an edge; and at one of a sliver, by rounding
@@ -29,6 +39,7 @@ FITS = 1e-5  # of the extent, by which two sides of a crease may miss each other
 ROUNDING = 1e-12  # of the extent: slivers of less height lie over nothing
 SAME = 1e-3  # of the extent, and radians: creases that two motions bring together by less are one
 WASTED = 0.02  # of the area between charts that others do not fill
+PAGE, LONGEST = 2.0, 0.6  # of the area, or of the squared length of a panel, that a page is meant to have
 GAIN = 0.02  # sum of squared curvatures, in full turns, from which on a disk gains by a seam
 
 
@@ -115,7 +126,8 @@ class Creased:
     def made_of_panels(self, trade: float) -> BoolArray:
         """Which components are: what is curved is on sharp creases, or a tip, and seams there cost little.
 
-        A disk has to gain by seams, unless nothing is curved.
+        Where most of the area lies flat, they may cost more. A disk has to gain by seams, unless nothing is
+        curved.
         """
         surface, bent, ends, number = self.surface, self.curvature, self.ends, len(self.extent)
         of_vertex = np.empty(len(surface.V), dtype=np.int64)
@@ -131,7 +143,10 @@ class Creased:
         curved = np.flatnonzero(bent)
         size = np.sqrt(sum_by(self.label, surface.measured[0], number) / 2)
         length = np.bincount(of_vertex[curved], least[curved], number) / 2 / size
-        made &= np.maximum(0.0, length - SHARP_SHARE * trade) / trade < NEAR_CREASED
+        cheap = np.maximum(0.0, length - SHARP_SHARE * trade) / trade < NEAR_CREASED
+        if not cheap[made].all():
+            cheap |= flat_shares(surface, self.label) >= HARD
+        made &= cheap
         gain = np.bincount(of_vertex, (bent / (2 * np.pi)) ** 2, number)
         loops = np.bincount(of_vertex[[loop[0] for loop in surface.topology.loops]], minlength=number)
         made &= (loops > 1) | (gain == 0) | (gain > GAIN)
@@ -154,9 +169,10 @@ def seams_of_panels(creased: Creased, trade: float) -> tuple[IntArray, BoolArray
     start = np.searchsorted(panel[order], np.arange(int(panel.max()) + 2))
     z *= _upright(z, order, panel)[panel, None]
     extent = creased.extent[creased.label]
-    size = np.sqrt(sum_by(creased.label, surface.measured[0], len(creased.extent)) / 2)
+    area = sum_by(creased.label, surface.measured[0], len(creased.extent)) / 2
+    page = np.maximum(PAGE * area, LONGEST * _longest(creased, z, panel) ** 2)  # half its diagonal, squared
     hinges = _hinges(creased, fold, panel, z)
-    size = size[hinges.body]
+    size = np.sqrt(area)[hinges.body]
     chart, turn, shift = assembled(
         z[order],
         _depths(z[order], extent[order]),
@@ -165,7 +181,7 @@ def seams_of_panels(creased: Creased, trade: float) -> tuple[IntArray, BoolArray
         hinges.turn,
         hinges.shift,
         hinges.length * size / (WASTED * trade),
-        size**2,
+        page[hinges.body],
     )
     z = turn[panel, None] * z + shift[panel, None]
     one, other = creased.sides(fold)
@@ -280,6 +296,17 @@ def _upright(z: ComplexArray, order: IntArray, panel: IntArray) -> ComplexArray:
     by_length = order[np.lexsort((np.abs(longest)[order], panel[order]))]
     last = by_length[np.append(np.diff(panel[by_length]) != 0, True)]
     return np.asarray(longest[last].conj() / np.abs(longest[last]))
+
+
+def _longest(creased: Creased, z: ComplexArray, panel: IntArray) -> FloatArray:
+    """The longest panel of each component, as it lies across."""
+    order = np.argsort(panel, kind="stable")
+    panels = Parts(np.searchsorted(panel[order], np.arange(int(panel.max()) + 2)))
+    x = z.real[order].T
+    long = panels.max(x.max(axis=0)) - panels.min(x.min(axis=0))
+    longest = np.zeros(len(creased.extent))
+    np.maximum.at(longest, creased.label[order[panels.start[:-1]]], long)
+    return longest
 
 
 def _depths(triangle: ComplexArray, extent: FloatArray) -> FloatArray:

@@ -15,6 +15,7 @@ from .choice import inlined, with_loops
 DEPTH = 0.5e-6  # of the height of the smaller triangle, by which one may reach into another one
 AT_ONCE = 256  # triangles that are compared with others at a time, in NumPy
 FEW = 12  # triangles of a region that need no grid
+LONG = 15.0  # times what a chart that is too long for the page adds to it counts
 SIDES = 24  # directions of those of rectangles around a chart
 MOST_CELLS = 128  # along a side of the grid
 
@@ -156,7 +157,7 @@ def _taken(extent: FloatArray, page: float) -> float:
     least, quarter = np.inf, len(extent) // 4
     for k in range(quarter):
         wide, high = extent[k] + extent[k + 2 * quarter], extent[k + quarter] + extent[k + 3 * quarter]
-        least = min(least, max(wide * high, max(wide, high) ** 2 / 2 - page))
+        least = min(least, max(wide * high, LONG * (max(wide, high) ** 2 / 2 - page)))
     return float(least)
 
 
