@@ -1,18 +1,24 @@
 """Boundaries to order beside a free one: F/3nt, L2 stretch, flips, solves, and time over the free map.
 
     python benchmarks/boundaries.py [--repeat 3]
+    python benchmarks/boundaries.py --bff bff-command-line
 
 The meshes are the cortex and those of the kinds disk, flat2d and stress in IGL_LINABF_MESHES; for circles
 of holes, the crown and those of kind `holes` with up to 40,000 triangles. Their chords are split, since
 ears cannot be straight. Then the bunny and those of kind `closed` without handles, cut open along the seams
 of `unwrap` and subdivided to 25,000 triangles at least, with their ears: on a circle only. Times are CPU
-times of one thread: set OMP_NUM_THREADS=1. Prints Markdown.
+times of one thread: set OMP_NUM_THREADS=1. Prints Markdown. With `--bff`, the command of
+https://github.com/GeometryCollective/boundary-first-flattening maps the disks to a disk as well.
 """
 
 from __future__ import annotations
 
 import argparse
+import resource
+import subprocess
+import tempfile
 import warnings
+from pathlib import Path
 from statistics import median
 from time import process_time
 
@@ -30,6 +36,7 @@ from igl_linabf import (
     split_chords,
     unwrap,
 )
+from igl_linabf.io import read_mesh, read_texture, write_obj
 from igl_linabf.surface import planar
 
 FREE = "free"
@@ -55,17 +62,55 @@ def off(result: Flattening, loop: np.ndarray) -> float:
         low, high = (end(result.uv[result.corners], axis=0) for end in (np.min, np.max))
         beside = np.minimum(np.abs(z - low), np.abs(z - high)).min(axis=1)
         return float(beside.max() / np.linalg.norm(high - low))
+    return off_circle(z)
+
+
+def off_circle(z: np.ndarray) -> float:
+    """By how much the distances from the centre of the nearest circle differ, over their mean."""
     centre = np.linalg.lstsq(np.column_stack((z, np.ones(len(z)))), (z**2).sum(axis=1), rcond=None)[0][:2] / 2
     radius = np.linalg.norm(z - centre, axis=1)
     return float(np.ptp(radius) / radius.mean())
 
 
+def beside_bff(command: str) -> None:
+    """Print the map on a circle beside BFF's."""
+    print("Each cell: F/3nt, L2 stretch, flips, distance of the boundary from a circle; CPU seconds, with")
+    print("reading and writing files.\n")
+    print("| mesh | triangles | BFF | on a circle |")
+    print("|---|---|---|---|")
+    for name, V, F in [brain(), *shared("disk")]:
+        V, F = split_chords(V, F)
+        loop, cells = igl.boundary_loop(F), []
+        with tempfile.TemporaryDirectory() as folder:
+            given, made = Path(folder, "in.obj"), Path(folder, "out.obj")
+            igl.writeOBJ(str(given), V, F)
+            start = resource.getrusage(resource.RUSAGE_CHILDREN)
+            subprocess.run([command, given, made, "--flattenToDisk"], check=True, capture_output=True)
+            end = resource.getrusage(resource.RUSAGE_CHILDREN)
+            TC, FTC = read_texture(made)
+            theirs = np.empty((len(V), 2))
+            theirs[read_mesh(made)[1]] = TC[FTC]
+            ours = flatten(V, F, boundary="circle").uv  # and a warm-up
+            begin = process_time()
+            write_obj(made, *read_mesh(given), flatten(V, F, boundary="circle").uv)
+            seconds = end.ru_utime - start.ru_utime + end.ru_stime - start.ru_stime, process_time() - begin
+        for uv, spent in zip((theirs, ours), seconds, strict=True):
+            q = quality(V, F, uv)
+            cell = f"{q.angle_distortion:.3g}, {q.stretch_l2:.3g}, {q.flips}, {off_circle(uv[loop]):.0e}"
+            cells.append(f"{cell}; {spent:.2f}")
+        print(f"| {name} | {len(F):,} | {' | '.join(cells)} |", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--bff")
     options = parser.parse_args()
     warnings.simplefilter("ignore", OutcomeWarning)
     warnings.simplefilter("ignore", FallbackWarning)
+    if options.bff:
+        beside_bff(options.bff)
+        return
     print("Each cell: F/3nt, L2 stretch, flips; solves (conjugate gradient steps), distance of the boundary")
     print("from the shape over its size, **CPU time over the free map**.\n")
     print("| mesh | triangles | free | circle | rectangle |")

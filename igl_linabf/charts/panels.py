@@ -42,6 +42,7 @@ SHALLOW = 0.05  # of their height, by which they may at most
 SAME = 1e-3  # of the extent, and radians: creases that two motions bring together by less are one
 WASTED = 0.02  # of the area between charts that others do not fill
 PAGE, LONGEST = 2.0, 0.6  # of the area, or of the squared length of a panel, that a page is meant to have
+NEEDLE = 1e-12  # area over squared length, up to which no face may be a panel alone
 GAIN = 0.02  # sum of squared curvatures, in full turns, from which on a disk gains by a seam
 
 
@@ -152,6 +153,9 @@ class Creased:
         gain = np.bincount(of_vertex, (bent / (2 * np.pi)) ** 2, number)
         loops = np.bincount(of_vertex[[loop[0] for loop in surface.topology.loops]], minlength=number)
         made &= (loops > 1) | (gain == 0) | (gain > GAIN)
+        double_area, dot = surface.measured
+        needle = double_area <= NEEDLE * (dot[NEXT] + dot[PREV]).max(axis=0)  # it has no map of its own
+        made &= np.bincount(self.label[needle], minlength=number) == 0
         return np.asarray(made & ((loops > 0) | (np.bincount(of_vertex[on_sharp], minlength=number) > 0)))
 
 
