@@ -11,8 +11,8 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..flattening import Flattening
 from ..measures import Quality, quality_of_each
-from ..surface import Parts, Submesh, centred, complex_positions, coordinates, signed_double_areas
-from .pieces import cut_out, on_part
+from ..surface import Parts, Submesh, complex_positions, signed_double_areas
+from .pieces import cut_out, of_own_size, on_part
 
 KEPT = (
     0.9  # share of its faces from which on the largest part keeps the map; a smaller one gains by a new one
@@ -38,7 +38,7 @@ def kept_maps(
     apart[of[pairs[of[pairs[:, 0]] == of[pairs[:, 1]], 0]]] = False
     large = size >= KEPT * len(piece.F)
     asked = np.flatnonzero(apart & (large | (high <= EXACT**2 * low))).tolist()
-    maps = [_own_map(piece, result, parts[k]) for k in asked]
+    maps = [of_own_size(on_part(result.uv, piece, parts[k]), parts[k]) for k in asked]
     measured = quality_of_each([(parts[k], uv, 0) for k, uv in zip(asked, maps, strict=True)])
     for k, uv, quality in zip(asked, maps, measured, strict=True):
         exact = max(quality.stretch_l2, quality.conformal_distortion) <= EXACT
@@ -48,12 +48,6 @@ def kept_maps(
             made = replace(made, message=f"{result.message}; {cut_off}")
             kept[k] = made, np.zeros((0, 2), dtype=np.int64), quality
     return kept
-
-
-def _own_map(piece: Submesh, result: Flattening, part: Submesh) -> FloatArray:
-    """The map of a part, as large as it is on the surface, and turned as all maps are."""
-    z = complex_positions(on_part(result.uv, piece, part))
-    return coordinates(centred(part.topology, z, float(part.measured[0].sum()) / 2))
 
 
 def _area_ratios(

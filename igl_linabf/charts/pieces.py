@@ -10,7 +10,7 @@ from .._types import FloatArray
 from ..errors import MeshError, SingularSystemError, some
 from ..flattening import Flattening, Method, Outcome, Sketch
 from ..measures import change_of
-from ..surface import Submesh, complex_positions, planar_mesh, signed_double_areas
+from ..surface import Submesh, centred, complex_positions, coordinates, planar_mesh
 
 
 def flattened(piece: Submesh, method: Method) -> Flattening:
@@ -36,9 +36,9 @@ def on_part(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
 
 
 def of_own_size(uv: FloatArray, piece: Submesh) -> FloatArray:
-    """The map of a piece, scaled so that it is as large as the surface, like every map."""
-    double_area = np.abs(signed_double_areas(complex_positions(uv), piece.topology.corner))
-    return np.asarray(uv * np.sqrt(piece.measured[0].sum() / double_area.sum()))
+    """The map of a piece, as large as the surface and turned and placed as every map is."""
+    z = centred(piece.topology, complex_positions(uv), float(piece.measured[0].sum()) / 2)
+    return coordinates(z)
 
 
 def cut_out(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:
