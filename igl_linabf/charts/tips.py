@@ -5,11 +5,13 @@ turn by half a sphere, a map shrinks far more than that. A short seam to such a 
 """
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from .._types import FloatArray, IntArray
 from ..measures import change_of
 from ..surface import Submesh, connected_labels
-from .cut_graph import closed_surface
+from .cut_graph import CREASE_DISCOUNT, closed_surface
+from .visibility import HIDING
 
 SHRUNK = 1 / 16  # of the area that a face at a tip has in the map, at most
 
@@ -29,18 +31,25 @@ def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArr
         return np.zeros((0, 2), dtype=np.int64)
     F = piece.F[small]
     label = connected_labels(np.concatenate((F[:, :2], F[:, 1:])), len(piece.V))[F[:, 0]]
-    surface = closed_surface(piece, hidden)
-    distance, before, _ = surface.search(np.arange(surface.holes))
-    leaves: list[int] = []
     saved = {
         tip: float((squared[small] - area[small])[label == tip].sum()) for tip in np.unique(label).tolist()
     }
-    for tip in sorted(saved, key=lambda tip: -saved[tip]):
-        rows = small[label == tip]
-        face = rows[np.argmin(grown[rows])]
-        leaf = int(surface.node[piece.F[face]].max())  # nodes of loops come first
+    faces = {tip: piece.F[small[label == tip][np.argmin(grown[small[label == tip]])]] for tip in saved}
+    # in space the boundary is no farther than on the surface, and a map of stretch 1 has none to save
+    price = (1 - CREASE_DISCOUNT) / (1.0 if hidden is None else HIDING) / trade
+    rim = cKDTree(piece.V[np.concatenate(piece.topology.loops)])
+    size = float(np.sqrt(changed.double_area.sum() / 2))
+    near = {tip: price * float(rim.query(piece.V[face])[0].min()) / size for tip, face in faces.items()}
+    worth = sorted((tip for tip in saved if saved[tip] / 2 > near[tip]), key=lambda tip: -saved[tip])
+    if not worth:
+        return np.zeros((0, 2), dtype=np.int64)
+    surface = closed_surface(piece, hidden)
+    distance, before, _ = surface.search(np.arange(surface.holes))
+    leaves: list[int] = []
+    for tip in worth:
+        leaf = int(surface.node[faces[tip]].max())  # nodes of loops come first
         left = max(total - saved[tip], 1.0)  # which is a map without stretch
-        if np.sqrt(total) - np.sqrt(left) > distance[leaf] / surface.size / trade > 0:
+        if np.sqrt(total) - np.sqrt(left) > distance[leaf] / size / trade > 0:
             leaves.append(leaf)
             total = left
     return piece.vertices[surface.edges[surface.paths(before, leaves)]]
