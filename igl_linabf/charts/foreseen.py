@@ -18,7 +18,7 @@ from .pieces import flattened
 from .tips import tips_of, worth_a_seam
 
 MANY = 20  # disks, beyond which some would be tiny: the surface is parted when its map is known
-FEW = 0.05  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
+FEW = 0.02  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
 SHRUNK = 1 / 8  # of the area that a tip has in the map; on the surface itself faces shrink twice as much
 CHIP = 0.02  # share of a component's faces, below which a part is left to a neighbour: it overlaps little
 
