@@ -1,27 +1,58 @@
 """Boundaries to order beside a free one: F/3nt, L2 stretch, flips, solves, and time over the free map.
 
     python benchmarks/boundaries.py [--repeat 3]
+    python benchmarks/boundaries.py --bff bff-command-line
 
 The meshes are the cortex and those of the kinds disk, flat2d and stress in IGL_LINABF_MESHES; for circles
-of holes, the crown and those of kind `holes` with up to 20,000 triangles. Their chords are split, since
-ears cannot be straight. Prints Markdown.
+of holes, the crown and those of kind `holes` with up to 40,000 triangles. Their chords are split, since
+ears cannot be straight. Then the bunny and those of kind `closed` without handles, cut open along the seams
+of `unwrap` and subdivided to 25,000 triangles at least, with their ears: on a circle only. Times are CPU
+times of one thread: set OMP_NUM_THREADS=1. Prints Markdown. With `--bff`, the command of
+https://github.com/GeometryCollective/boundary-first-flattening maps the disks to a disk as well.
 """
 
 from __future__ import annotations
 
 import argparse
+import resource
+import subprocess
+import tempfile
 import warnings
-from functools import partial
+from pathlib import Path
+from statistics import median
+from time import process_time
 
+import igl
 import numpy as np
-from meshes import brain, crown, shared
+from meshes import Mesh, brain, crown, shared, stanford, subdivided
 
-from igl_linabf import FallbackWarning, Flattening, OutcomeWarning, flatten, quality, split_chords
-from igl_linabf.flattening import medians
+from igl_linabf import (
+    FallbackWarning,
+    Flattening,
+    OutcomeWarning,
+    cut,
+    flatten,
+    quality,
+    split_chords,
+    unwrap,
+)
+from igl_linabf.io import read_mesh, read_texture, write_obj
 from igl_linabf.surface import planar
 
 FREE = "free"
-MOST = 20_000  # triangles of a mesh with holes
+MOST = 40_000  # triangles of a mesh with holes
+LEAST = 25_000  # triangles to which a surface that is cut open is subdivided
+
+
+def cut_open(mesh: Mesh) -> Mesh:
+    """The largest chart of `unwrap`, subdivided."""
+    name, V, F = mesh
+    atlas = unwrap(V, F)
+    V, F, _ = cut(V, F, atlas.seams)
+    chart = max(atlas.charts, key=lambda chart: len(chart.faces))
+    V, F = igl.remove_unreferenced(V, F[chart.faces])[:2]
+    times = max(0, int(np.ceil(np.log(LEAST / len(F)) / np.log(4))))
+    return subdivided((name, V, F), times) if times else (name, V, F)
 
 
 def off(result: Flattening, loop: np.ndarray) -> float:
@@ -31,19 +62,57 @@ def off(result: Flattening, loop: np.ndarray) -> float:
         low, high = (end(result.uv[result.corners], axis=0) for end in (np.min, np.max))
         beside = np.minimum(np.abs(z - low), np.abs(z - high)).min(axis=1)
         return float(beside.max() / np.linalg.norm(high - low))
+    return off_circle(z)
+
+
+def off_circle(z: np.ndarray) -> float:
+    """By how much the distances from the centre of the nearest circle differ, over their mean."""
     centre = np.linalg.lstsq(np.column_stack((z, np.ones(len(z)))), (z**2).sum(axis=1), rcond=None)[0][:2] / 2
     radius = np.linalg.norm(z - centre, axis=1)
     return float(np.ptp(radius) / radius.mean())
 
 
+def beside_bff(command: str) -> None:
+    """Print the map on a circle beside BFF's."""
+    print("Each cell: F/3nt, L2 stretch, flips, distance of the boundary from a circle; CPU seconds, with")
+    print("reading and writing files.\n")
+    print("| mesh | triangles | BFF | on a circle |")
+    print("|---|---|---|---|")
+    for name, V, F in [brain(), *shared("disk")]:
+        V, F = split_chords(V, F)
+        loop, cells = igl.boundary_loop(F), []
+        with tempfile.TemporaryDirectory() as folder:
+            given, made = Path(folder, "in.obj"), Path(folder, "out.obj")
+            igl.writeOBJ(str(given), V, F)
+            start = resource.getrusage(resource.RUSAGE_CHILDREN)
+            subprocess.run([command, given, made, "--flattenToDisk"], check=True, capture_output=True)
+            end = resource.getrusage(resource.RUSAGE_CHILDREN)
+            TC, FTC = read_texture(made)
+            theirs = np.empty((len(V), 2))
+            theirs[read_mesh(made)[1]] = TC[FTC]
+            ours = flatten(V, F, boundary="circle").uv  # and a warm-up
+            begin = process_time()
+            write_obj(made, *read_mesh(given), flatten(V, F, boundary="circle").uv)
+            seconds = end.ru_utime - start.ru_utime + end.ru_stime - start.ru_stime, process_time() - begin
+        for uv, spent in zip((theirs, ours), seconds, strict=True):
+            q = quality(V, F, uv)
+            cell = f"{q.angle_distortion:.3g}, {q.stretch_l2:.3g}, {q.flips}, {off_circle(uv[loop]):.0e}"
+            cells.append(f"{cell}; {spent:.2f}")
+        print(f"| {name} | {len(F):,} | {' | '.join(cells)} |", flush=True)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("--repeat", type=int, default=3)
+    parser.add_argument("--bff")
     options = parser.parse_args()
     warnings.simplefilter("ignore", OutcomeWarning)
     warnings.simplefilter("ignore", FallbackWarning)
+    if options.bff:
+        beside_bff(options.bff)
+        return
     print("Each cell: F/3nt, L2 stretch, flips; solves (conjugate gradient steps), distance of the boundary")
-    print("from the shape over its size, **time over the free map**.\n")
+    print("from the shape over its size, **CPU time over the free map**.\n")
     print("| mesh | triangles | free | circle | rectangle |")
     print("|---|---|---|---|---|")
     for name, V, F in [brain(), *shared("disk", "flat2d", "stress")]:
@@ -52,13 +121,23 @@ def main() -> None:
     print("|---|---|---|---|---|")
     for name, V, F in [crown(), *(mesh for mesh in shared("holes") if len(mesh[2]) <= MOST)]:
         row(name, *split_chords(V, F), (FREE, "circle", "circles"), options.repeat)
+    print("\n| cut open | triangles | free | circle |")
+    print("|---|---|---|---|")
+    without_handles = [mesh for mesh in shared("closed") if igl.euler_characteristic(mesh[2]) == 2]
+    for mesh in [stanford(), *without_handles]:
+        row(*cut_open(mesh), (FREE, "circle"), options.repeat)
 
 
 def row(name: str, V: np.ndarray, F: np.ndarray, shapes: tuple[str, ...], repeat: int) -> None:
     mesh, cells = planar(V, F), []
     results = {shape: flatten(V, F, boundary=shape, progress=False) for shape in shapes}
-    calls = [partial(flatten, V, F, boundary=shape, progress=False) for shape in shapes]
-    times = dict(zip(shapes, medians(calls, repeat), strict=True))
+    turns: dict[str, list[float]] = {shape: [] for shape in shapes}
+    for _ in range(repeat):
+        for shape, seconds in turns.items():
+            start = process_time()
+            flatten(V, F, boundary=shape, progress=False)
+            seconds.append(process_time() - start)
+    times = {shape: median(seconds) for shape, seconds in turns.items()}
     for shape, result in results.items():
         q = quality(V, F, result.uv)
         cell = f"{q.angle_distortion:.3g}, {q.stretch_l2:.3g}, {q.flips}; "

@@ -53,6 +53,32 @@ def subdivided(mesh: Mesh, times: int) -> Mesh:
     return f"{name}, {4**times} x", *igl.upsample(V, F, times)
 
 
+def divided(mesh: Mesh, k: int) -> Mesh:
+    """Every triangle split into k^2 equal ones."""
+    name, V, F = mesh
+    n, m = len(V), len(F)
+    tail, head = F[:, [1, 2, 0]].T, F[:, [2, 0, 1]].T  # of the side opposite to each corner
+    key, side = np.unique(np.minimum(tail, head) * n + np.maximum(tail, head), return_inverse=True)
+    side, low, share = side.reshape(3, m), key // n, np.arange(1, k)[:, None] / k
+    on_edges = V[low][:, None] * (1 - share) + V[key % n][:, None] * share
+    inside = [(i, j) for i in range(1, k) for j in range(1, k - i)]
+    weights = np.array([(k - i - j, i, j) for i, j in inside]).reshape(-1, 3) / k
+    at = np.empty((k + 1, k + 1, m), dtype=np.int64)  # the point i steps towards corner 1 and j towards 2
+    at[0, 0], at[k, 0], at[0, k] = F.T
+    for s in range(1, k):
+        along = n + side * (k - 1) + np.where(tail == low[side], s, k - s) - 1
+        at[k - s, s], at[0, k - s], at[s, 0] = along
+    for number, (i, j) in enumerate(inside):
+        at[i, j] = n + len(key) * (k - 1) + np.arange(m) * len(inside) + number
+    corners = [((i, j), (i + 1, j), (i, j + 1)) for i in range(k) for j in range(k - i)]
+    corners += [((i + 1, j), (i + 1, j + 1), (i, j + 1)) for i in range(k) for j in range(k - i - 1)]
+    faces = np.stack([np.stack([at[i, j] for i, j in three], axis=1) for three in corners], axis=1)
+    points = np.concatenate(
+        (V, on_edges.reshape(-1, 3), np.einsum("pc,mcx->mpx", weights, V[F]).reshape(-1, 3))
+    )
+    return name if k == 1 else f"{name}, {k * k} x", points, faces.reshape(-1, 3)
+
+
 def crown() -> Mesh:
     """The demo's disk with seven holes."""
     return "crown", *crown_without_tips()

@@ -1,7 +1,7 @@
 """Boundaries to order
 ===================
 
-The cortex on a circle and on a rectangle, and a sleeve unrolled to a rectangle, beside their free maps::
+The bunny's face on a circle and on a rectangle, and a sleeve unrolled to one, beside their free maps::
 
     python demos/boundaries.py [MESH]
 
@@ -15,15 +15,26 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
+import igl
 import numpy as np
 import pyvista as pv
-from cortex import cortex
+from stretch import bunny
 
 from igl_linabf import Flattening, flatten, quality, split_chords
 from igl_linabf.io import read_mesh, replacing
 from igl_linabf.plot import plot_checkerboard, plot_uv
 
 SHAPES = ("free", "circle", "rectangle")
+AHEAD = np.array([-0.5, -0.85, 0.1])  # where the bunny looks
+
+
+def face(radius: float = 9.0) -> tuple[np.ndarray, np.ndarray]:
+    """What is near the tip of the Stanford bunny's nose."""
+    V, F = bunny()
+    head = np.flatnonzero(V[:, 2] > 24)
+    nose = V[head[np.argmax(V[head] @ AHEAD)]]
+    F = F[np.linalg.norm(V[F].mean(axis=1) - nose, axis=1) < radius]
+    return split_chords(*igl.remove_unreferenced(V, F)[:2])  # ears cannot be straight
 
 
 def sleeve(around: int = 48, along: int = 60) -> tuple[np.ndarray, np.ndarray, list[int]]:
@@ -52,7 +63,9 @@ def on_shape(result: Flattening, loop: np.ndarray) -> float:
     return float(np.minimum(z - low, high - z).min(axis=1).max() / np.linalg.norm(high - low))
 
 
-def show(name: str, V: np.ndarray, F: np.ndarray, corners: list[int] | None = None) -> dict[str, Flattening]:
+def show(
+    name: str, V: np.ndarray, F: np.ndarray, corners: list[int] | None = None, look: np.ndarray | None = None
+) -> dict[str, Flattening]:
     """Print and draw the free map and those on a circle and on a rectangle."""
     results = {}
     for shape in SHAPES:
@@ -70,7 +83,9 @@ def show(name: str, V: np.ndarray, F: np.ndarray, corners: list[int] | None = No
         plotter.subplot(0, i)
         plot_checkerboard(V, F, result.uv, plotter=plotter)
         plotter.add_text(shape, font_size=12, color="black")
-        plotter.camera.zoom(1.7)
+        if look is not None:
+            plotter.view_vector(look, viewup=(0, 0, 1))
+        plotter.camera.zoom(1.3)
         plotter.subplot(1, i)
         plot_uv(result.uv, F, plotter=plotter)
     with replacing(path) as temporary:
@@ -84,14 +99,12 @@ if __name__ == "__main__":
     if len(sys.argv) > 1:
         show(Path(sys.argv[1]).stem, *split_chords(*read_mesh(sys.argv[1])))
     else:
-        import igl
-
-        V, F = split_chords(*cortex()[:2])  # ears cannot be straight
-        brain = show("cortex", V, F)
-        V, F, corners = sleeve()
-        arm = show("sleeve", V, F, corners)
-        for results, faces in ((brain, split_chords(*cortex()[:2])[1]), (arm, F)):
+        V, F = face()
+        front = show("face", V, F, look=AHEAD)
+        W, G, corners = sleeve()
+        arm = show("sleeve", W, G, corners)
+        for results, faces in ((front, F), (arm, G)):
             for shape in SHAPES[1:]:
                 assert on_shape(results[shape], igl.boundary_loop(faces)) < 1e-6
         # the two sides that are sewn together are straight, and the sleeve shrinks but little
-        assert quality(V, F, arm["rectangle"].uv).stretch_l2 < 1.3
+        assert quality(W, G, arm["rectangle"].uv).stretch_l2 < 1.3

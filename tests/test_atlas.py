@@ -315,6 +315,9 @@ def test_the_command_flattens_the_seams_of_a_file_again(tmp_path) -> None:
     process = run("unwrap", tmp_path / "in.obj", "-o", tmp_path / "d.obj", "--seams", pairs)
     assert process.returncode == 2
     assert "no table of integers" in process.stderr
+    process = run("unwrap", tmp_path / "in.obj", "-o", tmp_path / "d.obj", "--cones", "3,30")
+    assert process.returncode == 2
+    assert "there is no file 3,30" in process.stderr
     assert not (tmp_path / "d.obj").exists()
 
 

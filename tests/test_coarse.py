@@ -10,8 +10,8 @@ from conftest import load
 from igl_linabf.charts import cut, find_seams, seams
 from igl_linabf.charts.coarse import clusters, contracted
 from igl_linabf.charts.cut_graph import closed_surface, shape
+from igl_linabf.charts.growing import grown_seam, seam_cost
 from igl_linabf.charts.pieces import flattened
-from igl_linabf.charts.seams import _cost, _seam
 from igl_linabf.flattening import Sketch
 from igl_linabf.measures import overlapping_pairs
 from igl_linabf.surface import Submesh
@@ -56,7 +56,7 @@ def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) ->
 def test_a_seam_of_clusters_opens_the_surface_as_it_opened_them(name: str, hops: int) -> None:
     piece = closed_surface(surface(name))
     smaller = contracted(piece, clusters(piece, hops))
-    seam, leaves = _seam(smaller.coarse, 6.0, False)
+    seam, leaves = grown_seam(smaller.coarse, 6.0, False)
     carried, drawn = smaller.carried(seam), smaller.drawn(seam, leaves)
     assert shape(smaller.coarse, seam) == shape(piece, carried) == shape(piece, drawn)
     assert shape(piece, carried)[2]
@@ -97,7 +97,7 @@ def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str,
     piece, costs = closed_surface(part), []
     for direct in (piece.n, piece.n - 1):
         monkeypatch.setattr(seams, "DIRECT", direct)
-        costs.append(_cost(piece, seams._best(part, piece, 6.0, False, None), 6.0))
+        costs.append(seam_cost(piece, seams._best(part, piece, 6.0, False, None), 6.0))
     assert costs[1] <= 1.03 * costs[0]
 
 

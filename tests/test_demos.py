@@ -188,7 +188,7 @@ def test_pins_flip_triangles_in_least_squares_and_none_in_the_isometric_map(tmp_
 def test_boundaries_to_order(tmp_path) -> None:
     text = run(tmp_path, ROOT / "demos" / "boundaries.py")
     assert len(re.findall(r", 0 flipped", text)) == 6
-    for name in ("cortex", "sleeve"):
+    for name in ("face", "sleeve"):
         picture = pixels(tmp_path / "out" / f"{name}_shapes.png")[..., :3].astype(int)
         assert (np.abs(picture - pv.Color(WARNING).int_rgb).sum(axis=2) < 12).sum() == 0
         coloured = (picture.min(axis=2) < 200)[510:]  # the maps are below

@@ -80,6 +80,18 @@ def triangles():
     return triangle, end, np.full(60, 1e-6), np.full(60, 1e-15)
 
 
+def squares_with_hinges():
+    """Unit squares that are joined at sides, in turn; many would come over others."""
+    rng, n = np.random.default_rng(3), 30
+    square = np.array([[0, 1, 1 + 1j], [0, 1 + 1j, 1j]])
+    turn = 1j ** rng.integers(4, size=200)
+    shift = 0.5 + 0.5j + 1j ** rng.integers(4, size=200) - turn * (0.5 + 0.5j)
+    pairs = rng.integers(n, size=(200, 2))
+    depth = np.where(np.arange(2 * n) % 7 == 3, -1.0, 1e-6)
+    worth = np.where(rng.random(200) < 0.8, 9.0, 0.1)
+    return np.tile(square, (n, 1)), depth, 2 * np.arange(n + 1), pairs, turn, shift, worth, np.full(200, 20.0)
+
+
 def cases():
     """Each kernel with what it may get: sharp angles, holes, vertices without a row."""
     mesh, t, alpha = topology_and_angles()
@@ -143,6 +155,7 @@ def cases():
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
         "overlapping": (*triangles(),),
+        "assembled": squares_with_hinges(),
         "dot": tuple(rng.normal(size=(2, 40))),
         "turn": (rng.normal(size=40), 0.7, rng.normal(size=40)),
         "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),

@@ -84,7 +84,7 @@ def test_a_net_does_not_depend_on_position_size_or_numbering() -> None:
         assert atlas.seam_length == pytest.approx(scale * length, rel=1e-5)
 
 
-def test_a_net_that_lies_over_itself_is_parted_along_sharp_creases_only() -> None:
+def test_a_plate_is_cut_along_sharp_creases_and_once_along_each_tube() -> None:
     V, F = plate_with_holes(12)
     atlas = unwrap(V, F)
     assert atlas.good
@@ -93,13 +93,11 @@ def test_a_net_that_lies_over_itself_is_parted_along_sharp_creases_only() -> Non
     edges, _, sides = igl.edge_flaps(F)[:3]
     normal = igl.per_face_normals(V, F, np.zeros(3))
     bend = np.arccos(np.clip((normal[sides[:, 0]] * normal[sides[:, 1]]).sum(axis=1), -1, 1))
-    cuts, net = (
-        {tuple(pair) for pair in np.sort(e, axis=1).tolist()} for e in (atlas.seams, find_seams(V, F))
-    )
-    added = np.array([tuple(pair) in cuts - net for pair in np.sort(edges, axis=1).tolist()])
-    assert len(net - cuts) < len(net) / 10  # but for edges across which small charts are joined again
-    assert added.any()
-    assert (bend[added] > np.deg2rad(40)).all()
+    cuts = {tuple(pair) for pair in np.sort(atlas.seams, axis=1).tolist()}
+    on_seam = np.array([tuple(pair) in cuts for pair in np.sort(edges, axis=1).tolist()])
+    degrees = np.rad2deg(bend[on_seam])
+    assert np.count_nonzero((degrees > 1) & (degrees < 40)) <= 12
+    assert np.count_nonzero(degrees < 1) <= 2 * 12  # in each plane from bore to bore, and to the rim
 
 
 @pytest.mark.parametrize("name", ["pial", "nut", "double_torus", "ball", "ant", "cuboid, fine"])

@@ -83,6 +83,23 @@ def test_rungs_are_climbed_only_as_far_as_needed() -> None:
         assert result.ladder[-1].failed == ""
 
 
+@pytest.mark.parametrize("name", ["ball", "closed__igl_cow.off"])
+def test_steps_that_were_cut_short_end_in_corrections_without_inner_steps(name: str) -> None:
+    V, F = load(name)
+    if name.startswith("closed"):
+        V, F = tree_cut(V, F, 5, None)
+    result, active_set = flatten(V, F), flatten(V, F, LinABF(iterations=12))
+    kinds, inner = [s.kind for s in result.steps], [s.inner_steps for s in result.steps]
+    first = kinds.index("conformal")
+    assert set(kinds[first:]) == {"conformal"}
+    assert not any(inner[first:])
+    assert result.inner_steps < 0.7 * active_set.inner_steps
+    assert result.after.largest <= 1e-8
+    ours, theirs = (quality(V, F, made.uv).angle_distortion for made in (result, active_set))
+    assert abs(ours / theirs - 1) < 2e-3
+    assert "conformal" not in {s.kind for s in flatten(V, F, LinABF(rtol=1e-3)).steps}
+
+
 def test_the_guarantee_changes_nothing_where_nothing_is_flipped() -> None:
     for name in ("bumps", "ball", "tube", *(STRESS if FOLDER else ())):
         if name != DEER:

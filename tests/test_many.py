@@ -18,7 +18,7 @@ import igl_linabf as il
 from igl_linabf._runtime import in_threads
 from igl_linabf.charts import TRADE
 from igl_linabf.charts.cut_graph import closed_surface
-from igl_linabf.charts.seams import _cost as seam_cost
+from igl_linabf.charts.growing import seam_cost
 from igl_linabf.charts.seams import seams_of
 from igl_linabf.kernels import numpy_only
 from igl_linabf.surface import Parts, Submesh

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from conftest import best_fit_distance, load
 from scipy import sparse
+from scipy.sparse import csgraph
 
 from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, kernels, layout, linabf
 from igl_linabf.angles import reduced
-from igl_linabf.kernels import is_fast, numpy_only
+from igl_linabf.kernels import dissection, is_fast, numpy_only
 from igl_linabf.linalg import (
     NotPositiveDefiniteError,
     SmallBlocks,
@@ -112,8 +113,10 @@ def test_supernodal_and_simplicial_factors_agree(monkeypatch) -> None:
 @pytest.mark.parametrize("divided", [False, True])
 @pytest.mark.parametrize("n", [1, 2, 40, 900])
 def test_compiled_factors_of_any_pattern_are_right(n: int, divided: bool, monkeypatch) -> None:
-    """Also of forests, dense rows, and patterns that were not analysed; by subtrees in threads, too."""
-    monkeypatch.setattr(loops, "DIVIDED_FROM", 0 if divided else np.inf)
+    """Also of forests, dense rows, and patterns that were not analysed; by separators, in threads, too."""
+    for least in ("DIVIDED_FROM", "DISSECTED_FROM"):
+        monkeypatch.setattr(loops, least, 0 if divided else np.inf)
+    monkeypatch.setattr(dissection, "PART", 20)
     rng = np.random.default_rng(n)
     for density in (0.0, 1 / n, 3 / n, 0.2):
         A = sparse.random_array((n, n), density=min(density, 1.0), rng=rng)
@@ -125,6 +128,34 @@ def test_compiled_factors_of_any_pattern_are_right(n: int, divided: bool, monkey
         assert np.allclose(
             A.diagonal()[:, None] * analysis.factor(sparse.diags_array(A.diagonal()).tocsc()).solve(b), b
         )
+
+
+@pytest.mark.skipif(not is_fast(), reason="numba is not installed")
+@pytest.mark.parametrize("shape", [(150, 150), (1000, 20)])
+def test_separators_part_a_graph_and_save_fill(shape: tuple[int, int], monkeypatch) -> None:
+    monkeypatch.setattr(dissection, "PART", 400)
+    paths = [sparse.diags_array([np.ones(k - 1)], offsets=[-1], shape=(k, k)) for k in shape]
+    n = int(np.prod(shape))
+    grid = sparse.kronsum(*paths) + sparse.kron(*paths[::-1]) + sparse.eye_array(n)  # in triangles
+    shuffled = np.random.default_rng(0).permutation(n)
+    whole = (grid + grid.T).tocsr()[shuffled][:, shuffled]
+    lower = sparse.tril(whole).tocsc()
+    lower.sort_indices()
+    pattern = lower.indptr, lower.indices
+    turn = kernels.separators(*pattern)
+    assert turn.max() == round(np.log2(n / 400))
+    for least in range(turn.max(), 0, -1):
+        left = np.flatnonzero(turn < least)
+        count, label = csgraph.connected_components(whole[left][:, left])
+        halvings = turn.max() - least + 1
+        assert count >= 2**halvings and np.bincount(label).max() < 0.6**halvings * n
+    assert np.count_nonzero(turn == turn.max()) <= 1.2 * min(shape)
+    fill = []
+    for given in (np.zeros_like(turn), turn):
+        order = kernels.minimum_degree(*pattern, given)
+        assert (np.sort(order) == np.arange(n)).all()
+        fill.append(kernels.supernodes(*pattern, order).value_start[-1])
+    assert fill[1] < fill[0] or shape[1] < 50  # a strip has little fill anyway
 
 
 @pytest.mark.skipif(not is_fast(), reason="numba is not installed")

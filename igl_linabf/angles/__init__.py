@@ -12,7 +12,7 @@ from .estimate import CAP_ANGLE, corner_angles, initial_estimate, opened
 from .full_system import LEFT, RIGHT, fan_rows, least_norm, triangle_rows, vertex_rows
 from .iterates import REACH, AngleProblem, Iterate, Step
 from .iterations import State, active_set, chord_step, linear_step
-from .last_steps import conformal_step, conformal_steps
+from .last_steps import ROUGH_RTOL, conformal_step, corrected_steps, step_by_same_factor
 from .linearised import Direction, Linearised, advance, linearise, solve
 from .loops import ClosedPath, Closure, closure_of
 from .reduced import SLIVER_OF_SMALL, System

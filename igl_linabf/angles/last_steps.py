@@ -1,4 +1,4 @@
-"""The last steps to prescribed sums: corrections in the conformal metric, without inner steps."""
+"""Steps that end in corrections in the conformal metric, which have no inner steps."""
 
 from dataclasses import replace
 
@@ -8,14 +8,44 @@ from .._runtime import timed
 from ..linalg import NotPositiveDefiniteError
 from .closure import ClosingRows
 from .iterations import State
-from .linearised import Direction, Linearised, errors
+from .linearised import Direction, Linearised, errors, linearise, solve
 from .preconditioner import conformal_inverse, laplacian_inverse
 from .reduced import System
 
 SMALL = 0.12  # residual below which they begin: F/3nt stays the same within a thousandth
 SLOW = 0.2  # share of the residual left by a correction, above which a new factor pays
+STALE = 1.5  # if it is so many times the share that the first correction with the factor left
 IN_VAIN = 0.5  # and above which corrections do not help
 MAX_CORRECTIONS = 12
+ROUGH_RTOL = 0.1  # relative residual to which a step is solved that others follow
+
+
+def corrected_steps(
+    state: State, rtol: float | None, tol: float, most: int, largest: float = ROUGH_RTOL
+) -> State:
+    """Active-set steps until the residual is at most `tol`, the last of them corrections.
+
+    A step leaves about the square of the residual, so each is solved no further than that, but to a relative
+    residual of `largest` at least. What is small is corrected in the conformal metric, if no relative
+    residual is asked for; and so is all that is missing along paths whose turning is prescribed.
+    """
+    turned = any(not np.isnan(path.turning) for path in state.problem.constraints.paths)
+    for _ in range(most):
+        if state.steps and rtol is None:
+            state = conformal_steps(state, tol, np.inf if turned else SMALL)
+        residual = state.at.residual.largest
+        if residual <= tol:
+            break
+        enough = min(largest, max(residual, tol / (2 * residual))) if rtol is None else rtol
+        state = step_by_same_factor(state, enough)
+    return state
+
+
+def step_by_same_factor(state: State, rtol: float) -> State:
+    """A step with the last one's factor, if that was not cut short."""
+    same = bool(state.steps) and not (state.steps[-1].kind == "step" and state.steps[-1].limited)
+    lin = linearise(state.problem, state.at, reuse=state.lin, same_factor=same)
+    return state.advanced(solve(lin, state.at, rtol), "step")
 
 
 def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
@@ -34,7 +64,7 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
     below : float
         Residual below which they begin.
     """
-    least_norm, conformal = state.lin, None
+    least_norm, conformal, slow = state.lin, None, SLOW
     if not state.at.residual.largest < below:
         return state
     for _ in range(MAX_CORRECTIONS):
@@ -52,7 +82,9 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
             state = made
         elif fresh:
             break
-        if left > SLOW:
+        if fresh:
+            slow = max(SLOW, STALE * left)
+        if left > slow:
             conformal = None
     return replace(state, lin=least_norm)
 

@@ -15,6 +15,8 @@ SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is co
 SLIVER_OF_MANY_STEPS = 5.0  # and where sums are prescribed: they take many steps
 SMALL = 5_000  # rows below which the steps that this saves take less time than it
 SLIVER_OF_SMALL = 1000.0  # and so the ratio there
+FINE = 40_000  # rows of a mesh that may be much finer than its thin regions
+OVERLAP, OVERLAPPED = 2, 1 / 16  # edges that the correction reaches beyond slivers there, if so many rows do
 
 
 class System:
@@ -136,5 +138,15 @@ class System:
             largest = SLIVER_OF_SMALL
         disparity = kernels.disparity(self.w, self.d, self.cot)
         faces = np.flatnonzero(disparity > largest + 1 / largest)
-        rows = self.constraints.row[self.topology.corner[:, faces]]
+        corner = self.topology.corner
+        at = np.zeros(self.topology.n, dtype=bool)
+        at[corner[:, faces]] = True
+        # where a thin region is finely meshed, steps grow with its width over that of the overlap (Schwarz)
+        for _ in range(OVERLAP if len(faces) and n >= FINE and not side_by_side else 0):
+            wider = at.copy()
+            wider[corner[:, at[corner].any(axis=0)]] = True
+            if np.count_nonzero(wider) > OVERLAPPED * n:
+                break
+            at = wider
+        rows = self.constraints.row[at]
         return np.unique(rows[rows >= 0])

@@ -9,8 +9,8 @@ from .last_steps import SMALL, conformal_steps
 from .linearised import linearise, solve
 
 FIRST_RTOL = 0.1  # relative residual to which the first step towards prescribed sums is solved
-ON_CIRCLES_BELOW = 0.25  # residual below which corrections in the conformal metric end the steps to circles
-CLOSED = 0.1  # residual at which lengths around holes mean something
+EARLY_BELOW = 0.25  # residual below which corrections end the steps to circles, and two steps to other shapes
+CLOSED = 0.3  # residual at which lengths around holes mean something, and how far steps to it are solved
 SLOW = 30  # inner steps from which a new factor pays
 
 
@@ -24,11 +24,12 @@ def prescribed_steps(state: State, rtol: float, tol: float, most: int) -> State:
     constraints = state.problem.constraints
     if len(constraints.circles) > 1:  # lengths around a hole mean little before its loop closes
         fixed = replace(state.problem, constraints=replace(constraints, circles=()))
-        closed = prescribed_steps(State(fixed, fixed.at(state.at.alpha), state.steps), rtol, CLOSED, most)
+        closed = prescribed_steps(State(fixed, fixed.at(state.at.alpha), state.steps), CLOSED, CLOSED, most)
         state = State(state.problem, state.problem.at(closed.at.alpha), closed.steps, closed.lin)
     for _ in range(most):
         if state.steps:
-            state = conformal_steps(state, tol, ON_CIRCLES_BELOW if constraints.circles else SMALL)
+            early = constraints.circles or len(state.steps) > 1
+            state = conformal_steps(state, tol, EARLY_BELOW if early else SMALL)
         if state.at.residual.largest <= tol:
             break
         first = not state.steps

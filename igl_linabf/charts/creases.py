@@ -72,15 +72,15 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
     length = lengths(surface.V, topology.edges[inside])
     way = double_area[sides].sum(axis=0) / np.maximum(length, np.finfo(float).tiny)
     if bend is None:
-        bend = all_bends(surface, _extents(surface, of)[of] if number > 1 else None)
+        bend = all_bends(surface, extents_of(surface, of)[of] if number > 1 else None)
     straight = np.abs(bend) < STRAIGHT * way / np.sqrt(total / 2)[of[sides[0]]] + ROUNDING
     flat = np.zeros(m, dtype=bool)
     flat[sides[:, straight]] = True
     return np.asarray(sum_by(of, np.where(flat, double_area, 0.0), number) / total)
 
 
-def _extents(surface: Submesh, of: IntArray) -> FloatArray:
-    """The `extent` of each component."""
+def extents_of(surface: Submesh, of: IntArray) -> FloatArray:
+    """The `extent` of each component; `of` is the component of each face."""
     order = np.argsort(of, kind="stable")
     faces = Parts(np.searchsorted(of[order], np.arange(int(of.max()) + 2)))
     corner = surface.V[surface.F[order]].transpose(2, 1, 0)

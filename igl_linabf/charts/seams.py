@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import advance
 from .._types import FloatArray, IntArray
 from ..flattening import Isometric, Method, method_of
 from ..surface import (
@@ -18,29 +17,35 @@ from ..surface import (
     seam_mask,
     vertex_array,
 )
-from .branches import Cost, pruned, shortened
 from .coarse import Levels
 from .creases import all_bends, flat_share, flat_shares
-from .cut_graph import ClosedSurface, closed_surface, join, open_handles
-from .expected import expected, log_scale
+from .cut_graph import ClosedSurface, closed_surface
+from .expected import log_scale
 from .foreseen import coarse_mesh, overlaps_and_tips
+from .growing import (
+    DRAWN_SHORTER,
+    MAX_LEAVES,
+    MAX_LEAVES_IN_VAIN,
+    alike_on_both_sides,
+    grown_seam,
+    seam_cost,
+    seam_of_clusters,
+    shorter_seam,
+    with_branches,
+)
 from .nets import HARD, Nets
+from .panels import Creased, seams_of_panels
 from .routes import rerouted
 from .small_seams import SmallBodies
-from .symmetry import Mirror, mirrored
 from .visibility import Hiding, hiding
 
 TRADE = 6.0
-MAX_LEAVES = 100  # on a component
-MAX_LEAVES_IN_VAIN = 3  # in a row that do not pay, before no more are tried
-SYMMETRIC = 0.05  # of cost that the same seam on both sides of a body may be worth
 ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
 SMOOTH = 0.1  # share of the area that lies flat, below which that is so
 DIRECT = 8_500  # nodes up to which seams are found on the surface itself
 CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
-DRAWN_SHORTER = 1.6  # times the trade: a seam of clusters gets shorter when it is drawn tight
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
@@ -175,6 +180,7 @@ def seams_of(
     hidden: FloatArray | None = None,
     isometric: bool = False,
     part_overlaps: bool = False,
+    panels: bool = False,
 ) -> IntArray:
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
@@ -182,10 +188,16 @@ def seams_of(
     `hidden` as of `hiding`.
     `isometric`: for maps that keep lengths; the small ones among many are found as for others.
     `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
+    `panels`: so are those that are made of panels.
     """
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
     found = [np.zeros((0, 2), dtype=np.int64)]
+    if panels and trade > 0 and not holes and hidden is None:
+        of_panels, others = _of_panels(surface, trade)
+        if others is None:
+            return of_panels
+        found, surface = [of_panels], others
     small = []
     shapes = _shapes(surface)
     for (component, loops, genus), is_small in zip(shapes, _are_small(surface, shapes), strict=True):
@@ -203,6 +215,18 @@ def seams_of(
         bodies = SmallBodies(surface.of_faces(rows), log_scale, hidden)
         found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN, gain))
     return np.concatenate(found)
+
+
+def _of_panels(surface: Submesh, trade: float) -> tuple[IntArray, Submesh | None]:
+    """The seams of the components that are made of panels; and the other components, if there are any."""
+    creased = Creased(surface)
+    made = creased.made_of_panels(trade)[creased.label]
+    if not made.any():
+        return np.zeros((0, 2), dtype=np.int64), surface
+    rows = np.flatnonzero(made)
+    seams, left = seams_of_panels(creased if made.all() else Creased(surface.of_faces(rows)), trade)
+    made[rows[left]] = False
+    return seams, None if made.all() else surface.of_faces(np.flatnonzero(~made))
 
 
 Shape = tuple[Submesh, int, int]  # a component, its numbers of boundary loops and handles
@@ -254,7 +278,7 @@ def _best(
     """
     none = np.zeros(0, dtype=np.int64)
     with_nets = trade > 0 and not (holes and piece.holes > 1)
-    nets = Nets(piece, trade, lambda seam: log_scale(piece, _open_nodes(piece, seam), piece.curvature))
+    nets = Nets(piece, trade, lambda seam: log_scale(piece, piece.on(seam), piece.curvature))
     few = piece.n <= DIRECT
     hard = with_nets and (nets.creased or (nets.angular and flat_share(component, bend) >= HARD))
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
@@ -268,11 +292,11 @@ def _best(
         return component.cut_along(component.vertices[piece.edges[seam]])
 
     def cheaper(seam: IntArray) -> IntArray | None:
-        return nets.cheaper(seam, gain, parts, lambda net: _grow(piece, net, trade)[0])
+        return nets.cheaper(seam, gain, parts, lambda net: with_branches(piece, net, trade)[0])
 
     if not few:
         levels = Levels.of(piece, CLUSTERED)
-        seam, leaves = _of_clusters(levels.coarse, trade, holes, gain)
+        seam, leaves = seam_of_clusters(levels.coarse, trade, holes, gain)
         if hard and (net := cheaper(levels.drawn(seam, leaves))) is not None:
             return net
         if (
@@ -287,124 +311,16 @@ def _best(
             if len(tips):
                 seam = np.append(seam, coarse.paths(coarse.search(coarse.on(seam))[1], tips))
         return levels.drawn(seam, leaves)
-    seam = _seam(piece, trade, holes)[0]
+    seam = grown_seam(piece, trade, holes)[0]
     if hard and (net := cheaper(seam)) is not None:
         return net
-    seam, cost = _shorter(piece, seam, trade)
+    seam, cost = shorter_seam(piece, seam, trade)
     most = cost(seam) + ROUTED
     seam = rerouted(piece, seam, lambda moved: cost(moved) < most)
     if trade > 0 and not piece.genus:
-        seam = _alike_on_both_sides(component, piece, seam, trade, holes)
-    return none if gain is not None and _cost(piece, none, trade) - _cost(piece, seam, trade) < gain else seam
-
-
-Grown = tuple[IntArray, IntArray]  # a seam, and its leaves
-
-
-def _of_clusters(coarse: ClosedSurface, trade: float, holes: bool, gain: float | None) -> Grown:
-    """The seam of clusters of nodes; no edge if the cost falls by less than `gain`."""
-    trade *= DRAWN_SHORTER
-    seam, leaves = _seam(coarse, trade, holes)
-    seam = _shorter(coarse, seam, trade)[0]
-    if gain is not None and _cost(coarse, seam[:0], trade) - _cost(coarse, seam, trade) < gain:
-        seam = seam[:0]
-    return seam, np.intersect1d(leaves, coarse.ends[seam])
-
-
-def _seam(piece: ClosedSurface, trade: float, holes: bool) -> Grown:
-    """Edges to cut `piece` along."""
-    none = np.zeros(0, dtype=np.int64)
-    seam, leaves = open_handles(piece) if piece.genus else none, none
-    seam = shortened(piece, seam, piece.total)
-    if not holes:
-        seam = join(piece, seam)
-    if not piece.holes and not len(seam):
-        seam, leaves = _slit(piece)
-    if trade > 0:
-        seam, grown = _grow(piece, seam, trade)
-        leaves = np.append(leaves, grown)
-    return seam, leaves
-
-
-def _shorter(piece: ClosedSurface, seam: IntArray, trade: float) -> tuple[IntArray, Cost]:
-    """The seam with its branch points moved, and what seams cost; to hide it, without idle branches."""
-    known: dict[bytes, float] = {}  # each seam is compared with several shorter ones
-
-    def cost(seam: IntArray) -> float:
-        key = seam.tobytes()
-        if key not in known:
-            known[key] = _cost(piece, seam, trade)
-        return known[key]
-
-    if piece.hides:
-        seam = pruned(piece, seam, cost)
-    return shortened(piece, seam, cost), cost
-
-
-def _alike_on_both_sides(
-    component: Submesh, piece: ClosedSurface, seam: IntArray, trade: float, holes: bool
-) -> IntArray:
-    """A seam that is its own mirror image, if there is a mirror and it costs little more; else the seam."""
-    known = mirrored(component, piece)
-    if known is None:
-        return seam
-    surface, mirror = known
-    other = join(surface, seam[:0]) if not holes else seam[:0]
-    if not piece.holes:
-        other = _slit(surface, mirror)[0]
-    other = _grow(surface, other, trade, mirror)[0]
-    if surface.hides:
-        other = pruned(surface, other, lambda seam: _cost(surface, seam, trade), mirror.image)
-    return other if _cost(piece, other, trade) < _cost(piece, seam, trade) + SYMMETRIC else seam
-
-
-def _slit(piece: ClosedSurface, mirror: Mirror | None = None) -> Grown:
-    """A path to open a sphere, between the two points that would shrink most.
-
-    With a mirror, between one of them and its image, or in the plane.
-    """
-    extra = piece.curvature - 4 * np.pi * piece.area / piece.area.sum()
-    start = int(np.argmin(log_scale(piece, np.array([0]), extra) / piece.seen))
-    end = int(np.argmin(log_scale(piece, np.array([start]), piece.curvature) / piece.seen))
-    if mirror is not None:
-        start, end = mirror.pair(start, end)
-    distance, before, _ = piece.search(np.array([start]))
-    path = piece.paths(before, [end])
-    if len(path) == 1:  # a single edge opens nothing
-        distance[[start, end]] = np.inf
-        path = np.append(path, piece.paths(before, [int(np.argmin(distance))]))
-    return path, np.array([start, end])
-
-
-def _grow(piece: ClosedSurface, seam: IntArray, trade: float, mirror: Mirror | None = None) -> Grown:
-    """Add branches one by one, or with mirror images; return the seam of least cost, and its leaves."""
-    leaves: list[int] = []
-    best, least, in_vain, in_best = seam, np.inf, 0, 0
-    for _ in range(MAX_LEAVES):
-        if 1 + piece.total(seam) / piece.size / trade >= least:  # no stretch is less than 1
-            break
-        stretch, u = expected(piece, _open_nodes(piece, seam))
-        cost = stretch + piece.total(seam) / piece.size / trade
-        advance("seams", 0.1)
-        in_vain = 0 if cost < least else in_vain + 1
-        if in_vain == 0:
-            best, least, in_best = seam, cost, len(leaves)
-        leaf = int(np.argmax(np.abs(u) / piece.seen))
-        if in_vain == MAX_LEAVES_IN_VAIN or u[leaf] == 0:
-            break
-        _, before, _ = piece.search(_open_nodes(piece, seam))
-        way = piece.paths(before, [leaf])
-        seam = np.append(seam, way) if mirror is None else mirror.with_both(piece, seam, leaf, way)
-        leaves.append(leaf)
-    return best, np.array(leaves[:in_best], dtype=np.int64)
-
-
-def _cost(piece: ClosedSurface, seam: IntArray, trade: float) -> float:
-    """The expected L2 stretch plus the length over `trade`."""
-    length = piece.total(seam) / piece.size
-    return length if trade == 0 else expected(piece, _open_nodes(piece, seam))[0] + length / trade
-
-
-def _open_nodes(piece: ClosedSurface, seam: IntArray) -> IntArray:
-    """The nodes on the seam and the holes."""
-    return piece.on(seam)
+        seam = alike_on_both_sides(component, piece, seam, trade, holes)
+    return (
+        none
+        if gain is not None and seam_cost(piece, none, trade) - seam_cost(piece, seam, trade) < gain
+        else seam
+    )

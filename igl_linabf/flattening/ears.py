@@ -46,10 +46,10 @@ class Ears:
     def of(cls, mesh: Mesh, pinned: Pins | None) -> Ears | None:
         """The ears at the outer loop, and those that come up below them; None if there are none.
 
-        A disk without interior vertices would be all ears, and keeps them.
+        A disk whose faces all have three boundary vertices would be all ears, and keeps them.
         """
         faces, layers = mesh.topology.once("without ears", lambda: _layers(mesh.topology))
-        if not layers or not mesh.topology.interior.any():
+        if not layers:
             return None
         vertices, numbered = compact(mesh.topology.corner.T[faces], mesh.topology.n)
         topology = topology_of(numbered, mesh.vertices[vertices])
@@ -110,19 +110,21 @@ def _layers(topology: Topology) -> tuple[IntArray, tuple[IntArray, ...]]:
     """The faces that are left, and the ears that are taken off until there are none."""
     on_rim = np.zeros(topology.n, dtype=bool)
     on_rim[topology.loops[0]] = True
-    left, layers = np.arange(topology.corner.shape[1]), list[IntArray]()
+    left, layers = np.ones(topology.corner.shape[1], dtype=bool), list[IntArray]()
     count = np.bincount(topology.corner.ravel(), minlength=topology.n)
-    while len(left) > 1:
-        corner = topology.corner[:, left]
-        apex = on_rim[corner] & (count[corner] == 1)
+    among = np.flatnonzero(on_rim[topology.corner].all(axis=0))
+    while len(among) < len(left):
+        corner = topology.corner[:, among]
+        apex = count[corner] == 1
         is_ear = apex.any(axis=0)
         if not is_ear.any():
             break
         k, own = np.argmax(apex[:, is_ear], axis=0), corner[:, is_ear]
         layers.append(np.stack([own[(k + i) % 3, np.arange(len(k))] for i in (2, 0, 1)], axis=1))
-        count = count - np.bincount(own.ravel(), minlength=topology.n)
-        left = left[~is_ear]
-    return left, tuple(layers)
+        count -= np.bincount(own.ravel(), minlength=topology.n)
+        left[among[is_ear]] = False
+        among = among[~is_ear]
+    return np.flatnonzero(left), tuple(layers)
 
 
 def _circle(z: ComplexArray) -> tuple[complex, float]:

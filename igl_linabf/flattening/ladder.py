@@ -25,6 +25,7 @@ from ..angles import (
     converge,
     converge_feasibly,
     corner_angles,
+    corrected_steps,
     initial_estimate,
     linear_step,
     opened,
@@ -39,6 +40,7 @@ from .result import Rung, RungName, Status
 from .shapes import FREE, Shape, shape_of
 
 ACTIVE_SET_RTOL = 0.01  # relative residual to which a step without a chord is solved
+CONTINUED_RTOL = 0.03  # and one that corrections follow
 MAX_ACTIVE_SET = 12  # re-anchored iterations after which "auto" gives up
 MAX_PRESCRIBED = 25  # steps to prescribed sums after which converged ABF takes over
 ON_CIRCLE = 1e-6  # residual at which the steps to a circle end; the loop is on it to all digits
@@ -301,19 +303,30 @@ def prescribed(rtol: float, tol: float) -> Stage:
     return stage
 
 
-def iterated(rtol: float, tol: float, most: int, note: bool = True) -> Stage:
-    """Active-set iterations from where the last stage ended (section 6).
-
-    With `note`, the candidate says why the iterations did not help.
-    """
+def iterated(rtol: float, tol: float, most: int) -> Stage:
+    """Active-set iterations from the start (section 6)."""
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
-        state = active_set(tried[-1].state if tried else problem.start, rtol, tol, most).at_rest()
+        state = active_set(problem.start, rtol, tol, most).at_rest()
+        name: RungName = "active set" if len(state.steps) > 1 else "linear step"
+        return drawn(problem, name, state, converged=state.at.residual.largest <= tol)
+
+    return stage
+
+
+def continued(rtol: float | None, tol: float) -> Stage:
+    """Active-set iterations from where the last stage ended; without an `rtol`, the last are corrections."""
+
+    def stage(problem: Problem, tried: Tried) -> Candidate:
+        state = tried[-1].state
+        if problem.angles.safeguard:
+            state = corrected_steps(state, rtol, tol, MAX_ACTIVE_SET, CONTINUED_RTOL).at_rest()
+        else:
+            state = active_set(state, rtol or ACTIVE_SET_RTOL, tol, MAX_ACTIVE_SET).at_rest()
         reached = state.at.residual.largest <= tol
-        failed = f"the iterations did not converge within {most} steps"
+        failed = f"the iterations did not converge within {MAX_ACTIVE_SET} steps"
         said = "further iterations flip more triangles" if reached else failed
-        name: RungName = "active set" if tried or len(state.steps) > 1 else "linear step"
-        return drawn(problem, name, state, converged=reached, note=said if note else "")
+        return drawn(problem, "active set", state, converged=reached, note=said)
 
     return stage
 

@@ -14,10 +14,10 @@ from ..surface import Mesh, Pins
 from . import baselines
 from .ladder import (
     ACTIVE_SET_RTOL,
-    MAX_ACTIVE_SET,
     Stage,
     anchored,
     climb,
+    continued,
     feasible,
     iterated,
     one_system,
@@ -105,9 +105,9 @@ class LinABF(Method):
         if self.iterations == "auto" and shape.sums is not None:
             stages = [prescribed(rtol, self.tol), anchored(ABF_TOL, self.tol), feasible(ABF_TOL, self.tol)]
         elif self.iterations == "auto":
-            stages = _automatic(self.rtol or ONE_SYSTEM_RTOL, rtol, self.tol)
+            stages = _automatic(self.rtol, self.tol)
         else:
-            stages = [iterated(rtol, self.tol, self.iterations, note=False)]
+            stages = [iterated(rtol, self.tol, self.iterations)]
         return _climbed(self, mesh, pinned, shape, stages, self.safeguard)
 
 
@@ -116,7 +116,7 @@ class Sketch(LinABF):
     """Linear ABF as far as it is quick, for maps that are only compared."""
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
-        stages = _automatic(ONE_SYSTEM_RTOL, ACTIVE_SET_RTOL, self.tol)[:2]
+        stages = _automatic(None, self.tol)[:2]
         return _climbed(self, mesh, pinned, shape, stages)
 
 
@@ -209,7 +209,7 @@ class Isometric(Method):
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         with stopwatch(*STAGES) as seconds:
             problem = posed(mesh, None, "auto", LinABF.threshold, self.solver)
-            tried = climb(problem, [*_automatic(ONE_SYSTEM_RTOL, ACTIVE_SET_RTOL, TOL), injective_map])
+            tried = climb(problem, [*_automatic(None, TOL), injective_map])
             made = isometric_map(problem, tried, self.weight, pinned)
             if made is not None:
                 # the maps before do not know of the pins
@@ -322,11 +322,11 @@ def _climbed(
         return report(problem, method.name, climb(problem, stages), seconds)
 
 
-def _automatic(first_rtol: float, rtol: float, tol: float) -> list[Stage]:
+def _automatic(rtol: float | None, tol: float) -> list[Stage]:
     """What linear ABF tries in turn."""
     return [
-        one_system(first_rtol, tol),
-        iterated(rtol, tol, MAX_ACTIVE_SET),
+        one_system(rtol or ONE_SYSTEM_RTOL, tol),
+        continued(rtol, tol),
         anchored(ABF_TOL, tol),
         feasible(ABF_TOL, tol),
     ]

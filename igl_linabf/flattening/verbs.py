@@ -55,8 +55,9 @@ def linabf(
         Each step linearises at the angles of the last one. They end early once the residual is at
         most `tol`. "auto" is one step and a second solve with the same system. If a step was
         limited, the boundary does not close or a triangle flips, it continues like the active set
-        (at most 12 steps); if triangles still flip, with converged ABF. With holes, the second
-        solve is a step, which also closes the holes' loops (docs/holes.md).
+        (at most 12 steps), and ends in corrections in the conformal metric; if triangles still
+        flip, with converged ABF. With holes, the second solve is a step, which also closes the
+        holes' loops (docs/holes.md).
     layout : {"auto", "boundary", "least-squares", "greedy"}
         How angles become coordinates; see `igl_linabf.layout`.
     outer : int, optional
@@ -71,7 +72,8 @@ def linabf(
         turns most.
     rtol : float, optional
         Relative residual at which conjugate gradients stop; by default 0.1 for the two solves of
-        "auto" and 0.01 for all others.
+        "auto", 0.03 for the steps that follow there, and 0.01 for all others. With an `rtol`, no
+        corrections in the conformal metric take their place.
     tol : float
         Residual of the angle constraints, in radians, at which the iterations end.
     threshold : float

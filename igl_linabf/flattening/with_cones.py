@@ -8,14 +8,14 @@ import numpy as np
 from .._runtime import stopwatch
 from .._types import FloatArray
 from ..angles import (
+    ROUGH_RTOL,
     ClosedPath,
     State,
     active_set,
     conformal_step,
-    conformal_steps,
     constraints_of,
-    linearise,
-    solve,
+    corrected_steps,
+    step_by_same_factor,
 )
 from ..surface import Mesh, Topology
 from .ladder import (
@@ -37,7 +37,6 @@ from .reported import report
 from .result import Flattening
 from .without_flips import injective_map
 
-FIRST_RTOL = 0.1  # relative residual to which the first step is solved
 SEAM_TOL = 1e-8  # residual of the angles of converged ABF at which the sides of the seams match
 MORE_STEPS = 3  # to that
 
@@ -92,7 +91,7 @@ def _in_quarters(problem: Problem) -> tuple[Problem, State]:
     They are the nearest ones to what the paths turn by after the first step. What is missing to them is
     spread over all triangles, too smoothly for conjugate gradients: the next step is in the conformal metric.
     """
-    state = _stepped(problem.start, FIRST_RTOL)
+    state = step_by_same_factor(problem.start, ROUGH_RTOL)
     alpha, asked = state.at.alpha, problem.angles.constraints
     turning = [path.size * np.pi - alpha.ravel()[path.corner].sum() for path in asked.paths]
     quarters = np.round(np.array(turning) / (np.pi / 2)) * (np.pi / 2)
@@ -104,7 +103,7 @@ def _in_quarters(problem: Problem) -> tuple[Problem, State]:
 
 def _stages(method: LinABF | ABF, begun: State) -> list[Stage]:
     if isinstance(method, LinABF) and method.iterations != "auto":
-        stages = [iterated(method.rtol or ACTIVE_SET_RTOL, method.tol, method.iterations, note=False)]
+        stages = [iterated(method.rtol or ACTIVE_SET_RTOL, method.tol, method.iterations)]
     else:
         first, tols = list[Stage](), [method.tol]
         if isinstance(method, LinABF):
@@ -113,37 +112,11 @@ def _stages(method: LinABF | ABF, begun: State) -> list[Stage]:
     return [*stages, injective_map] if method.guarantee else stages
 
 
-def _matched(state: State, rtol: float | None, tol: float, most: int) -> State:
-    """Active-set iterations until both sides of the seam agree to `tol`.
-
-    A step leaves about the square of the residual, so each is solved no further than that. What is small
-    is corrected in the conformal metric, if no relative residual is asked for; and so is all that is missing
-    along paths whose turning is prescribed.
-    """
-    turned = any(not np.isnan(path.turning) for path in state.problem.constraints.paths)
-    for _ in range(most):
-        if state.steps and rtol is None:
-            state = conformal_steps(state, tol, np.inf) if turned else conformal_steps(state, tol)
-        residual = state.at.residual.largest
-        if residual <= tol:
-            break
-        enough = min(FIRST_RTOL, max(residual, tol / (2 * residual))) if rtol is None else rtol
-        state = _stepped(state, enough)
-    return state
-
-
-def _stepped(state: State, rtol: float) -> State:
-    """A step with the first one's factor, as long as steps have not been cut short."""
-    same = bool(state.steps) and not (state.steps[-1].kind == "step" and state.steps[-1].limited)
-    lin = linearise(state.problem, state.at, reuse=state.lin, same_factor=same)
-    return state.advanced(solve(lin, state.at, rtol), "step")
-
-
 def _exact(begun: State, rtol: float | None, tol: float) -> Stage:
     """Active-set iterations until both sides of the seam agree."""
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
-        state = _matched(begun, rtol, tol, MAX_ACTIVE_SET)
+        state = corrected_steps(begun, rtol, tol, MAX_ACTIVE_SET)
         reached = state.at.residual.largest <= tol
         note = "" if reached else f"the iterations did not converge within {MAX_ACTIVE_SET} steps"
         return drawn(problem, "active set", state, converged=reached, note=note)

@@ -5,6 +5,7 @@ loops, which numba compiles where it is installed (the extra `fast`). For factor
 without numba, a library makes them.
 """
 
+from .assembly import DEPTH, assembled
 from .choice import fast_by, is_fast, numpy_only
 from .cholesky import Factor, analysed, factored
 from .connectivity import (
@@ -16,6 +17,7 @@ from .connectivity import (
     spanning_forest,
     undirected,
 )
+from .dissection import separators
 from .drawing import runs_in_blocks, touched_cells
 from .graphs import far_apart, shortest_pairs
 from .maps import centred, changes, signed_double_areas

@@ -17,7 +17,7 @@ Numbers = NDArray[np.int32]
 
 
 @inlined
-def _lists(indptr: IntArray, indices: IntArray) -> tuple[IntArray, Numbers]:
+def linked(indptr: IntArray, indices: IntArray) -> tuple[IntArray, Numbers]:
     """Where the list of each variable begins, and the lists, with space for elements at the end."""
     n = len(indptr) - 1
     begin = np.zeros(n + 2, dtype=np.int64)
@@ -48,8 +48,8 @@ def _join(i: int, j: int, weight: Numbers, follower: Numbers, tail: Numbers) -> 
 
 
 @inlined
-def _in_postorder(parent: Numbers, follower: Numbers, pivot: NDArray[np.bool_]) -> IntArray:
-    """The variables of all elements, those of a tree's children first; what is in none comes last."""
+def _in_postorder(parent: Numbers, follower: Numbers, pivot: NDArray[np.bool_], turn: Numbers) -> IntArray:
+    """The variables of all elements, children in a tree first; what is in none comes last, in turn."""
     n = len(parent)
     order, waiting, top, k = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int32), 0, 0
     placed = np.zeros(n, dtype=np.bool_)
@@ -73,13 +73,14 @@ def _in_postorder(parent: Numbers, follower: Numbers, pivot: NDArray[np.bool_]) 
             order[k], placed[i] = i, True
             i = follower[i]
             k += 1
-    order[k:] = np.flatnonzero(~placed)
+    rest = np.flatnonzero(~placed)
+    order[k:] = rest[np.argsort(turn[rest], kind="mergesort")]
     return order
 
 
-def _minimum_degree(indptr: IntArray, indices: IntArray) -> IntArray:
+def _minimum_degree(indptr: IntArray, indices: IntArray, turn: Numbers) -> IntArray:
     n = len(indptr) - 1
-    begin, lists = _lists(indptr, indices)
+    begin, lists = linked(indptr, indices)
     free = begin[n]
     size, elements = np.empty(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
     degree, weight = np.empty(n, dtype=np.int32), np.ones(n, dtype=np.int32)
@@ -91,7 +92,7 @@ def _minimum_degree(indptr: IntArray, indices: IntArray) -> IntArray:
     done, least, flag, dense = 0, 0, np.int64(2), max(16, DENSE * np.sqrt(n))
     for i in range(n - 1, -1, -1):
         size[i] = degree[i] = d = begin[i + 1] - begin[i]
-        if d > dense:
+        if d > dense or turn[i]:
             weight[i] = 0
             done += 1
             continue
@@ -99,7 +100,7 @@ def _minimum_degree(indptr: IntArray, indices: IntArray) -> IntArray:
         if head[d] >= 0:
             before[head[d]] = i
         head[d] = i
-    some_dense = done > 0
+    some_left = done > 0
     while done < n:
         while head[least] < 0:
             least += 1
@@ -224,15 +225,17 @@ def _minimum_degree(indptr: IntArray, indices: IntArray) -> IntArray:
         size[me], weight[me] = to - place, 0
         if old:
             free = to
-    order = _in_postorder(parent, follower, pivot)
-    if some_dense:  # the tree has links that the elements do not know of
+    order = _in_postorder(parent, follower, pivot, turn)
+    if some_left:  # the tree has links that the elements do not know of
         tree = in_order(indptr, indices, order)[-1].astype(np.int32)
-        order = order[_in_postorder(tree, np.full(n, -1, dtype=np.int32), np.ones(n, dtype=np.bool_))]
+        order = order[_in_postorder(tree, np.full(n, -1, dtype=np.int32), np.ones(n, dtype=np.bool_), turn)]
     return order
 
 
 minimum_degree = only_loops(_minimum_degree)
 minimum_degree.__doc__ = """The postordered order for a symmetric pattern, given by its lower triangle in CSC.
+
+What is not of turn 0 comes after all of smaller ones.
 
 CHOLMOD's, by the same method, takes up to twice as long.
 """

@@ -62,14 +62,18 @@ def _overlapping(triangle: ComplexArray, end: IntArray, depth: FloatArray, round
         for k in range(3):
             side = triangle[t, (k + 1) % 3] - triangle[t, k]
             inward[t, k] = np.conj(side) / np.sqrt(side.real**2 + side.imag**2)
+    begin = np.empty(2 * leaves, dtype=np.int64)  # the first triangle below each node
+    for at in range(2 * leaves - 1, 0, -1):
+        begin[at] = (at - leaves) * LEAF if at >= leaves else begin[2 * at]
     found, size, stack = np.empty((64, 2), dtype=np.int64), 0, np.empty(128, dtype=np.int64)
     for first in range(0, n, LEAF):
-        if end[first : first + LEAF].max() <= first + 1:
+        last = end[first : first + LEAF].max()
+        if last <= first + 1:
             continue
         own = leaves + first // LEAF
         stack[0], top, up = own, 1, own
         while up > 1:  # what comes after the leaf is on the right of the way to the root
-            if up & 1 == 0 and _touch(node, own, up + 1):
+            if up & 1 == 0 and begin[up + 1] < last and _touch(node, own, up + 1):
                 stack[top] = up + 1
                 top += 1
             up >>= 1
@@ -78,7 +82,7 @@ def _overlapping(triangle: ComplexArray, end: IntArray, depth: FloatArray, round
             at = stack[top]
             if at < leaves:
                 for below in range(2 * at, 2 * at + 2):
-                    if _touch(node, own, below):
+                    if begin[below] < last and _touch(node, own, below):
                         stack[top] = below
                         top += 1
                 continue

@@ -16,6 +16,7 @@ from .._types import FloatArray, IntArray
 from .factors import Analysis, Factored, NotPositiveDefiniteError, by_pairs_of_columns
 
 DIVIDED_FROM = 20_000  # rows from which threads save more time than they take to begin
+DISSECTED_FROM = 250_000  # rows from which separators save more time than they take to find
 LARGEST, SMALLEST = 0.15, 0.005  # share of the whole work in a subtree
 
 
@@ -93,7 +94,9 @@ class Compiled(Analysis):
 
     def __init__(self, lower: sparse.csc_array) -> None:
         self._pattern = lower.indptr, lower.indices
-        order = kernels.minimum_degree(*self._pattern)
+        n = lower.shape[0]
+        turn = kernels.separators(*self._pattern) if n >= DISSECTED_FROM else np.zeros(n, dtype=np.int32)
+        order = kernels.minimum_degree(*self._pattern, turn)
         self._analysed = kernels.supernodes(*self._pattern, order)
         self._divided = Divided.of(self._analysed)
         self._spare = Spare()

@@ -115,11 +115,18 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
     largest = np.array([np.abs(uv).max() for uv, _ in maps])
     scale = np.ldexp(1.0, -np.frexp(largest)[1])  # all of size one, without rounding
     z = complex_positions(np.concatenate([uv for uv, _ in maps]) * vertices.spread(scale)[:, None])
-    proved = _injective(z, F, faces.spread(np.arange(len(maps))))
-    return [
-        _no_pairs() if sound else overlapping_pairs(uv, F)
-        for (uv, F), sound in zip(maps, proved.tolist(), strict=True)
-    ]
+    chart = faces.spread(np.arange(len(maps)))
+    asked = np.flatnonzero(~_injective(z, F, chart))
+    found = [_no_pairs()] * len(maps)
+    if len(asked) == 1:
+        found[asked[0]] = overlapping_pairs(*maps[asked[0]])
+    elif len(asked):
+        rows = np.flatnonzero(np.isin(chart, asked))
+        pairs = rows[_search(coordinates(z), F[rows], chart[rows])]
+        of = chart[pairs[:, 0]]
+        for i in np.unique(of).tolist():
+            found[i] = pairs[of == i] - faces.start[i]
+    return found
 
 
 def _no_pairs() -> IntArray:

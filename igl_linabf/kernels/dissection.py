@@ -1,0 +1,153 @@
+"""Separators that divide a large graph again and again, as loops (George 1973).
+
+The fewest vertices near a cut that part its sides are its separator: by Menger, as many as there are paths
+across without a common vertex. Eliminated last, separators save minimum degree half of a factor's work.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._types import IntArray
+from .choice import inlined, only_loops
+from .halving import Graph, contracted, halved_again, stars
+from .minimum_degree import Numbers, linked
+
+PART = 6_000  # vertices of a part about which minimum degree is as good
+TOGETHER = 64  # vertices at most that are in the same half of each cut, by two rounds of coarsening
+NEAR = 2  # edges from a cut within which its separator is looked for
+NONE, END = -1, -2  # instead of a path's vertex before or after another one
+
+
+@inlined
+def _other_half(g: Graph, v: int, label: Numbers, last: Numbers, shift: int) -> int:
+    """A neighbour in the other half of the same part, or -1."""
+    for p in range(g.begin[v], g.begin[v + 1]):
+        u = g.ends[p]
+        if not last[u] and label[u] >> shift == (label[v] >> shift) ^ 1:
+            return int(u)
+    return -1
+
+
+@inlined
+def _reached(g: Graph, band: Numbers, place: Numbers, end: Numbers) -> NDArray[np.bool_]:
+    """Where a search comes to that starts at ends 1 of a band, crossing as many paths to ends 2 as there are.
+
+    The paths have no common vertex. Entries 2 i and 2 i + 1 tell whether the search enters vertex i, and
+    whether it leaves it: a vertex that it only enters is in the separator.
+    """
+    m = len(band)
+    before, after, at = np.full(m, NONE, np.int32), np.full(m, NONE, np.int32), np.empty(m, np.int32)
+    seen, path, found = np.empty(2 * m, np.bool_), np.empty(2 * m, np.int32), True
+    while found:
+        found = False
+        seen[:] = False
+        at[:] = 0
+        for b in range(m):
+            if not end[b] & 1 or seen[2 * b]:
+                continue
+            seen[2 * b] = True
+            if before[b] == END:
+                continue
+            k, path[0] = 0, 2 * b
+            while k >= 0:
+                i, to = path[k] >> 1, NONE
+                if path[k] & 1:
+                    if end[i] & 2 and after[i] != END:
+                        break
+                    if before[i] != NONE and not seen[2 * i]:
+                        to = 2 * i
+                    while to < 0 and at[i] < g.begin[band[i] + 1] - g.begin[band[i]]:
+                        j = place[g.ends[g.begin[band[i]] + at[i]]]
+                        at[i] += 1
+                        if j >= 0 and not seen[2 * j]:
+                            to = 2 * j
+                elif before[i] == NONE:
+                    to = 2 * i + 1
+                elif before[i] >= 0:  # back along the path that is there
+                    to = 2 * before[i] + 1
+                if to < 0 or seen[to]:
+                    k -= 1
+                else:
+                    k += 1
+                    path[k], seen[to] = to, True
+            if k < 0:
+                continue
+            found = True
+            before[b], after[path[k] >> 1] = END, END
+            for q in range(k):
+                i, j = path[q] >> 1, path[q + 1] >> 1
+                if path[q] & 1:
+                    after[i], before[j] = (j, i) if i != j else (NONE, NONE)
+    return seen
+
+
+def _separators(indptr: IntArray, indices: IntArray, depth: int) -> Numbers:
+    n = len(indptr) - 1
+    begin, lists = linked(indptr, indices)
+    ends = lists[: begin[n]].copy()
+    g = coarse = Graph(begin, ends, np.ones(len(ends), np.int32), np.ones(n, np.int32))
+    of = np.arange(n).astype(np.int32)
+    for _ in range(2):
+        cluster, weight = stars(coarse, TOGETHER)
+        coarse = contracted(coarse, cluster, weight)
+        of = cluster[of]
+    label, last, place = halved_again(coarse, depth)[of], np.zeros(n, np.int32), np.full(n, -1, np.int32)
+    near, is_near, count = np.empty(n, dtype=np.int32), np.zeros(n, dtype=np.bool_), 0
+    for v in range(n):
+        for p in range(begin[v], begin[v + 1]):
+            if label[ends[p]] != label[v]:
+                near[count], is_near[v] = v, True
+                count += 1
+                break
+    band = np.empty(n, dtype=np.int32)
+    for shift in range(depth - 1, -1, -1):
+        m, ring = 0, 0
+        for q in range(count):
+            v = near[q]
+            if not last[v] and _other_half(g, v, label, last, shift) >= 0:
+                band[m], place[v] = v, m
+                m += 1
+        for _ in range(NEAR):
+            ring, until = m, ring
+            for i in range(until, ring):
+                v = band[i]
+                for p in range(begin[v], begin[v + 1]):
+                    u = ends[p]
+                    if not last[u] and place[u] < 0:
+                        band[m], place[u] = u, m
+                        m += 1
+        end = np.zeros(m, dtype=np.int32)
+        for i in range(m):
+            v = band[i]
+            for p in range(begin[v], begin[v + 1]):
+                if not last[ends[p]] and place[ends[p]] < 0:
+                    end[i] |= 1 + (label[v] >> shift & 1)
+        seen = _reached(g, band[:m], place, end)
+        for i in range(m):
+            v = band[i]
+            if seen[2 * i] and not seen[2 * i + 1]:
+                last[v] = shift + 1
+        for i in range(m):
+            v = band[i]
+            place[v] = -1
+            if not last[v] and label[v] >> shift & 1 == seen[2 * i + 1]:
+                to = _other_half(g, v, label, last, shift)
+                label[v] = label[to] if to >= 0 else ((label[v] >> shift) ^ 1) << shift
+                for p in range(begin[v], begin[v + 1]):
+                    u = ends[p]
+                    if not is_near[u]:
+                        near[count], is_near[u] = u, True
+                        count += 1
+    return last
+
+
+_found = only_loops(_separators)
+
+
+def separators(indptr: IntArray, indices: IntArray) -> Numbers:
+    """At which turn each vertex of a symmetric pattern is to be eliminated, (n,): after all of smaller ones.
+
+    The pattern is given by its lower triangle in CSC. Those of turn 0 are in no separator.
+    """
+    n = len(indptr) - 1
+    return _found(indptr, indices, max(round(np.log2(max(n, 1) / PART)), 0))
