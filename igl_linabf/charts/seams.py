@@ -17,7 +17,7 @@ from ..surface import (
     seam_mask,
     vertex_array,
 )
-from .coarse import Levels
+from .coarse import CLUSTERED, DIRECT, Levels
 from .creases import all_bends, flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface
 from .expected import log_scale
@@ -44,8 +44,6 @@ ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
 SMOOTH = 0.1  # share of the area that lies flat, below which that is so
-DIRECT = 8_500  # nodes up to which seams are found on the surface itself
-CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
