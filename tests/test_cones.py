@@ -121,7 +121,7 @@ def test_a_texture_of_the_period_goes_on_across_quarter_seams(name: str) -> None
     assert len(np.unique(np.round(shift))) > 2
     # and the map is hardly another one
     free = unwrap(V, F, margin=0.01, **given)
-    assert atlas.quality.angle_distortion <= 1.1 * free.quality.angle_distortion
+    assert atlas.quality.angle_distortion <= 1.2 * free.quality.angle_distortion
     assert atlas.quality.stretch_l2 == pytest.approx(free.quality.stretch_l2, rel=0.01)
 
 

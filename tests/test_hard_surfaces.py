@@ -33,6 +33,16 @@ def test_planes_and_cylinders_of_a_machine_part_come_out_isometric() -> None:
     assert atlas.quality.conformal_distortion < 1.005
 
 
+@pytest.mark.parametrize("height", [0.01, 2, 40])
+def test_fine_boxes_in_single_precision_are_one_net(height: float) -> None:
+    V, F = box(1, 1, height, 4)
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    atlas = unwrap((V @ turn * np.sign(np.linalg.det(turn))).astype(np.float32), F)
+    assert atlas.good
+    assert len(atlas.charts) == 1
+    assert max(atlas.quality.stretch_l2, atlas.quality.conformal_distortion) < 1.001
+
+
 def test_many_open_boxes_and_tents_are_cut_to_their_nets_in_one_search(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

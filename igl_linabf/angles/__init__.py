@@ -18,3 +18,4 @@ from .loops import ClosedPath, Closure, closure_of
 from .reduced import SLIVER_OF_SMALL, System
 from .separately import MOST_STEPS, Separate, families_of, rows_of, step_and_chord
 from .to_order import prescribed_steps
+from .turnings import Turnings

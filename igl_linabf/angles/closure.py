@@ -1,11 +1,14 @@
 """Closure rows of the angle system: translation of holes, scale and turning along closed paths."""
 
-from collections.abc import Callable
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
 
 import numpy as np
 from scipy import linalg, sparse
 
-from .._types import BoolArray, FloatArray, Solve
+from .._types import BoolArray, FloatArray, IntArray, Solve
 from ..linalg import NotPositiveDefiniteError
 from ..surface import NEXT, PREV, Topology, sum_by
 from .loops import Closure
@@ -31,32 +34,41 @@ class ClosingRows:
     are equal. So the factor of L_s and a dense matrix of the border's size precondition the system.
     """
 
-    def __init__(self, system: System, closure: Closure) -> None:
+    def __init__(self, system: System, closure: Closure, *, conformal: bool = False) -> None:
+        """With `conformal`, P is the conformal metric s K itself."""
         self._topology, self._cot, self._closure = system.topology, system.cot, closure
         # a site's vertex row is no part where that row is asked for by itself
         own = np.append(system.constraints.row, np.full(len(system.constraints.paths), -1))[closure.site]
         asked = own >= system.constraints.wheels
         self._share = np.where(asked, 0.0, 1.0)
         self._known = asked, own[asked]
-        self._paths, self._asked = system.constraints.paths, closure.asked.ravel()
+        self._constraints, self._paths = system.constraints, system.constraints.paths
+        self._asked = closure.asked.ravel()
         self.size = int(np.count_nonzero(self._asked))
         self._n = 2 * system.constraints.n
         self._metrics = _products(system, closure, self._share)
         self._shape = (self._n, self.size)
-        self.B, self.D = self._take(system.projection)
+        self.B, self.D, self._errors = self._take(system.conformal if conformal else system.projection)
 
-    def _take(self, metric: Callable[..., FloatArray]) -> tuple[sparse.csr_array, FloatArray]:
+    def _take(
+        self, metric: Callable[..., FloatArray]
+    ) -> tuple[sparse.csr_array, FloatArray, sparse.csr_array]:
+        """B, D and P T^T on the faces at these rows, in a metric P."""
         faces, transposed, merged, closing = self._metrics
         blocks = metric(faces)
         i = np.arange(len(faces))
         inner = sparse.bsr_array((blocks, i, np.arange(len(faces) + 1)), shape=(3 * len(faces),) * 2)
         product = (inner @ transposed).tocsr()
-        return (merged @ product).tocsr(), (closing @ product).toarray()
+        return (merged @ product).tocsr(), (closing @ product).toarray(), product
 
     def matvec(self, S: Solve, z: FloatArray) -> FloatArray:
         """The bordered matrix times z, from S's product."""
         x, y = z[: self._n], z[self._n :]
         return np.concatenate((S(x) + self.B @ y, self.B.T @ x + self.D @ y))
+
+    def errors(self, y: FloatArray) -> tuple[IntArray, FloatArray]:
+        """The faces where P T^T y is not zero, and its values there, (3, #faces)."""
+        return self._metrics[0], (self._errors @ y).reshape(-1, 3).T
 
     @property
     def vertices(self) -> BoolArray:
@@ -104,49 +116,58 @@ class ClosingRows:
         NotPositiveDefiniteError
             The rows depend on each other.
         """
-        across = inner(self.B.toarray())
-        return self._bordered(inner, across, self.D - self.B.T @ across)
+        across = _Columns(inner(self.B.toarray()))
+        return self._bordered(inner, across, self.D - across.onto(self.B))
 
-    def preconditioner(self, system: System, inverse: Solve, S: Solve | None) -> Solve:
+    def preconditioner(
+        self, system: System, inverse: Solve, S: Solve | None, known: Across | None = None
+    ) -> tuple[Solve, Across]:
         """Solve the bordered system approximately, by the `inverse` of the Laplacians, (#rows, k).
 
         With C = diag(L_s, L_s)^-1 B of the conformal metric, the rows T - C^T M close the same paths, and in
         that metric they have nothing in common with M. So they are solved for apart, in their own metric: by
-        D - C^T B - B^T C + C^T S C, which is positive definite for any C. Without `S`, the metric is that of
-        K alone, where S is diag(L, L) and this is exact.
+        D - C^T B - B^T C + C^T S C, which is positive definite for any C. Without `S`, the metric is the
+        conformal one of these rows. If that is K alone, S is diag(L, L) there, and this is exact. With `S`,
+        columns that are `known` of an earlier system may serve as C. Returns C, too.
 
         Raises
         ------
         NotPositiveDefiniteError
             The rows depend on each other.
         """
-        B, D = self._take(system.conformal)
-        across = self._across(system, inverse, B)
+        across: Across
         if S is None:
-            schur = D - B.T @ across
+            across, schur = self.conformal(inverse)
         else:
-            mixed = self.B.T @ across
-            schur = self.D - mixed - mixed.T + across.T @ np.column_stack([S(c) for c in across.T])
-        return self._bordered(lambda r: by_pairs(inverse, r), across, schur)
+            if isinstance(known, _OfPaths) and known.scale.shape[1] == len(self._paths):
+                across = self._of_paths(known.scale)
+            else:
+                across = self._across(inverse, self._take(system.conformal)[0])
+            mixed = across.onto(self.B)
+            schur = self.D - mixed - mixed.T + np.array([across.onto(S(c)) for c in across.each()])
+        return self._bordered(lambda r: by_pairs(inverse, r), across, schur), across
 
-    def _across(self, system: System, inverse: Solve, B: sparse.csr_array) -> FloatArray:
-        """diag(L_s, L_s)^-1 B, (2 #rows, size).
+    def conformal(self, inverse: Solve) -> tuple[Across, FloatArray]:
+        """C = diag(L, L)^-1 B and D - B^T C, in the conformal metric of these rows."""
+        across = self._across(inverse, self.B)
+        return across, self.D - across.onto(self.B)
+
+    def _across(self, inverse: Solve, B: sparse.csr_array) -> Across:
+        """diag(L_s, L_s)^-1 B.
 
         The turning along a path has to do with the vertex rows only, its scale with the wheel rows only, and
         both in the same way, as the metric is conformal. So there is one right-hand side a path.
         """
-        constraints = system.constraints
-        n, paths = constraints.n, len(self._paths)
-        if paths < len(self._closure.gap) or constraints.wheels < n:
-            return by_pairs(inverse, B.toarray())
-        part = np.flatnonzero(self._asked) % 2
-        scale = inverse(B[1::2][:, np.flatnonzero(part == 0)].toarray())
-        across = np.zeros((2 * n, self.size))
-        across[1::2, part == 0] = scale
-        across[0::2, part == 1] = scale[:, np.flatnonzero(self._asked[1::2])]
-        return across
+        constraints, paths = self._constraints, len(self._paths)
+        if paths < len(self._closure.gap) or constraints.wheels < constraints.n:
+            return _Columns(by_pairs(inverse, B.toarray()))
+        return self._of_paths(inverse(B[1::2][:, np.flatnonzero(self._asked) % 2 == 0].toarray()))
 
-    def _bordered(self, inner: Solve, across: FloatArray, schur: FloatArray) -> Solve:
+    def _of_paths(self, scale: FloatArray) -> _OfPaths:
+        path, part = np.divmod(np.flatnonzero(self._asked), 2)
+        return _OfPaths(scale, path, 1 - part)
+
+    def _bordered(self, inner: Solve, across: Across, schur: FloatArray) -> Solve:
         try:
             factor = linalg.cho_factor((schur + schur.T) / 2)
         except linalg.LinAlgError:
@@ -154,10 +175,73 @@ class ClosingRows:
 
         def solve(r: FloatArray) -> FloatArray:
             x = inner(r[: self._n, None])[:, 0]
-            y = linalg.cho_solve(factor, r[self._n :] - across.T @ r[: self._n])
-            return np.concatenate((x - across @ y, y))
+            y = linalg.cho_solve(factor, r[self._n :] - across.onto(r[: self._n]))
+            return np.concatenate((x - across.along(y), y))
 
         return solve
+
+
+@dataclass(frozen=True, eq=False)
+class _Columns:
+    """A dense matrix C of the border's columns, (2 #rows, size)."""
+
+    columns: FloatArray
+
+    def along(self, y: FloatArray) -> FloatArray:
+        """C y."""
+        return np.asarray(self.columns @ y)
+
+    def onto(self, r: FloatArray | sparse.csr_array) -> FloatArray:
+        """C^T r of a vector or a sparse matrix."""
+        return np.asarray((r.T @ self.columns).T)
+
+    def vertex_rows(self, rows: IntArray) -> FloatArray:
+        """Some rows of C, those of vertex constraints."""
+        return np.asarray(self.columns[2 * rows])
+
+    def each(self) -> Iterator[FloatArray]:
+        """The columns."""
+        yield from np.ascontiguousarray(self.columns.T)
+
+
+@dataclass(frozen=True, eq=False)
+class _OfPaths:
+    """The same of closed paths alone: a column for the scale of a path is one for its turning, too.
+
+    Attributes
+    ----------
+    scale : (#rows, #paths) float64
+    path, kind : (size,) int64
+        Of each column the path, and 0 if it is for vertex rows, 1 if it is for wheel rows.
+    """
+
+    scale: FloatArray
+    path: IntArray
+    kind: IntArray
+
+    def along(self, y: FloatArray) -> FloatArray:
+        both = np.zeros((self.scale.shape[1], 2))
+        both[self.path, self.kind] = y
+        return np.asarray(self.scale @ both).ravel()
+
+    def onto(self, r: FloatArray | sparse.csr_array) -> FloatArray:
+        if sparse.issparse(r):
+            both = np.stack([np.asarray(r[k::2].T @ self.scale).T for k in range(2)], axis=1)
+        else:
+            both = self.scale.T @ r.reshape(-1, 2)
+        return both[self.path, self.kind]
+
+    def vertex_rows(self, rows: IntArray) -> FloatArray:
+        return np.where(self.kind == 0, self.scale[rows][:, self.path], 0.0)
+
+    def each(self) -> Iterator[FloatArray]:
+        for path, kind in zip(self.path, self.kind, strict=True):
+            column = np.zeros((len(self.scale), 2))
+            column[:, kind] = self.scale[:, path]
+            yield column.ravel()
+
+
+Across = _Columns | _OfPaths
 
 
 def by_pairs(inverse: Solve, r: FloatArray) -> FloatArray:

@@ -11,7 +11,7 @@ import numpy as np
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import angle_sums, cotangents, log_sines
 from ..linalg import Pattern
-from ..surface import NEXT, PREV, Topology
+from ..surface import Topology
 from .circles import foreseen, inscribed_sums
 from .loops import ClosedPath, Closure, closure_of
 
@@ -66,6 +66,19 @@ class Constraints:
     def pattern(self) -> Pattern:
         """The graph of the rows."""
         return Pattern(self.topology, self.row, self.n)
+
+    def asking(self, sums: FloatArray | None = None, turnings: FloatArray | None = None) -> Constraints:
+        """The same rows with other angle sums, (#V,), and other turnings; no hole has a row."""
+        made, inside = self, self.row >= 0
+        if sums is not None:
+            target = self.target.copy()
+            target[self.row[inside]] = sums[inside]
+            made = replace(made, sums=sums, target=target)
+        if turnings is not None:
+            both = zip(self.paths, turnings.tolist(), strict=True)
+            made = replace(made, paths=tuple(replace(path, turning=turning) for path, turning in both))
+        made.__dict__["pattern"] = self.pattern  # that of the same rows
+        return made
 
     def sum_at_rows(self, values: FloatArray) -> FloatArray:
         """Sum (#V,) values over the vertices of each row."""
@@ -206,10 +219,10 @@ def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None
     turning = np.pi - total
     drawn = None
     if paths:
-        log_sin = log_sines(cot)
-        ratio = log_sin[PREV] - log_sin[NEXT]
-        both = ratio.ravel() + 1j * alpha.ravel()
-        drawn = np.array([both[path.corner].sum() for path in paths])
+        k, t = np.divmod(np.concatenate([path.corner for path in paths]), alpha.shape[1])
+        ratio = log_sines(cot[(k + 2) % 3, t]) - log_sines(cot[(k + 1) % 3, t])
+        start = np.cumsum([0, *(len(path.corner) for path in paths[:-1])])
+        drawn = np.add.reduceat(ratio + 1j * alpha[k, t], start)
     return Residual(
         vertex=constraints.target_at(log_ratio) - constraints.sum_at_rows(total),  # eq. 5
         wheel=constraints.sum_at_wheels(log_ratio),  # eq. 8-10

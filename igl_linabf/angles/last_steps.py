@@ -42,8 +42,8 @@ def corrected_steps(
 
 
 def step_by_same_factor(state: State, rtol: float) -> State:
-    """A step with the last one's factor, if that was not cut short."""
-    same = bool(state.steps) and not (state.steps[-1].kind == "step" and state.steps[-1].limited)
+    """A step with the factor that is known, if the last step was not cut short."""
+    same = not (state.steps and state.steps[-1].kind == "step" and state.steps[-1].limited)
     lin = linearise(state.problem, state.at, reuse=state.lin, same_factor=same)
     return state.advanced(solve(lin, state.at, rtol), "step")
 
@@ -119,12 +119,13 @@ def conformal_system(state: State) -> Linearised | None:
         return None
     with timed("assembly"):
         system = System(constraints, at.alpha, scaled=False)
-        closing = ClosingRows(system, at.residual.closure) if at.residual.closure.asked.any() else None
+        closure = at.residual.closure
+        closing = ClosingRows(system, closure, conformal=True) if closure.asked.any() else None
         lower = system.laplacian()
     try:
         with timed("factor"):
             inverse = laplacian_inverse(system, lin.laplacian, lower)
-            precondition = conformal_inverse(system, closing, inverse)
+            precondition, _ = conformal_inverse(system, closing, inverse)
     except NotPositiveDefiniteError:
         return None
     return replace(lin, system=system, closing=closing, inverse=inverse, precondition=precondition)

@@ -28,7 +28,7 @@ from ..linalg import (
     Symmetric,
     conjugate_gradients,
 )
-from .closure import ClosingRows
+from .closure import Across, ClosingRows
 from .iterates import REACH, AngleProblem, Iterate, Kind, Step
 from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_inverse
 from .reduced import System
@@ -50,6 +50,8 @@ class Linearised:
         Analysis of the Laplacians over the problem's pattern, which the layout uses, too.
     inverse : callable or None
         The preconditioner's L_s^-1, for one or several right-hand sides.
+    across : Across or None
+        The columns of the closing rows that `inverse` was solved for.
     slivers : SliverRows or None
         The rows of slivers, for the correction of the preconditioner.
     precondition : callable or None
@@ -69,6 +71,7 @@ class Linearised:
     closing: ClosingRows | None
     laplacian: Analysis | None = None
     inverse: Solve | None = None
+    across: Across | None = None
     slivers: SliverRows | None = None
     precondition: Solve | None = None
     whole: Factored | None = None
@@ -79,24 +82,21 @@ class Linearised:
     @property
     def without_factors(self) -> Linearised:
         """The same without what only its own solves need."""
-        return replace(self, inverse=None, precondition=None, whole=None)
+        return replace(self, inverse=None, across=None, precondition=None, whole=None)
 
     def product(self, x: FloatArray) -> FloatArray:
         """The system's matrix times x."""
         return self.S.matvec(x) if self.closing is None else self.closing.matvec(self.S.matvec, x)
 
-    def at_vertices(self, x: FloatArray) -> FloatArray:
-        """Multipliers of the vertex and the wheel constraint of each single vertex, (#V, 2)."""
-        n = 2 * self.problem.constraints.n
-        own = self.system.at_vertices(x[:n].reshape(-1, 2))
-        return own if self.closing is None else own + self.closing.at_sites(x[n:])[: len(own)]
-
     def at_corners(self, x: FloatArray) -> FloatArray:
         """Multipliers of the vertex and the wheel constraint whose fan each corner is in, (2, 3, #F)."""
         topology, n = self.problem.constraints.topology, 2 * self.problem.constraints.n
-        at_corners = self.at_vertices(x).T.take(topology.corner, axis=1)  # far faster than by an index
+        at_vertices = self.system.at_vertices(x[:n].reshape(-1, 2))
+        of_sites = np.zeros((topology.n, 2)) if self.closing is None else self.closing.at_sites(x[n:])
+        # far faster than by an index
+        at_corners = (at_vertices + of_sites[: topology.n]).T.take(topology.corner, axis=1)
         if self.closing is not None:
-            flat, of_paths = at_corners.reshape(2, -1), self.closing.at_sites(x[n:])[topology.n :]
+            flat, of_paths = at_corners.reshape(2, -1), of_sites[topology.n :]
             for path, extra in zip(self.problem.constraints.paths, of_paths, strict=True):
                 flat[:, path.corner] += extra[:, None]
         return at_corners
@@ -174,6 +174,7 @@ def linearise(
             lin,
             laplacian=reuse.laplacian,
             inverse=reuse.inverse if same_factor else None,
+            across=reuse.across if same_factor else None,
             slivers=slivers,
             whole_analysis=reuse.whole_analysis,
             fallback=reuse.fallback,
@@ -199,13 +200,14 @@ def _preconditioned(lin: Linearised) -> Linearised:
         with timed("factor"):
             inverse = laplacian_inverse(lin.system, laplacian, lower)
     with timed("factor"):
-        precondition = conformal_inverse(lin.system, lin.closing, inverse, lin.S)
+        precondition, across = conformal_inverse(lin.system, lin.closing, inverse, lin.S, lin.across)
         slivers = lin.slivers or SliverRows.of(lin.system, lin.S, solvers)
         precondition = corrected(precondition, slivers, lin.S, lin.closing)
     return replace(
         lin,
         laplacian=laplacian,
         inverse=inverse,
+        across=across,
         slivers=slivers,
         precondition=precondition,
         how=f"conjugate gradients, {laplacian.name}",
@@ -291,11 +293,13 @@ def solve(
 def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatArray:
     """The errors P M^T x of the multipliers x; in the `conformal` metric K M^T x."""
     system = lin.system
-    if system.constraints.paths:
-        y = system.at_corners(lin.at_corners(x))
-        return system.conformally(y) if conformal else system.projected(y)
-    at_vertices = lin.at_vertices(x)
-    return system.conformal_errors(at_vertices) if conformal else system.errors(at_vertices)
+    n = 2 * system.constraints.n
+    own = system.at_vertices(x[:n].reshape(-1, 2))
+    e = system.conformal_errors(own) if conformal else system.errors(own)
+    if lin.closing is not None:
+        faces, more = lin.closing.errors(x[n:])
+        e[:, faces] += more
+    return e
 
 
 def _multipliers(

@@ -10,7 +10,7 @@ from scipy import sparse
 
 from .._types import FloatArray, IntArray, Solve
 from ..linalg import Analysis, Rows, Solvers, Symmetric
-from .closure import ClosingRows, by_pairs
+from .closure import Across, ClosingRows, by_pairs
 from .reduced import System
 
 
@@ -33,15 +33,20 @@ def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_arr
 
 
 def conformal_inverse(
-    system: System, closing: ClosingRows | None, inverse: Solve, S: Symmetric | None = None
-) -> Solve:
+    system: System,
+    closing: ClosingRows | None,
+    inverse: Solve,
+    S: Symmetric | None = None,
+    known: Across | None = None,
+) -> tuple[Solve, Across | None]:
     """diag(L_s+, L_s)^-1 from `laplacian_inverse`; with closing rows, that of the bordered system.
 
-    With `S` these have the paper's metric, and else that of K alone.
+    With `S` these have the paper's metric, and else that of K alone. Also returns the border's columns, which
+    may be `known` of an earlier system.
     """
     if closing is None:
-        return partial(by_pairs, inverse)
-    return closing.preconditioner(system, inverse, None if S is None else S.matvec)
+        return partial(by_pairs, inverse), None
+    return closing.preconditioner(system, inverse, None if S is None else S.matvec, known)
 
 
 @dataclass(frozen=True, eq=False)

@@ -131,7 +131,7 @@ def _solver(problem: AngleProblem, rows: Parts, flat: BoolArray) -> tuple[_Solve
         laplacian = problem.constraints.pattern.analysis(problem.solvers, lower)
     how = f"conjugate gradients, {laplacian.name}"
     with timed("factor"):
-        precondition = conformal_inverse(fans.system, None, laplacian.preconditioner(lower))
+        precondition, _ = conformal_inverse(fans.system, None, laplacian.preconditioner(lower))
     return _Solver(fans, fans.product, precondition, None, laplacian, how), thin
 
 

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from .._runtime import part
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
-from ..flattening import Flattening, Isometric, Method, Outcome, flatten_together, guaranteed
+from ..flattening import Flattening, Isometric, LinABF, Method, Outcome, Sketch, flatten_together, guaranteed
 from ..kernels import products
 from ..measures import (
     Quality,
@@ -181,7 +181,7 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]
 def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Chart | list[_Cut]:
     """The flattened piece; or its parts, if it has to be cut further."""
     try:
-        result = flattened(piece, task.method) if known is None else known[0]
+        result = _flattened(piece, task) if known is None else known[0]
     except SingularSystemError:  # faces of no size beside others of the chart
         if parts := halves(piece):
             return _anew(parts)
@@ -213,6 +213,16 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
     if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
         return _anew(parts)
     return Chart(piece.faces, result, quality, splits, len(pairs), cost)
+
+
+def _flattened(piece: Submesh, task: Task) -> Flattening:
+    """Its map; if many faces flip it is a sketch, as the piece is then cut further."""
+    method = task.method
+    if type(method) is LinABF and method.iterations == "auto" and task.may_find_seams:
+        sketch = flattened(piece, Sketch(**vars(method)))
+        if not 0 < len(sketch.flipped) <= MANY_FLIPS * len(piece.F):
+            return sketch
+    return flattened(piece, method)
 
 
 def _worth_of_map(piece: Submesh, result: Flattening, quality: Quality, splits: int, task: Task) -> IntArray:

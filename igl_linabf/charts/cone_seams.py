@@ -1,6 +1,7 @@
 """Seams through cones, and the closed paths along which the scale has to come back across them."""
 
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 from scipy import sparse
@@ -10,15 +11,25 @@ from .._types import IntArray
 from ..angles import ClosedPath
 from ..surface import NEXT, Submesh, Topology
 from .branches import shortened
+from .coarse import CLUSTERED, DIRECT, Levels
 from .cut_graph import ClosedSurface, join, open_handles
 
 
 def seam_through(piece: ClosedSurface, cones: IntArray) -> IntArray:
     """A short cut graph that opens the handles and joins holes and cones; edges of `piece`."""
-    handles = np.zeros(0, dtype=np.int64)
-    if piece.genus:
-        handles = shortened(piece, open_handles(piece), piece.total)
-    return join(piece, handles, cones)
+    return join(piece, _along_handles(piece), cones)
+
+
+def _along_handles(piece: ClosedSurface) -> IntArray:
+    """A short cut graph that opens the handles; of a large surface found on clusters, and drawn tight."""
+    none = np.zeros(0, dtype=np.int64)
+    if not piece.genus:
+        return none
+    if piece.n <= DIRECT:
+        return shortened(piece, open_handles(piece), piece.total)
+    levels = Levels.of(replace(piece, valleys=lambda: np.ones(len(piece.ends))), CLUSTERED)
+    coarse = levels.coarse
+    return levels.drawn(shortened(coarse, open_handles(coarse), coarse.total), none)
 
 
 def paths_across(component: Submesh, piece: ClosedSurface, seam: IntArray) -> tuple[ClosedPath, ...]:

@@ -11,9 +11,9 @@ from numpy.typing import ArrayLike
 
 from .._runtime import advance, part
 from .._types import FloatArray, IntArray
-from ..angles import corner_angles
+from ..angles import Turnings
 from ..errors import MeshError, some
-from ..flattening import Flattening, Method, flatten_with_cones
+from ..flattening import Flattening, Method, Turned, flatten_with_cones
 from ..measures import overlapping_pairs_of_chart, quality_of
 from ..surface import Cleaned, Submesh, check_finite, planar_mesh
 from .atlas import Chart
@@ -21,7 +21,7 @@ from .cone_seams import paths_across, seam_through
 from .cones import CONE_TRADE, ConePiece, angles_of, found_on
 from .overlap_seams import MAX_SPLITS, seams_between
 from .pieces import cut_out, on_part
-from .quarter_turns import QUARTER, QuarterTurns
+from .quarter_turns import QUARTER, QuarterTurns, nearest_quarters
 
 GivenCones = Literal["auto"] | ArrayLike
 ConeAngles = Literal["quarter"] | ArrayLike | None
@@ -205,14 +205,20 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
     advance("seams", 0.2)
     mesh = replace(planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
     paths, angles = paths_across(component, piece, seam), chosen.sums
-    if chosen.quarters is not None and piece.genus:
-        handles = paths[-2 * piece.genus :]  # those around holes turn without distortion
-        k = chosen.quarters.for_paths(handles, corner_angles(mesh), component.topology.corner)
-        angles = np.asarray(2 * np.pi - k * QUARTER)
     sums = np.where(component.topology.interior, 2 * np.pi, np.nan)
     sums[chosen.own] = angles
+
+    def quarters(turnings: Turnings) -> tuple[FloatArray, FloatArray]:
+        nonlocal angles
+        if chosen.quarters is None:
+            return angles, nearest_quarters(turnings.turned[None] / QUARTER, turnings.cost)[0] * QUARTER
+        k, whole = chosen.quarters.for_paths(turnings)
+        angles = np.asarray(2 * np.pi - k * QUARTER)
+        return angles, whole * QUARTER
+
     checked = perf_counter() - start
-    made = flatten_with_cones(mesh, component.topology, sums, paths, quarter, method)
+    turned = Turned(chosen.own, quarters) if quarter and paths else None
+    made = flatten_with_cones(mesh, component.topology, sums, paths, turned, method)
     seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
     return cut, replace(made, seconds=seconds), angles
 

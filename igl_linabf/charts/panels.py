@@ -37,9 +37,12 @@ EVEN, STEEP = 1e-3, 0.05  # radians that a plane may bend at an edge; and at one
 PLANAR = 1e-4  # share of its area that a plane may lose when it is projected
 FITS = 1e-5  # of the extent, by which two sides of a crease may miss each other when they are joined
 ROUNDING = 1e-12  # of the extent: slivers of less height lie over nothing
+SINGLE = 2e-6  # of the extent, by which triangles may reach into each other: single precision bends edges so
+SHALLOW = 0.05  # of their height, by which they may at most
 SAME = 1e-3  # of the extent, and radians: creases that two motions bring together by less are one
 WASTED = 0.02  # of the area between charts that others do not fill
 PAGE, LONGEST = 2.0, 0.6  # of the area, or of the squared length of a panel, that a page is meant to have
+NEEDLE = 1e-12  # area over squared length, up to which no face may be a panel alone
 GAIN = 0.02  # sum of squared curvatures, in full turns, from which on a disk gains by a seam
 
 
@@ -150,6 +153,9 @@ class Creased:
         gain = np.bincount(of_vertex, (bent / (2 * np.pi)) ** 2, number)
         loops = np.bincount(of_vertex[[loop[0] for loop in surface.topology.loops]], minlength=number)
         made &= (loops > 1) | (gain == 0) | (gain > GAIN)
+        double_area, dot = surface.measured
+        needle = double_area <= NEEDLE * (dot[NEXT] + dot[PREV]).max(axis=0)  # it has no map of its own
+        made &= np.bincount(self.label[needle], minlength=number) == 0
         return np.asarray(made & ((loops > 0) | (np.bincount(of_vertex[on_sharp], minlength=number) > 0)))
 
 
@@ -313,7 +319,8 @@ def _depths(triangle: ComplexArray, extent: FloatArray) -> FloatArray:
     """By how much triangles may reach into each other; negative for those that are slivers."""
     side = np.roll(triangle, -1, axis=1) - triangle
     height = -(side[:, 0].conj() * side[:, 2]).imag / np.maximum(np.abs(side).max(axis=1), 1e-300)
-    return np.where(height > ROUNDING * extent, DEPTH * height, -1.0)
+    depth = np.maximum(DEPTH * height, np.minimum(SHALLOW * height, SINGLE * extent))
+    return np.where(height > ROUNDING * extent, depth, -1.0)
 
 
 class _Hinges(NamedTuple):

@@ -1,13 +1,12 @@
 """Curvatures of cones in quarter turns: for little stretch, and for little turning along handles."""
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..angles import ClosedPath
+from ..angles import Turnings
 from .cone_scale import ConeScale
 from .expected import MAX_LOG_SCALE
 
@@ -16,7 +15,7 @@ SAMPLES = 4000  # nodes from which the stretch of rounded curvatures is told
 MAX_EXCHANGES = 500  # of quarter turns between cones
 WORTH = 0.999  # share of the squared stretch down to which an exchange has to bring it
 UNBOUND = 1 << 40
-FIDELITY = 0.25  # growth of the log stretch that is as bad as a path that misses one quarter turn
+FIDELITY = 10.0  # growth of the log stretch that is as bad as one of F/3nt by one
 SINGLE = 240  # exchanges that are tried in pairs
 TOLD = 300  # of all exchanges, how many have their stretch told exactly
 
@@ -88,53 +87,33 @@ class QuarterTurns:
             k[i], k[j] = k[i] + 1, k[j] - 1
         return self._of_nodes(k)
 
-    def for_paths(self, paths: Sequence[ClosedPath], alpha: FloatArray, corner: IntArray) -> IntArray:
+    def for_paths(self, turnings: Turnings) -> tuple[IntArray, FloatArray]:
         """The curvature of each node with which, besides, closed paths turn by nearly whole quarters.
 
-        Of one or two further exchanges those for which the stretch, and what the paths miss, are least.
+        Of one or two further exchanges those for which the stretch, and what is missing to the quarters, cost
+        least. `turnings` are those of `for_stretch` and of the nodes.
 
-        Parameters
-        ----------
-        paths : sequence of ClosedPath
-        alpha : (3, #F) float64
-            The surface's angles, radians.
-        corner : (3, #F) int64
-            The surface's vertices at these.
+        Returns
+        -------
+        k : (#C,) int64
+        quarters : (#paths,) float64
+            What the paths are to turn by.
         """
-        k, (lower, upper) = self._in_slots(self.for_stretch), self._bounds
-        unit = np.eye(len(k), dtype=np.int64)
-        single = (unit[:, None] - unit[None]).reshape(-1, len(k))
+        base, (lower, upper) = self._in_slots(self.for_stretch), self._bounds
+        unit = np.eye(len(base), dtype=np.int64)
+        single = (unit[:, None] - unit[None]).reshape(-1, len(base))
         single = single[(single != 0).any(axis=1)]
-        single = single[np.argsort(self._log_squared(k + single), kind="stable")[:SINGLE]]
+        single = single[np.argsort(self._log_squared(base + single), kind="stable")[:SINGLE]]
         double = [single[i] + single[: i + 1] for i in range(len(single))]
-        able = k + np.concatenate((0 * k[None], single, *double))
+        able = base + np.concatenate((0 * base[None], single, *double))
         able = able[((able >= lower) & (able <= upper)).all(axis=1)]
 
-        bare, by_slot = self._turned(paths, alpha, corner)
-        turned = bare + able @ by_slot
-        missing = ((turned - np.round(turned)) ** 2).sum(axis=1)
-        best = np.argsort(FIDELITY * missing + self._log_squared(able) / 2, kind="stable")[:TOLD]
-        told = FIDELITY * missing[best] + self._log_stretch(able[best])
-        return self._of_nodes(able[best[np.argmin(told)]])
-
-    def _turned(
-        self, paths: Sequence[ClosedPath], alpha: FloatArray, corner: IntArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Quarters that paths turn by without the slots' curvatures, and by one of each, (#slots, #paths).
-
-        A log scale u changes the angles by -K u, with the triangles' cotangent matrices K.
-        """
-        scale, (k, t) = self.scale, np.divmod(np.concatenate([path.corner for path in paths]), alpha.shape[1])
-        node, cot = scale.piece.node[corner], 1 / np.tan(alpha)
-        own, left, right = ((i, t) for i in (k, (k + 1) % 3, (k + 2) % 3))
-        u = np.concatenate((scale.bare[None], np.zeros((1, scale.piece.n)), scale.green * QUARTER))
-        at, toward_left, toward_right = (u[:, node[i]] for i in (own, left, right))
-        change = (cot[right] * (at - toward_left) + cot[left] * (at - toward_right)) / 2
-        change[0] -= alpha[own]
-        start = np.cumsum([0, *(len(path.corner) for path in paths[:-1])])
-        turned = np.add.reduceat(change, start, axis=1) / QUARTER
-        turned[0] += [2 * path.size for path in paths]
-        return turned[0], turned[1:]
+        # one quarter more of curvature is one less of the angle sum
+        turned = turnings.turned / QUARTER - self._of_nodes(able - base) @ turnings.by_vertex
+        missing = FIDELITY * distortion(turned, nearest_quarters(turned, turnings.cost), turnings.cost)
+        best = np.argsort(missing + self._log_squared(able) / 2, kind="stable")[:TOLD]
+        chosen = best[np.argmin(missing[best] + self._log_stretch(able[best]))]
+        return self._of_nodes(able[chosen]), nearest_quarters(turned[[chosen]], turnings.cost)[0]
 
     def _in_slots(self, k: IntArray) -> IntArray:
         return np.append(0, k) if self._bounded else k
@@ -154,3 +133,22 @@ class QuarterTurns:
         weight, bare, green = self._sampled
         scaled = np.exp(2 * np.clip(bare + k @ green, -MAX_LOG_SCALE, MAX_LOG_SCALE))
         return np.asarray(np.log((scaled @ weight) * ((1 / scaled) @ weight)) / 2)
+
+
+def nearest_quarters(turned: FloatArray, cost: FloatArray) -> FloatArray:
+    """Whole quarters near what paths turn by, (n, #paths) quarters, for which the cost is low.
+
+    They are rounded one after another, with regard to what is missing to those before (Babai 1986).
+    """
+    upper = np.linalg.cholesky(cost).T
+    quarters = np.zeros_like(turned)
+    for i in range(len(cost) - 1, -1, -1):
+        left = (turned - quarters)[:, i + 1 :] @ upper[i, i + 1 :] / upper[i, i]
+        quarters[:, i] = np.round(turned[:, i] + left)
+    return quarters
+
+
+def distortion(turned: FloatArray, quarters: FloatArray, cost: FloatArray) -> FloatArray:
+    """What turning by quarters costs instead, (n,), for (n, #paths) quarters."""
+    missing = (quarters - turned) * QUARTER
+    return np.asarray(((missing @ cost) * missing).sum(axis=1))

@@ -1,22 +1,26 @@
 """A surface with cones: its angles are found before it is cut, and laid out on the cut surface."""
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .._runtime import stopwatch
-from .._types import FloatArray
+from .._runtime import stopwatch, timed
+from .._types import FloatArray, IntArray
 from ..angles import (
     ROUGH_RTOL,
     ClosedPath,
+    Linearised,
     State,
+    Turnings,
     active_set,
     conformal_step,
     constraints_of,
     corrected_steps,
+    initial_estimate,
     step_by_same_factor,
 )
+from ..linalg import NotPositiveDefiniteError
 from ..surface import Mesh, Topology
 from .ladder import (
     ACTIVE_SET_RTOL,
@@ -41,12 +45,28 @@ SEAM_TOL = 1e-8  # residual of the angles of converged ABF at which the sides of
 MORE_STEPS = 3  # to that
 
 
+@dataclass(frozen=True, eq=False)
+class Turned:
+    """By what closed paths are to turn.
+
+    Attributes
+    ----------
+    vertices : (#C,) int64
+        Vertices whose angle sums may be chosen for that.
+    chosen : callable
+        Their angle sums, and what the paths turn by, radians; given `Turnings` of the sums so far.
+    """
+
+    vertices: IntArray
+    chosen: Callable[[Turnings], tuple[FloatArray, FloatArray]]
+
+
 def flatten_with_cones(
     cut: Mesh,
     topology: Topology,
     sums: FloatArray,
     paths: Sequence[ClosedPath],
-    quarter: bool,
+    turned: Turned | None,
     method: Method,
 ) -> Flattening:
     """Flatten a surface with prescribed angle sums.
@@ -61,8 +81,8 @@ def flatten_with_cones(
         Angle sums of its vertices, radians; NaN at the boundary, which is free.
     paths : sequence of ClosedPath
         Along which the scale comes back.
-    quarter : bool
-        They also turn by multiples of 90 degrees: the nearest ones to what they turn by otherwise.
+    turned : Turned or None
+        By what they also turn; None if it is as it comes.
     method : Method
         Linear ABF or converged ABF.
 
@@ -80,25 +100,38 @@ def flatten_with_cones(
         asked = constraints_of(uncut, sums, paths)
         problem = posed(cut, None, method.layout, method.threshold, method.solver, safeguard, asked)
         begun = problem.start
-        if quarter and paths:
-            problem, begun = _in_quarters(problem)
+        if turned is not None:
+            problem, begun = _turned(problem, turned)
         return report(problem, method.name, climb(problem, _stages(method, begun)), seconds)
 
 
-def _in_quarters(problem: Problem) -> tuple[Problem, State]:
-    """The problem with turnings in multiples of 90 degrees along its paths, and a state to go on from.
+def _turned(problem: Problem, turned: Turned) -> tuple[Problem, State]:
+    """The problem with prescribed turnings along its paths, and a state to go on from.
 
-    They are the nearest ones to what the paths turn by after the first step. What is missing to them is
-    spread over all triangles, too smoothly for conjugate gradients: the next step is in the conformal metric.
+    They are chosen before the first step and prescribed after it: where it is flat, that changes angles less.
+    What is missing to them is spread over all triangles, too smoothly for conjugate gradients: the next step
+    is in the conformal metric.
     """
-    state = step_by_same_factor(problem.start, ROUGH_RTOL)
-    alpha, asked = state.at.alpha, problem.angles.constraints
-    turning = [path.size * np.pi - alpha.ravel()[path.corner].sum() for path in asked.paths]
-    quarters = np.round(np.array(turning) / (np.pi / 2)) * (np.pi / 2)
-    paths = [replace(path, turning=float(q)) for path, q in zip(asked.paths, quarters, strict=True)]
-    angles = replace(problem.angles, constraints=replace(asked, paths=tuple(paths)))
-    turned = State(angles, angles.at(alpha), state.steps, state.lin)
-    return replace(problem, angles=angles), conformal_step(turned)
+    angles = problem.angles
+    lin: Linearised | None
+    try:
+        turnings, lin = Turnings.of(angles, turned.vertices)
+    except NotPositiveDefiniteError:
+        after = step_by_same_factor(problem.start, ROUGH_RTOL)
+        turnings = Turnings.measured(after.at, angles.constraints.paths, turned.vertices)
+        lin = after.lin
+    sums, wanted = turned.chosen(turnings)
+    asked = angles.constraints.sums.copy()
+    changed = np.full(len(asked), np.nan)
+    asked[turned.vertices] = changed[turned.vertices] = sums
+    constraints, topology = angles.constraints.asking(asked), angles.constraints.topology
+    with timed("assembly"):
+        estimate = initial_estimate(topology, angles.estimate, to_triangles=angles.safeguard, sums=changed)
+    angles = replace(angles, constraints=constraints, estimate=estimate)
+    state = step_by_same_factor(State(angles, angles.start, lin=lin), ROUGH_RTOL)
+    angles = replace(angles, constraints=constraints.asking(turnings=wanted))
+    state = State(angles, angles.at(state.at.alpha), state.steps, state.lin)
+    return replace(problem, angles=angles), conformal_step(state)
 
 
 def _stages(method: LinABF | ABF, begun: State) -> list[Stage]:
