@@ -15,6 +15,7 @@ from igl_linabf import MeshError, MeshWarning, clean, find_seams, unwrap
 from igl_linabf.charts.cut_graph import closed_surface
 from igl_linabf.charts.growing import grown_seam, shorter_seam
 from igl_linabf.charts.routes import rerouted
+from igl_linabf.charts.seams import TRADE
 from igl_linabf.io import read_texture, write_mesh
 from igl_linabf.surface import Submesh, face_components
 
@@ -75,13 +76,16 @@ def test_seams_stay_off_a_face(name: str) -> None:
     V, F = bust() if name == "bust" else load(name)
     away = -np.array(FACES.get(name, [1, 0, 0])) / np.linalg.norm(FACES.get(name, [1, 0, 0]))
     anywhere = unwrap(V, F)
+    size = float(np.sqrt(igl.doublearea(V, F).sum() / 2))
     for turn in (np.eye(3), np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]):
         found = unwrap(V @ turn, F, hide="back")
         assert found.good
         seen, before = (seen_length(V, F, atlas.seams, away) for atlas in (found, anywhere))
         assert seen < 0.7 * before
-        assert found.quality.stretch_l2 < anywhere.quality.stretch_l2 + 0.16
-        assert found.seam_length < 1.25 * anywhere.seam_length
+        # the price of that, in L2 stretch: a longer seam may stretch less
+        longer = (found.seam_length - anywhere.seam_length) / size / TRADE
+        assert found.quality.stretch_l2 - anywhere.quality.stretch_l2 + longer < 0.16
+        assert found.seam_length < 1.5 * anywhere.seam_length
 
 
 def test_the_back_of_a_body_inside_out_is_its_back() -> None:

@@ -9,8 +9,10 @@ the trees, cuts the fine one into what it cut the coarse one into, whatever the 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
+from scipy import sparse
 
 from .._types import FloatArray, IntArray
 from ..kernels import far_apart, spanning_forest
@@ -142,8 +144,20 @@ def clusters(piece: ClosedSurface, hops: int, more: IntArray | None = None) -> F
     return Forest(root, before, distance)
 
 
-def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
-    """Contract the trees of a forest."""
+class _Outline(NamedTuple):
+    """What is left of the edges when trees are contracted: fields as of `Contracted` and `ClosedSurface`."""
+
+    label: IntArray
+    roots: IntArray
+    edge: IntArray
+    ends: IntArray
+    faces: IntArray
+    length: FloatArray
+    graph: sparse.csr_array
+    entry: IntArray
+
+
+def _outline(piece: ClosedSurface, forest: Forest) -> _Outline:
     roots = np.flatnonzero(forest.before < 0)
     label = np.searchsorted(roots, forest.root)
     ends, m = label[piece.ends], piece.n_faces
@@ -163,19 +177,25 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
     edge, sides = _without_digons(edge, face[piece.faces[edge]], way)
     used = np.zeros(int(sides.max()) + 1, dtype=bool)
     used[sides] = True
-    sides, ends = (np.cumsum(used) - 1)[sides], ends[edge]
-    n, length = len(roots), way[edge]
-    graph, entry = shortest_edges(ends, length, n)
+    graph, entry = shortest_edges(ends[edge], way[edge], len(roots))
+    return _Outline(label, roots, edge, ends[edge], (np.cumsum(used) - 1)[sides], way[edge], graph, entry)
+
+
+def contracted(piece: ClosedSurface, forest: Forest, outline: _Outline | None = None) -> Contracted:
+    """Contract the trees of a forest."""
+    outline = outline or _outline(piece, forest)
+    label, roots, edge, ends, faces, length, graph, entry = outline
+    n = len(roots)
     bonds, weight = _flow(piece, label, roots, forest.distance)
     coarse = ClosedSurface(
         n=n,
         holes=piece.holes,
         genus=piece.genus,
-        n_faces=int(np.count_nonzero(used)),
+        n_faces=int(faces.max()) + 1,
         node=label[piece.node],
         edges=piece.edges[edge],
         ends=ends,
-        faces=sides,
+        faces=faces,
         true_length=piece.true_length[edge] * length / piece.length[edge],
         length=length,
         shown=piece.shown[edge],
@@ -197,15 +217,15 @@ def contracted(piece: ClosedSurface, forest: Forest) -> Contracted:
 
 def _simply_contracted(piece: ClosedSurface, hops: int) -> Contracted:
     """With more roots where clusters go around a thin part, so that two of them have one edge at most."""
-    step = contracted(piece, clusters(piece, hops))
+    forest = clusters(piece, hops)
     for _ in range(MORE_ROOTS):
-        coarse = step.coarse
-        again = np.ones(len(coarse.ends), dtype=bool)
-        again[coarse.shortest] = False
+        outline = _outline(piece, forest)
+        again = np.ones(len(outline.edge), dtype=bool)
+        again[outline.entry] = False
         if not again.any():
-            break
-        step = contracted(piece, clusters(piece, hops, np.union1d(step.roots, piece.ends[step.edge[again]])))
-    return step
+            return contracted(piece, forest, outline)
+        forest = clusters(piece, hops, np.union1d(outline.roots, piece.ends[outline.edge[again]]))
+    return contracted(piece, forest)
 
 
 def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[IntArray, IntArray]:

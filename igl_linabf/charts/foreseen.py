@@ -1,4 +1,4 @@
-"""Overlaps of a map, foreseen on the clusters of a surface, and seams that part them.
+"""Overlaps of a map, and tips that it shrinks, foreseen on the clusters of a surface; and seams for them.
 
 Clusters are the vertices of a coarse mesh, whose map is much like the one of the surface. Where it overlaps,
 the surface is cut before it is flattened at all: that is the same search for seams on far fewer triangles.
@@ -6,19 +6,24 @@ the surface is cut before it is flattened at all: that is the same search for se
 
 import numpy as np
 
-from .._types import IntArray
+from .._types import FloatArray, IntArray
 from ..errors import MeshError, SingularSystemError
 from ..flattening import Sketch
-from ..measures import overlapping_pairs_of_chart
+from ..measures import change_of, overlapping_pairs_of_chart
 from ..surface import NEXT, Submesh
 from .crease_cuts import parted
 from .cut_graph import ClosedSurface
 from .overlap_seams import MAX_SPLITS, seams_between
 from .pieces import flattened
+from .tips import tips_of, worth_a_seam
 
 MANY = 20  # disks, beyond which some would be tiny: the surface is parted when its map is known
-FEW = 0.05  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
+FEW = 0.02  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
+SHRUNK = 1 / 8  # of the area that a tip has in the map; on the surface itself faces shrink twice as much
 CHIP = 0.02  # share of a component's faces, below which a part is left to a neighbour: it overlaps little
+
+
+Map = tuple[Submesh, FloatArray]  # a part, and where its vertices are in the plane
 
 
 def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
@@ -41,19 +46,27 @@ def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
     return Submesh(mesh.V, mesh.F, mesh.faces, mesh.vertices, mesh.n_given, inner if inner.any() else None)
 
 
-def edges_between_overlaps(piece: ClosedSurface, mesh: Submesh, seam: IntArray) -> IntArray:
-    """Edges between the sheets that would lie over each other, were the surface cut to disks along a seam."""
-    nodes, waiting, number = mesh.vertices, mesh.cut_along(piece.ends[seam]), 0
+def overlaps_and_tips(
+    piece: ClosedSurface, mesh: Submesh, seam: IntArray, trade: float
+) -> tuple[IntArray, IntArray]:
+    """Edges between the sheets that would lie over each other, were the surface cut to disks along a seam.
+
+    And nodes at tips that the maps of the parts would shrink, if seams to them are worth it.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    nodes, waiting, number, maps = mesh.vertices, mesh.cut_along(piece.ends[seam]), 0, list[Map]()
     label = np.zeros(len(mesh.F), dtype=np.int64)
     for _ in range(MAX_SPLITS):
         smaller: list[Submesh] = []
         for part in waiting:
             number += 1
             label[part.faces] = number
-            smaller += _parts(part)
+            parts, uv = _parts(part)
+            smaller += parts
+            maps += [] if parts or uv is None else [(part, uv)]
         waiting = smaller
         if number + len(waiting) > MANY:
-            return np.zeros(0, dtype=np.int64)
+            return none, none
         if not waiting:
             break
     inside = mesh.cells[1]
@@ -63,7 +76,22 @@ def edges_between_overlaps(piece: ClosedSurface, mesh: Submesh, seam: IntArray) 
     more = np.setdiff1d(edge[right != left], seam)
     parts = mesh.cut_along(piece.ends[np.append(seam, more)])
     sound = all(len(part.topology.loops) == 1 and not part.topology.genus for part in parts)
-    return more if sound else more[:0]
+    return (more, _tips(piece, np.append(seam, more), maps, trade)) if sound else (none, none)
+
+
+def _tips(piece: ClosedSurface, seam: IntArray, maps: list[Map], trade: float) -> IntArray:
+    """Nodes at tips that are worth a seam."""
+    leaves = list[int]()
+    distance = piece.search(piece.on(seam))[0]
+    for part, uv in maps if trade > 0 else ():
+        changed = change_of(part, uv)
+        size = float(np.sqrt(changed.double_area.sum() / 2))
+        faces, saved = tips_of(part.F, len(part.V), changed, SHRUNK)
+        corners = part.vertices[part.F[faces]]
+        tip = corners[np.arange(len(faces)), distance[corners].argmax(axis=1)]
+        total = float(changed.double_area @ changed.squared_stretch) / (2 * size**2)
+        leaves += tip[worth_a_seam(saved, distance[tip] / size / trade, total)].tolist()
+    return np.array(leaves, dtype=np.int64)
 
 
 def _with_chips_joined(label: IntArray, sides: IntArray) -> IntArray:
@@ -79,14 +107,15 @@ def _with_chips_joined(label: IntArray, sides: IntArray) -> IntArray:
     return label
 
 
-def _parts(disk: Submesh) -> list[Submesh]:
-    """The parts of a disk whose map overlaps; none if it is sound."""
+def _parts(disk: Submesh) -> tuple[list[Submesh], FloatArray | None]:
+    """The parts of a disk whose map overlaps, none if it is sound; and this map, if no triangle flips."""
     try:
         result = flattened(disk, Sketch())
     except (MeshError, SingularSystemError):
-        return []
+        return [], None
     pairs = overlapping_pairs_of_chart(disk.topology, result.uv)
     few = len(np.unique(pairs)) < FEW * len(disk.F)
     if few or not len(pairs) or len(result.flipped) or result.holes:
-        return []
-    return parted(disk, result.uv, pairs) or disk.cut_along(seams_between([disk], disk.faces[pairs]))
+        return [], None if len(result.flipped) else result.uv
+    parts = parted(disk, result.uv, pairs) or disk.cut_along(seams_between([disk], disk.faces[pairs]))
+    return parts, result.uv

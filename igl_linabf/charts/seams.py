@@ -21,8 +21,9 @@ from .coarse import CLUSTERED, DIRECT, Levels
 from .creases import all_bends, flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface
 from .expected import log_scale
-from .foreseen import coarse_mesh, edges_between_overlaps
+from .foreseen import coarse_mesh, overlaps_and_tips
 from .growing import (
+    DRAWN_SHORTER,
     MAX_LEAVES,
     MAX_LEAVES_IN_VAIN,
     alike_on_both_sides,
@@ -300,10 +301,13 @@ def _best(
             part_overlaps
             and (mesh := coarse_mesh(levels.coarse, levels.label(piece.node[component.F]))) is not None
         ):
-            more = edges_between_overlaps(levels.coarse, mesh, seam)
+            coarse = levels.coarse
+            more, tips = overlaps_and_tips(coarse, mesh, seam, trade * DRAWN_SHORTER)
             # what is cut off would shrink if its ends were free to move
-            ends = np.intersect1d(levels.coarse.ends[more], levels.coarse.on(seam))
-            seam, leaves = np.append(seam, more), np.union1d(leaves, ends)
+            leaves = np.union1d(leaves, np.append(tips, np.intersect1d(coarse.ends[more], coarse.on(seam))))
+            seam = np.append(seam, more)
+            if len(tips):
+                seam = np.append(seam, coarse.paths(coarse.search(coarse.on(seam))[1], tips))
         return levels.drawn(seam, leaves)
     seam = grown_seam(piece, trade, holes)[0]
     if hard and (net := cheaper(seam)) is not None:

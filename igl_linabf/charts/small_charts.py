@@ -8,6 +8,7 @@ only, or gets narrower.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from itertools import islice, product
 
 import numpy as np
 
@@ -28,6 +29,7 @@ EVEN = 1e-8  # the same, up to which nobody sees it
 SHEARED = 10.0  # times its mean angle distortion that the small one may have
 PRESSED = 0.25  # angle distortion of one that gets narrower
 SHORT = 16  # edges of a run beside a neighbour, of which parts are tried
+MOST_TRIES = 80  # of joining one: that takes as long as flattening some thousand triangles
 WIDTHS = (1.0, 0.7, 0.5, 0.35, 0.25)  # of the small one beside the seam, of what it is on the surface
 
 Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
@@ -58,8 +60,8 @@ def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
     for i in sorted(np.flatnonzero(small).tolist(), key=lambda i: area[i]):
         key, chart, piece = made[i]
         runs = rims[key[0]].beside(piece) if key[0] in rims else []
-        flat = chart.result.uv
-        if any(run.host.takes(piece, flat, run, width, most_stretch) for width in WIDTHS for run in runs):
+        flat, tries = chart.result.uv, islice(product(WIDTHS, runs), MOST_TRIES)
+        if any(run.host.takes(piece, flat, run, width, most_stretch) for width, run in tries):
             taken.add(i)
     larger = {host.index: host for hosts in of_piece.values() for host in hosts if host.guests}
     return [
@@ -130,8 +132,8 @@ class _Host:
         own = uv[piece.F]
         low, high = own.min(axis=(0, 1)), own.max(axis=(0, 1))
         near = [
-            corners[((below <= high) & (above >= low)).all(axis=1)]
-            for corners, (below, above) in zip(self._corners, self._boxes, strict=True)
+            corners[(left <= high[0]) & (right >= low[0]) & (below <= high[1]) & (above >= low[1])]
+            for corners, (left, below, right, above) in zip(self._corners, self._boxes, strict=True)
         ]
         if lie_over(own, np.concatenate(near)):
             return False
@@ -236,9 +238,9 @@ def _parts_of_run(number: int, closed: bool) -> list[slice]:
     return [slice(i, j) for i in range(number) for j in range(i + least, min(i + most, number) + 1)]
 
 
-def _boxes(corners: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Around each triangle."""
-    return corners.min(axis=1), corners.max(axis=1)
+def _boxes(corners: FloatArray) -> FloatArray:
+    """Around each triangle: left, below, right and above, (4, #F)."""
+    return np.concatenate((corners.min(axis=1).T, corners.max(axis=1).T))
 
 
 def _moved(flat: FloatArray, fixed: IntArray, at: FloatArray) -> FloatArray | None:

@@ -30,13 +30,40 @@ class _Corridor:
         straight = lengths(piece.position, piece.ends[in_space])
         self._share = float(np.min(self._length[in_space] / straight, initial=1.0, where=straight > 0))
 
+    @property
+    def is_tree(self) -> bool:
+        """Whether the seam has no cycle: it then opens the same whichever way its arcs go."""
+        return not self._opened[1]
+
     def accepts(self, moved: IntArray) -> bool:
+        """Whether no part has become small. Arcs that stay in their places leave as many parts."""
+        return len(self._opened[2]) == 1 or self.opens(moved)
+
+    def opens(self, moved: IntArray) -> bool:
         """Whether a seam that has moved still opens what it opened, and no part has become small."""
         number, cycles, sizes = self._opened
-        if not cycles:  # a tree is one whichever way its arcs go
-            return True
         *new, parts = opened(self.piece, moved)
         return new == [number, cycles] and len(parts) == len(sizes) and bool((parts >= LEFT * sizes).all())
+
+    def in_place(self, node: int, old: int, new: int, on: BoolArray) -> bool:
+        """Whether two edges at a node lie between the same edges of the rest of the seam, a mask.
+
+        What is cut along it then has the node on the same boundary, whichever of the two an arc begins with.
+        Arcs that do so at both ends, and pass no other arc, open the same.
+        """
+        if self.is_tree or old == new:
+            return True
+        graph, piece = self.piece.graph, self.piece
+        around = np.append(piece.entry[graph.indptr[node] : graph.indptr[node + 1]], (old, new))
+        reached, waiting = set[int](piece.faces[old].tolist()), True
+        sides = piece.faces[around[~on[around]]].tolist()
+        while waiting:
+            waiting = False
+            for a, b in sides:
+                if (a in reached) != (b in reached):
+                    reached |= {a, b}
+                    waiting = True
+        return int(piece.faces[new, 0]) in reached
 
     def total(self, edges: IntArray) -> float:
         """Their length, less in valleys."""
@@ -92,10 +119,12 @@ def tightened(
         How far from a branch point its three arcs may move.
     """
     corridor, fixed = _Corridor(piece, near, seam), set(kept.tolist())
+    moved = seam
     for _ in range(ROUNDS):
-        seam = _straight(corridor, seam, fixed)
-        seam = _balanced(corridor, seam, fixed, reach)
-    return _straight(corridor, seam, fixed)
+        moved = _straight(corridor, moved, fixed)
+        moved = _balanced(corridor, moved, fixed, reach)
+    moved = _straight(corridor, moved, fixed)
+    return moved if corridor.is_tree or corridor.opens(moved) else seam
 
 
 def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
@@ -103,7 +132,7 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
     piece = corridor.piece
 
     def moved(arcs: list[Arc], seam: IntArray) -> IntArray | None:
-        closed, old = corridor.closed_at(piece.ends[seam]), seam
+        closed, on, old = corridor.closed_at(piece.ends[seam]), _mask(piece, seam), seam
         for edges, nodes in arcs:
             length, places = corridor.total(np.array(edges)), corridor.places(nodes)
             closed[places[1:]] = False
@@ -112,9 +141,16 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
             if len(way) > 1:
                 new = piece.between(np.array(way[:-1]), np.array(way[1:]))
                 one = len(new) == 1 and new[0] in seam  # another arc is this edge
-                if not one and corridor.total(new) < length * SHORTER:
+                on[edges] = False
+                if (
+                    not one
+                    and corridor.total(new) < length * SHORTER
+                    and corridor.in_place(nodes[0], edges[0], new[-1], on)
+                    and corridor.in_place(nodes[-1], edges[-1], new[0], on)
+                ):
                     seam = np.concatenate((piece.without(seam, np.array(edges)), new))
-                    places = corridor.places(way)
+                    places, edges = corridor.places(way), new.tolist()
+                on[edges] = True
             closed[places] = True
         return seam if seam is old or corridor.accepts(seam) else None
 
@@ -131,7 +167,7 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
         return [arm(piece, steps, fixed, branch, start, reach) for start in steps[branch]]
 
     def moved(branches: list[int], seam: IntArray) -> IntArray | None:
-        steps, old = steps_along(piece, seam), seam
+        steps, on, old = steps_along(piece, seam), _mask(piece, seam), seam
         for branch in branches:
             if len(steps.get(branch, ())) != 3:
                 continue
@@ -150,15 +186,30 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
             centre = int(np.argmin(total))
             if total[centre] < length * SHORTER:
                 ways = [np.array(corridor.way(before, centre)) for _, before in searches]
-                new = np.concatenate([piece.between(way[:-1], way[1:]) for way in ways])
-                seam = np.concatenate((piece.without(seam, own), new))
-                replaced(piece, steps, own, new)
+                parts = [piece.between(way[:-1], way[1:]) for way in ways]
+                on[own] = False
+                firsts = [part[0] for part in parts if len(part)]
+                if all(
+                    corridor.in_place(tip, edges[-1], new, on)
+                    for tip, (edges, _), part in zip(tips, arms, parts, strict=True)
+                    for new in (part[-1:] if len(part) else firsts)  # the centre may be a tip
+                ):
+                    own, old_own = np.concatenate(parts), own
+                    seam = np.concatenate((piece.without(seam, old_own), own))
+                    replaced(piece, steps, old_own, own)
+                on[own] = True
         return seam if seam is old or corridor.accepts(seam) else None
 
     steps = steps_along(piece, seam)
     movable = [node for node in steps if node >= piece.holes and node not in fixed and len(steps[node]) == 3]
     lengths = [sum(corridor.total(np.array(edges)) for edges, _ in arms_at(steps, node)) for node in movable]
     return in_groups([movable[k] for k in longest(lengths)], seam, moved)
+
+
+def _mask(piece: ClosedSurface, seam: IntArray) -> BoolArray:
+    on = np.zeros(len(piece.ends), dtype=bool)
+    on[seam] = True
+    return on
 
 
 def _arcs(piece: ClosedSurface, seam: IntArray, fixed: set[int]) -> list[Arc]:

@@ -5,13 +5,42 @@ turn by half a sphere, a map shrinks far more than that. A short seam to such a 
 """
 
 import numpy as np
+from scipy.spatial import cKDTree
 
 from .._types import FloatArray, IntArray
-from ..measures import change_of
+from ..measures import Change, change_of
 from ..surface import Submesh, connected_labels
-from .cut_graph import closed_surface
+from .cut_graph import CREASE_DISCOUNT, closed_surface
+from .visibility import HIDING
 
 SHRUNK = 1 / 16  # of the area that a face at a tip has in the map, at most
+
+
+def tips_of(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArray, FloatArray]:
+    """A face at each tip that a map shrinks to less than a share, (#T,); and the squared L2 stretch there.
+
+    That is what more than 1 there adds to the whole's. The tip that adds most comes first.
+    """
+    area, grown = changed.double_area / changed.double_area.sum(), changed.log_area_ratio
+    small = np.flatnonzero(grown < np.log(shrunk))
+    corners = F[small]
+    tip = connected_labels(np.concatenate((corners[:, :2], corners[:, 1:])), n)[corners[:, 0]]
+    order = np.lexsort((grown[small], tip))
+    first = order[np.flatnonzero(np.diff(tip[order], prepend=-1))]
+    saved = np.bincount(tip, (area * (changed.squared_stretch - 1))[small])[tip[first]]
+    by_saved = np.argsort(-saved, kind="stable")
+    return np.asarray(small[first[by_saved]], dtype=np.int64), np.asarray(saved[by_saved], dtype=np.float64)
+
+
+def worth_a_seam(saved: FloatArray, price: FloatArray, total: float) -> IntArray:
+    """Which tips are worth the price of a seam to each, in L2 stretch; `total` is the whole's, squared."""
+    chosen: list[int] = []
+    for k in range(len(saved)):
+        left = max(total - saved[k], 1.0)  # which is a map without stretch
+        if np.sqrt(total) - np.sqrt(left) > price[k] > 0:
+            chosen.append(k)
+            total = left
+    return np.array(chosen, dtype=np.int64)
 
 
 def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArray | None) -> IntArray:
@@ -19,28 +48,21 @@ def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArr
 
     Cut to a tip, its faces are taken to keep their size.
     """
-    changed = change_of(piece, uv)
-    area = changed.double_area / changed.double_area.sum()
-    grown = changed.log_area_ratio
-    small = np.flatnonzero(grown < np.log(SHRUNK))
-    squared = area * changed.squared_stretch
-    total = float(squared.sum())
-    if trade == 0 or not len(small) or not np.isfinite(total):
-        return np.zeros((0, 2), dtype=np.int64)
-    F = piece.F[small]
-    label = connected_labels(np.concatenate((F[:, :2], F[:, 1:])), len(piece.V))[F[:, 0]]
+    none, changed = np.zeros((0, 2), dtype=np.int64), change_of(piece, uv)
+    size = float(np.sqrt(changed.double_area.sum() / 2))
+    total = float(changed.double_area @ changed.squared_stretch) / (2 * size**2)
+    if trade == 0 or not np.isfinite(total):
+        return none
+    faces, saved = tips_of(piece.F, len(piece.V), changed, SHRUNK)
+    # in space the boundary is no farther than on the surface, and a map of stretch 1 has none to save
+    least = (1 - CREASE_DISCOUNT) / (1.0 if hidden is None else HIDING) / size / trade
+    rim = cKDTree(piece.V[np.concatenate(piece.topology.loops)])
+    worth = saved / 2 > least * rim.query(piece.V[piece.F[faces]])[0].min(axis=1, initial=np.inf)
+    faces, saved = faces[worth], saved[worth]
+    if not len(faces):
+        return none
     surface = closed_surface(piece, hidden)
     distance, before, _ = surface.search(np.arange(surface.holes))
-    leaves: list[int] = []
-    saved = {
-        tip: float((squared[small] - area[small])[label == tip].sum()) for tip in np.unique(label).tolist()
-    }
-    for tip in sorted(saved, key=lambda tip: -saved[tip]):
-        rows = small[label == tip]
-        face = rows[np.argmin(grown[rows])]
-        leaf = int(surface.node[piece.F[face]].max())  # nodes of loops come first
-        left = max(total - saved[tip], 1.0)  # which is a map without stretch
-        if np.sqrt(total) - np.sqrt(left) > distance[leaf] / surface.size / trade > 0:
-            leaves.append(leaf)
-            total = left
-    return piece.vertices[surface.edges[surface.paths(before, leaves)]]
+    leaves = surface.node[piece.F[faces]].max(axis=1)  # nodes of loops come first
+    chosen = worth_a_seam(saved, distance[leaves] / size / trade, total)
+    return piece.vertices[surface.edges[surface.paths(before, leaves[chosen])]]

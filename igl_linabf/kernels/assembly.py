@@ -13,7 +13,7 @@ from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from .choice import inlined, with_loops
 
 DEPTH = 0.5e-6  # of the height of the smaller triangle, by which one may reach into another one
-AT_ONCE = 256  # triangles that are compared with others at a time, in NumPy
+AT_ONCE = 16  # triangles that are compared with others at a time, in NumPy
 FEW = 12  # triangles of a region that need no grid
 LONG = 15.0  # times what a chart that is too long for the page adds to it counts
 SIDES = 24  # directions of those of rectangles around a chart

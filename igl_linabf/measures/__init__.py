@@ -13,4 +13,4 @@ from .overlapping import (
     overlapping_pairs_of_each,
     overlaps,
 )
-from .per_triangle import MEASURES, Measure, change_of, distortion
+from .per_triangle import MEASURES, Change, Measure, change_of, distortion
