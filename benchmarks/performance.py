@@ -125,7 +125,7 @@ def grown(name: str, what: str) -> None:
     with redirect_stdout(StringIO()):
         (mesh,) = (mesh for mesh in shared("disk") if mesh[0] == name.partition(",")[0])
         _, V, F = divided(mesh, isqrt(pieces))
-        small = disk(45_000, 0)  # of a size whose factors are made by threads
+        small = disk(4_000, 0)  # of a size whose factors are compiled ones
         call = {"igl.lscm": bare_lscm(planar(V, F))}.get(what) or partial(il.flatten, V, F, what)
         for method in ("lscm", "linabf", "abf"):
             il.flatten(*small, method)  # what is imported and compiled does not count
