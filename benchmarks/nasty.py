@@ -8,10 +8,13 @@ mesh, as it may crash or hang. Prints Markdown.
 
 from __future__ import annotations
 
+import os
+import signal
 import subprocess
 import sys
 import warnings
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from pathlib import Path
 from textwrap import shorten
 
@@ -63,14 +66,20 @@ def by_peer(program: str, name: str) -> str:
 
 def in_a_child(*which: str) -> str:
     command = [sys.executable, "-W", "ignore", __file__, *which]
+    pipe = subprocess.PIPE
+    process = subprocess.Popen(command, stdout=pipe, stderr=pipe, text=True, start_new_session=True)
     try:
-        done = subprocess.run(command, capture_output=True, text=True, timeout=LIMIT)
+        printed, said = process.communicate(timeout=LIMIT)
     except subprocess.TimeoutExpired:
         return f"more than {LIMIT} s | |"
-    if done.returncode:
-        said = (done.stderr.strip().splitlines() or [f"ended with {done.returncode}"])[-1]
-        return f"{shorten(said, 60, placeholder=' ...')} | |"
-    return done.stdout.strip()
+    finally:
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)  # Blender runs in a process of its own
+        process.communicate()
+    if process.returncode:
+        last = (said.strip().splitlines() or [f"ended with {process.returncode}"])[-1]
+        return f"{shorten(last, 60, placeholder=' ...')} | |"
+    return printed.strip()
 
 
 def main() -> None:

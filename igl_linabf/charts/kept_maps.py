@@ -14,9 +14,7 @@ from ..measures import Quality, quality_of_each
 from ..surface import Parts, Submesh, complex_positions, signed_double_areas
 from .pieces import cut_out, of_own_size, on_part
 
-KEPT = (
-    0.9  # share of its faces from which on the largest part keeps the map; a smaller one gains by a new one
-)
+KEPT = 0.9  # share of its faces from which on the largest part keeps the map; others gain by a new one
 EVEN = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
 EXACT = 1 + 1e-4  # stretch and conformal distortion up to which any part does: a new map is the same
 

@@ -267,8 +267,8 @@ def assembled(
     other, two regions `pairs[h]` = (a, b) are joined with all that is joined to them, where the motion of b's
     frame to a's, `turns[h] * z + shifts[h]`, brings nothing of the one chart over the other, and where
     the rectangle around both takes at most `worth[h]` more than those around each, of a page of the area
-    `page[h]`. Triangles may
-    reach into each other by the smaller of their `depth`; those of a negative one are not asked.
+    `page[h]`. Triangles may reach into each other by the smaller of their `depth`; those of a negative one
+    are not asked.
     """
     n, bounds = len(start) - 1, list(pairwise(start.tolist()))
     members, chart = [[r] for r in range(n)], np.arange(n)
