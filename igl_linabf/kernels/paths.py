@@ -36,12 +36,12 @@ def _risen(heap: IntArray, place: IntArray, key: FloatArray, i: int) -> None:
 
 
 @inlined
-def _sunk(heap: IntArray, place: IntArray, key: FloatArray, size: int) -> None:
-    """Restore a heap of which the first node is new."""
-    node, i = heap[0], 0
-    while 2 * i + 1 < size:
+def _taken(heap: IntArray, place: IntArray, key: FloatArray, size: int) -> int:
+    """The first node of a heap of this size, which is a heap of the others then."""
+    first, node, i = heap[0], heap[size - 1], 0
+    while 2 * i + 1 < size - 1:
         child = 2 * i + 1
-        if child + 1 < size and key[heap[child + 1]] < key[heap[child]]:
+        if child + 2 < size and key[heap[child + 1]] < key[heap[child]]:
             child += 1
         if key[heap[child]] >= key[node]:
             break
@@ -50,6 +50,7 @@ def _sunk(heap: IntArray, place: IntArray, key: FloatArray, size: int) -> None:
         i = child
     heap[i] = node
     place[node] = i
+    return int(first)
 
 
 def _nearest_sources(
@@ -65,11 +66,7 @@ def _nearest_sources(
             heap[size], place[node] = node, size
             size += 1
     while size:
-        node = heap[0]
-        size -= 1
-        if size:
-            heap[0] = heap[size]
-            _sunk(heap, place, distance, size)
+        node, size = _taken(heap, place, distance, size), size - 1
         for at in range(indptr[node], indptr[node + 1]):
             there, way = indices[at], distance[node] + length[at]
             if open_[there] and way < distance[there] and way <= limit:
@@ -117,11 +114,7 @@ def _ways_towards(
     place, heap, ahead = np.full(n, -1, dtype=np.int64), np.empty(n, dtype=np.int64), np.empty(n)
     distance[source], heap[0], place[source] = 0.0, source, 0
     while size:
-        node = heap[0]
-        size -= 1
-        if size:
-            heap[0] = heap[size]
-            _sunk(heap, place, distance, size)
+        node, size = _taken(heap, place, distance, size), size - 1
         for at in range(indptr[node], indptr[node + 1]):
             there, way = indices[at], distance[node] + length[at]
             if not open_[there] or way >= distance[there]:
@@ -230,11 +223,7 @@ def _shortest_odd_walk(
     # To the end it is as far from (c, v) as from the start to (all but c, v): so both halves are one search.
     last, middle, least = copies - 1, np.int64(-1), np.inf
     while size and 2 * distance[heap[0]] < least:
-        node = heap[0]
-        size -= 1
-        if size:
-            heap[0] = heap[size]
-            _sunk(heap, place, distance, size)
+        node, size = _taken(heap, place, distance, size), size - 1
         copy = node // n
         for at in range(indptr[node - copy * n], indptr[node - copy * n + 1]):
             other, way = copy ^ flip[at], distance[node] + length[at]
