@@ -81,6 +81,8 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
 
 def extents_of(surface: Submesh, of: IntArray) -> FloatArray:
     """The `extent` of each component; `of` is the component of each face."""
+    if not of.any():
+        return np.full(1, extent(surface.V))
     order = np.argsort(of, kind="stable")
     faces = Parts(np.searchsorted(of[order], np.arange(int(of.max()) + 2)))
     corner = surface.V[surface.F[order]].transpose(2, 1, 0)

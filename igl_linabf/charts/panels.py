@@ -102,9 +102,14 @@ class Creased:
         return lengths(self.surface.V, self.ends)
 
     @cached_property
+    def turned(self) -> FloatArray:
+        """`all_bends`, at these edges."""
+        return all_bends(self.surface, self.extent[self.label])
+
+    @cached_property
     def bend(self) -> FloatArray:
-        """At these edges, its size; nothing at the diagonals of polygons."""
-        size = np.abs(all_bends(self.surface, self.extent[self.label]))
+        """The size of these; nothing at the diagonals of polygons."""
+        size = np.abs(self.turned)
         if self.surface.inner is not None:
             size[~np.isin(self.inside, self.surface.cells[1])] = 0.0
         return np.asarray(size)

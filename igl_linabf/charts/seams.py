@@ -190,11 +190,14 @@ def seams_of(
     """
     if not trade >= 0:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
-    found = [np.zeros((0, 2), dtype=np.int64)]
+    found, known = [np.zeros((0, 2), dtype=np.int64)], None
     if panels and trade > 0 and not holes and hidden is None:
-        of_panels, others = _of_panels(surface, trade)
+        creased = Creased(surface)
+        of_panels, others = _of_panels(creased, trade)
         if others is None:
             return of_panels
+        if others is surface:
+            known = creased.turned
         found, surface = [of_panels], others
     small = []
     shapes = _shapes(surface)
@@ -204,7 +207,7 @@ def seams_of(
             if is_small:
                 small.append(component.faces)
             else:
-                bend = all_bends(component)
+                bend = all_bends(component) if known is None or component is not surface else known
                 piece = closed_surface(component, hidden, isometric, bend)
                 seam = _best(component, piece, trade, holes, gain if open_ else None, part_overlaps, bend)
                 found.append(component.vertices[piece.edges[seam]])
@@ -215,9 +218,9 @@ def seams_of(
     return np.concatenate(found)
 
 
-def _of_panels(surface: Submesh, trade: float) -> tuple[IntArray, Submesh | None]:
+def _of_panels(creased: Creased, trade: float) -> tuple[IntArray, Submesh | None]:
     """The seams of the components that are made of panels; and the other components, if there are any."""
-    creased = Creased(surface)
+    surface = creased.surface
     made = creased.made_of_panels(trade)[creased.label]
     if not made.any():
         return np.zeros((0, 2), dtype=np.int64), surface
