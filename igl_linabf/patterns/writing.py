@@ -119,7 +119,7 @@ def write_pattern(
     >>> path = os.path.join(tempfile.mkdtemp(), "box.svg")
     >>> pattern = write_pattern(path, V, F, igl_linabf.unwrap(V, F), "mm")
     >>> pattern.pieces, len(pattern.seams), len(pattern.folds)
-    (1, 5, 5)
+    (1, 3, 5)
     >>> bool(pattern.error < 1e-6)
     True
     """
