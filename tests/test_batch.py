@@ -291,7 +291,10 @@ def test_a_stopped_batch_goes_on_where_it_was(how: int, scheduler: str, tmp_path
     script = tmp_path / "waiting.py"
     script.write_text(WAITING.replace("FLAG", str(flag)))
     process = command(
-        tmp_path / "in", "-o", out, "--workers", 2, entry=[sys.executable, str(script), "batch"]
+        *(tmp_path / "in", "-o", out, "--workers", 2),
+        entry=[sys.executable, str(script), "batch"],
+        # in the background of a shell script, as tests may be, Ctrl-C would be ignored
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     done: list[int] = [0]
 
