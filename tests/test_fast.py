@@ -143,7 +143,7 @@ def cases():
         "connected_labels": (t.edges[::3], t.n),
         "spanning_forest": (np.minimum(t.edges, t.n - 9), rng.permutation(len(t.edges))[::2], t.n),
         "nearest_sources": (*ways, np.array([3, 9, 9]), np.arange(t.n) % 7 > 0, 20.0),
-        "ways_towards": (*ways, 3, np.arange(t.n) % 7 > 0, 20.0, kernels.Rest(mesh.V, mesh.V[:0], 0.0)),
+        "ways_towards": (*ways, 3, np.arange(t.n) % 7 > 0, kernels.Rest(mesh.V, mesh.V[:0], 0.0, 20.0)),
         "shortest_pairs": (merged[t.edges] + 3, rng.permutation(len(t.edges)) * 1.0, 24),
         "far_apart": (*ways[:2], rng.permutation(t.n), 2, np.arange(t.n) % 9 == 4),
         "nodes_on_paths": (
@@ -188,13 +188,13 @@ def test_the_loops_are_the_same_as_numpy(name):
 
 
 def test_what_leads_away_from_all_targets_is_left_out_of_the_ways_to_them():
-    *ways, source, open_, limit, rest = cases()["ways_towards"]
-    whole, _ = kernels.ways_towards(*ways, source, open_, limit, rest)
+    *ways, source, open_, rest = cases()["ways_towards"]
+    whole, _ = kernels.ways_towards(*ways, source, open_, rest)
     share = 0.5 * (ways[2].min() / np.ptp(rest.position, axis=0).max())  # any edge may be as short as that
     end = int(np.argmax(np.where(np.isfinite(whole), whole, 0)))
     towards = rest._replace(targets=rest.position[[end]], share=share)
     for most in (whole[end], whole[end] / 2):
-        part, before = kernels.ways_towards(*ways, source, open_, most, towards)
+        part, before = kernels.ways_towards(*ways, source, open_, towards._replace(limit=most))
         assert np.array_equal(part[np.isfinite(part)], whole[np.isfinite(part)])
         assert np.isinf(part).sum() > np.isinf(whole).sum()
         assert (part[end] == whole[end]) == (most == whole[end])

@@ -85,9 +85,8 @@ class _Corridor:
         passed, graph = ~closed, self._graph
         passed[source] = True
         at = targets[self._nodes[targets] >= self.piece.holes]
-        rest = Rest(self._position, self._position[at], self._share)
-        limit *= 1 + 1e-9
-        return ways_towards(graph.indptr, graph.indices, graph.data, source, passed, limit, rest)
+        rest = Rest(self._position, self._position[at], self._share, limit * (1 + 1e-9))
+        return ways_towards(graph.indptr, graph.indices, graph.data, source, passed, rest)
 
     def way(self, before: IntArray, end: int) -> list[int]:
         """The nodes from an end, by its place in the corridor, back to the source."""

@@ -15,12 +15,13 @@ Paths = tuple[FloatArray, IntArray, IntArray]
 class Rest(NamedTuple):
     """What is left of a way to some targets, (#T, 3): at least a share of the distance in space to each.
 
-    `position` is that of each node, (n, 3).
+    `position` is that of each node, (n, 3). With what is left to all of them, no way is over the `limit`.
     """
 
     position: FloatArray
     targets: FloatArray
     share: float
+    limit: float
 
 
 @inlined
@@ -53,6 +54,26 @@ def _taken(heap: IntArray, place: IntArray, key: FloatArray, size: int) -> int:
     return int(first)
 
 
+@inlined
+def _reached(
+    there: int,
+    way: float,
+    node: int,
+    heap: IntArray,
+    place: IntArray,
+    distance: FloatArray,
+    before: IntArray,
+    size: int,
+) -> int:
+    """Give a node its way over another one, and its place in the heap; return the heap's size."""
+    if place[there] < 0:
+        heap[size], place[there] = there, size
+        size += 1
+    distance[there], before[there] = way, node
+    _risen(heap, place, distance, place[there])
+    return size
+
+
 def _nearest_sources(
     indptr: IntArray, indices: IntArray, length: FloatArray, sources: IntArray, open_: BoolArray, limit: float
 ) -> Paths:
@@ -70,11 +91,8 @@ def _nearest_sources(
         for at in range(indptr[node], indptr[node + 1]):
             there, way = indices[at], distance[node] + length[at]
             if open_[there] and way < distance[there] and way <= limit:
-                if place[there] < 0:
-                    heap[size], place[there] = there, size
-                    size += 1
-                distance[there], before[there], source[there] = way, node, source[node]
-                _risen(heap, place, distance, place[there])
+                source[there] = source[node]
+                size = _reached(there, way, node, heap, place, distance, before, size)
     return distance, before, source
 
 
@@ -101,13 +119,7 @@ def nearest_sources(
 
 
 def _ways_towards(
-    indptr: IntArray,
-    indices: IntArray,
-    length: FloatArray,
-    source: int,
-    open_: BoolArray,
-    limit: float,
-    rest: Rest,
+    indptr: IntArray, indices: IntArray, length: FloatArray, source: int, open_: BoolArray, rest: Rest
 ) -> tuple[FloatArray, IntArray]:
     n, size = len(indptr) - 1, 1
     distance, before = np.full(n, np.inf), np.full(n, -1, dtype=np.int64)
@@ -126,31 +138,21 @@ def _ways_towards(
                     for j in range(3):
                         squared += (rest.position[there, j] - rest.targets[k, j]) ** 2
                     ahead[there] += rest.share * np.sqrt(squared)
-            if way + ahead[there] > limit:
+            if way + ahead[there] > rest.limit:
                 continue
-            if place[there] < 0:
-                heap[size], place[there] = there, size
-                size += 1
-            distance[there], before[there] = way, node
-            _risen(heap, place, distance, place[there])
+            size = _reached(there, way, node, heap, place, distance, before, size)
     return distance, before
 
 
 @with_loops(_ways_towards)
 def ways_towards(
-    indptr: IntArray,
-    indices: IntArray,
-    length: FloatArray,
-    source: int,
-    open_: BoolArray,
-    limit: float,
-    rest: Rest,
+    indptr: IntArray, indices: IntArray, length: FloatArray, source: int, open_: BoolArray, rest: Rest
 ) -> tuple[FloatArray, IntArray]:
     """The distances from a node, and the nodes before, where all ways on to the targets stay within a limit.
 
     As in `nearest_sources`; what is farther may be left out.
     """
-    return nearest_sources(indptr, indices, length, np.array([source]), open_, limit)[:2]
+    return nearest_sources(indptr, indices, length, np.array([source]), open_, rest.limit)[:2]
 
 
 def _nodes_on_paths(before: IntArray, ends: IntArray) -> IntArray:
@@ -229,11 +231,7 @@ def _shortest_odd_walk(
             other, way = copy ^ flip[at], distance[node] + length[at]
             there = other * n + indices[at]
             if way < distance[there]:
-                if place[there] < 0:
-                    heap[size], place[there] = there, size
-                    size += 1
-                distance[there], before[there] = way, node
-                _risen(heap, place, distance, place[there])
+                size = _reached(there, way, node, heap, place, distance, before, size)
                 rest = distance[(last - other) * n + indices[at]]
                 if way + rest < least:
                     least, middle = way + rest, there
