@@ -10,7 +10,7 @@ from .triangles import NEXT, PREV
 
 Joined = tuple[IntArray, IntArray, bool]
 Entries = tuple[IntArray, IntArray, IntArray]
-LOW_BITS = 2**32 - 1
+LOW_BITS = 2**32 - 1  # of a key, where its second number stands
 
 
 @inlined
