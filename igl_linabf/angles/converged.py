@@ -88,7 +88,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         if held.any():
             weights = np.where(held, HELD * weights, weights)
         try:
-            lin = linearise(problem, at, weights, lin, close=bounded or k > 0, same_factor=k > 0)
+            lin = linearise(problem, at, weights, lin, close=k > 0, same_factor=k > 0)
             raw = solve(lin, at, rtol, _gradient(state), x)
         except SingularSystemError:
             break  # it left what double precision solves; the feasible form keeps away from there
@@ -134,8 +134,7 @@ def _within_bounds(state: State) -> State:
 def converge_feasibly(state: State, tol: float) -> AbfResult:
     """The same minimum (eq. 1-4) with bounds, for when anchored steps do not converge.
 
-    First anchored steps go on from where they are, and hold the angles that come to their bound. If that
-    does not converge, feasible steps start from a converged active set.
+    First anchored steps hold the angles that come to their bound. If these do not converge, feasible steps start from a converged active set.
 
     The weights include the curvature of the wheel constraints, which is diagonal:
     |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)|, with the multipliers of the two wheels of an
@@ -148,7 +147,7 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     state, tol
         As for `converge`.
     """
-    result = _anchored(state, tol, bounded=True)
+    result = _anchored(state.back_to_start(), tol, bounded=True)
     if result.converged:
         return result
     state, held = result.state, np.zeros(state.at.alpha.shape, dtype=bool)
