@@ -18,8 +18,8 @@ import resource
 import subprocess
 import tempfile
 import warnings
+from functools import partial
 from pathlib import Path
-from statistics import median
 from time import process_time
 
 import igl
@@ -36,6 +36,7 @@ from igl_linabf import (
     split_chords,
     unwrap,
 )
+from igl_linabf.flattening import medians
 from igl_linabf.io import read_mesh, read_texture, write_obj
 from igl_linabf.surface import planar
 
@@ -130,14 +131,9 @@ def main() -> None:
 
 def row(name: str, V: np.ndarray, F: np.ndarray, shapes: tuple[str, ...], repeat: int) -> None:
     mesh, cells = planar(V, F), []
-    results = {shape: flatten(V, F, boundary=shape, progress=False) for shape in shapes}
-    turns: dict[str, list[float]] = {shape: [] for shape in shapes}
-    for _ in range(repeat):
-        for shape, seconds in turns.items():
-            start = process_time()
-            flatten(V, F, boundary=shape, progress=False)
-            seconds.append(process_time() - start)
-    times = {shape: median(seconds) for shape, seconds in turns.items()}
+    calls = [partial(flatten, V, F, boundary=shape, progress=False) for shape in shapes]
+    results = {shape: call() for shape, call in zip(shapes, calls, strict=True)}
+    times = dict(zip(shapes, medians(calls, repeat, process_time), strict=True))
     for shape, result in results.items():
         q = quality(V, F, result.uv)
         cell = f"{q.angle_distortion:.3g}, {q.stretch_l2:.3g}, {q.flips}; "

@@ -29,6 +29,7 @@ from meshes import shared, stanford
 from peers import by_xatlas
 
 from igl_linabf import clean, flatten, flatten_many, unwrap
+from igl_linabf.flattening import medians
 from igl_linabf.io import read_mesh
 from igl_linabf.surface import compact
 
@@ -118,33 +119,23 @@ def models() -> dict[str, Callable[[], Surface]]:
     return found | {"plate with 40 bores": partial(plate_with_holes, 40)}
 
 
-def seconds(run: Callable[[], object], repeats: int) -> float:
-    """Of the process, the median of some runs."""
-    times = []
-    for _ in range(repeats):
-        start = process_time()
-        run()
-        times.append(process_time() - start)
-    return float(np.median(times))
-
-
 def measured(name: str) -> dict[str, float]:
     """A mesh's triangles, charts, times and memory; it is a file or one of `models`."""
     V, F = of_file(name) if Path(name).is_file() else models()[name]()
     repeats = 3 if len(F) < REPEATS_BELOW else 1
     atlas = unwrap(V, F, progress=False)  # imports, and loads compiled kernels
-    own = seconds(lambda: unwrap(V, F, progress=False), repeats)
+    (own,) = medians([partial(unwrap, V, F, progress=False)], repeats, process_time)
     memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     charts = []
     for chart in atlas.charts:
         vertices, packed = compact(atlas.FTC[chart.faces], len(atlas.TC))
         charts.append((V[atlas.origin[vertices]], packed))
-    alone = seconds(lambda: [flatten(*chart, progress=False) for chart in charts], repeats)
-    many = seconds(lambda: flatten_many(charts, progress=False), repeats)
+    calls = [lambda: [flatten(*chart, progress=False) for chart in charts], partial(flatten_many, charts)]
+    alone, many = medians(calls, repeats, process_time)
     row = {"triangles": len(F), "charts": len(charts), "s": own, "MB": memory / 1024}
     row |= {"flatten": alone, "many": many}
     if find_spec("xatlas") and len(F) < XATLAS_BELOW:
-        row["xatlas"] = seconds(lambda: by_xatlas(V, F), repeats)
+        (row["xatlas"],) = medians([partial(by_xatlas, V, F)], repeats, process_time)
     return row
 
 

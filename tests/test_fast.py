@@ -89,7 +89,8 @@ def squares_with_hinges():
     pairs = rng.integers(n, size=(200, 2))
     depth = np.where(np.arange(2 * n) % 7 == 3, -1.0, 1e-6)
     worth = np.where(rng.random(200) < 0.8, 9.0, 0.1)
-    return np.tile(square, (n, 1)), depth, 2 * np.arange(n + 1), pairs, turn, shift, worth, np.full(200, 20.0)
+    hinges = kernels.Hinges(pairs, turn, shift, worth, np.full(200, 20.0))
+    return np.tile(square, (n, 1)), depth, 2 * np.arange(n + 1), hinges
 
 
 def cases():

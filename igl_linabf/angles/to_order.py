@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from .iterations import State
-from .last_steps import SMALL, conformal_steps
+from .last_steps import ROUGH_RTOL, SMALL, conformal_steps
 from .linearised import linearise, solve
 
-FIRST_RTOL = 0.1  # relative residual to which the first step towards prescribed sums is solved
 EARLY_BELOW = 0.25  # residual below which corrections end the steps to circles, and two steps to other shapes
 CLOSED = 0.3  # residual at which lengths around holes mean something, and how far steps to it are solved
 SLOW = 30  # inner steps from which a new factor pays
@@ -43,5 +42,5 @@ def prescribed_steps(state: State, rtol: float, tol: float, most: int) -> State:
             same_factor=not (first or slow),
             same_slivers=False,
         )
-        state = state.advanced(solve(lin, at, FIRST_RTOL if first else rtol), "step")
+        state = state.advanced(solve(lin, at, ROUGH_RTOL if first else rtol), "step")
     return state

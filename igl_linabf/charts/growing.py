@@ -24,9 +24,7 @@ def seam_of_clusters(coarse: ClosedSurface, trade: float, holes: bool, gain: flo
     """The seam of clusters of nodes; no edge if the cost falls by less than `gain`."""
     trade *= DRAWN_SHORTER
     seam, leaves = grown_seam(coarse, trade, holes)
-    seam = shorter_seam(coarse, seam, trade)[0]
-    if gain is not None and seam_cost(coarse, seam[:0], trade) - seam_cost(coarse, seam, trade) < gain:
-        seam = seam[:0]
+    seam = if_it_pays(coarse, shorter_seam(coarse, seam, trade)[0], trade, gain)
     return seam, np.intersect1d(leaves, coarse.ends[seam])
 
 
@@ -116,6 +114,13 @@ def with_branches(piece: ClosedSurface, seam: IntArray, trade: float, mirror: Mi
         seam = np.append(seam, way) if mirror is None else mirror.with_both(piece, seam, leaf, way)
         leaves.append(leaf)
     return best, np.array(leaves[:in_best], dtype=np.int64)
+
+
+def if_it_pays(piece: ClosedSurface, seam: IntArray, trade: float, gain: float | None) -> IntArray:
+    """A seam, or no edge if the cost falls by less than `gain`."""
+    if gain is not None and seam_cost(piece, seam[:0], trade) - seam_cost(piece, seam, trade) < gain:
+        return seam[:0]
+    return seam
 
 
 def seam_cost(piece: ClosedSurface, seam: IntArray, trade: float) -> float:

@@ -9,14 +9,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import NamedTuple
 
 import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import DEPTH, assembled, lengths, normals, spanning_forest
+from ..kernels import DEPTH, Hinges, assembled, lengths, normals, spanning_forest
 from ..surface import (
     NEXT,
     PREV,
@@ -180,20 +179,8 @@ def seams_of_panels(creased: Creased, trade: float) -> tuple[IntArray, BoolArray
     start = np.searchsorted(panel[order], np.arange(int(panel.max()) + 2))
     z *= _upright(z, order, panel)[panel, None]
     extent = creased.extent[creased.label]
-    area = sum_by(creased.label, surface.measured[0], len(creased.extent)) / 2
-    page = np.maximum(PAGE * area, LONGEST * _longest(creased, z, panel) ** 2)  # half its diagonal, squared
-    hinges = _hinges(creased, fold, panel, z)
-    size = np.sqrt(area)[hinges.body]
-    chart, turn, shift = assembled(
-        z[order],
-        _depths(z[order], extent[order]),
-        start,
-        hinges.pairs,
-        hinges.turn,
-        hinges.shift,
-        hinges.length * size / (WASTED * trade),
-        page[hinges.body],
-    )
+    hinges = _hinges(creased, fold, panel, z, trade)
+    chart, turn, shift = assembled(z[order], _depths(z[order], extent[order]), start, hinges)
     z = turn[panel, None] * z + shift[panel, None]
     one, other = creased.sides(fold)
     a, b = creased.faces[fold].T
@@ -328,18 +315,11 @@ def _depths(triangle: ComplexArray, extent: FloatArray) -> FloatArray:
     return np.where(height > ROUNDING * extent, depth, -1.0)
 
 
-class _Hinges(NamedTuple):
-    """Pairs of panels, and the motions of the second ones' frames to the first ones' that join them."""
+def _hinges(creased: Creased, fold: BoolArray, panel: IntArray, z: ComplexArray, trade: float) -> Hinges:
+    """Where panels may be joined, the dearest creases first; edges that one motion joins are one crease.
 
-    pairs: IntArray
-    turn: ComplexArray
-    shift: ComplexArray
-    length: FloatArray  # of sharp creases on which a seam costs as much
-    body: IntArray  # the component
-
-
-def _hinges(creased: Creased, fold: BoolArray, panel: IntArray, z: ComplexArray) -> _Hinges:
-    """Where panels may be joined, the dearest creases first; edges that one motion joins are one crease."""
+    A crease is worth the page that its length costs: that of sharp creases on which a seam is as dear.
+    """
     rows = np.flatnonzero(fold)
     rows = rows[np.not_equal(*panel[creased.faces[rows]].T)]
     pairs = panel[creased.faces[rows]]
@@ -361,4 +341,7 @@ def _hinges(creased: Creased, fold: BoolArray, panel: IntArray, z: ComplexArray)
     by_length = np.argsort(-total, kind="stable")
     chosen = order[first][by_length]
     body = creased.label[creased.faces[rows[chosen], 0]]
-    return _Hinges(pairs[chosen], turn[chosen], shift[chosen], total[by_length] / SHARP_SHARE, body)
+    area = sum_by(creased.label, creased.surface.measured[0], len(creased.extent)) / 2
+    page = np.maximum(PAGE * area, LONGEST * _longest(creased, z, panel) ** 2)  # half its diagonal, squared
+    worth = total[by_length] / SHARP_SHARE * np.sqrt(area)[body] / (WASTED * trade)
+    return Hinges(pairs[chosen], turn[chosen], shift[chosen], worth, page[body])

@@ -28,7 +28,7 @@ from .growing import (
     MAX_LEAVES_IN_VAIN,
     alike_on_both_sides,
     grown_seam,
-    seam_cost,
+    if_it_pays,
     seam_of_clusters,
     shorter_seam,
     with_branches,
@@ -323,8 +323,4 @@ def _best(
     seam = rerouted(piece, seam, lambda moved: cost(moved) < most)
     if trade > 0 and not piece.genus:
         seam = alike_on_both_sides(component, piece, seam, trade, holes)
-    return (
-        none
-        if gain is not None and seam_cost(piece, none, trade) - seam_cost(piece, seam, trade) < gain
-        else seam
-    )
+    return if_it_pays(piece, seam, trade, gain)

@@ -45,8 +45,9 @@ class SmallBodies:
         self._nodes = Parts(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
     def seams(self, trade: float, holes: bool, leaves: int, in_vain: int, gain: float) -> IntArray:
-        """Edges to cut all of them along, by the caller's vertices; parameters as `_grow` has them.
+        """Edges to cut all of them along, by the caller's vertices.
 
+        A body gets up to `leaves`, and no more after `in_vain` of them in a row that do not pay.
         Bodies that need no seam get one only if it saves at least `gain` of L2 stretch beyond its price.
         """
         needed = np.zeros(0, dtype=np.int64)

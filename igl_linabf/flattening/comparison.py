@@ -184,13 +184,15 @@ def compare(
     return Comparison(entries, first[0].F)
 
 
-def medians(calls: Sequence[Callable[[], object]], repeat: int) -> list[float]:
+def medians(
+    calls: Sequence[Callable[[], object]], repeat: int, clock: Callable[[], float] = perf_counter
+) -> list[float]:
     """Median seconds of each call, the calls taking turns."""
     seconds: list[list[float]] = [[] for _ in calls]
     for done in range(repeat):
         for call, taken in zip(calls, seconds, strict=True):
-            start = perf_counter()
+            start = clock()
             call()
-            taken.append(perf_counter() - start)
+            taken.append(clock() - start)
         advance("timing", 1 / (repeat - done))
     return [statistics.median(taken) for taken in seconds]

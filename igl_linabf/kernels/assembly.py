@@ -6,6 +6,7 @@ search for overlaps finds the triangles of a region in a grid that is made once.
 """
 
 from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 
@@ -21,6 +22,21 @@ MOST_CELLS = 128  # along a side of the grid
 
 Grids = tuple[FloatArray, IntArray, IntArray, IntArray, IntArray]
 Charts = tuple[IntArray, ComplexArray, ComplexArray]
+
+
+class Hinges(NamedTuple):
+    """Where regions may be joined.
+
+    Two regions `pairs[h]` = (a, b) are joined by the motion of b's frame to a's, z -> `turn[h]` * z +
+    `shift[h]`, where the rectangle around both charts takes at most `worth[h]` more than those around each,
+    of a page of the area `page[h]`.
+    """
+
+    pairs: IntArray
+    turn: ComplexArray
+    shift: ComplexArray
+    worth: FloatArray
+    page: FloatArray
 
 
 @inlined
@@ -161,16 +177,7 @@ def _taken(extent: FloatArray, page: float) -> float:
     return float(least)
 
 
-def _assembled(
-    triangle: ComplexArray,
-    depth: FloatArray,
-    start: IntArray,
-    pairs: IntArray,
-    turns: ComplexArray,
-    shifts: ComplexArray,
-    worth: FloatArray,
-    page: FloatArray,
-) -> Charts:
+def _assembled(triangle: ComplexArray, depth: FloatArray, start: IntArray, hinges: Hinges) -> Charts:
     n = len(start) - 1
     grids = _grids(triangle, start)
     along, extent = np.exp(2j * np.pi * np.arange(SIDES) / SIDES), np.full((n, SIDES), -np.inf)
@@ -182,14 +189,14 @@ def _assembled(
     following, last, size = np.full(n, -1), np.arange(n), np.ones(n, dtype=np.int64)
     around, near = box.copy(), np.empty(4)
     moved, span = np.empty(3, dtype=np.complex128), np.empty(4, dtype=np.int64)
-    for h in range(len(pairs)):
-        a, b = pairs[h]
+    for h in range(len(hinges.pairs)):
+        a, b = hinges.pairs[h]
         here, there = chart[a], chart[b]
         if here == there:
             continue
         # from the plane of b's chart, by b's own frame and a's, to that of a's chart
-        by = turn[a] * turns[h] * np.conj(turn[b])
-        to = turn[a] * shifts[h] + shift[a] - by * shift[b]
+        by = turn[a] * hinges.turn[h] * np.conj(turn[b])
+        to = turn[a] * hinges.shift[h] + shift[a] - by * shift[b]
         if size[here] < size[there]:
             here, there, by = there, here, np.conj(by)
             to = -by * to
@@ -198,9 +205,9 @@ def _assembled(
         while s >= 0:
             _widened(both, grids[0][s], by * turn[s], by * shift[s] + to, along)
             s = following[s]
-        fits = (
-            _taken(both, page[h]) - _taken(extent[here], page[h]) - _taken(extent[there], page[h]) <= worth[h]
-        )
+        page = hinges.page[h]
+        more = _taken(both, page) - _taken(extent[here], page) - _taken(extent[there], page)
+        fits = more <= hinges.worth[h]
         s = there
         while fits and s >= 0:
             own_turn, own_shift = by * turn[s], by * shift[s] + to
@@ -251,24 +258,13 @@ def _assembled(
 
 
 @with_loops(_assembled)
-def assembled(
-    triangle: ComplexArray,
-    depth: FloatArray,
-    start: IntArray,
-    pairs: IntArray,
-    turns: ComplexArray,
-    shifts: ComplexArray,
-    worth: FloatArray,
-    page: FloatArray,
-) -> Charts:
+def assembled(triangle: ComplexArray, depth: FloatArray, start: IntArray, hinges: Hinges) -> Charts:
     """The chart of each region, and the motion from the region's frame to the plane of the chart.
 
     Region r has the counter-clockwise triangles (#T, 3) from `start[r]` to `start[r + 1]`. One after the
-    other, two regions `pairs[h]` = (a, b) are joined with all that is joined to them, where the motion of b's
-    frame to a's, `turns[h] * z + shifts[h]`, brings nothing of the one chart over the other, and where
-    the rectangle around both takes at most `worth[h]` more than those around each, of a page of the area
-    `page[h]`. Triangles may reach into each other by the smaller of their `depth`; those of a negative one
-    are not asked.
+    other, regions are joined by `hinges` with all that is joined to them, where the motion brings nothing of
+    the one chart over the other. Triangles may reach into each other by the smaller of their `depth`; those
+    of a negative one are not asked.
     """
     n, bounds = len(start) - 1, list(pairwise(start.tolist()))
     members, chart = [[r] for r in range(n)], np.arange(n)
@@ -278,7 +274,7 @@ def assembled(
     extent = _extents(corner)
     solid = [np.flatnonzero(depth[i:j] >= 0) + i for i, j in bounds]
     flat = [(triangle[rows], depth[rows]) for rows in solid]  # those of each chart, in its plane
-    listed = zip(pairs.tolist(), turns.tolist(), shifts.tolist(), worth.tolist(), page.tolist(), strict=True)
+    listed = zip(*(column.tolist() for column in hinges), strict=True)
     for (a, b), own_turn, own_shift, most, whole in listed:
         here, there = int(chart[a]), int(chart[b])
         if here == there:

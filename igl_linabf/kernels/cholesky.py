@@ -29,8 +29,8 @@ class Symbolic(NamedTuple):
         The columns of L below the diagonal.
     row_indptr, columns : (n + 1,) and (nnz of L,) uint32
         The same by rows.
-    own_indptr, own, source : (n + 1,) and (nnz of A,) uint32
-        The entries of A by the rows of L, with the diagonal: their columns, and their places in A's data.
+    own_indptr, own, source : (n + 1,) and (nnz of A - n,) uint32
+        The entries of A by the rows of L, without the diagonal: their columns, and their places in A's data.
     """
 
     order: Index
@@ -130,75 +130,100 @@ def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index
 
 
 @inlined
-def _linked(near: Bits, first: int, indptr: IntArray, indices: IntArray) -> None:
+def _linked(near: Bits, first: int, ends: IntArray) -> None:
     """Set the bits of each row and of its neighbours in the block that begins at row `first`."""
     near[:] = 0
+    last = first + len(near)
     for j in range(len(near)):
         near[j, j >> 6] |= ONE << np.uint64(j & 63)
-        for p in range(indptr[first + j], indptr[first + j + 1]):
-            i = indices[p] - first
-            if i != j:
-                near[j, i >> 6] |= ONE << np.uint64(i & 63)
-                near[i, j >> 6] |= ONE << np.uint64(j & 63)
+    for e in range(ends.shape[1]):
+        if max(ends[0, e], ends[1, e]) < last:
+            i, j = ends[0, e] - first, ends[1, e] - first
+            near[j, i >> 6] |= ONE << np.uint64(i & 63)
+            near[i, j >> 6] |= ONE << np.uint64(j & 63)
 
 
 @inlined
 def _analysed(
-    start: IntArray, indptr: IntArray, indices: IntArray
+    start: IntArray, ends: IntArray, begin: IntArray
 ) -> tuple[Index, Index, Index, Index, Index, Index, Index, Index]:
-    n = len(indptr) - 1
+    """`Symbolic` of the blocks that begin at the rows `start`.
+
+    The entries of A join the rows `ends`, (2, #entries), those of a block from `begin` on; n for none.
+    """
+    n, one = start[-1], np.uint32(1)
     order, place = np.empty(n, dtype=np.uint32), np.empty(n, dtype=np.uint32)
-    column_indptr, row_indptr = np.zeros(n + 1, dtype=np.uint32), np.zeros(n + 1, dtype=np.uint32)
-    rows = np.empty(16 * n, dtype=np.uint32)
+    indptr, row_indptr = np.zeros(n + 1, dtype=np.uint32), np.empty(n + 1, dtype=np.uint32)
+    given = np.empty(16 * n, dtype=np.uint32)
     for b in range(len(start) - 1):
         first, last = start[b], start[b + 1]
         near = np.empty((last - first, (last - first + 255) >> 8 << 2), dtype=np.uint64)
-        _linked(near, first, indptr, indices)
-        while not _eliminated(near, first, order, column_indptr, rows):
-            rows = np.concatenate((rows, rows))
-            _linked(near, first, indptr, indices)
+        own_ends = ends[:, begin[b] : begin[b + 1]]
+        _linked(near, first, own_ends)
+        while not _eliminated(near, first, order, indptr, given):
+            given = np.concatenate((given, given))
+            _linked(near, first, own_ends)
+    filled, at = np.zeros(n, dtype=np.uint32), np.uint32(0)
+    for p in range(indptr[n]):
+        filled[given[p]] += one
     for k in range(n):
-        place[order[k]] = k
-    rows = rows[: column_indptr[n]]
-    for p in range(len(rows)):
-        rows[p] = place[rows[p]]
-        row_indptr[rows[p] + 1] += 1
+        v = order[k]
+        place[v], row_indptr[k], size = k, at, filled[v]
+        filled[v] = at
+        at += size
+    row_indptr[n] = at
+    columns, rows = np.empty(at, dtype=np.uint32), np.empty(at, dtype=np.uint32)
     for k in range(n):
-        row_indptr[k + 1] += row_indptr[k]
-    filled, columns = row_indptr[:-1].copy(), np.empty(len(rows), dtype=np.uint32)
-    for k in range(n):
-        for p in range(column_indptr[k], column_indptr[k + 1]):
-            columns[filled[rows[p]]] = k
-            filled[rows[p]] += 1
-    filled[:] = column_indptr[:-1]
+        for p in range(indptr[k], indptr[k + 1]):
+            v = given[p]
+            columns[filled[v]] = k
+            filled[v] += one
+    filled[:] = indptr[:-1]
     for k in range(n):  # ascending
         for e in range(row_indptr[k], row_indptr[k + 1]):
-            rows[filled[columns[e]]] = k
-            filled[columns[e]] += 1
-    own_indptr = np.zeros(n + 1, dtype=np.uint32)
-    for j in range(n):
-        for p in range(indptr[j], indptr[j + 1]):
-            own_indptr[max(place[j], place[indices[p]]) + 1] += 1
+            j = columns[e]
+            rows[filled[j]] = k
+            filled[j] += one
+    own_indptr = np.zeros(n + 2, dtype=np.uint32)  # own_indptr[k + 1] goes from the first to the last of k
+    for e in range(ends.shape[1]):
+        if max(ends[0, e], ends[1, e]) < n:
+            own_indptr[max(place[ends[0, e]], place[ends[1, e]]) + 2] += one
     for k in range(n):
-        filled[k] = own_indptr[k]
-        own_indptr[k + 1] += own_indptr[k]
-    own, source = np.empty(len(indices), dtype=np.uint32), np.empty(len(indices), dtype=np.uint32)
-    for j in range(n):
+        own_indptr[k + 2] += own_indptr[k + 1]
+    own, source = np.empty(own_indptr[n + 1], dtype=np.uint32), np.empty(own_indptr[n + 1], dtype=np.uint32)
+    for e in range(ends.shape[1]):
+        if max(ends[0, e], ends[1, e]) < n:
+            i, j = place[ends[0, e]], place[ends[1, e]]
+            k = max(i, j) + 1
+            own[own_indptr[k]], source[own_indptr[k]] = min(i, j), e
+            own_indptr[k] += one
+    return order, indptr, rows, row_indptr, columns, own_indptr[:-1], own, source
+
+
+def _analysed_columns(
+    start: IntArray, indptr: IntArray, indices: IntArray
+) -> tuple[Index, Index, Index, Index, Index, Index, Index, Index]:
+    ends = np.empty((2, len(indices)), dtype=np.int64)
+    for j in range(len(indptr) - 1):
         for p in range(indptr[j], indptr[j + 1]):
-            k, i = max(place[j], place[indices[p]]), min(place[j], place[indices[p]])
-            own[filled[k]], source[filled[k]] = i, p
-            filled[k] += 1
-    return order, column_indptr, rows, row_indptr, columns, own_indptr, own, source
+            ends[0, p], ends[1, p] = j, indices[p]
+        ends[0, indptr[j]] = len(indptr) - 1  # the diagonal
+    return _analysed(start, ends, indptr[start].astype(np.int64))
 
 
 def analysed(indptr: IntArray, indices: IntArray) -> Symbolic:
-    """Order the blocks of a matrix by minimum degree, and find the pattern of its factor."""
-    return Symbolic(*compiled(_analysed)(blocks_of(indptr, indices), indptr, indices))
+    """Order the blocks of a matrix by minimum degree, and find the pattern of its factor.
+
+    The diagonal is the first entry of each column.
+    """
+    return Symbolic(*compiled(_analysed_columns)(blocks_of(indptr, indices), indptr, indices))
 
 
 @inlined
 def _factored(
     data: FloatArray,
+    diagonal: FloatArray,
+    order: Index,
     indptr: Index,
     rows: Index,
     row_indptr: Index,
@@ -214,8 +239,7 @@ def _factored(
     for k in range(n):
         for e in range(own_indptr[k], own_indptr[k + 1]):
             y[own[e]] += data[source[e]]
-        d = y[k]
-        y[k] = 0.0
+        d = diagonal[order[k]]
         for e in range(row_indptr[k], row_indptr[k + 1]):
             j = columns[e]
             value = y[j]
@@ -232,7 +256,7 @@ def _factored(
     return -1, below, inverse
 
 
-def factored(symbolic: Symbolic, data: FloatArray) -> tuple[int, Factor]:
+def factored(symbolic: Symbolic, data: FloatArray, diagonal: FloatArray) -> tuple[int, Factor]:
     """The factor of the matrix with these entries; its first row without a positive pivot, or -1."""
-    bad, below, inverse = compiled(_factored)(data, *symbolic[1:])
+    bad, below, inverse = compiled(_factored)(data, diagonal, *symbolic)
     return (-1 if bad < 0 else int(symbolic.order[bad])), Factor(symbolic, below, inverse)

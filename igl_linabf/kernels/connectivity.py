@@ -10,7 +10,7 @@ from .triangles import NEXT, PREV
 
 Joined = tuple[IntArray, IntArray, bool]
 Entries = tuple[IntArray, IntArray, IntArray]
-LOW_BITS = 2**32 - 1
+LOW_BITS = 2**32 - 1  # of a key, where its second number stands
 
 
 @inlined
@@ -292,22 +292,21 @@ def spanning_forest(pairs: IntArray, order: IntArray, n: int) -> IntArray:
 
 
 def _in_one_piece(sides: IntArray, n_faces: int) -> bool:
-    m, reached = n_faces, 1
+    m, reached, done = n_faces, 1, 0
     beside = np.full(3 * m, m, dtype=np.int64)  # the face across each half-edge; m where there is none
     for e in range(sides.shape[1]):
         i, j = sides[0, e], sides[1, e]
         if j >= 0:  # no division, which takes longer than the rest
             beside[i] = j - m * (np.int64(j >= m) + np.int64(j >= 2 * m))
             beside[j] = i - m * (np.int64(i >= m) + np.int64(i >= 2 * m))
-    new, waiting, size = np.ones(m + 1, dtype=np.uint8), np.zeros(m + 2, dtype=np.int64), 1
+    new, waiting = np.ones(m + 1, dtype=np.uint8), np.zeros(m + 2, dtype=np.int64)
     new[0], new[m] = 0, 0
-    while size:
-        size -= 1
-        t = waiting[size]
+    while done < reached:  # a queue: the next face is known long before the last one is done
+        t = waiting[done]
+        done += 1
         for k in range(3):
             u = beside[k * m + t]
-            waiting[size] = u  # without a branch, of which nobody could tell where it goes
-            size += new[u]
+            waiting[reached] = u  # without a branch, of which nobody could tell where it goes
             reached += new[u]
             new[u] = 0
     return reached >= m

@@ -4,10 +4,9 @@ import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
 from .choice import with_loops
-from .connectivity import sort_part
+from .connectivity import LOW_BITS, sort_part
 
 Graph = tuple[IntArray, IntArray, IntArray]
-LOW_BITS = 2**32 - 1
 
 
 def _shortest_pairs(ends: IntArray, length: FloatArray, n: int) -> Graph:

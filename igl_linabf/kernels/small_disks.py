@@ -11,10 +11,10 @@ import numpy as np
 from .._types import ComplexArray, FloatArray, IntArray
 from .choice import inlined, only_loops
 from .cholesky import _analysed, _factored
-from .connectivity import _boundary_loops, _entries, _in_one_piece, _undirected
+from .connectivity import _boundary_loops, _in_one_piece, _undirected
 from .maps import _centred, _signed_double_areas
 from .small_systems import _errors_by_gradients, _substituted
-from .systems import _at_edges, _conformal_weights, _disparity, _laplacian_entries, _pair_weights, _pulled
+from .systems import _conformal_weights, _disparity, _pair_weights
 from .triangles import _angle_sums, _arctangent, _cotangents, _cut_short, _products
 
 ALONE, THIN, STILL, STEPPED = 0, 1, 2, 3  # what became of a disk
@@ -59,26 +59,32 @@ class Limits(NamedTuple):
 @inlined
 def _is_sound(V: FloatArray, F: IntArray, corner: IntArray, limits: Limits) -> bool:
     """Fill `corner`; whether indices and coordinates are right, and every vertex has a face."""
-    used, left, extent = np.zeros(len(V), dtype=np.bool_), len(V), 0.0
+    used, missing = np.zeros(len(V), dtype=np.bool_), 0
+    x = y = z = 0.0
     for t in range(len(F)):
-        for k in range(3):
-            v = F[t, k]
-            if v < 0 or v >= len(V) or v == F[t, (k + 1) % 3]:
-                return False
-            left -= not used[v]
-            used[v] = True
-            corner[k, t] = v
+        i, j, k = F[t, 0], F[t, 1], F[t, 2]
+        if min(i, j, k) < 0 or max(i, j, k) >= len(V) or i == j or j == k or k == i:
+            return False
+        used[i] = used[j] = used[k] = True
+        corner[0, t], corner[1, t], corner[2, t] = i, j, k
     for v in range(len(V)):
-        for j in range(3):
-            if not abs(V[v, j]) < limits.largest:
-                return False
-            extent = max(extent, abs(V[v, j]))
-    return left == 0 and extent > limits.smallest
+        a, b, c = abs(V[v, 0]), abs(V[v, 1]), abs(V[v, 2])
+        if not (a < limits.largest and b < limits.largest and c < limits.largest):
+            return False
+        x, y, z = max(a, x), max(b, y), max(c, z)
+        missing += not used[v]
+    return missing == 0 and max(x, y, z) > limits.smallest
 
 
 @inlined
 def _estimated(
-    V: FloatArray, corner: IntArray, inside: IntArray, limits: Limits, double: FloatArray, alpha: FloatArray
+    V: FloatArray,
+    corner: IntArray,
+    inside: IntArray,
+    rows: int,
+    limits: Limits,
+    double: FloatArray,
+    alpha: FloatArray,
 ) -> bool:
     """Fill `double`, twice the areas, and `alpha`, the initial estimate; whether no face is degenerate."""
     m = corner.shape[1]
@@ -99,7 +105,7 @@ def _estimated(
     far = False
     for v in range(len(V)):
         share = 1.0
-        if inside[v] >= 0 and abs(total[v] - 2 * np.pi) > limits.threshold:
+        if inside[v] < rows and abs(total[v] - 2 * np.pi) > limits.threshold:
             share, far = 2 * np.pi / total[v], True
         total[v] = share
     for t in range(m if far else 0):
@@ -123,15 +129,31 @@ def _residual(
 ) -> float:
     """Fill b and `missing` with the residuals of rows and triangles (eq. 5, 6, 10); the largest of all."""
     families[:] = 0.0
+    around = within = wheel = 0.0
     for v in range(len(inside)):
-        if inside[v] >= 0:
+        if inside[v] < len(b):
             b[inside[v], 0], b[inside[v], 1] = 2 * np.pi - total[v], log_ratio[v]
-            families[0] = max(families[0], abs(2 * np.pi - total[v]))
-            families[2] = max(families[2], abs(log_ratio[v]))
+            around, wheel = max(around, abs(2 * np.pi - total[v])), max(wheel, abs(log_ratio[v]))
     for t in range(len(missing)):
         missing[t] = np.pi - (alpha[0, t] + alpha[1, t] + alpha[2, t])
-        families[1] = max(families[1], abs(missing[t]))
-    return float(max(families[0], families[1], families[2]))
+        within = max(within, abs(missing[t]))
+    families[0], families[1], families[2] = around, within, wheel
+    return float(max(around, within, wheel))
+
+
+@inlined
+def _entered(
+    ends: IntArray, sides: IntArray, half: FloatArray, weight: FloatArray, diagonal: FloatArray
+) -> None:
+    """Fill `weight`, less than 0, and `diagonal`: the Laplacian of twice what half-edges give."""
+    flat = half.ravel()
+    diagonal[:] = 0.0
+    for e in range(len(weight)):
+        other = sides[1, e]
+        value = (flat[sides[0, e]] + (flat[other] if other >= 0 else 0.0)) / 2
+        weight[e] = -value
+        diagonal[ends[0, e]] += value
+        diagonal[ends[1, e]] += value
 
 
 @inlined
@@ -175,15 +197,16 @@ def _flat_disk(
     loop, sizes, _ = _boundary_loops(edges[rim, 0], edges[rim, 1], n)
     if not sound or len(sizes) != 1 or n - len(edges) + m != 1 or not _in_one_piece(sides, m):
         return ALONE
-    inside, rows = np.zeros(n, dtype=np.int64), 0
+    inside, rows = np.ones(n, dtype=np.int64), n - len(loop)  # the row of each vertex, #rows for none
     for v in loop:
-        inside[v] = -1
+        inside[v] = 0
+    at = 0
     for v in range(n):
-        if inside[v] == 0:
-            inside[v] = rows
-            rows += 1
+        own = inside[v]
+        inside[v] = at if own else rows
+        at += own
     double, alpha = np.empty(m), np.empty((3, m))
-    if not _estimated(V, corner, inside, limits, double, alpha):
+    if not _estimated(V, corner, inside, rows, limits, double, alpha):
         return ALONE
     families, cot = figures[:9].reshape(3, 3), _cotangents(alpha)
     total, log_ratio = _angle_sums(corner, alpha, cot, n)
@@ -192,17 +215,17 @@ def _flat_disk(
     families[1:] = families[0]
     if stepped and not rows:
         return ALONE
-    ends = np.empty((2, len(edges)), dtype=np.int64)
-    for e in range(len(edges)):
+    size = len(edges)
+    ends, weight, diagonal = np.empty((2, size), dtype=np.int64), np.empty(size), np.empty(rows + 1)
+    for e in range(size):
         ends[0, e], ends[1, e] = inside[edges[e, 0]], inside[edges[e, 1]]
-    indptr, indices, slot = _entries(ends, rows)
-    symbolic = _analysed(np.array([0, rows]), indptr, indices)
+    symbolic = _analysed(np.array([0, rows]), ends, np.array([0, size]))
     order, begin, below = symbolic[:3]
     if stepped:
         row = np.empty((3, m), dtype=np.uint32)
         for k in range(3):
             for t in range(m):
-                row[k, t] = inside[corner[k, t]] if inside[corner[k, t]] >= 0 else rows
+                row[k, t] = inside[corner[k, t]]
         w, d = alpha * alpha, np.empty(m)
         for t in range(m):
             d[t] = w[0, t] + w[1, t] + w[2, t]
@@ -210,8 +233,8 @@ def _flat_disk(
         for t in range(m):
             if disparity[t] > limits.disparity and min(row[0, t], row[1, t], row[2, t]) < rows:
                 return THIN
-        weight = _at_edges(_conformal_weights(w, d, cot), sides) / 2
-        bad, entries, inverse = _factored(_laplacian_entries(indptr, slot, ends, weight), *symbolic[1:])
+        _entered(ends, sides, _conformal_weights(w, d, cot), weight, diagonal)
+        bad, entries, inverse = _factored(weight, diagonal, *symbolic)
         if bad >= 0:
             return ALONE
         fans, factor = (row, _pair_weights(w, d), cot), (order, begin, below, entries, inverse)
@@ -231,15 +254,20 @@ def _flat_disk(
     if not figures[11] <= limits.gap:
         return ALONE
     if rows:
-        weight = _at_edges(cot, sides) / 2
-        bad, entries, inverse = _factored(_laplacian_entries(indptr, slot, ends, weight), *symbolic[1:])
+        _entered(ends, sides, cot, weight, diagonal)
+        bad, entries, inverse = _factored(weight, diagonal, *symbolic)
         if bad >= 0:
             return ALONE
-        right = _pulled(ends, edges, weight, z, rows)
+        right = np.zeros((rows + 1, 2))
+        for e in range(size):
+            for s in range(2):
+                fixed = z[edges[e, 1 - s]]  # zero but on the boundary
+                right[ends[s, e], 0] -= weight[e] * fixed.real
+                right[ends[s, e], 1] -= weight[e] * fixed.imag
         x, work = np.empty_like(right), np.empty(2 * rows)
         _substituted((order, begin, below, entries, inverse), right, work, x)
         for v in range(n):
-            if inside[v] >= 0:
+            if inside[v] < rows:
                 z[v] = complex(x[inside[v], 0], x[inside[v], 1])
     flat, whole = _signed_double_areas(z, corner), np.zeros(1)
     smallest, largest = np.inf, 0.0

@@ -19,8 +19,8 @@ def _substituted(factor: Columns, b: FloatArray, y: FloatArray, x: FloatArray) -
         u, v = y[2 * k], y[2 * k + 1]
         y[2 * k], y[2 * k + 1] = u * inverse[k], v * inverse[k]
         for p in range(indptr[k], indptr[k + 1]):
-            y[2 * rows[p]] -= below[p] * u
-            y[2 * rows[p] + 1] -= below[p] * v
+            r, entry = 2 * rows[p], below[p]
+            y[r], y[r + 1] = y[r] - entry * u, y[r + 1] - entry * v
     for k in range(len(order) - 1, -1, -1):
         u, v, w, z, e = y[2 * k], y[2 * k + 1], 0.0, 0.0, np.int64(indptr[k])
         while e + 1 < indptr[k + 1]:  # two sums, which do not wait for each other

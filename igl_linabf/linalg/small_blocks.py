@@ -20,7 +20,7 @@ class SmallBlocks(Analysis):
 
     def numeric(self, lower: sparse.csc_array) -> kernels.Factor:
         """The factors of a matrix, as kernels take them."""
-        bad, factor = kernels.factored(self._symbolic, lower.data)
+        bad, factor = kernels.factored(self._symbolic, lower.data, lower.data[lower.indptr[:-1]])
         if bad >= 0:
             raise NotPositiveDefiniteError(bad)
         return factor
