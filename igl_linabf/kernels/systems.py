@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from .choice import inlined, with_loops
+from .choice import filled_by, inlined, with_loops
 from .triangles import NEXT, PREV, sum_by
 
 Block = tuple[float, float, float, float]
@@ -25,16 +25,16 @@ def pair_weights(w: FloatArray, d: FloatArray) -> FloatArray:
     return np.asarray(w[NEXT] * w[PREV] / d)
 
 
-def _conformal_weights(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
-    made = np.empty_like(w)
-    for t in range(w.shape[1]):
+def _conformal_weights(
+    w: FloatArray, d: FloatArray, cot: FloatArray, first: int, last: int, made: FloatArray
+) -> None:
+    for t in range(first, last):
         scale = 2 * np.sqrt(w[0, t] * w[1, t] * w[2, t] / d[t])
         for k in range(3):
             made[k, t] = cot[k, t] * scale
-    return made
 
 
-@with_loops(_conformal_weights)
+@filled_by(_conformal_weights, lambda w, *_: np.empty(w.shape))
 def conformal_weights(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
     """Twice what each half-edge gives to the Laplacian sum of s K, (3, #F); s = 2 sqrt(w0 w1 w2 / d)."""
     return np.asarray(cot * np.asarray(2 * np.sqrt(w.prod(axis=0) / d)))
@@ -49,17 +49,15 @@ def half_edge_blocks(cot: FloatArray, pair: FloatArray) -> FloatArray:
     )
 
 
-def _at_edges(values: FloatArray, sides: IntArray) -> FloatArray:
-    flat, size = values.ravel(), sides.shape[1]
-    made = np.empty(size)
-    for i in range(size):
+def _at_edges(values: FloatArray, sides: IntArray, first: int, last: int, made: FloatArray) -> None:
+    flat = values.ravel()
+    for i in range(first, last):
         made[i] = flat[sides[0, i]]
         if sides[1, i] >= 0:
             made[i] += flat[sides[1, i]]
-    return made
 
 
-@with_loops(_at_edges)
+@filled_by(_at_edges, lambda values, sides: np.empty(sides.shape[1]))
 def at_edges(values: FloatArray, sides: IntArray) -> FloatArray:
     """Sum values of half-edges, (3, #F), over the two sides of each edge, (2, #E), -1 for a missing one."""
     first, second = np.append(values, 0.0)[sides]  # a missing side reads the zero at the end
@@ -115,10 +113,10 @@ def pulled(ends: IntArray, edges: IntArray, weight: FloatArray, z: ComplexArray,
     return np.column_stack(sums)[1:]
 
 
-def _disparity(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
-    m = w.shape[1]
-    made = np.empty(m)
-    for t in range(m):
+def _disparity(
+    w: FloatArray, d: FloatArray, cot: FloatArray, first: int, last: int, made: FloatArray
+) -> None:
+    for t in range(first, last):
         a, b, c = w[0, t], w[1, t], w[2, t]
         x, y, z = cot[0, t], cot[1, t], cot[2, t]
         pa, pb, pc = b * c / d[t], c * a / d[t], a * b / d[t]
@@ -126,10 +124,9 @@ def _disparity(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
         kp += x * pa + y * pb + z * pc
         trace = ((x + y + z) * 2 * (pa + pb + pc) - kp) / 0.75
         made[t] = trace**2 * d[t] / (4 * a * b * c) - 2
-    return made
 
 
-@with_loops(_disparity)
+@filled_by(_disparity, lambda w, d, cot: np.empty(len(d)))
 def disparity(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
     """rho + 1 / rho of each triangle, rho the ratio of the eigenvalues of P and s K in it, (#F,)."""
     pair = pair_weights(w, d)
