@@ -102,27 +102,29 @@ def instead(
 
 
 def filled_by(
-    loops: Callable[..., None], make: Callable[..., T]
+    loops: Callable[..., None], make: Callable[..., T], *, in_pieces: bool = True
 ) -> Callable[[Callable[P, T]], Callable[P, T]]:
     """As `with_loops`, for loops that fill the columns `first` up to `last` of what `make` returns.
 
     They are `loops(*args, first, last, *arrays)`, and threads run them on pieces of large arrays. NumPy makes
     these in large pages, of which the system clears far fewer than of those that loops get for themselves.
+    If not `in_pieces`, the loops are `loops(*args, *arrays)`.
     """
 
     def by_loops(*args: Any) -> T:
         made: Any = make(*args)
         arrays = made if isinstance(made, tuple) else (made,)
-        at_once(lambda piece: run(loops, *args, *piece, *arrays), pieces_of(arrays[0].shape[-1]))
+        pieces = pieces_of(arrays[0].shape[-1]) if in_pieces else [()]
+        at_once(lambda piece: run(loops, *args, *piece, *arrays), pieces)
         filled: T = made
         return filled
 
     return instead(by_loops, loops)
 
 
-def pieces_of(size: int) -> list[tuple[int, int]]:
+def pieces_of(size: int, most: int = PIECES) -> list[tuple[int, int]]:
     """First and last of the pieces of 0 .. size for threads; one piece where they would not pay."""
-    count = PIECES if size >= DIVIDED_FROM else 1
+    count = most if size >= DIVIDED_FROM else 1
     return list(pairwise(size * k // count for k in range(count + 1)))
 
 

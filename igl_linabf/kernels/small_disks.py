@@ -249,7 +249,7 @@ def _flat_disk(
             _cut_short(alpha, e0, limits.reach, 0, m, step, cut)
             if not converged or cut.any():
                 return ALONE
-            alpha = alpha + step
+            alpha, cot = alpha + step, np.empty((3, m))  # the chord has the cotangents before
             _cotangents(alpha, 0, m, cot)
             total, log_ratio = _angle_sums(corner, alpha, cot, n)
             _residual(alpha, total, log_ratio, inside, b, missing, families[k + 1])

@@ -3,8 +3,9 @@
 import numpy as np
 from scipy import sparse
 
+from .._runtime import at_once
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from .choice import filled_by, inlined, with_loops
+from .choice import filled_by, inlined, instead, pieces_of, run, with_loops
 from .triangles import NEXT, PREV, sum_by
 
 Block = tuple[float, float, float, float]
@@ -64,8 +65,10 @@ def at_edges(values: FloatArray, sides: IntArray) -> FloatArray:
     return np.asarray(first + second)
 
 
-def _laplacian_entries(indptr: IntArray, slot: IntArray, ends: IntArray, weight: FloatArray) -> FloatArray:
-    made = np.zeros(indptr[-1])
+def _laplacian_entries(
+    indptr: IntArray, slot: IntArray, ends: IntArray, weight: FloatArray, made: FloatArray
+) -> None:
+    made[:] = 0.0
     for e in range(ends.shape[1]):
         i, j = ends[0, e], ends[1, e]
         if i == j:
@@ -76,10 +79,9 @@ def _laplacian_entries(indptr: IntArray, slot: IntArray, ends: IntArray, weight:
             made[indptr[j]] += weight[e]
         if slot[e] >= 0:
             made[slot[e]] -= weight[e]
-    return made
 
 
-@with_loops(_laplacian_entries)
+@filled_by(_laplacian_entries, lambda indptr, *_: np.empty(indptr[-1]), in_pieces=False)
 def laplacian_entries(indptr: IntArray, slot: IntArray, ends: IntArray, weight: FloatArray) -> FloatArray:
     """The entries of the Laplacian with `weight` at the edges between rows `ends`, (2, #E), -1 for none.
 
@@ -158,10 +160,11 @@ def _system_blocks(
     w: FloatArray,
     d: FloatArray,
     cot: FloatArray,
-) -> FloatArray:
+    made: FloatArray,
+) -> None:
     indptr, indices, slot = at
     n, m = len(indptr) - 1, corner.shape[1]
-    made = np.zeros((len(indices), 4))
+    made[:] = 0.0
     for e in range(len(slot)):
         i, j = ends[0, e], ends[1, e]
         if i < 0 or j < 0:
@@ -210,10 +213,9 @@ def _system_blocks(
                     made[p, 1] = made[p, 3] = 0.0
             if i >= wheels:
                 made[indptr[i], 3] = 0.5
-    return made
 
 
-@with_loops(_system_blocks)
+@filled_by(_system_blocks, lambda at, *_: np.empty((len(at[1]), 4)), in_pieces=False)
 def system_blocks(
     at: tuple[IntArray, IntArray, IntArray],
     ends: IntArray,
@@ -253,9 +255,17 @@ def system_blocks(
     return np.ascontiguousarray(made.T)
 
 
-def _block_product(indptr: IntArray, indices: IntArray, block: FloatArray, x: FloatArray) -> FloatArray:
-    y = np.zeros_like(x)
-    for i in range(len(indptr) - 1):
+def _block_product(
+    indptr: IntArray,
+    indices: IntArray,
+    block: FloatArray,
+    x: FloatArray,
+    first: int,
+    last: int,
+    y: FloatArray,
+) -> None:
+    y[:] = 0.0
+    for i in range(first, last):
         u, v = x[2 * i], x[2 * i + 1]
         s = t = 0.0
         for k in range(indptr[i], indptr[i + 1]):
@@ -268,10 +278,21 @@ def _block_product(indptr: IntArray, indices: IntArray, block: FloatArray, x: Fl
             y[2 * j + 1] += b * u + d * v
         y[2 * i] += s
         y[2 * i + 1] += t
+
+
+def _block_product_in_threads(
+    indptr: IntArray, indices: IntArray, block: FloatArray, x: FloatArray
+) -> FloatArray:
+    # a row adds to what is below it, too: two parts of the rows have a vector each
+    parts = [(*piece, np.empty(len(x))) for piece in pieces_of(len(indptr) - 1, 2)]
+    at_once(lambda part: run(_block_product, indptr, indices, block, x, *part), parts)
+    y, *others = (made for _, _, made in parts)
+    for other in others:
+        y += other
     return y
 
 
-@with_loops(_block_product)
+@instead(_block_product_in_threads, _block_product)
 def block_product(indptr: IntArray, indices: IntArray, block: FloatArray, x: FloatArray) -> FloatArray:
     """(U + U^T) x, U of 2 by 2 blocks: `block`, (#blocks, 4), at rows and columns as in CSR."""
     upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(len(x), len(x)))

@@ -164,8 +164,9 @@ def _arctangent(y: float, x: float) -> float:
 
 def _cotangents(alpha: FloatArray, first: int, last: int, cot: FloatArray) -> None:
     for k in range(3):
-        for t in range(first, last):
-            cot[k, t] = _cotangent(alpha[k, t])
+        angle, made = alpha[k, first:last], cot[k, first:last]
+        for t in range(len(angle)):  # from 0 on, for SIMD
+            made[t] = _cotangent(angle[t])
 
 
 @filled_by(_cotangents, lambda alpha: np.empty(alpha.shape))
