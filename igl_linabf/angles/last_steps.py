@@ -125,7 +125,7 @@ def conformal_system(state: State) -> Linearised | None:
     try:
         with timed("factor"):
             inverse = laplacian_inverse(system, lin.laplacian, lower)
-            precondition, _ = conformal_inverse(system, closing, inverse)
+            precondition, _ = conformal_inverse(system, closing, inverse.solve)
     except NotPositiveDefiniteError:
         return None
     return replace(lin, system=system, closing=closing, inverse=inverse, precondition=precondition)

@@ -48,8 +48,8 @@ class Linearised:
         The rows that close the loops of holes, and closed paths.
     laplacian : Analysis or None
         Analysis of the Laplacians over the problem's pattern, which the layout uses, too.
-    inverse : callable or None
-        The preconditioner's L_s^-1, for one or several right-hand sides.
+    inverse : Factored or None
+        The preconditioner's diag(L_s+, L_s)^-1, for one or several pairs of right-hand sides.
     across : Across or None
         The columns of the closing rows that `inverse` was solved for.
     slivers : SliverRows or None
@@ -70,7 +70,7 @@ class Linearised:
     S: Symmetric
     closing: ClosingRows | None
     laplacian: Analysis | None = None
-    inverse: Solve | None = None
+    inverse: Factored | None = None
     across: Across | None = None
     slivers: SliverRows | None = None
     precondition: Solve | None = None
@@ -189,7 +189,7 @@ def linearise(
         return _fallen_back(lin, at, "the preconditioner is singular in double precision")
 
 
-def _preconditioned(lin: Linearised) -> Linearised:
+def _preconditioned(lin: Linearised, *, rough: bool = True) -> Linearised:
     """Add the preconditioner: diag(L_s, L_s)^-1, bordered by the closing rows, corrected on sliver rows."""
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
     if laplacian is None or inverse is None:
@@ -198,9 +198,9 @@ def _preconditioned(lin: Linearised) -> Linearised:
         with timed("analysis"):
             laplacian = laplacian or lin.system.pattern.analysis(solvers, lower)
         with timed("factor"):
-            inverse = laplacian_inverse(lin.system, laplacian, lower)
+            inverse = laplacian_inverse(lin.system, laplacian, lower, rough=rough)
     with timed("factor"):
-        precondition, across = conformal_inverse(lin.system, lin.closing, inverse, lin.S, lin.across)
+        precondition, across = conformal_inverse(lin.system, lin.closing, inverse.solve, lin.S, lin.across)
         slivers = lin.slivers or SliverRows.of(lin.system, lin.S, solvers)
         precondition = corrected(precondition, slivers, lin.S, lin.closing)
     return replace(
@@ -210,7 +210,7 @@ def _preconditioned(lin: Linearised) -> Linearised:
         across=across,
         slivers=slivers,
         precondition=precondition,
-        how=f"conjugate gradients, {laplacian.name}",
+        how=f"conjugate gradients, {inverse.name}",
     )
 
 
@@ -310,6 +310,9 @@ def _multipliers(
         x, inner_steps, converged = conjugate_gradients(lin.product, rhs, lin.precondition, rtol)
         if converged:
             return x, inner_steps, lin
+        if lin.inverse is not None and lin.inverse.single:
+            double = _preconditioned(replace(lin, inverse=None, across=None), rough=False)
+            return _multipliers(double, at, rhs, rtol)
         lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")
         assert lin.whole is not None
     direct = lin.whole.solve
