@@ -126,8 +126,8 @@ def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index
                 c, d = c & alive[j + 2], d & alive[j + 3]
                 near[u, j], near[u, j + 1], near[u, j + 2], near[u, j + 3] = a, b, c, d
                 count += _ones(a) + _ones(b) + _ones(c) + _ones(d)
-            degree[u], i, place = count, u >> SIX, u & np.uint64(63)
-            low[i] = low[i] & ~(ONE << place) | np.uint64(count <= most) << place
+            degree[u], word, bit = count, u >> SIX, ONE << (u & np.uint64(63))
+            low[word] = low[word] | bit if count <= most else low[word] & ~bit
         indptr[k + 1] = size
     return True
 
