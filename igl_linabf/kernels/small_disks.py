@@ -194,9 +194,9 @@ def _flat_disk(
     if not _is_sound(V, F, corner, limits):
         return ALONE
     edges, sides, sound = _undirected(corner, n)
-    rim = np.flatnonzero(sides[1] < 0)
+    size, rim = len(edges), np.flatnonzero(sides[1] < 0)
     loop, sizes, _ = _boundary_loops(edges[rim, 0], edges[rim, 1], n)
-    if not sound or len(sizes) != 1 or n - len(edges) + m != 1 or not _in_one_piece(sides, m):
+    if not sound or len(sizes) != 1 or n - size + m != 1 or not _in_one_piece(sides, m):
         return ALONE
     inside, rows = np.ones(n, dtype=np.int64), n - len(loop)  # the row of each vertex, #rows for none
     for v in loop:
@@ -217,7 +217,6 @@ def _flat_disk(
     families[1:] = families[0]
     if stepped and not rows:
         return ALONE
-    size = len(edges)
     ends, weight, diagonal = np.empty((2, size), dtype=np.int64), np.empty(size), np.empty(rows + 1)
     for e in range(size):
         ends[0, e], ends[1, e] = inside[edges[e, 0]], inside[edges[e, 1]]
