@@ -14,7 +14,7 @@ from .branches import shortened
 from .coarse import DIRECT, Levels
 from .cut_graph import ClosedSurface, join, open_handles
 
-CLUSTERED = 1_000  # clusters on which handles are opened, at most: drawn tight twice, the seam is shorter, too
+CLUSTERED = 1_000  # clusters on which handles are opened, at most; drawn tight twice, the seam is shorter
 
 
 def seam_through(piece: ClosedSurface, cones: IntArray) -> IntArray:
