@@ -36,6 +36,7 @@ from .systems import (
     disparity,
     laplacian_entries,
     pair_weights,
+    product_with_pairs,
     pulled,
     system_blocks,
 )
