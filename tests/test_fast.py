@@ -113,6 +113,7 @@ def cases():
     ways = graph.indptr, graph.indices, graph.data
     return {
         "undirected": (t.corner, t.n),
+        "used_vertices": (t.corner.T - 3, t.n),
         "entries": (merged[t.edges.T], 21),
         "products": (mesh.V, t.corner),
         "normals": (mesh.V, t.corner),

@@ -201,6 +201,7 @@ def test_the_memory_of_a_factor_serves_the_next_one_as_soon_as_it_is_gone() -> N
 def test_the_number_of_threads_does_not_change_a_bit(monkeypatch) -> None:
     V, F = load("disk__igl_camelhead.off")
     monkeypatch.setattr(loops, "DIVIDED_FROM", 0)
+    monkeypatch.setattr("igl_linabf.kernels.choice.DIVIDED_FROM", 0)
     maps = []
     for threads in ("1", "2", "5"):
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
