@@ -75,9 +75,9 @@ def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> No
     def counted(kind, name, rows) -> None:
         made = getattr(kind, name)
 
-        def run(self, lower):
+        def run(self, lower, *more):
             rows.append(lower.shape[0])
-            return made(self, lower)
+            return made(self, lower, *more)
 
         monkeypatch.setattr(kind, name, run)
 
@@ -201,12 +201,58 @@ def test_the_memory_of_a_factor_serves_the_next_one_as_soon_as_it_is_gone() -> N
 def test_the_number_of_threads_does_not_change_a_bit(monkeypatch) -> None:
     V, F = load("disk__igl_camelhead.off")
     monkeypatch.setattr(loops, "DIVIDED_FROM", 0)
+    monkeypatch.setattr("igl_linabf.kernels.choice.DIVIDED_FROM", 0)
     maps = []
     for threads in ("1", "2", "5"):
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
         maps.append(flatten(V, F))
     assert all((made.uv == maps[0].uv).all() for made in maps)
     assert maps[0].solver == "conjugate gradients, compiled Cholesky"
+
+
+@pytest.mark.skipif(not is_fast(), reason="numba is not installed")
+def test_a_factor_in_single_precision_gives_the_same_map(monkeypatch) -> None:
+    V, F = load("disk__igl_camelhead.off")
+    expected = flatten(V, F, LinABF(iterations=1, rtol=1e-10))
+    monkeypatch.setattr(loops, "SINGLE_FROM", 0)
+    monkeypatch.setattr(loops, "REFINED_FROM", 0)
+    made = flatten(V, F, LinABF(iterations=1, rtol=1e-10))
+    assert made.solver == "conjugate gradients, compiled Cholesky in single precision"
+    assert made.inner_steps <= 1.1 * expected.inner_steps
+    assert np.abs(made.uv - expected.uv).max() <= 1e-8 * np.ptp(expected.uv)
+    assert made.layout_solver == "compiled Cholesky in single precision"
+    with monkeypatch.context() as context:  # too few steps: it is taken in double precision instead
+        solve = loops.Compiled._solve
+        context.setattr(loops.Compiled, "_solve", lambda *args: (lambda b: b) if args[2:] else solve(*args))
+        again = flatten(V, F, LinABF(iterations=1, rtol=1e-10))
+    assert again.solver == "conjugate gradients, compiled Cholesky"
+    assert again.layout_solver == "compiled Cholesky"
+    assert np.abs(again.uv - expected.uv).max() <= 1e-8 * np.ptp(expected.uv)
+
+
+@pytest.mark.skipif(not is_fast(), reason="numba is not installed")
+def test_where_the_scale_varies_a_lot_single_precision_flips_nothing(monkeypatch) -> None:
+    V, F = load("disk__optcuts_lion_o_f10000.obj")
+    expected = flatten(V, F)
+    monkeypatch.setattr(loops, "SINGLE_FROM", 0)
+    monkeypatch.setattr(loops, "REFINED_FROM", 0)
+    made = flatten(V, F)
+    assert expected.outcome == made.outcome
+    assert not len(made.flipped)
+
+
+@pytest.mark.skipif(not is_fast(), reason="numba is not installed")
+def test_where_single_precision_loses_a_pivot_the_factor_is_in_double_precision(monkeypatch) -> None:
+    monkeypatch.setattr(loops, "SINGLE_FROM", 0)
+    n, floor = 300, 1e-9
+    path = sparse.diags_array([np.full(n - 1, -1.0), np.full(n, 2.0)], offsets=[-1, 0]).tocsc()
+    for ends, single in ((1.0 + 1e-2, True), (1.0 + floor, False)):
+        path[0, 0] = path[n - 1, n - 1] = ends
+        made = loops.Compiled(path).preconditioner(path, rough=True)
+        b = np.random.default_rng(0).normal(size=(n, 2))
+        left = np.abs((path + sparse.tril(path, -1).T) @ made.solve(b) - b).max()
+        assert made.single == single
+        assert left <= (1e-3 if single else 1e-5)
 
 
 def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkeypatch) -> None:
@@ -240,7 +286,7 @@ def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: boo
         b = np.arange(100.0).reshape(50, 2)
         full = good + sparse.tril(good, -1).T
         assert np.allclose(full @ factored.solve(b), b)
-        assert np.allclose(full @ precondition(b), b)
+        assert np.allclose(full @ precondition.solve(b), b)
         twice = analysis.factor(2 * good)
         assert np.allclose(2 * full @ twice.solve(b[:, 0]), b[:, 0])
         assert np.allclose(full @ factored.solve(b), b)  # not changed under another's hands
@@ -285,7 +331,7 @@ def test_maps_that_need_all_digits_get_them_without_cholmod() -> None:
 def test_a_singular_layout_is_an_error_with_a_place(monkeypatch) -> None:
     V, F = load("bumps")
 
-    def singular(self, lower) -> None:
+    def singular(self, lower, **_) -> None:
         raise NotPositiveDefiniteError(7)
 
     for kind in (SuperLU, IglCholesky, SmallBlocks, solver.Cholmod):

@@ -48,8 +48,8 @@ class Linearised:
         The rows that close the loops of holes, and closed paths.
     laplacian : Analysis or None
         Analysis of the Laplacians over the problem's pattern, which the layout uses, too.
-    inverse : callable or None
-        The preconditioner's L_s^-1, for one or several right-hand sides.
+    inverse : Factored or None
+        The preconditioner's diag(L_s+, L_s)^-1, for one or several pairs of right-hand sides.
     across : Across or None
         The columns of the closing rows that `inverse` was solved for.
     slivers : SliverRows or None
@@ -70,7 +70,7 @@ class Linearised:
     S: Symmetric
     closing: ClosingRows | None
     laplacian: Analysis | None = None
-    inverse: Solve | None = None
+    inverse: Factored | None = None
     across: Across | None = None
     slivers: SliverRows | None = None
     precondition: Solve | None = None
@@ -129,6 +129,7 @@ def linearise(
     reuse: Linearised | None = None,
     *,
     close: bool = True,
+    close_paths: bool = True,
     same_factor: bool = False,
     same_slivers: bool = True,
     fall_back: bool = True,
@@ -144,7 +145,9 @@ def linearise(
     reuse : Linearised, optional
         An earlier system, whose analyses are reused.
     close : bool
-        Include the rows that close the loops of holes. Those of closed paths are always there.
+        Include the rows that close the loops of holes.
+    close_paths : bool
+        Include those of closed paths, also without those of holes.
     same_factor : bool
         Use the factor of `reuse` as the preconditioner.
     same_slivers : bool
@@ -163,7 +166,7 @@ def linearise(
         S = system.matrix() if problem.constraints.n else Symmetric(sparse.csr_array((0, 0)))
         closure, paths = at.residual.closure, problem.constraints.paths
         if not close:
-            closure = closure.of_paths(len(paths))
+            closure = closure.of_paths(len(paths) if close_paths else 0)
         closing = ClosingRows(system, closure) if closure.asked.any() else None
     lin = Linearised(problem, system, S, closing)
     if not problem.constraints.n:
@@ -189,7 +192,7 @@ def linearise(
         return _fallen_back(lin, at, "the preconditioner is singular in double precision")
 
 
-def _preconditioned(lin: Linearised) -> Linearised:
+def _preconditioned(lin: Linearised, *, rough: bool = True) -> Linearised:
     """Add the preconditioner: diag(L_s, L_s)^-1, bordered by the closing rows, corrected on sliver rows."""
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
     if laplacian is None or inverse is None:
@@ -198,19 +201,19 @@ def _preconditioned(lin: Linearised) -> Linearised:
         with timed("analysis"):
             laplacian = laplacian or lin.system.pattern.analysis(solvers, lower)
         with timed("factor"):
-            inverse = laplacian_inverse(lin.system, laplacian, lower)
+            inverse = laplacian_inverse(lin.system, laplacian, lower, rough=rough)
     with timed("factor"):
-        precondition, across = conformal_inverse(lin.system, lin.closing, inverse, lin.S, lin.across)
+        precondition, across = conformal_inverse(lin.system, lin.closing, inverse.solve, lin.S, lin.across)
         slivers = lin.slivers or SliverRows.of(lin.system, lin.S, solvers)
         precondition = corrected(precondition, slivers, lin.S, lin.closing)
     return replace(
         lin,
         laplacian=laplacian,
         inverse=inverse,
-        across=across,
+        across=lin.across if across is None else across,
         slivers=slivers,
         precondition=precondition,
-        how=f"conjugate gradients, {laplacian.name}",
+        how=f"conjugate gradients, {inverse.name}",
     )
 
 
@@ -286,7 +289,8 @@ def solve(
     with timed("assembly"):
         if start is not None:
             x = start + x
-        e = e0 + errors(lin, x)
+        e = errors(lin, x)
+        e += e0
     return Direction(e, x, inner_steps, lin)
 
 
@@ -310,6 +314,9 @@ def _multipliers(
         x, inner_steps, converged = conjugate_gradients(lin.product, rhs, lin.precondition, rtol)
         if converged:
             return x, inner_steps, lin
+        if lin.inverse is not None and lin.inverse.single:
+            double = _preconditioned(replace(lin, inverse=None, across=None), rough=False)
+            return _multipliers(double, at, rhs, rtol)
         lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")
         assert lin.whole is not None
     direct = lin.whole.solve
@@ -328,6 +335,6 @@ def advance(problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
         if problem.safeguard:
             e, cut = cut_short(at.alpha, e, REACH)
             limited = int(np.count_nonzero(cut))
-        at = problem.at(at.alpha + e)
+        at = problem.at(np.add(at.alpha, e, out=e if problem.safeguard else None))
     tell_progress(kind, 0.2)
     return at, Step(kind, direction.inner_steps, limited, at.residual.largest)

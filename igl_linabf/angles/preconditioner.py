@@ -9,27 +9,31 @@ import numpy as np
 from scipy import sparse
 
 from .._types import FloatArray, IntArray, Solve
-from ..linalg import Analysis, Rows, Solvers, Symmetric
+from ..linalg import Analysis, Factored, Rows, Solvers, Symmetric
 from .closure import Across, ClosingRows, by_pairs
 from .reduced import System
 
 
-def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_array) -> Solve:
+def laplacian_inverse(
+    system: System, laplacian: Analysis, lower: sparse.csc_array, *, rough: bool = False
+) -> Factored:
     """diag(L_s+, L_s)^-1 of (#rows, 2 k): k right-hand sides of vertex rows, then k of wheel rows.
 
     L_s+ is over all rows, L_s over those with a wheel constraint. Where each row has one, the two are one.
     Else L_s has the identity on the others, so that the pattern and its `laplacian` analysis serve both.
+    With `rough`, factors may be in single precision.
     """
-    vertex = laplacian.preconditioner(lower)
+    vertex = laplacian.preconditioner(lower, rough=rough)
     if system.constraints.wheels == system.constraints.n:
         return vertex
-    wheel = laplacian.preconditioner(system.wheel_laplacian(lower))
+    wheel = laplacian.preconditioner(system.wheel_laplacian(lower), rough=rough)
 
     def both(pairs: FloatArray) -> FloatArray:
         k = pairs.shape[1] // 2
-        return np.hstack((vertex(pairs[:, :k]), wheel(pairs[:, k:])))
+        return np.hstack((vertex.solve(pairs[:, :k]), wheel.solve(pairs[:, k:])))
 
-    return both
+    names = dict.fromkeys((vertex.name, wheel.name))
+    return Factored(", ".join(names), vertex.exact and wheel.exact, both, vertex.single or wheel.single)
 
 
 def conformal_inverse(

@@ -129,9 +129,10 @@ def _solver(problem: AngleProblem, rows: Parts, flat: BoolArray) -> tuple[_Solve
         lower = fans.system.laplacian()
     with timed("analysis"):
         laplacian = problem.constraints.pattern.analysis(problem.solvers, lower)
-    how = f"conjugate gradients, {laplacian.name}"
     with timed("factor"):
-        precondition, _ = conformal_inverse(fans.system, None, laplacian.preconditioner(lower))
+        inverse = laplacian.preconditioner(lower)
+        precondition, _ = conformal_inverse(fans.system, None, inverse.solve)
+    how = f"conjugate gradients, {inverse.name}"
     return _Solver(fans, fans.product, precondition, None, laplacian, how), thin
 
 

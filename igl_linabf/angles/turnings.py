@@ -62,8 +62,8 @@ class Turnings:
         with timed("analysis"):
             laplacian = asked.pattern.analysis(problem.solvers, lower)
         with timed("factor"):
-            inverse = laplacian.factor(lower).solve
-            columns, schur = closing.conformal(inverse)
+            inverse = laplacian.factor(lower)
+            columns, schur = closing.conformal(inverse.solve)
             b, rows = at.residual, asked.row[vertices]
             change = columns.onto(np.column_stack((b.vertex, b.wheel)).ravel())
             gap = closing.gap(b.closure, b.vertex) + change

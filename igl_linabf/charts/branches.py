@@ -12,6 +12,7 @@ from .cut_graph import SHORTER, ClosedSurface, Shape, shape
 
 MOST_TRIES = 12  # of moving some of these together
 BRANCH_ROUNDS = 3  # of moving branch points, on average
+FEW_ARCS, BESIDE = 6, 2  # at a branch point, of which all pairs are tried; of more, with how many each one
 MOST_MOVED = 24  # branch points or arcs, so that the time does not grow with the number of handles
 
 Item = TypeVar("Item")  # of a seam: a branch point or an arc
@@ -98,7 +99,7 @@ def _moved(
     If more than three arcs meet, or at a hole, two of them may share a new branch.
     """
     free = len(arcs) == 3 and branch >= piece.holes
-    for chosen in [tuple(arcs)] if free else combinations(arcs, 2):
+    for chosen in [tuple(arcs)] if free else _side_by_side(piece, arcs):
         own = np.concatenate([arc for arc, _ in chosen])
         rest, length = piece.without(seam, own), piece.total(own) / SHORTER
         tips = [tip for _, tip in chosen] + [branch] * (not free)
@@ -119,6 +120,18 @@ def _moved(
         if shorter and shape(piece, moved) == kept and cost(moved) < cost(seam):
             return moved, {*tips, centre}
     return seam, set()
+
+
+def _side_by_side(piece: ClosedSurface, arcs: list[Ended]) -> list[tuple[Ended, Ended]]:
+    """Pairs of arcs that may share a part of their ways: all of a few, else each with the nearest ones."""
+    pairs = list(combinations(range(len(arcs)), 2))
+    if len(arcs) > FEW_ARCS:
+        at = piece.position[[piece.ends[arc[len(arc) // 4], 1] for arc, _ in arcs]]
+        apart = np.linalg.norm(at[:, None] - at, axis=2)
+        nearest = np.argsort(apart, axis=1, kind="stable")[:, 1 : 1 + BESIDE]
+        near = {(min(i, j), max(i, j)) for i, row in enumerate(nearest.tolist()) for j in row}
+        pairs = sorted(near, key=lambda pair: float(apart[pair]))
+    return [(arcs[i], arcs[j]) for i, j in pairs]
 
 
 def _way_to(piece: ClosedSurface, distance: FloatArray, nodes: IntArray) -> float:

@@ -17,9 +17,10 @@ from .overlap_seams import MAX_SPLITS, seams_between
 from .pieces import flattened
 from .tips import tips_of, worth_a_seam
 
-MANY = 20  # disks, beyond which some would be tiny: the surface is parted when its map is known
+MANY = 300  # disks, beyond which the surface is parted when its map is known
 FEW = 0.02  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
 SHRUNK = 1 / 8  # of the area that a tip has in the map; on the surface itself faces shrink twice as much
+MOST_BRIDGES = 4  # edges that are missing at each hole
 CHIP = 0.02  # share of a component's faces, below which a part is left to a neighbour: it overlaps little
 
 
@@ -29,7 +30,7 @@ Map = tuple[Submesh, FloatArray]  # a part, and where its vertices are in the pl
 def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
     """The triangles of a closed surface, from the nodes at the corners of those that it came from.
 
-    Holes are open. None if the triangles are no oriented manifold, or an edge is missing.
+    Holes are open. None if the triangles are no oriented manifold, or edges are missing elsewhere.
     """
     different = (corners != np.roll(corners, 1, axis=1)).all(axis=1) & (corners >= piece.holes).all(axis=1)
     F = corners[different]
@@ -37,7 +38,8 @@ def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
     key = np.minimum(tail, head) * piece.n + np.maximum(tail, head)
     inner = ~np.isin(key, piece.key)  # a diagonal of a polygon
     proper = piece.ends[(piece.ends >= piece.holes).all(axis=1)]
-    if len(np.unique(key[~inner])) != len(proper):
+    bridges = len(proper) - len(np.unique(key[~inner]))  # between two triangles at holes, or around a handle
+    if bridges > MOST_BRIDGES * piece.holes:
         return None
     try:
         mesh = Submesh.checked_manifold(piece.position, F)
@@ -73,10 +75,21 @@ def overlaps_and_tips(
     ends = nodes[mesh.topology.edges[inside]]
     edge, sides = piece.between(*ends.T), mesh.topology.sides[:, inside] % len(mesh.F)
     right, left = _with_chips_joined(label, sides[:, ~np.isin(edge, seam)])[sides]
-    more = np.setdiff1d(edge[right != left], seam)
+    more = _up_to_holes(piece, seam, np.setdiff1d(edge[right != left], seam))
     parts = mesh.cut_along(piece.ends[np.append(seam, more)])
     sound = all(len(part.topology.loops) == 1 and not part.topology.genus for part in parts)
     return (more, _tips(piece, np.append(seam, more), maps, trade)) if sound else (none, none)
+
+
+def _up_to_holes(piece: ClosedSurface, seam: IntArray, more: IntArray) -> IntArray:
+    """Edges that part a coarse mesh, with those from its boundary to the holes."""
+    if not piece.holes:
+        return more
+    number = np.bincount(piece.ends[np.append(seam, more)].ravel(), minlength=piece.n)
+    loose = np.unique(piece.ends[more])
+    loose = loose[(number[loose] == 1) & (loose >= piece.holes)]
+    at_hole = (piece.ends < piece.holes).any(axis=1) & np.isin(piece.ends, loose).any(axis=1)
+    return np.union1d(more, np.intersect1d(np.flatnonzero(at_hole), piece.shortest))
 
 
 def _tips(piece: ClosedSurface, seam: IntArray, maps: list[Map], trade: float) -> IntArray:

@@ -22,6 +22,8 @@ Grow = Callable[[Seam], Seam]
 Parts = Callable[[Seam], list[Submesh]]
 
 HARD = 0.5  # share of the area that lies flat, from which a surface has planes, and nets are compared
+HARD_LARGE = 0.8  # the same, of a surface of many vertices, on which comparing takes long
+MOST_HANDLES = 8  # of such a surface
 ANGULAR = 0.5  # share of the curvature that is on sharp creases then
 LEVELS = (0.0, 0.02, 0.2)  # radians of curvature at a crease, from which on a net goes through it
 TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net

@@ -33,7 +33,7 @@ from .growing import (
     shorter_seam,
     with_branches,
 )
-from .nets import HARD, Nets
+from .nets import HARD, HARD_LARGE, MOST_HANDLES, Nets
 from .panels import Creased, seams_of_panels
 from .routes import rerouted
 from .small_seams import SmallBodies
@@ -281,7 +281,10 @@ def _best(
     with_nets = trade > 0 and not (holes and piece.holes > 1)
     nets = Nets(piece, trade, lambda seam: log_scale(piece, piece.on(seam), piece.curvature))
     few = piece.n <= DIRECT
-    hard = with_nets and (nets.creased or (nets.angular and flat_share(component, bend) >= HARD))
+    # a net opens every handle, and many lay sheets over each other in it
+    hard = with_nets and (few or piece.genus <= MOST_HANDLES)
+    least_flat = HARD if few else HARD_LARGE
+    hard = hard and (nets.creased or (nets.angular and flat_share(component, bend) >= least_flat))
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
     if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
         if gain is None or nets.cost(none) - nets.cost(net) >= gain:

@@ -19,6 +19,7 @@ from .supernodes import WIDTH, Places, Supernodes
 
 THIN = 2  # columns up to which what a leaf leaves goes to its parent's front at once
 PANEL = 64  # columns whose effect on the rest is added up
+DIGITS = 1e-5  # share of a diagonal entry below which its pivot has no digits left in single precision
 
 
 class Subtrees(NamedTuple):
@@ -98,20 +99,22 @@ def _take(X: FloatArray, p: int, last: int, Y: FloatArray, shift: int, first: in
 
 
 @inlined
-def _eliminate(L: FloatArray, U: FloatArray) -> int:
+def _eliminate(L: FloatArray, U: FloatArray, least: FloatArray) -> int:
     """Eliminate the columns L, `L[column, row]`, of a front, whose rest is U; the bad pivot, or -1.
+
+    A pivot is bad if it is not larger than the `least` of its column.
 
     The diagonal of L is left inverted: solves multiply by it.
     """
-    width, size = len(L), L.shape[1]
+    width, size, one = len(L), L.shape[1], L.dtype.type(1)
     for first in range(0, width, PANEL):
         last = min(first + PANEL, width)
         for p in range(first, last, WIDTH):
             end = min(p + WIDTH, last)
             for k in range(p, end):
-                if not 0 < L[k, k] < np.inf:
+                if not least[k] < L[k, k] < np.inf:
                     return k
-                inverse, x = 1 / np.sqrt(L[k, k]), L[k, k:]
+                inverse, x = one / np.sqrt(L[k, k]), L[k, k:]
                 for i in range(size - k):
                     x[i] *= inverse
                 x[0] = inverse
@@ -166,6 +169,7 @@ def _factor(
     work: Work,
 ) -> int:
     stack, top = work.stack, 0
+    least, digits = np.empty(a.front, values.dtype), values.dtype.type(DIGITS if values.itemsize < 8 else 0)
     waiting, last = np.empty(len(which), dtype=np.int64), 0
     for s in which:
         first, width = a.start[s], a.start[s + 1] - a.start[s]
@@ -179,6 +183,8 @@ def _factor(
         block[:] = 0.0
         for p in range(a.column[first], a.column[first + width]):
             block[a.target[p]] += data[a.source[p]]
+        for j in range(width):
+            least[j] = digits * block[j * (width + m + 1)]
         thin = a.children[s] == 0 and width <= THIN
         rest = 0 if thin else m
         L, U = block.reshape(width, width + m), work.space[: rest * rest].reshape(rest, rest)
@@ -196,7 +202,7 @@ def _factor(
             else:
                 top -= len(to) ** 2
                 _add(stack[top : top + len(to) ** 2], to, L, U)
-        bad = _eliminate(L, U)
+        bad = _eliminate(L, U, least)
         if bad >= 0:
             return int(first + bad)
         if s == root:
@@ -216,6 +222,8 @@ def _factor(
 supernodal_factor = only_loops(_factor)
 supernodal_factor.__doc__ = """Fill L's values by the supernodes `which`; the place of a bad pivot, or -1.
 
+Values, rests and work space are of one precision, double or single.
+
 They are those of the subtree with this root, in order. With root -1 they are those above all subtrees, and
 the roots of these, which leave their rests in `left`.
 """
@@ -232,7 +240,8 @@ def _forward(
     x: FloatArray,
 ) -> None:
     end = a.start[root + 1] if root >= 0 else len(a.order)
-    y, z, above = np.empty(a.front), np.empty(a.front), np.empty((len(a.order) - end, 2))
+    y, z = np.empty(a.front, values.dtype), np.empty(a.front, values.dtype)
+    above = np.empty((len(a.order) - end, 2), values.dtype)
     if root >= 0:
         for i in range(a.below_start[root], a.below_start[root + 1]):
             above[a.below[i] - end] = 0.0
@@ -312,7 +321,8 @@ def _backward(
     x: FloatArray,
     made: FloatArray,
 ) -> None:
-    y, z = np.empty(a.front), np.empty(a.front)
+    y, z = np.empty(a.front, values.dtype), np.empty(a.front, values.dtype)
+    zero = values.dtype.type(0)
     for s in which[::-1]:
         if parts.number[s] >= 0 and s != root:
             continue
@@ -330,7 +340,7 @@ def _backward(
             c0, c1 = values[k0 + 4 : end0], values[k1 + 4 : end0 + size]
             c2, c3 = values[k2 + 4 : end0 + 2 * size], values[k3 + 4 : end0 + 3 * size]
             p, q = u[j + 4 :], v[j + 4 :]
-            f0 = f1 = f2 = f3 = g0 = g1 = g2 = g3 = 0.0
+            f0 = f1 = f2 = f3 = g0 = g1 = g2 = g3 = zero
             for i in range(len(p)):
                 f0 += c0[i] * p[i]
                 f1 += c1[i] * p[i]
@@ -353,7 +363,7 @@ def _backward(
         for j in range(width % WIDTH - 1, -1, -1):
             own = at + j * size
             c, d, p, q = values[own + j + 1 : own + size], values[own + j], u[j + 1 :], v[j + 1 :]
-            f = g = 0.0
+            f = g = zero
             for i in range(len(c)):
                 f += c[i] * p[i]
                 g += c[i] * q[i]

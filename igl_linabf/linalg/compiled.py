@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from heapq import heapify, heappop, heappush
+from typing import Any
 from weakref import finalize
 
 import numpy as np
@@ -12,11 +13,17 @@ from scipy import sparse
 
 from .. import kernels
 from .._runtime import at_once
-from .._types import FloatArray, IntArray
-from .factors import Analysis, Factored, NotPositiveDefiniteError, by_pairs_of_columns
+from .._types import FloatArray, IntArray, Solve
+from .factors import Analysis, Factored, NotConvergedError, NotPositiveDefiniteError, by_pairs_of_columns
+from .krylov import conjugate_gradients
+
+Precision = type[np.float64] | type[np.float32]
 
 DIVIDED_FROM = 20_000  # rows from which threads save more time than they take to begin
 DISSECTED_FROM = 250_000  # rows from which separators save more time than they take to find
+SINGLE_FROM = 250_000  # rows from which a preconditioner is in single precision: two thirds of the time
+REFINED_FROM = 1_000_000  # rows from which a solve, too, is by one, and memory counts
+ALL_DIGITS, MOST_TO_REFINE = 1e-10, 20  # relative residual, and steps at most
 LARGEST, SMALLEST = 0.15, 0.005  # share of the whole work in a subtree
 
 
@@ -102,20 +109,39 @@ class Compiled(Analysis):
         self._spare = Spare()
 
     def factor(self, lower: sparse.csc_array) -> Factored:
-        if not all(map(np.array_equal, self._pattern, (lower.indptr, lower.indices))):
-            return Compiled(lower).factor(lower)
-        values = self._numeric(lower)
-        pair = partial(_solved, values, self._analysed, self._divided)
-        finalize(pair, self._spare.give, values).atexit = False
-        return Factored(self.name, True, partial(by_pairs_of_columns, pair))
+        return Factored(self.name, True, self._solve(lower))
 
-    def _numeric(self, lower: sparse.csc_array) -> FloatArray:
+    def preconditioner(self, lower: sparse.csc_array, *, rough: bool = False) -> Factored:
+        if not rough or lower.shape[0] < SINGLE_FROM:
+            return self.factor(lower)
+        try:
+            solve = self._solve(lower, np.float32)
+        except NotPositiveDefiniteError:  # a pivot has no digits left
+            return self.factor(lower)
+        return Factored(f"{self.name} in single precision", False, solve, single=True)
+
+    def for_one_solve(self, lower: sparse.csc_array) -> Factored:
+        rough = self.preconditioner(lower, rough=lower.shape[0] >= REFINED_FROM)
+        return replace(rough, solve=partial(_refined, lower, rough.solve)) if rough.single else rough
+
+    def _solve(self, lower: sparse.csc_array, precision: Precision = np.float64) -> Solve:
+        if not all(map(np.array_equal, self._pattern, (lower.indptr, lower.indices))):
+            return Compiled(lower)._solve(lower, precision)
+        values = self._numeric(lower, precision)
+        pair = partial(_solved, values.view(precision), self._analysed, self._divided)
+        finalize(pair, self._spare.give, values).atexit = False
+        return partial(by_pairs_of_columns, pair)
+
+    def _numeric(self, lower: sparse.csc_array, precision: Precision) -> FloatArray:
+        """The factor's values in the given precision, at the beginning of an array of `Spare`."""
         a, divided, spare = self._analysed, self._divided, self._spare
         values, left = spare.take(int(a.value_start[-1])), spare.take(int(divided.parts.left[-1]))
 
         def part(chosen: tuple[IntArray, int]) -> int:
-            work = kernels.Work(spare.take(a.stack), spare.take(a.front**2))
-            bad = kernels.supernodal_factor(lower.data, a, divided.parts, *chosen, values, left, work)
+            work = spare.take(a.stack), spare.take(a.front**2)
+            views: list[Any] = [array.view(precision) for array in (values, left, *work)]
+            to = (*views[:2], kernels.Work(*views[2:]))
+            bad = kernels.supernodal_factor(lower.data, a, divided.parts, *chosen, *to)
             spare.give(*work)
             return bad
 
@@ -129,10 +155,26 @@ class Compiled(Analysis):
         return values
 
 
+def _refined(lower: sparse.csc_array, rough: Solve, b: FloatArray) -> FloatArray:
+    """To the digits of double precision, by conjugate gradients for both columns of b, (n, 2), at once."""
+
+    def product(x: FloatArray) -> FloatArray:
+        return kernels.product_with_pairs(lower.indptr, lower.indices, lower.data, x.reshape(b.shape)).ravel()
+
+    def precondition(x: FloatArray) -> FloatArray:
+        return rough(x.reshape(b.shape)).ravel()
+
+    x, _, converged = conjugate_gradients(product, b.ravel(), precondition, ALL_DIGITS, MOST_TO_REFINE)
+    if not converged:
+        raise NotConvergedError
+    return x.reshape(b.shape)
+
+
 def _solved(values: FloatArray, a: kernels.Supernodes, divided: Divided, b: FloatArray) -> FloatArray:
     """For two right-hand sides, (n, 2)."""
     b = np.ascontiguousarray(b)
-    x, made, left = np.zeros_like(b), np.empty_like(b), np.empty((divided.parts.rows[-1], 2))
+    x, made = np.zeros(b.shape, values.dtype), np.empty_like(b)
+    left = np.empty((divided.parts.rows[-1], 2), values.dtype)
 
     def forward(chosen: tuple[IntArray, int]) -> None:
         kernels.supernodal_forward(values, a, divided.parts, *chosen, b, left, x)

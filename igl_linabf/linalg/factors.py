@@ -53,11 +53,14 @@ class Factored:
         Whether `solve` is a factorisation's, or one to a tolerance.
     solve : callable
         For one (n,) or several (n, k) right-hand sides.
+    single : bool
+        Whether it is a factor in single precision.
     """
 
     name: str
     exact: bool
     solve: Solve
+    single: bool = False
 
 
 class Analysis:
@@ -72,9 +75,16 @@ class Analysis:
         """Factor a Hermitian positive definite matrix, given by its lower triangle."""
         raise NotImplementedError
 
-    def preconditioner(self, lower: sparse.csc_array) -> Solve:
-        """A symmetric positive definite approximation of its inverse, for (n, k), to be called often."""
-        return self.factor(lower).solve
+    def preconditioner(self, lower: sparse.csc_array, *, rough: bool = False) -> Factored:
+        """A symmetric positive definite approximation of its inverse, for (n, k), to be called often.
+
+        With `rough`, a factor may be in single precision.
+        """
+        return self.factor(lower)
+
+    def for_one_solve(self, lower: sparse.csc_array) -> Factored:
+        """What takes least time to solve with once; a solve may raise NotConvergedError."""
+        return self.factor(lower)
 
 
 class Cholmod(Analysis):
@@ -95,14 +105,13 @@ class Cholmod(Analysis):
     def factor(self, lower: sparse.csc_array) -> Factored:
         return Factored(self.name, True, self._numeric(lower).solve_A)
 
-    def preconditioner(self, lower: sparse.csc_array) -> Solve:
+    def preconditioner(self, lower: sparse.csc_array, *, rough: bool = False) -> Factored:
         numeric = self._numeric(lower)
         if self._supernodal:
             # this call leaves the factor in simplicial form, in which a solve takes half the time;
             # unpacking costs about one solve
             numeric.solve_LD(np.zeros(lower.shape[0]))
-        solve: Solve = numeric.solve_A
-        return solve
+        return Factored(self.name, True, numeric.solve_A)
 
     def _numeric(self, lower: sparse.csc_array) -> Any:
         numeric = self._symbolic.copy()

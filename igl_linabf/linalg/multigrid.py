@@ -36,10 +36,10 @@ class Multigrid(Analysis):
 
         return Factored(self.name, False, solve)
 
-    def preconditioner(self, lower: sparse.csc_array) -> Solve:
+    def preconditioner(self, lower: sparse.csc_array, *, rough: bool = False) -> Factored:
         """One V-cycle a column."""
         cycle = _v_cycle(sparse.csr_matrix(mirrored(lower)))
-        return lambda b: np.column_stack([cycle(column) for column in b.T])
+        return Factored(self.name, False, lambda b: np.column_stack([cycle(column) for column in b.T]))
 
 
 def _v_cycle(full: sparse.csr_matrix) -> Solve:
