@@ -134,7 +134,8 @@ def _within_bounds(state: State) -> State:
 def converge_feasibly(state: State, tol: float) -> AbfResult:
     """The same minimum (eq. 1-4) with bounds, for when anchored steps do not converge.
 
-    First anchored steps hold the angles that come to their bound. If these do not converge, feasible steps start from a converged active set.
+    First anchored steps hold the angles that come to their bound. If these do not
+    converge, feasible steps start from a converged active set.
 
     The weights include the curvature of the wheel constraints, which is diagonal:
     |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)|, with the multipliers of the two wheels of an
