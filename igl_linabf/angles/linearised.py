@@ -289,7 +289,8 @@ def solve(
     with timed("assembly"):
         if start is not None:
             x = start + x
-        e = e0 + errors(lin, x)
+        e = errors(lin, x)
+        e += e0
     return Direction(e, x, inner_steps, lin)
 
 
@@ -334,6 +335,6 @@ def advance(problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
         if problem.safeguard:
             e, cut = cut_short(at.alpha, e, REACH)
             limited = int(np.count_nonzero(cut))
-        at = problem.at(at.alpha + e)
+        at = problem.at(np.add(at.alpha, e, out=e if problem.safeguard else None))
     tell_progress(kind, 0.2)
     return at, Step(kind, direction.inner_steps, limited, at.residual.largest)
