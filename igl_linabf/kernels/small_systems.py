@@ -74,9 +74,9 @@ def _fan_add(
     at[a, k] += u
     at[b, k] += v
     at[c, k] += w
-    at[a, k + 1] += (q - r)
-    at[b, k + 1] += (r - p)
-    at[c, k + 1] += (p - q)
+    at[a, k + 1] += q - r
+    at[b, k + 1] += r - p
+    at[c, k + 1] += p - q
 
 
 X, P, Q = 0, 2, 4  # columns of what conjugate gradients keep: of a row, all is in one cache line
