@@ -166,6 +166,7 @@ def cases():
         "placed": (*masks_in_turn(),),
         "runs_in_blocks": (*touched_grids(),),
         "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
+        "product_with_pairs": (*at[:2], block[:, 0], rng.normal(size=(pattern.n, 2))),
     }
 
 

@@ -215,16 +215,30 @@ def test_a_factor_in_single_precision_gives_the_same_map(monkeypatch) -> None:
     V, F = load("disk__igl_camelhead.off")
     expected = flatten(V, F, LinABF(iterations=1, rtol=1e-10))
     monkeypatch.setattr(loops, "SINGLE_FROM", 0)
+    monkeypatch.setattr(loops, "REFINED_FROM", 0)
     made = flatten(V, F, LinABF(iterations=1, rtol=1e-10))
     assert made.solver == "conjugate gradients, compiled Cholesky in single precision"
     assert made.inner_steps <= 1.1 * expected.inner_steps
     assert np.abs(made.uv - expected.uv).max() <= 1e-8 * np.ptp(expected.uv)
+    assert made.layout_solver == "compiled Cholesky in single precision"
     with monkeypatch.context() as context:  # too few steps: it is taken in double precision instead
         solve = loops.Compiled._solve
         context.setattr(loops.Compiled, "_solve", lambda *args: (lambda b: b) if args[2:] else solve(*args))
         again = flatten(V, F, LinABF(iterations=1, rtol=1e-10))
     assert again.solver == "conjugate gradients, compiled Cholesky"
+    assert again.layout_solver == "compiled Cholesky"
     assert np.abs(again.uv - expected.uv).max() <= 1e-8 * np.ptp(expected.uv)
+
+
+@pytest.mark.skipif(not is_fast(), reason="numba is not installed")
+def test_where_the_scale_varies_a_lot_single_precision_flips_nothing(monkeypatch) -> None:
+    V, F = load("disk__optcuts_lion_o_f10000.obj")
+    expected = flatten(V, F)
+    monkeypatch.setattr(loops, "SINGLE_FROM", 0)
+    monkeypatch.setattr(loops, "REFINED_FROM", 0)
+    made = flatten(V, F)
+    assert expected.outcome == made.outcome
+    assert not len(made.flipped)
 
 
 @pytest.mark.skipif(not is_fast(), reason="numba is not installed")

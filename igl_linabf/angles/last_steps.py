@@ -99,14 +99,14 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
         correction = Correction.of(state, conformal)
         made = correction.made(earlier)
         left = made.at.residual.largest / missing
-        earlier = (*earlier[1 - REMEMBERED :], correction) if earlier or left > FAST else ()
         if left < IN_VAIN:
             state = made
+            earlier = (*earlier[1 - REMEMBERED :], correction) if earlier or left > FAST else ()
         elif fresh:
             break
         if fresh:
-            slow = max(SLOW, STALE * left)
-        if left > slow:
+            slow = min(max(SLOW, STALE * left), IN_VAIN)
+        if not left <= slow:
             conformal = None
     return replace(state, lin=least_norm)
 

@@ -37,6 +37,7 @@ from .systems import (
     disparity,
     laplacian_entries,
     pair_weights,
+    product_with_pairs,
     pulled,
     system_blocks,
 )

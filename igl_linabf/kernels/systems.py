@@ -299,6 +299,32 @@ def block_product(indptr: IntArray, indices: IntArray, block: FloatArray, x: Flo
     return np.asarray(upper @ x + upper.T @ x)
 
 
+def _product_with_pairs(indptr: IntArray, indices: IntArray, data: FloatArray, x: FloatArray) -> FloatArray:
+    y = np.zeros_like(x)
+    for i in range(len(indptr) - 1):
+        u, v, s, t = x[i, 0], x[i, 1], 0.0, 0.0
+        for k in range(indptr[i], indptr[i + 1]):
+            j, a = indices[k], data[k]
+            if j == i:
+                s += a * u
+                t += a * v
+                continue
+            s += a * x[j, 0]
+            t += a * x[j, 1]
+            y[j, 0] += a * u
+            y[j, 1] += a * v
+        y[i, 0] += s
+        y[i, 1] += t
+    return y
+
+
+@with_loops(_product_with_pairs)
+def product_with_pairs(indptr: IntArray, indices: IntArray, data: FloatArray, x: FloatArray) -> FloatArray:
+    """A x of a symmetric matrix, by its lower triangle in CSC, and two columns x, (n, 2)."""
+    lower = sparse.csc_array((data, indices, indptr), shape=(len(x), len(x)))
+    return np.asarray(lower @ x + lower.T @ x - lower.diagonal()[:, None] * x)
+
+
 def _block_entries(indptr: IntArray, indices: IntArray, chosen: BoolArray) -> Entries:
     found = 0
     for i in range(len(indptr) - 1):
