@@ -17,7 +17,7 @@ from ..surface import (
     seam_mask,
     vertex_array,
 )
-from .coarse import CLUSTERED, DIRECT, Levels
+from .coarse import CLUSTERED, DIRECT, DIRECT_HANDLES, Levels
 from .creases import all_bends, flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface
 from .expected import log_scale
@@ -280,7 +280,7 @@ def _best(
     none = np.zeros(0, dtype=np.int64)
     with_nets = trade > 0 and not (holes and piece.holes > 1)
     nets = Nets(piece, trade, lambda seam: log_scale(piece, piece.on(seam), piece.curvature))
-    few = piece.n <= DIRECT
+    few = piece.n <= (DIRECT if not piece.genus else DIRECT_HANDLES)
     # a net opens every handle, and many lay sheets over each other in it
     hard = with_nets and (few or piece.genus <= MOST_HANDLES)
     least_flat = HARD if few else HARD_LARGE
