@@ -113,6 +113,7 @@ def cases():
     ways = graph.indptr, graph.indices, graph.data
     return {
         "undirected": (t.corner, t.n),
+        "used_vertices": (t.corner.T - 3, t.n),
         "entries": (merged[t.edges.T], 21),
         "products": (mesh.V, t.corner),
         "normals": (mesh.V, t.corner),
@@ -165,6 +166,7 @@ def cases():
         "placed": (*masks_in_turn(),),
         "runs_in_blocks": (*touched_grids(),),
         "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
+        "product_with_pairs": (*at[:2], block[:, 0], rng.normal(size=(pattern.n, 2))),
     }
 
 

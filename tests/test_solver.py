@@ -201,6 +201,7 @@ def test_the_memory_of_a_factor_serves_the_next_one_as_soon_as_it_is_gone() -> N
 def test_the_number_of_threads_does_not_change_a_bit(monkeypatch) -> None:
     V, F = load("disk__igl_camelhead.off")
     monkeypatch.setattr(loops, "DIVIDED_FROM", 0)
+    monkeypatch.setattr("igl_linabf.kernels.choice.DIVIDED_FROM", 0)
     maps = []
     for threads in ("1", "2", "5"):
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
@@ -214,16 +215,30 @@ def test_a_factor_in_single_precision_gives_the_same_map(monkeypatch) -> None:
     V, F = load("disk__igl_camelhead.off")
     expected = flatten(V, F, LinABF(iterations=1, rtol=1e-10))
     monkeypatch.setattr(loops, "SINGLE_FROM", 0)
+    monkeypatch.setattr(loops, "REFINED_FROM", 0)
     made = flatten(V, F, LinABF(iterations=1, rtol=1e-10))
     assert made.solver == "conjugate gradients, compiled Cholesky in single precision"
     assert made.inner_steps <= 1.1 * expected.inner_steps
     assert np.abs(made.uv - expected.uv).max() <= 1e-8 * np.ptp(expected.uv)
+    assert made.layout_solver == "compiled Cholesky in single precision"
     with monkeypatch.context() as context:  # too few steps: it is taken in double precision instead
         solve = loops.Compiled._solve
         context.setattr(loops.Compiled, "_solve", lambda *args: (lambda b: b) if args[2:] else solve(*args))
         again = flatten(V, F, LinABF(iterations=1, rtol=1e-10))
     assert again.solver == "conjugate gradients, compiled Cholesky"
+    assert again.layout_solver == "compiled Cholesky"
     assert np.abs(again.uv - expected.uv).max() <= 1e-8 * np.ptp(expected.uv)
+
+
+@pytest.mark.skipif(not is_fast(), reason="numba is not installed")
+def test_where_the_scale_varies_a_lot_single_precision_flips_nothing(monkeypatch) -> None:
+    V, F = load("disk__optcuts_lion_o_f10000.obj")
+    expected = flatten(V, F)
+    monkeypatch.setattr(loops, "SINGLE_FROM", 0)
+    monkeypatch.setattr(loops, "REFINED_FROM", 0)
+    made = flatten(V, F)
+    assert expected.outcome == made.outcome
+    assert not len(made.flipped)
 
 
 @pytest.mark.skipif(not is_fast(), reason="numba is not installed")

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextvars import copy_context
 from threading import Thread
-from typing import Generic, TypeVar
+from typing import Any, Generic, TypeVar
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -35,6 +35,7 @@ class Begun(Generic[R]):
     def __init__(self, work: Callable[[], R]) -> None:
         self._made: list[R] = []
         self._errors: list[BaseException] = []
+        _working.add(self)
         self._thread = Thread(target=copy_context().run, args=(self._run, work))
         self._thread.start()
 
@@ -43,6 +44,8 @@ class Begun(Generic[R]):
             self._made.append(work())
         except BaseException as error:
             self._errors.append(error)
+        finally:
+            _working.discard(self)
 
     def result(self) -> R:
         self._thread.join()
@@ -51,9 +54,15 @@ class Begun(Generic[R]):
         return self._made[0]
 
 
+_working: set[Begun[Any]] = set()
+
+
 def at_once(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
-    """As `in_threads`, for short work: the caller's thread takes part, and all of it is done at the end."""
-    threads = min(_cores(), len(items), MOST_THREADS) if len(items) > 1 else 1
+    """As `in_threads`, for short work: the caller's thread takes part, and all of it is done at the end.
+
+    Work that was `begun` keeps its core: others wait for it.
+    """
+    threads = min(_cores() - len(_working), len(items), MOST_THREADS) if len(items) > 1 else 1
     if threads < 2:
         return list(map(work, items))
     made: dict[int, R] = {}

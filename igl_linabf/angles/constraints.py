@@ -207,7 +207,12 @@ class Residual:
     @cached_property
     def largest(self) -> float:
         """Largest absolute value: radians, logarithms, relative gaps of holes."""
-        families = (self.vertex, self.wheel, self.triangle, self.closure.gap)
+        return max(self.at_vertices, float(np.abs(self.closure.gap).max(initial=0.0)))
+
+    @cached_property
+    def at_vertices(self) -> float:
+        """The largest of those but the closure's."""
+        families = (self.vertex, self.wheel, self.triangle)
         return float(max(np.abs(r).max(initial=0.0) for r in families))
 
 

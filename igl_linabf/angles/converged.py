@@ -8,16 +8,22 @@ from .._runtime import advance
 from .._types import BoolArray, FloatArray
 from ..errors import SingularSystemError
 from ..surface import NEXT, PREV
-from .iterates import Step
+from .acceleration import Past, accelerated
+from .iterates import Kind, Step
 from .iterations import State
 from .linearised import Direction, linearise, solve
 
 ANCHORED_RTOL = 0.03  # relative reduction of what an anchored step's multipliers miss
+LEAST_RTOL = 0.003  # and at least, where they shake the angles about
+SLOW = 0.5  # share of the least change so far, above which they do
+NEAR = 1.0  # change below which steps are accelerated, by
+DEPTH = 2  # earlier ones
 FEASIBLE_RTOL = 0.01  # and of a feasible or restoring step's
 MAX_ANCHORED = 30  # anchored steps at most
-STALLED = 5  # of them without progress before the feasible form takes over
+STALLED = 9  # of them without progress before the feasible form takes over
 MAX_FEASIBLE = 60  # steps of the feasible form at most
 LEAST_SHARE = 0.01  # of its initial value, below which the feasible form lets no angle fall
+AT_BOUND = 1 + 1e-6  # times that, below which an angle is at its bound
 MAX_RESTORING = 4  # restoring steps at most after each
 HELD = 1e-12  # weight of an angle that is held at its bound, relative to a free one's
 LEAST_SCALE = 1e-7  # of a feasible step
@@ -56,7 +62,7 @@ def converge(state: State, tol: float) -> AbfResult:
     constraint not linearised. An *anchored* step is a step of linear ABF with weights alpha_0^2 and
     the change since alpha_0 as its gradient. It is a Gauss-Newton step of the constraints; its fixed
     point is the minimiser. All steps use the factor of the Laplacian at alpha_0, and conjugate
-    gradients start from the last multipliers.
+    gradients start from the last multipliers. Later steps are accelerated.
 
     Parameters
     ----------
@@ -66,30 +72,70 @@ def converge(state: State, tol: float) -> AbfResult:
         The iterations end when the largest relative change of an angle that another step would bring, and
         the largest residual, are at most this. Changes fall linearly: the next one's is foreseen.
     """
-    problem, x, lin = state.problem, None, state.lin
-    weights, free = problem.estimate**2, np.zeros(problem.estimate.shape, dtype=bool)
+    return _anchored(state, tol)
+
+
+def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
+    """Anchored steps; with `bounded` an angle at its bound is held as long as a step would lower it."""
+    problem, lin = state.problem, state.lin
+    kind: Kind = "feasible" if bounded else "anchored"
+    anchor, rtol = problem.estimate, ANCHORED_RTOL
+    held, x = np.zeros(anchor.shape, dtype=bool), None
+    past: tuple[Past, ...] = ()
     best, stalled, before = np.inf, 0, 0.0
     for k in range(MAX_ANCHORED):
+        at, weights = state.at, anchor**2
+        if held.any():
+            weights = np.where(held, HELD * weights, weights)
         try:
-            lin = linearise(problem, state.at, weights, lin, close=k > 0, same_factor=k > 0)
-            direction = solve(lin, state.at, ANCHORED_RTOL, _gradient(state), x)
+            lin = linearise(problem, at, weights, lin, close=k > 0, same_factor=k > 0)
+            raw = solve(lin, at, rtol, _gradient(state), x)
         except SingularSystemError:
             break  # it left what double precision solves; the feasible form keeps away from there
-        state = state.advanced(direction, "anchored")
+        change = _change(np.where(held, 0.0, raw.e), state)
+        direction = accelerated(at.alpha, raw, past, anchor) if change < NEAR else raw
+        state, now = state.advanced(direction, kind), held
+        if bounded:
+            state = _within_bounds(state)
+            now = (state.at.alpha <= AT_BOUND * LEAST_SHARE * anchor) & (~held | (raw.e < 0))
         lin, x = state.lin, direction.x
-        change, residual = _change(direction.e, state), state.at.residual.largest
+        residual, limited, same = state.at.residual.largest, state.steps[-1].limited, (now == held).all()
         ahead = change * min(change / before, 1.0) if before else change
-        if max(ahead, residual) <= tol:
-            return AbfResult(state.at_rest(), True, free)
-        before, reached = change, max(change, residual)
+        if same and max(ahead, residual) <= tol:
+            return AbfResult(state.at_rest(), True, held)
+        # the first step is far off, and after another set of constraints the steps lead elsewhere
+        past = () if limited or not same else ((Past(at.alpha, raw.e, raw.x), *past)[:DEPTH] if k else ())
+        before, held, reached = change, now, max(change, residual)
+        if not limited and change < NEAR and reached > SLOW * best:
+            rtol = max(rtol / 3, LEAST_RTOL)
         best, stalled = (reached, 0) if reached < 0.7 * best else (best, stalled + 1)
-        if stalled > STALLED or (k > 1 and state.steps[-1].limited):
+        if stalled > STALLED or (limited and k > 1 and not bounded):
             break
-    return AbfResult(state.at_rest(), False, free)
+    return AbfResult(state.at_rest(), False, held)
+
+
+def _within_bounds(state: State) -> State:
+    """The state with no angle below its bound: the others of its triangle make up for it."""
+    alpha, least = state.at.alpha, LEAST_SHARE * state.problem.estimate
+    low = alpha < least
+    faces = np.flatnonzero(low.any(axis=0))
+    if not len(faces):
+        return state
+    here, low = alpha[:, faces], low[:, faces]
+    free = np.where(low, 0.0, here)
+    here = np.where(
+        low, least[:, faces], free * ((np.pi - (low * least[:, faces]).sum(axis=0)) / free.sum(axis=0))
+    )
+    alpha = alpha.copy()
+    alpha[:, faces] = here
+    return replace(state, at=state.problem.at(alpha))
 
 
 def converge_feasibly(state: State, tol: float) -> AbfResult:
-    """The same minimum (eq. 1-4) from a converged active set, for when anchored steps do not converge.
+    """The same minimum (eq. 1-4) with bounds, for when anchored steps do not converge.
+
+    First anchored steps hold the angles that come to their bound. If these do not
+    converge, feasible steps start from a converged active set.
 
     The weights include the curvature of the wheel constraints, which is diagonal:
     |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)|, with the multipliers of the two wheels of an
@@ -102,7 +148,10 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     state, tol
         As for `converge`.
     """
-    held = np.zeros(state.at.alpha.shape, dtype=bool)
+    result = _anchored(state.back_to_start(), tol, bounded=True)
+    if result.converged:
+        return result
+    state, held = result.state, np.zeros(state.at.alpha.shape, dtype=bool)
     state = _restored(state.back_to_start(), held, START_RESIDUAL, START_STEPS)
     x: FloatArray | None = None
     scale = 1.0
@@ -139,7 +188,7 @@ def _feasible_direction(
         wheel = lin.at_corners(x)[1]
         curvature += (wheel[PREV] - wheel[NEXT]) / np.sin(alpha) ** 2
     weights = 1 / np.maximum(np.abs(curvature), LEAST_CURVATURE / anchor**2)
-    low = alpha <= (1 + 1e-6) * LEAST_SHARE * anchor
+    low = alpha <= AT_BOUND * LEAST_SHARE * anchor
     held = held & low
     for _ in range(MAX_RESTORING):
         w = np.where(held, HELD * weights, weights)

@@ -1,10 +1,14 @@
 """Steps that end in corrections in the conformal metric, which have no inner steps."""
 
-from dataclasses import replace
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .._runtime import timed
+from .._types import FloatArray
 from ..linalg import NotPositiveDefiniteError
 from .closure import ClosingRows
 from .iterations import State
@@ -13,10 +17,13 @@ from .preconditioner import conformal_inverse, laplacian_inverse
 from .reduced import System
 
 SMALL = 0.12  # residual below which they begin: F/3nt stays the same within a thousandth
+EARLY_BELOW = 0.25  # and where angles change more than to a free boundary
 SLOW = 0.2  # share of the residual left by a correction, above which a new factor pays
 STALE = 1.5  # if it is so many times the share that the first correction with the factor left
 IN_VAIN = 0.5  # and above which corrections do not help
 MAX_CORRECTIONS = 12
+FAST = 0.02  # share left, above which earlier corrections tell more than they cost
+REMEMBERED = 3  # corrections with the same factor that say how the next one changes what is missing
 ROUGH_RTOL = 0.1  # relative residual to which a step is solved that others follow
 
 
@@ -27,24 +34,33 @@ def corrected_steps(
 
     A step leaves about the square of the residual, so each is solved no further than that, but to a relative
     residual of `largest` at least. What is small is corrected in the conformal metric, if no relative
-    residual is asked for; and so is all that is missing along paths whose turning is prescribed.
+    residual is asked for. What is missing along closed paths is spread over all triangles, too smoothly for
+    conjugate gradients: the corrections close them, and steps only where these do not help.
     """
-    turned = any(not np.isnan(path.turning) for path in state.problem.constraints.paths)
+    paths = state.problem.constraints.paths
+    turned = any(not np.isnan(path.turning) for path in paths)
     for _ in range(most):
-        if state.steps and rtol is None:
-            state = conformal_steps(state, tol, np.inf if turned else SMALL)
+        cut_short = any(step.limited for step in state.steps)
+        below = SMALL if not turned else EARLY_BELOW if cut_short else np.inf
+        close = not paths or rtol is not None or cut_short
+        if state.steps and rtol is None and state.at.residual.at_vertices < below:
+            before = state.at
+            state = conformal_steps(state, tol, np.inf if paths else SMALL)
+            close = close or state.at is before
         residual = state.at.residual.largest
         if residual <= tol:
             break
         enough = min(largest, max(residual, tol / (2 * residual))) if rtol is None else rtol
-        state = step_by_same_factor(state, enough)
+        state = step_by_same_factor(state, enough, close=close)
     return state
 
 
-def step_by_same_factor(state: State, rtol: float) -> State:
-    """A step with the factor that is known, if the last step was not cut short."""
+def step_by_same_factor(state: State, rtol: float, *, close: bool = False) -> State:
+    """A step with the factor that is known, if the last one was not cut short; `close`: also of paths."""
     same = not (state.steps and state.steps[-1].kind == "step" and state.steps[-1].limited)
-    lin = linearise(state.problem, state.at, reuse=state.lin, same_factor=same)
+    lin = linearise(
+        state.problem, state.at, reuse=state.lin, close=close, close_paths=close, same_factor=same
+    )
     return state.advanced(solve(lin, state.at, rtol), "step")
 
 
@@ -54,6 +70,9 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
     A least-norm step is e = P M^T x with (M P M^T) x = r. Let the cotangent element matrices K stand for P.
     Then M K M^T is diag(L+, L) itself, of which there is a factor: e = K M^T x fulfils the linearised
     constraints after one solve. This e is least in another norm, which does not matter where it is small.
+
+    With a factor that is kept they are the iterations of a fixed point, which some of them foretell
+    (Anderson 1965).
 
     Parameters
     ----------
@@ -65,6 +84,7 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
         Residual below which they begin.
     """
     least_norm, conformal, slow = state.lin, None, SLOW
+    earlier: tuple[Correction, ...] = ()
     if not state.at.residual.largest < below:
         return state
     for _ in range(MAX_CORRECTIONS):
@@ -73,18 +93,20 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
             break
         fresh = conformal is None
         if conformal is None:
-            conformal = conformal_system(state)
+            conformal, earlier = conformal_system(state), ()
         if conformal is None:
             break
-        made = corrected(state, conformal)
+        correction = Correction.of(state, conformal)
+        made = correction.made(earlier)
         left = made.at.residual.largest / missing
         if left < IN_VAIN:
             state = made
+            earlier = (*earlier[1 - REMEMBERED :], correction) if earlier or left > FAST else ()
         elif fresh:
             break
         if fresh:
-            slow = max(SLOW, STALE * left)
-        if left > slow:
+            slow = min(max(SLOW, STALE * left), IN_VAIN)
+        if not left <= slow:
             conformal = None
     return replace(state, lin=least_norm)
 
@@ -92,21 +114,52 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
 def conformal_step(state: State) -> State:
     """One correction, whatever becomes of the residual."""
     conformal = None if state.steps[-1].limited else conformal_system(state)
-    return state if conformal is None else replace(corrected(state, conformal), lin=state.lin)
+    return state if conformal is None else replace(Correction.of(state, conformal).made(), lin=state.lin)
 
 
-def corrected(state: State, conformal: Linearised) -> State:
-    """The state after one correction with a system of `conformal_system`."""
-    assert conformal.precondition is not None
-    b, closing = conformal.problem.constraints.ahead(state.at.residual), conformal.closing
-    rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, each triangle's angles sum to pi
-    if closing is not None:
-        rhs = np.concatenate((rhs, -closing.gap(b.closure, b.vertex)))
-    with timed("solve"):
-        x = conformal.precondition(rhs)
-    with timed("assembly"):
-        e = errors(conformal, x, conformal=True)
-    return state.advanced(Direction(e, x, 0, conformal), "conformal")
+@dataclass(frozen=True, eq=False)
+class Correction:
+    """A correction with a system of `conformal_system`.
+
+    Attributes
+    ----------
+    state : State
+        Before it.
+    direction : Direction
+    missing : (n,) float64
+        The system's right-hand side.
+    """
+
+    state: State
+    direction: Direction
+    missing: FloatArray
+
+    @classmethod
+    def of(cls, state: State, conformal: Linearised) -> Correction:
+        assert conformal.precondition is not None
+        b, closing = conformal.problem.constraints.ahead(state.at.residual), conformal.closing
+        rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, each triangle's angles sum to pi
+        if closing is not None:
+            rhs = np.concatenate((rhs, -closing.gap(b.closure, b.vertex)))
+        with timed("solve"):
+            x = conformal.precondition(rhs)
+        with timed("assembly"):
+            e = errors(conformal, x, conformal=True)
+        return cls(state, Direction(e, x, 0, conformal), rhs)
+
+    def made(self, earlier: Sequence[Correction] = ()) -> State:
+        """The state after it; with `earlier` ones, where least would be missing if that were linear."""
+        e, alpha = self.direction.e, self.state.at.alpha
+        with timed("assembly"):
+            if earlier:
+                change = np.array([other.missing - self.missing for other in earlier])
+                size = np.linalg.norm(change, axis=1)
+                change /= size[:, None]
+                share = np.linalg.lstsq(change @ change.T, -(change @ self.missing), rcond=None)[0] / size
+                e = e.copy()
+                for weight, other in zip(share, earlier, strict=True):
+                    e += weight * (other.state.at.alpha - alpha + other.direction.e - self.direction.e)
+        return self.state.advanced(replace(self.direction, e=e), "conformal")
 
 
 def conformal_system(state: State) -> Linearised | None:
@@ -118,7 +171,7 @@ def conformal_system(state: State) -> Linearised | None:
     if lin is None or lin.laplacian is None:
         return None
     with timed("assembly"):
-        system = System(constraints, at.alpha, scaled=False)
+        system = System(constraints, at.alpha, cot=at.cot, scaled=False)
         closure = at.residual.closure
         closing = ClosingRows(system, closure, conformal=True) if closure.asked.any() else None
         lower = system.laplacian()

@@ -129,6 +129,7 @@ def linearise(
     reuse: Linearised | None = None,
     *,
     close: bool = True,
+    close_paths: bool = True,
     same_factor: bool = False,
     same_slivers: bool = True,
     fall_back: bool = True,
@@ -144,7 +145,9 @@ def linearise(
     reuse : Linearised, optional
         An earlier system, whose analyses are reused.
     close : bool
-        Include the rows that close the loops of holes. Those of closed paths are always there.
+        Include the rows that close the loops of holes.
+    close_paths : bool
+        Include those of closed paths, also without those of holes.
     same_factor : bool
         Use the factor of `reuse` as the preconditioner.
     same_slivers : bool
@@ -163,7 +166,7 @@ def linearise(
         S = system.matrix() if problem.constraints.n else Symmetric(sparse.csr_array((0, 0)))
         closure, paths = at.residual.closure, problem.constraints.paths
         if not close:
-            closure = closure.of_paths(len(paths))
+            closure = closure.of_paths(len(paths) if close_paths else 0)
         closing = ClosingRows(system, closure) if closure.asked.any() else None
     lin = Linearised(problem, system, S, closing)
     if not problem.constraints.n:
@@ -207,7 +210,7 @@ def _preconditioned(lin: Linearised, *, rough: bool = True) -> Linearised:
         lin,
         laplacian=laplacian,
         inverse=inverse,
-        across=across,
+        across=lin.across if across is None else across,
         slivers=slivers,
         precondition=precondition,
         how=f"conjugate gradients, {inverse.name}",
@@ -286,7 +289,8 @@ def solve(
     with timed("assembly"):
         if start is not None:
             x = start + x
-        e = e0 + errors(lin, x)
+        e = errors(lin, x)
+        e += e0
     return Direction(e, x, inner_steps, lin)
 
 
@@ -331,6 +335,6 @@ def advance(problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
         if problem.safeguard:
             e, cut = cut_short(at.alpha, e, REACH)
             limited = int(np.count_nonzero(cut))
-        at = problem.at(at.alpha + e)
+        at = problem.at(np.add(at.alpha, e, out=e if problem.safeguard else None))
     tell_progress(kind, 0.2)
     return at, Step(kind, direction.inner_steps, limited, at.residual.largest)

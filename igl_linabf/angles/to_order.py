@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from .iterations import State
-from .last_steps import ROUGH_RTOL, SMALL, conformal_steps
+from .last_steps import EARLY_BELOW, ROUGH_RTOL, SMALL, conformal_steps
 from .linearised import linearise, solve
 
-EARLY_BELOW = 0.25  # residual below which corrections end the steps to circles, and two steps to other shapes
 CLOSED = 0.3  # residual at which lengths around holes mean something, and how far steps to it are solved
 SLOW = 30  # inner steps from which a new factor pays
 

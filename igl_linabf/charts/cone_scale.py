@@ -29,7 +29,7 @@ class ConeScale:
     ----------
     piece : ClosedSurface
     solve : callable
-        L^-1 with zero at the ground.
+        L^-1 with zero at the ground, for (n,) or (n, k).
     first : int
         The node that is the ground; -1 where the boundary is.
     bare : (n,) float64
@@ -59,12 +59,19 @@ class ConeScale:
         none = np.zeros(0, dtype=np.int64)
         return cls(piece, solve, first, solve(-piece.curvature), none, np.zeros((0, piece.n)))
 
-    def with_cone(self, node: int) -> ConeScale:
-        """With one more cone."""
-        unit = np.zeros(self.piece.n)
-        unit[node] = 1.0
-        green = np.concatenate((self.green, self.solve(unit)[None]))
-        return replace(self, others=np.append(self.others, node), green=green)
+    @classmethod
+    def at(cls, piece: ClosedSurface, nodes: IntArray) -> ConeScale:
+        """With these cones, of which there is one at least."""
+        first = int(nodes[0])
+        ground = cls.of(piece, first)
+        return ground.with_cones(nodes[len(ground.nodes) :])
+
+    def with_cones(self, nodes: IntArray) -> ConeScale:
+        """With more cones."""
+        unit = np.zeros((self.piece.n, len(nodes)))
+        unit[nodes, np.arange(len(nodes))] = 1.0
+        green = np.concatenate((self.green, self.solve(unit).T))
+        return replace(self, others=np.append(self.others, nodes), green=green)
 
     @property
     def nodes(self) -> IntArray:

@@ -11,8 +11,10 @@ from .._types import IntArray
 from ..angles import ClosedPath
 from ..surface import NEXT, Submesh, Topology
 from .branches import shortened
-from .coarse import CLUSTERED, DIRECT, Levels
+from .coarse import DIRECT, Levels
 from .cut_graph import ClosedSurface, join, open_handles
+
+CLUSTERED = 1_000  # clusters on which handles are opened, at most; drawn tight twice, the seam is shorter
 
 
 def seam_through(piece: ClosedSurface, cones: IntArray) -> IntArray:

@@ -159,7 +159,7 @@ def _grown(place: ConePiece, n: int | None, trade: float) -> IntArray:
             far = near if near.any() else far
         if not far.any():
             break
-        scale = scale.with_cone(int(np.argmax(far)))
+        scale = scale.with_cones(np.array([np.argmax(far)]))
     return scale.nodes if n is not None or not np.isfinite(least) else best
 
 
@@ -210,9 +210,7 @@ def angles_of(
             )
         if not len(cones):
             return np.zeros(0), None
-        scale = ConeScale.of(place.piece, int(place.piece.node[cones[0]]))
-        for node in place.piece.node[cones[len(scale.nodes) :]].tolist():
-            scale = scale.with_cone(node)
+        scale = ConeScale.at(place.piece, place.piece.node[cones])
         curvature: FloatArray = scale.curvature
         if wanted == "quarter":
             least = 4 - np.floor(QUARTERS_OF_TRIANGLE * around).astype(np.int64)

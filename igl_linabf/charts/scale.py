@@ -47,7 +47,7 @@ class ZeroAtNodes:
         return self.solver(fixed)(r)
 
     def solver(self, fixed: IntArray) -> Callable[[FloatArray], FloatArray]:
-        """`solve` for several right sides: the system is factored once."""
+        """`solve` for several right sides, (n,) or (n, k): the system is factored once."""
         free = np.ones(self._lower.shape[0], dtype=bool)
         free[fixed] = False
         row, column = self._row, self._column
@@ -55,4 +55,4 @@ class ZeroAtNodes:
         data[(row == column) & ~free[row]] = 1.0
         lower = sparse.csc_array((data, row, self._lower.indptr), shape=self._lower.shape)
         factored = self._analysis.factor(lower)
-        return lambda r: factored.solve(np.where(free, r, 0.0))
+        return lambda r: factored.solve(np.where(free, r.T, 0.0).T)

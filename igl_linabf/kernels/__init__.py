@@ -16,6 +16,7 @@ from .connectivity import (
     in_one_piece,
     spanning_forest,
     undirected,
+    used_vertices,
 )
 from .dissection import separators
 from .drawing import runs_in_blocks, touched_cells
@@ -36,6 +37,7 @@ from .systems import (
     disparity,
     laplacian_entries,
     pair_weights,
+    product_with_pairs,
     pulled,
     system_blocks,
 )

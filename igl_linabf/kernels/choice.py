@@ -7,11 +7,17 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from functools import cache, wraps
 from hashlib import sha256
+from itertools import pairwise
 from types import FunctionType
 from typing import Any, ParamSpec, TypeVar
 
+from .._runtime import at_once
+
 P = ParamSpec("P")
 T = TypeVar("T")
+
+DIVIDED_FROM = 250_000  # columns from which threads save more time than they take to begin
+PIECES = 16  # for any number of threads, so that the result is the same to the bit
 
 _parts: set[Callable[..., Any]] = set()
 _numpy_only: ContextVar[bool] = ContextVar("numpy_only", default=False)
@@ -46,10 +52,10 @@ def only_loops(loops: Callable[P, T]) -> Callable[P, T]:
     """A kernel without a form in NumPy: `loops` compiled, for where `is_fast`."""
     _parts.add(loops)
 
-    def run(*args: P.args, **kwargs: P.kwargs) -> T:
-        return _run(loops, *args, **kwargs)
+    def by_loops(*args: P.args, **kwargs: P.kwargs) -> T:
+        return run(loops, *args, **kwargs)
 
-    return run
+    return by_loops
 
 
 @contextmanager
@@ -72,11 +78,54 @@ def with_loops(loops: Callable[..., T]) -> Callable[[Callable[P, T]], Callable[P
     def decorate(in_numpy: Callable[P, T]) -> Callable[P, T]:
         @wraps(in_numpy)
         def either(*args: P.args, **kwargs: P.kwargs) -> T:
-            return _run(loops, *args, **kwargs) if is_fast() else in_numpy(*args, **kwargs)
+            return run(loops, *args, **kwargs) if is_fast() else in_numpy(*args, **kwargs)
 
         return either
 
     return decorate
+
+
+def instead(
+    by_loops: Callable[..., T], *loops: Callable[..., Any]
+) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """As `with_loops`, for loops that Python runs, and `loops` that are a part of others."""
+    _parts.update(loops)
+
+    def decorate(in_numpy: Callable[P, T]) -> Callable[P, T]:
+        @wraps(in_numpy)
+        def either(*args: P.args, **kwargs: P.kwargs) -> T:
+            return (by_loops if is_fast() else in_numpy)(*args, **kwargs)
+
+        return either
+
+    return decorate
+
+
+def filled_by(
+    loops: Callable[..., None], make: Callable[..., T], *, in_pieces: bool = True
+) -> Callable[[Callable[P, T]], Callable[P, T]]:
+    """As `with_loops`, for loops that fill the columns `first` up to `last` of what `make` returns.
+
+    They are `loops(*args, first, last, *arrays)`, and threads run them on pieces of large arrays. NumPy makes
+    these in large pages, of which the system clears far fewer than of those that loops get for themselves.
+    If not `in_pieces`, the loops are `loops(*args, *arrays)`.
+    """
+
+    def by_loops(*args: Any) -> T:
+        made: Any = make(*args)
+        arrays = made if isinstance(made, tuple) else (made,)
+        pieces = pieces_of(arrays[0].shape[-1]) if in_pieces else [()]
+        at_once(lambda piece: run(loops, *args, *piece, *arrays), pieces)
+        filled: T = made
+        return filled
+
+    return instead(by_loops, loops)
+
+
+def pieces_of(size: int, most: int = PIECES) -> list[tuple[int, int]]:
+    """First and last of the pieces of 0 .. size for threads; one piece where they would not pay."""
+    count = most if size >= DIVIDED_FROM else 1
+    return list(pairwise(size * k // count for k in range(count + 1)))
 
 
 def inlined(part: Callable[P, T]) -> Callable[P, T]:
@@ -85,7 +134,7 @@ def inlined(part: Callable[P, T]) -> Callable[P, T]:
     return part
 
 
-def _run(loops: Callable[..., T], *args: Any, **kwargs: Any) -> T:
+def run(loops: Callable[..., T], *args: Any, **kwargs: Any) -> T:
     """Call the loops compiled.
 
     Where the disk is full, numba compiles, cannot keep the code, and raises before anything has run. The

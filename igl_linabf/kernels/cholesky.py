@@ -15,7 +15,8 @@ from .choice import compiled, inlined
 Index = NDArray[np.uint32]  # unsigned, as the compiled loops then need not look for negative ones
 Bits = NDArray[np.uint64]
 
-ONE = np.uint64(1)
+ONE, SIX = np.uint64(1), np.uint64(6)
+FEW = 4  # neighbours in a word that are written without asking whether they are there
 
 
 class Symbolic(NamedTuple):
@@ -101,30 +102,32 @@ def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index
                     low[v >> 6] |= np.uint64(degree[v] <= most) << np.uint64(v & 63)
                 bits = low[at]
         v, bit = (at << 6) + _ones((bits - ONE) & ~bits), bits & (~bits + ONE)
-        if size + degree[v] > len(rows):
+        if size + degree[v] + FEW > len(rows):
             return False
         bits ^= bit
         alive[at] ^= bit
         low[at] ^= bit
-        order[k], degree[v] = first + v, 2 * n
+        order[k], degree[v], begin = first + v, 2 * n, size
         for i in range(words):
-            own[i] = near[v, i] & alive[i]
-        for i in range(words):
-            left = own[i]
-            while left:
-                u, bit = (i << 6) + _ones((left - ONE) & ~left), left & (~left + ONE)
-                left ^= bit
-                rows[size] = first + u
-                size += 1
-                count = np.int64(-1)
-                for j in range(0, words, 4):  # at a time in registers
-                    a, b = (near[u, j] | own[j]) & alive[j], (near[u, j + 1] | own[j + 1]) & alive[j + 1]
-                    c, d = near[u, j + 2] | own[j + 2], near[u, j + 3] | own[j + 3]
-                    c, d = c & alive[j + 2], d & alive[j + 3]
-                    near[u, j], near[u, j + 1], near[u, j + 2], near[u, j + 3] = a, b, c, d
-                    count += _ones(a) + _ones(b) + _ones(c) + _ones(d)
-                degree[u] = count
-                low[i] = low[i] | bit if count <= most else low[i] & ~bit
+            left, base = near[v, i] & alive[i], first + (i << 6)
+            own[i], count = left, _ones(left)
+            for q in range(FEW):  # without a branch; what is too many is overwritten
+                rows[size + q] = base + _ones((left - ONE) & ~left)
+                left &= left - ONE
+            for q in range(FEW, count):
+                rows[size + q] = base + _ones((left - ONE) & ~left)
+                left &= left - ONE
+            size += count
+        for p in range(begin, size):
+            u, count = np.uint64(rows[p] - first), np.int64(-1)
+            for j in range(0, words, 4):  # at a time in registers
+                a, b = (near[u, j] | own[j]) & alive[j], (near[u, j + 1] | own[j + 1]) & alive[j + 1]
+                c, d = near[u, j + 2] | own[j + 2], near[u, j + 3] | own[j + 3]
+                c, d = c & alive[j + 2], d & alive[j + 3]
+                near[u, j], near[u, j + 1], near[u, j + 2], near[u, j + 3] = a, b, c, d
+                count += _ones(a) + _ones(b) + _ones(c) + _ones(d)
+            degree[u], word, bit = count, u >> SIX, ONE << (u & np.uint64(63))
+            low[word] = low[word] | bit if count <= most else low[word] & ~bit
         indptr[k + 1] = size
     return True
 
@@ -154,7 +157,7 @@ def _analysed(
     n, one = start[-1], np.uint32(1)
     order, place = np.empty(n, dtype=np.uint32), np.empty(n, dtype=np.uint32)
     indptr, row_indptr = np.zeros(n + 1, dtype=np.uint32), np.empty(n + 1, dtype=np.uint32)
-    given = np.empty(16 * n, dtype=np.uint32)
+    given = np.empty(16 * n + FEW, dtype=np.uint32)
     for b in range(len(start) - 1):
         first, last = start[b], start[b + 1]
         near = np.empty((last - first, (last - first + 255) >> 8 << 2), dtype=np.uint64)

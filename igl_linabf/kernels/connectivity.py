@@ -4,8 +4,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from .._types import IntArray
-from .choice import inlined, with_loops
+from .._runtime import at_once
+from .._types import BoolArray, IntArray
+from .choice import inlined, instead, pieces_of, run, with_loops
 from .triangles import NEXT, PREV
 
 Joined = tuple[IntArray, IntArray, bool]
@@ -38,57 +39,84 @@ def _root(parent: IntArray, i: int) -> int:
     return i
 
 
-def _undirected(corner: IntArray, n: int) -> Joined:
+@inlined
+def _by_lower_end(corner: IntArray, begin: IntArray, keys: IntArray) -> None:
+    """Put the half-edges where those of their lower ends are, `begin[v]` to `begin[v + 1]`.
+
+    A key is the higher end, the half-edge, and whether that leaves the higher end. `begin`, (n + 2,), is zero
+    before.
+    """
     m = corner.shape[1]
-    # half-edges sorted by counting, by their higher and then their lower ends; begin[v + 1] goes from the
-    # first to the last of v
-    first, begin = np.zeros(n + 2, dtype=np.int64), np.zeros(n + 2, dtype=np.int64)
-    for k in range(3):
-        tail, head = corner[(k + 1) % 3], corner[(k + 2) % 3]
-        for t in range(m):
-            begin[min(tail[t], head[t]) + 2] += 1
-            first[max(tail[t], head[t]) + 2] += 1
-    for v in range(n):
-        begin[v + 2] += begin[v + 1]
-        first[v + 2] += first[v + 1]
-    keys = np.empty(3 * m, dtype=np.int64)  # the higher end, the half-edge, and whether it leaves the higher
-    by_high = np.empty(3 * m, dtype=np.int64)  # the same with the lower end
-    for k in range(3):
-        tail, head = corner[(k + 1) % 3], corner[(k + 2) % 3]
-        for t in range(m):
-            low, high = min(tail[t], head[t]), max(tail[t], head[t])
-            by_high[first[high + 1]] = (low << 32) | (2 * (k * m + t) + np.int64(head[t] < tail[t]))
-            first[high + 1] += 1
-    for v in range(n):
-        for i in range(first[v], first[v + 1]):
-            low = by_high[i] >> 32
-            keys[begin[low + 1]] = (v << 32) | (by_high[i] & LOW_BITS)
-            begin[low + 1] += 1
+    for t in range(m):
+        for k in range(3):
+            begin[min(corner[(k + 1) % 3, t], corner[(k + 2) % 3, t]) + 2] += 1
+    for v in range(2, len(begin)):
+        begin[v] += begin[v - 1]
+    for t in range(m):
+        for k in range(3):
+            tail, head = corner[(k + 1) % 3, t], corner[(k + 2) % 3, t]
+            at = begin[min(tail, head) + 1]
+            keys[at] = (max(tail, head) << 32) | (2 * (k * m + t) + np.int64(head < tail))
+            begin[min(tail, head) + 1] += 1
+
+
+@inlined
+def _sorted_edges(begin: IntArray, keys: IntArray, first: int, last: int) -> int:
+    """Sort the keys of the vertices `first` up to `last`; the number of their edges."""
     size = 0
-    for v in range(n):
-        last = np.int64(-1)
+    for v in range(first, last):
+        sort_part(keys, begin[v], begin[v + 1])
+        high = np.int64(-1)
         for i in range(begin[v], begin[v + 1]):
-            size += keys[i] >> 32 != last
-            last = keys[i] >> 32
-    edges, sides = np.empty((size, 2), dtype=np.int64), np.full((2, size), -1, dtype=np.int64)
-    e, sound = -1, True
-    for v in range(n):
-        last = np.int64(-1)
+            size += keys[i] >> 32 != high
+            high = keys[i] >> 32
+    return size
+
+
+@inlined
+def _put_edges(
+    begin: IntArray, keys: IntArray, first: int, last: int, at: int, edges: IntArray, sides: IntArray
+) -> bool:
+    """Write the edges of these vertices from row `at` on; whether they are sound."""
+    e, sound = at - 1, True
+    for v in range(first, last):
+        last_high = np.int64(-1)
         for i in range(begin[v], begin[v + 1]):
             high, h, down = keys[i] >> 32, (keys[i] & LOW_BITS) >> 1, keys[i] & 1
-            if high != last:
+            if high != last_high:
                 e += 1
-                last = high
+                last_high = high
                 edges[e, down], edges[e, 1 - down] = v, high
-                sides[0, e] = h
+                sides[0, e], sides[1, e] = h, -1
             elif sides[1, e] >= 0 or edges[e, down] == v:
                 sound = False
             else:
                 sides[1, e] = h
-    return edges, sides, sound
+    return sound
 
 
-@with_loops(_undirected)
+def _undirected(corner: IntArray, n: int) -> Joined:
+    begin, keys = np.zeros(n + 2, dtype=np.int64), np.empty(3 * corner.shape[1], dtype=np.int64)
+    _by_lower_end(corner, begin, keys)
+    size = _sorted_edges(begin, keys, 0, n)
+    edges, sides = np.empty((size, 2), dtype=np.int64), np.empty((2, size), dtype=np.int64)
+    return edges, sides, _put_edges(begin, keys, 0, n, 0, edges, sides)
+
+
+def _undirected_in_threads(corner: IntArray, n: int) -> Joined:
+    begin, keys = np.zeros(n + 2, dtype=np.int64), np.empty(3 * corner.shape[1], dtype=np.int64)
+    run(_by_lower_end, corner, begin, keys)
+    pieces = pieces_of(n)
+    sizes = at_once(lambda piece: run(_sorted_edges, begin, keys, *piece), pieces)
+    at = np.cumsum([0, *sizes])
+    edges, sides = np.empty((at[-1], 2), dtype=np.int64), np.empty((2, at[-1]), dtype=np.int64)
+    sound = at_once(
+        lambda k: run(_put_edges, begin, keys, *pieces[k], at[k], edges, sides), range(len(pieces))
+    )
+    return edges, sides, all(sound)
+
+
+@instead(_undirected_in_threads, _undirected)
 def undirected(corner: IntArray, n: int) -> Joined:
     """The edges of triangles, (3, #F): their ends, (#E, 2), sides, (2, #E), and whether they are sound.
 
@@ -113,6 +141,26 @@ def undirected(corner: IntArray, n: int) -> Joined:
     sides = np.stack((first, np.where((count > 1) & ~same_way, second, -1)))
     sound = not (count > 2).any() and not (same_way & (count == 2)).any()
     return np.column_stack((tail[first], head[first])), sides, sound
+
+
+def _used_vertices(F: IntArray, n: int) -> tuple[BoolArray, bool]:
+    used, sound = np.zeros(n, dtype=np.bool_), True
+    for t in range(len(F)):
+        a, b, c = F[t, 0], F[t, 1], F[t, 2]
+        if a == b or b == c or c == a or min(a, b, c) < 0 or max(a, b, c) >= n:
+            sound = False
+        else:
+            used[a] = used[b] = used[c] = True
+    return used, sound
+
+
+@with_loops(_used_vertices)
+def used_vertices(F: IntArray, n: int) -> tuple[BoolArray, bool]:
+    """Which of n vertices sound faces have, and whether all are: indices in range, none of them twice."""
+    sound = ((F >= 0) & (n > F)).all(axis=1) & (F[:, NEXT] != F).all(axis=1)
+    used = np.zeros(n, dtype=bool)
+    used[F[sound]] = True
+    return used, bool(sound.all())
 
 
 def _entries(ends: IntArray, n: int) -> Entries:
@@ -293,13 +341,13 @@ def spanning_forest(pairs: IntArray, order: IntArray, n: int) -> IntArray:
 
 def _in_one_piece(sides: IntArray, n_faces: int) -> bool:
     m, reached, done = n_faces, 1, 0
-    beside = np.full(3 * m, m, dtype=np.int64)  # the face across each half-edge; m where there is none
+    beside = np.full(3 * m, m, dtype=np.int32)  # the face across each half-edge; m where there is none
     for e in range(sides.shape[1]):
         i, j = sides[0, e], sides[1, e]
         if j >= 0:  # no division, which takes longer than the rest
             beside[i] = j - m * (np.int64(j >= m) + np.int64(j >= 2 * m))
             beside[j] = i - m * (np.int64(i >= m) + np.int64(i >= 2 * m))
-    new, waiting = np.ones(m + 1, dtype=np.uint8), np.zeros(m + 2, dtype=np.int64)
+    new, waiting = np.ones(m + 1, dtype=np.uint8), np.zeros(m + 2, dtype=np.int32)
     new[0], new[m] = 0, 0
     while done < reached:  # a queue: the next face is known long before the last one is done
         t = waiting[done]

@@ -3,23 +3,21 @@
 import numpy as np
 
 from .._types import Array, ComplexArray, FloatArray, IntArray
-from .choice import with_loops
+from .choice import filled_by, with_loops
 from .triangles import NEXT, PREV, _arctangent
 
 SYMMETRIC = 1e-9  # relative moment below which it is of rounding
 BESIDE_AXES = np.exp(-0.3j)  # a direction along which no axis of a map is likely to be
 
 
-def _signed_double_areas(z: ComplexArray, corner: IntArray) -> FloatArray:
-    made = np.empty(corner.shape[1])
-    for t in range(len(made)):
+def _signed_double_areas(z: ComplexArray, corner: IntArray, first: int, last: int, made: FloatArray) -> None:
+    for t in range(first, last):
         a, b, c = z[corner[0, t]], z[corner[1, t]], z[corner[2, t]]
         u, v = b - a, c - a
         made[t] = u.real * v.imag - u.imag * v.real
-    return made
 
 
-@with_loops(_signed_double_areas)
+@filled_by(_signed_double_areas, lambda z, corner: np.empty(corner.shape[1]))
 def signed_double_areas(z: ComplexArray, corner: IntArray) -> FloatArray:
     """Twice the signed area of each face of a flat map (#V,); positive where it is not flipped."""
     a, b, c = z[corner]

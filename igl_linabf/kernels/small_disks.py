@@ -88,7 +88,8 @@ def _estimated(
 ) -> bool:
     """Fill `double`, twice the areas, and `alpha`, the initial estimate; whether no face is degenerate."""
     m = corner.shape[1]
-    area, dot, least = _products(V, corner)
+    area, dot, least = np.empty(m), np.empty((3, m)), np.empty(m)
+    _products(V, corner, 0, m, area, dot, least)
     for k in range(3):
         for t in range(m):
             alpha[k, t] = _arctangent(area[t], dot[k, t])
@@ -193,9 +194,9 @@ def _flat_disk(
     if not _is_sound(V, F, corner, limits):
         return ALONE
     edges, sides, sound = _undirected(corner, n)
-    rim = np.flatnonzero(sides[1] < 0)
+    size, rim = len(edges), np.flatnonzero(sides[1] < 0)
     loop, sizes, _ = _boundary_loops(edges[rim, 0], edges[rim, 1], n)
-    if not sound or len(sizes) != 1 or n - len(edges) + m != 1 or not _in_one_piece(sides, m):
+    if not sound or len(sizes) != 1 or n - size + m != 1 or not _in_one_piece(sides, m):
         return ALONE
     inside, rows = np.ones(n, dtype=np.int64), n - len(loop)  # the row of each vertex, #rows for none
     for v in loop:
@@ -208,14 +209,14 @@ def _flat_disk(
     double, alpha = np.empty(m), np.empty((3, m))
     if not _estimated(V, corner, inside, rows, limits, double, alpha):
         return ALONE
-    families, cot = figures[:9].reshape(3, 3), _cotangents(alpha)
+    families, cot = figures[:9].reshape(3, 3), np.empty((3, m))
+    _cotangents(alpha, 0, m, cot)
     total, log_ratio = _angle_sums(corner, alpha, cot, n)
     b, missing = np.empty((rows, 2)), np.empty(m)
     stepped = _residual(alpha, total, log_ratio, inside, b, missing, families[0]) > limits.tol
     families[1:] = families[0]
     if stepped and not rows:
         return ALONE
-    size = len(edges)
     ends, weight, diagonal = np.empty((2, size), dtype=np.int64), np.empty(size), np.empty(rows + 1)
     for e in range(size):
         ends[0, e], ends[1, e] = inside[edges[e, 0]], inside[edges[e, 1]]
@@ -229,23 +230,26 @@ def _flat_disk(
         w, d = alpha * alpha, np.empty(m)
         for t in range(m):
             d[t] = w[0, t] + w[1, t] + w[2, t]
-        disparity = _disparity(w, d, cot)
+        disparity, conformal = np.empty(m), np.empty((3, m))
+        _disparity(w, d, cot, 0, m, disparity)
         for t in range(m):
             if disparity[t] > limits.disparity and min(row[0, t], row[1, t], row[2, t]) < rows:
                 return THIN
-        _entered(ends, sides, _conformal_weights(w, d, cot), weight, diagonal)
+        _conformal_weights(w, d, cot, 0, m, conformal)
+        _entered(ends, sides, conformal, weight, diagonal)
         bad, entries, inverse = _factored(weight, diagonal, *symbolic)
         if bad >= 0:
             return ALONE
         fans, factor = (row, _pair_weights(w, d), cot), (order, begin, below, entries, inverse)
+        step, cut = np.empty((3, m)), np.empty(m, dtype=np.bool_)
         for k in range(2):
             e0 = w * (missing / d)
             steps, converged = _errors_by_gradients(fans, factor, e0, b, limits.rtol, limits.most_steps)
-            step, cut = _cut_short(alpha, e0, limits.reach)
+            _cut_short(alpha, e0, limits.reach, 0, m, step, cut)
             if not converged or cut.any():
                 return ALONE
-            alpha = alpha + step
-            cot = _cotangents(alpha)
+            alpha, cot = alpha + step, np.empty((3, m))  # the chord has the cotangents before
+            _cotangents(alpha, 0, m, cot)
             total, log_ratio = _angle_sums(corner, alpha, cot, n)
             _residual(alpha, total, log_ratio, inside, b, missing, families[k + 1])
             figures[9 + k] = steps
@@ -269,7 +273,8 @@ def _flat_disk(
         for v in range(n):
             if inside[v] < rows:
                 z[v] = complex(x[inside[v], 0], x[inside[v], 1])
-    flat, whole = _signed_double_areas(z, corner), np.zeros(1)
+    flat, whole = np.empty(m), np.zeros(1)
+    _signed_double_areas(z, corner, 0, m, flat)
     smallest, largest = np.inf, 0.0
     for t in range(m):
         if not flat[t] > 0:

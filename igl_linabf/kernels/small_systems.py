@@ -53,30 +53,33 @@ def solved(factor: Factor, b: FloatArray) -> FloatArray:
 
 @inlined
 def _fan_errors(
-    t: int, row: Index, pair: FloatArray, cot: FloatArray, x: FloatArray
+    t: int, row: Index, pair: FloatArray, cot: FloatArray, at: FloatArray, k: int
 ) -> tuple[float, float, float]:
-    """P M^T x in triangle `t`; x is (#rows + 1, 2), and its last row zero."""
+    """P M^T x in triangle `t`; x is `at[:, k : k + 2]`, a row for each of the system and one of zeros."""
     a, b, c = row[0, t], row[1, t], row[2, t]
-    u = x[a, 0] + cot[0, t] * (x[c, 1] - x[b, 1])
-    v = x[b, 0] + cot[1, t] * (x[a, 1] - x[c, 1])
-    w = x[c, 0] + cot[2, t] * (x[b, 1] - x[a, 1])
+    u = at[a, k] + cot[0, t] * (at[c, k + 1] - at[b, k + 1])
+    v = at[b, k] + cot[1, t] * (at[a, k + 1] - at[c, k + 1])
+    w = at[c, k] + cot[2, t] * (at[b, k + 1] - at[a, k + 1])
     f, g, h = pair[2, t] * (u - v), pair[0, t] * (v - w), pair[1, t] * (w - u)
     return f - h, g - f, h - g
 
 
 @inlined
 def _fan_add(
-    t: int, row: Index, cot: FloatArray, u: float, v: float, w: float, y: FloatArray, sign: float
+    t: int, row: Index, cot: FloatArray, u: float, v: float, w: float, at: FloatArray, k: int
 ) -> None:
-    """Add M times the errors of triangle `t` to `y`, (#rows + 1, 2)."""
+    """Add M times the errors of triangle `t` to `at[:, k : k + 2]`."""
     a, b, c = row[0, t], row[1, t], row[2, t]
     p, q, r = cot[0, t] * u, cot[1, t] * v, cot[2, t] * w
-    y[a, 0] += sign * u
-    y[b, 0] += sign * v
-    y[c, 0] += sign * w
-    y[a, 1] += sign * (q - r)
-    y[b, 1] += sign * (r - p)
-    y[c, 1] += sign * (p - q)
+    at[a, k] += u
+    at[b, k] += v
+    at[c, k] += w
+    at[a, k + 1] += q - r
+    at[b, k + 1] += r - p
+    at[c, k + 1] += p - q
+
+
+X, P, Q = 0, 2, 4  # columns of what conjugate gradients keep: of a row, all is in one cache line
 
 
 @inlined
@@ -95,14 +98,14 @@ def _errors_by_gradients(
     """
     row, pair, cot = fans
     n, m = len(b), len(row[0])
-    x, p, q, r = np.zeros((n + 1, 2)), np.zeros((n + 1, 2)), np.empty((n + 1, 2)), np.empty((n + 1, 2))
-    z, work = np.empty((n, 2)), np.empty(2 * n)
-    r[:n] = b
+    at, rest, z, work = np.zeros((n + 1, 6)), np.empty((n, 2)), np.empty((n, 2)), np.empty(2 * n)
     for t in range(m):
-        _fan_add(t, row, cot, e[0, t], e[1, t], e[2, t], r, -1.0)
+        _fan_add(t, row, cot, e[0, t], e[1, t], e[2, t], at, Q)
     norm, steps = 0.0, 0
     for i in range(n):
-        norm += r[i, 0] * r[i, 0] + r[i, 1] * r[i, 1]
+        for j in range(2):
+            rest[i, j] = b[i, j] - at[i, Q + j]
+            norm += rest[i, j] * rest[i, j]
     goal, rho_before = rtol * np.sqrt(norm), 1.0
     converged = goal == 0
     while steps < most and not converged:
@@ -110,33 +113,33 @@ def _errors_by_gradients(
             converged = True
         if converged or not np.isfinite(norm):
             break
-        _substituted(factor, r, work, z)
+        _substituted(factor, rest, work, z)
         rho = 0.0
         for i in range(n):
-            rho += r[i, 0] * z[i, 0] + r[i, 1] * z[i, 1]
+            rho += rest[i, 0] * z[i, 0] + rest[i, 1] * z[i, 1]
         share = rho / rho_before
         for i in range(n):
             for j in range(2):
-                p[i, j] = z[i, j] + share * p[i, j]
-                q[i, j] = 0.0
+                at[i, P + j] = z[i, j] + share * at[i, P + j]
+                at[i, Q + j] = 0.0
         for t in range(m):
-            u, v, w = _fan_errors(t, row, pair, cot, p)
-            _fan_add(t, row, cot, u, v, w, q, 1.0)
+            u, v, w = _fan_errors(t, row, pair, cot, at, P)
+            _fan_add(t, row, cot, u, v, w, at, Q)
         curvature = 0.0
         for i in range(n):
-            curvature += p[i, 0] * q[i, 0] + p[i, 1] * q[i, 1]
+            curvature += at[i, P] * at[i, Q] + at[i, P + 1] * at[i, Q + 1]
         length, norm = rho / curvature, 0.0
         for i in range(n):
             for j in range(2):
-                x[i, j] += length * p[i, j]
-                r[i, j] -= length * q[i, j]
-                norm += r[i, j] * r[i, j]
+                at[i, X + j] += length * at[i, P + j]
+                rest[i, j] -= length * at[i, Q + j]
+                norm += rest[i, j] * rest[i, j]
         rho_before = rho
         steps += 1
     for i in range(n):
-        converged &= np.isfinite(x[i, 0]) and np.isfinite(x[i, 1])
+        converged &= np.isfinite(at[i, X]) and np.isfinite(at[i, X + 1])
     for t in range(m):
-        u, v, w = _fan_errors(t, row, pair, cot, x)
+        u, v, w = _fan_errors(t, row, pair, cot, at, X)
         e[0, t] += u
         e[1, t] += v
         e[2, t] += w

@@ -3,8 +3,9 @@
 import numpy as np
 from scipy import sparse
 
+from .._runtime import at_once
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from .choice import inlined, with_loops
+from .choice import filled_by, inlined, instead, pieces_of, run, with_loops
 from .triangles import NEXT, PREV, sum_by
 
 Block = tuple[float, float, float, float]
@@ -25,16 +26,16 @@ def pair_weights(w: FloatArray, d: FloatArray) -> FloatArray:
     return np.asarray(w[NEXT] * w[PREV] / d)
 
 
-def _conformal_weights(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
-    made = np.empty_like(w)
-    for t in range(w.shape[1]):
+def _conformal_weights(
+    w: FloatArray, d: FloatArray, cot: FloatArray, first: int, last: int, made: FloatArray
+) -> None:
+    for t in range(first, last):
         scale = 2 * np.sqrt(w[0, t] * w[1, t] * w[2, t] / d[t])
         for k in range(3):
             made[k, t] = cot[k, t] * scale
-    return made
 
 
-@with_loops(_conformal_weights)
+@filled_by(_conformal_weights, lambda w, *_: np.empty(w.shape))
 def conformal_weights(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
     """Twice what each half-edge gives to the Laplacian sum of s K, (3, #F); s = 2 sqrt(w0 w1 w2 / d)."""
     return np.asarray(cot * np.asarray(2 * np.sqrt(w.prod(axis=0) / d)))
@@ -49,25 +50,25 @@ def half_edge_blocks(cot: FloatArray, pair: FloatArray) -> FloatArray:
     )
 
 
-def _at_edges(values: FloatArray, sides: IntArray) -> FloatArray:
-    flat, size = values.ravel(), sides.shape[1]
-    made = np.empty(size)
-    for i in range(size):
+def _at_edges(values: FloatArray, sides: IntArray, first: int, last: int, made: FloatArray) -> None:
+    flat = values.ravel()
+    for i in range(first, last):
         made[i] = flat[sides[0, i]]
         if sides[1, i] >= 0:
             made[i] += flat[sides[1, i]]
-    return made
 
 
-@with_loops(_at_edges)
+@filled_by(_at_edges, lambda values, sides: np.empty(sides.shape[1]))
 def at_edges(values: FloatArray, sides: IntArray) -> FloatArray:
     """Sum values of half-edges, (3, #F), over the two sides of each edge, (2, #E), -1 for a missing one."""
     first, second = np.append(values, 0.0)[sides]  # a missing side reads the zero at the end
     return np.asarray(first + second)
 
 
-def _laplacian_entries(indptr: IntArray, slot: IntArray, ends: IntArray, weight: FloatArray) -> FloatArray:
-    made = np.zeros(indptr[-1])
+def _laplacian_entries(
+    indptr: IntArray, slot: IntArray, ends: IntArray, weight: FloatArray, made: FloatArray
+) -> None:
+    made[:] = 0.0
     for e in range(ends.shape[1]):
         i, j = ends[0, e], ends[1, e]
         if i == j:
@@ -78,10 +79,9 @@ def _laplacian_entries(indptr: IntArray, slot: IntArray, ends: IntArray, weight:
             made[indptr[j]] += weight[e]
         if slot[e] >= 0:
             made[slot[e]] -= weight[e]
-    return made
 
 
-@with_loops(_laplacian_entries)
+@filled_by(_laplacian_entries, lambda indptr, *_: np.empty(indptr[-1]), in_pieces=False)
 def laplacian_entries(indptr: IntArray, slot: IntArray, ends: IntArray, weight: FloatArray) -> FloatArray:
     """The entries of the Laplacian with `weight` at the edges between rows `ends`, (2, #E), -1 for none.
 
@@ -115,10 +115,10 @@ def pulled(ends: IntArray, edges: IntArray, weight: FloatArray, z: ComplexArray,
     return np.column_stack(sums)[1:]
 
 
-def _disparity(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
-    m = w.shape[1]
-    made = np.empty(m)
-    for t in range(m):
+def _disparity(
+    w: FloatArray, d: FloatArray, cot: FloatArray, first: int, last: int, made: FloatArray
+) -> None:
+    for t in range(first, last):
         a, b, c = w[0, t], w[1, t], w[2, t]
         x, y, z = cot[0, t], cot[1, t], cot[2, t]
         pa, pb, pc = b * c / d[t], c * a / d[t], a * b / d[t]
@@ -126,10 +126,9 @@ def _disparity(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
         kp += x * pa + y * pb + z * pc
         trace = ((x + y + z) * 2 * (pa + pb + pc) - kp) / 0.75
         made[t] = trace**2 * d[t] / (4 * a * b * c) - 2
-    return made
 
 
-@with_loops(_disparity)
+@filled_by(_disparity, lambda w, d, cot: np.empty(len(d)))
 def disparity(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
     """rho + 1 / rho of each triangle, rho the ratio of the eigenvalues of P and s K in it, (#F,)."""
     pair = pair_weights(w, d)
@@ -161,10 +160,11 @@ def _system_blocks(
     w: FloatArray,
     d: FloatArray,
     cot: FloatArray,
-) -> FloatArray:
+    made: FloatArray,
+) -> None:
     indptr, indices, slot = at
     n, m = len(indptr) - 1, corner.shape[1]
-    made = np.zeros((len(indices), 4))
+    made[:] = 0.0
     for e in range(len(slot)):
         i, j = ends[0, e], ends[1, e]
         if i < 0 or j < 0:
@@ -213,10 +213,9 @@ def _system_blocks(
                     made[p, 1] = made[p, 3] = 0.0
             if i >= wheels:
                 made[indptr[i], 3] = 0.5
-    return made
 
 
-@with_loops(_system_blocks)
+@filled_by(_system_blocks, lambda at, *_: np.empty((len(at[1]), 4)), in_pieces=False)
 def system_blocks(
     at: tuple[IntArray, IntArray, IntArray],
     ends: IntArray,
@@ -256,9 +255,17 @@ def system_blocks(
     return np.ascontiguousarray(made.T)
 
 
-def _block_product(indptr: IntArray, indices: IntArray, block: FloatArray, x: FloatArray) -> FloatArray:
-    y = np.zeros_like(x)
-    for i in range(len(indptr) - 1):
+def _block_product(
+    indptr: IntArray,
+    indices: IntArray,
+    block: FloatArray,
+    x: FloatArray,
+    first: int,
+    last: int,
+    y: FloatArray,
+) -> None:
+    y[:] = 0.0
+    for i in range(first, last):
         u, v = x[2 * i], x[2 * i + 1]
         s = t = 0.0
         for k in range(indptr[i], indptr[i + 1]):
@@ -271,14 +278,51 @@ def _block_product(indptr: IntArray, indices: IntArray, block: FloatArray, x: Fl
             y[2 * j + 1] += b * u + d * v
         y[2 * i] += s
         y[2 * i + 1] += t
+
+
+def _block_product_in_threads(
+    indptr: IntArray, indices: IntArray, block: FloatArray, x: FloatArray
+) -> FloatArray:
+    # a row adds to what is below it, too: two parts of the rows have a vector each
+    parts = [(*piece, np.empty(len(x))) for piece in pieces_of(len(indptr) - 1, 2)]
+    at_once(lambda part: run(_block_product, indptr, indices, block, x, *part), parts)
+    y, *others = (made for _, _, made in parts)
+    for other in others:
+        y += other
     return y
 
 
-@with_loops(_block_product)
+@instead(_block_product_in_threads, _block_product)
 def block_product(indptr: IntArray, indices: IntArray, block: FloatArray, x: FloatArray) -> FloatArray:
     """(U + U^T) x, U of 2 by 2 blocks: `block`, (#blocks, 4), at rows and columns as in CSR."""
     upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(len(x), len(x)))
     return np.asarray(upper @ x + upper.T @ x)
+
+
+def _product_with_pairs(indptr: IntArray, indices: IntArray, data: FloatArray, x: FloatArray) -> FloatArray:
+    y = np.zeros_like(x)
+    for i in range(len(indptr) - 1):
+        u, v, s, t = x[i, 0], x[i, 1], 0.0, 0.0
+        for k in range(indptr[i], indptr[i + 1]):
+            j, a = indices[k], data[k]
+            if j == i:
+                s += a * u
+                t += a * v
+                continue
+            s += a * x[j, 0]
+            t += a * x[j, 1]
+            y[j, 0] += a * u
+            y[j, 1] += a * v
+        y[i, 0] += s
+        y[i, 1] += t
+    return y
+
+
+@with_loops(_product_with_pairs)
+def product_with_pairs(indptr: IntArray, indices: IntArray, data: FloatArray, x: FloatArray) -> FloatArray:
+    """A x of a symmetric matrix, by its lower triangle in CSC, and two columns x, (n, 2)."""
+    lower = sparse.csc_array((data, indices, indptr), shape=(len(x), len(x)))
+    return np.asarray(lower @ x + lower.T @ x - lower.diagonal()[:, None] * x)
 
 
 def _block_entries(indptr: IntArray, indices: IntArray, chosen: BoolArray) -> Entries:

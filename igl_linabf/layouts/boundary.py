@@ -97,7 +97,8 @@ def harmonic(
         return z, "none"
     weight = topology.sum_at_edges(cot) / 2
     lower = held(pattern.laplacian(weight), n)  # a boundary vertex with a prescribed sum has a row, too
-    factored = (laplacian or pattern.analysis(solvers, lower)).factor(lower)
+    analysis = laplacian or pattern.analysis(solvers, lower)
+    factored = analysis.for_one_solve(lower)
     rhs = pattern.pull(weight, z)  # the inside being zero yet
     rhs[n:] = 0.0
     inside = topology.interior
@@ -108,13 +109,14 @@ def harmonic(
     else:
         good = factored.exact or bool((signed_double_areas(z, topology.corner) > 0).all())
     if not good:
-        # a map whose scale varies a lot needs more digits than multigrid gives
-        warnings.warn(
-            f"{factored.name} did not solve the layout without flipping triangles: the Laplacian is factored "
-            "instead",
-            FallbackWarning,
-            stacklevel=stack_level(),
-        )
-        factored = solvers.whole(lower).factor(lower)
+        # a map whose scale varies a lot needs more digits
+        if not factored.single:
+            warnings.warn(
+                f"{factored.name} did not solve the layout without flipping triangles: the Laplacian is "
+                "factored instead",
+                FallbackWarning,
+                stacklevel=stack_level(),
+            )
+        factored = (analysis if factored.single else solvers.whole(lower)).factor(lower)
         z[inside] = complex_positions(factored.solve(rhs)[:n])
     return z, factored.name

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from heapq import heapify, heappop, heappush
 from typing import Any
@@ -14,13 +14,16 @@ from scipy import sparse
 from .. import kernels
 from .._runtime import at_once
 from .._types import FloatArray, IntArray, Solve
-from .factors import Analysis, Factored, NotPositiveDefiniteError, by_pairs_of_columns
+from .factors import Analysis, Factored, NotConvergedError, NotPositiveDefiniteError, by_pairs_of_columns
+from .krylov import conjugate_gradients
 
 Precision = type[np.float64] | type[np.float32]
 
 DIVIDED_FROM = 20_000  # rows from which threads save more time than they take to begin
 DISSECTED_FROM = 250_000  # rows from which separators save more time than they take to find
 SINGLE_FROM = 250_000  # rows from which a preconditioner is in single precision: two thirds of the time
+REFINED_FROM = 1_000_000  # rows from which a solve, too, is by one, and memory counts
+ALL_DIGITS, MOST_TO_REFINE = 1e-10, 20  # relative residual, and steps at most
 LARGEST, SMALLEST = 0.15, 0.005  # share of the whole work in a subtree
 
 
@@ -117,6 +120,10 @@ class Compiled(Analysis):
             return self.factor(lower)
         return Factored(f"{self.name} in single precision", False, solve, single=True)
 
+    def for_one_solve(self, lower: sparse.csc_array) -> Factored:
+        rough = self.preconditioner(lower, rough=lower.shape[0] >= REFINED_FROM)
+        return replace(rough, solve=partial(_refined, lower, rough.solve)) if rough.single else rough
+
     def _solve(self, lower: sparse.csc_array, precision: Precision = np.float64) -> Solve:
         if not all(map(np.array_equal, self._pattern, (lower.indptr, lower.indices))):
             return Compiled(lower)._solve(lower, precision)
@@ -146,6 +153,21 @@ class Compiled(Analysis):
             spare.give(values)
             raise NotPositiveDefiniteError(int(a.order[bad]))
         return values
+
+
+def _refined(lower: sparse.csc_array, rough: Solve, b: FloatArray) -> FloatArray:
+    """To the digits of double precision, by conjugate gradients for both columns of b, (n, 2), at once."""
+
+    def product(x: FloatArray) -> FloatArray:
+        return kernels.product_with_pairs(lower.indptr, lower.indices, lower.data, x.reshape(b.shape)).ravel()
+
+    def precondition(x: FloatArray) -> FloatArray:
+        return rough(x.reshape(b.shape)).ravel()
+
+    x, _, converged = conjugate_gradients(product, b.ravel(), precondition, ALL_DIGITS, MOST_TO_REFINE)
+    if not converged:
+        raise NotConvergedError
+    return x.reshape(b.shape)
 
 
 def _solved(values: FloatArray, a: kernels.Supernodes, divided: Divided, b: FloatArray) -> FloatArray:

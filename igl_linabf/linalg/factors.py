@@ -82,6 +82,10 @@ class Analysis:
         """
         return self.factor(lower)
 
+    def for_one_solve(self, lower: sparse.csc_array) -> Factored:
+        """What takes least time to solve with once; a solve may raise NotConvergedError."""
+        return self.factor(lower)
+
 
 class Cholmod(Analysis):
     """CHOLMOD's symbolic analysis of P A P^T = L D L^H."""

@@ -5,6 +5,7 @@ from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
+from ..kernels import used_vertices
 
 Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,), their positions (#P, 2); two or more
 
@@ -62,16 +63,14 @@ def check_indices(F: IntArray, n: int) -> None:
 
 def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
     """Check the indices of `F`; return the vertices in use and `F` numbered by them."""
-    check_indices(F, n)
-    twice = (F[:, 0] == F[:, 1]) | (F[:, 1] == F[:, 2]) | (F[:, 2] == F[:, 0])
-    if twice.any():
-        bad = np.flatnonzero(twice)
+    used, sound = used_vertices(F, n)
+    if not sound:
+        check_indices(F, n)
+        bad = np.flatnonzero((F[:, 0] == F[:, 1]) | (F[:, 1] == F[:, 2]) | (F[:, 2] == F[:, 0]))
         raise MeshError(
             f"faces {some(bad)} hold a vertex twice (face {bad[0]} is {F[bad[0]].tolist()}): remove them, "
             "as igl_linabf.clean does"
         )
-    used = np.zeros(n, dtype=bool)
-    used[F.ravel()] = True
     vertices = np.flatnonzero(used)
     return vertices, F if len(vertices) == n else (np.cumsum(used) - 1)[F]
 
