@@ -12,6 +12,7 @@ from ..surface import NEXT, PREV
 from .constraints import Constraints
 
 SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is corrected for
+SLIVER_OF_MANY, MANY = 50.0, 1 / 20  # and where there are so many slivers to a row: each step takes longer
 SLIVER_OF_MANY_STEPS = 5.0  # and where sums are prescribed: they take many steps
 SMALL = 5_000  # rows below which the steps that this saves take less time than it
 SLIVER_OF_SMALL = 1000.0  # and so the ratio there
@@ -140,6 +141,8 @@ class System:
             largest = SLIVER_OF_SMALL
         disparity = kernels.disparity(self.w, self.d, self.cot)
         faces = np.flatnonzero(disparity > largest + 1 / largest)
+        if largest == SLIVER and len(faces) > MANY * n:
+            faces = faces[disparity[faces] > SLIVER_OF_MANY + 1 / SLIVER_OF_MANY]
         corner = self.topology.corner
         at = np.zeros(self.topology.n, dtype=bool)
         at[corner[:, faces]] = True
