@@ -25,7 +25,7 @@ from igl_linabf import (
     quality,
     split_chords,
 )
-from igl_linabf.surface import Submesh, chords_of, planar
+from igl_linabf.surface import Submesh, chords_of, face_components, planar
 
 Surface = tuple[np.ndarray, np.ndarray]
 SHAPES = ("circle", "rectangle")
@@ -169,6 +169,34 @@ def test_ears_on_a_circle_do_not_flip_and_do_not_change_the_map_of_the_rest(meth
     assert best_fit_distance(whole.uv[used], rest.uv) < 1e-9 * np.ptp(rest.uv)
     assert np.abs(whole.angles[~ears] - rest.angles).max() == 0
     assert np.abs(whole.angles.sum(axis=1) - np.pi).max() < 1e-9
+
+
+def test_ragged_disks_come_on_a_circle_or_it_is_said_what_helps() -> None:
+    rng, mapped = np.random.default_rng(0), 0
+    for _ in range(30):
+        points = rng.uniform(-1, 1, (int(rng.integers(30, 600)), 2))
+        F, height = Delaunay(points).simplices, rng.uniform(0, 1)
+        V = np.column_stack(
+            (points, height * np.sin(rng.uniform(1, 4) * points[:, 0]) * np.cos(3 * points[:, 1]))
+        )
+        rng.uniform(size=len(F))
+        at = points[F].mean(axis=1)
+        F = F[np.abs(np.sin(3 * at[:, 0] + rng.uniform(0, 6)) + at[:, 1]) < rng.uniform(0.5, 2)]
+        if len(F) < 4:
+            continue
+        label = face_components(F, len(V))
+        V, F, *_ = igl.remove_unreferenced(V, F[label == np.bincount(label).argmax()])
+        try:
+            result = flatten(V, F, boundary="circle")
+        except MeshError:
+            continue  # parts that hang together at a vertex
+        mapped += 1
+        if result.outcome is not Outcome.CONVERGED:
+            assert "split_chords" in result.message
+            V, F = split_chords(V, F)
+            result = flatten(V, F, boundary="circle")
+        assert result.outcome is Outcome.CONVERGED and off_circle(result.uv[rim(V, F)]) < 1e-6
+    assert mapped > 15
 
 
 def test_corners_are_where_they_are_asked_for() -> None:

@@ -21,6 +21,7 @@ from .cut_graph import ClosedSurface, shortest_edges, without_stubs
 from .tighten import tightened
 
 DIRECT = 8_500  # nodes up to which seams are found on the surface itself
+DIRECT_HANDLES = 4_000  # the same, of parts with handles of a large surface
 CLUSTERED = 6_000  # clusters of nodes on which they are found, at most
 LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has it
 REACH = 6.0  # mean distances to a root that a branch point's arcs may move

@@ -17,7 +17,7 @@ from ..surface import (
     seam_mask,
     vertex_array,
 )
-from .coarse import CLUSTERED, DIRECT, Levels
+from .coarse import CLUSTERED, DIRECT, DIRECT_HANDLES, Levels
 from .creases import all_bends, flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface
 from .expected import log_scale
@@ -43,6 +43,7 @@ TRADE = 6.0
 ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
 SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
 MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
+LARGE = 20_000  # faces of a surface of which a part with handles has few nodes for its seam
 SMOOTH = 0.1  # share of the area that lies flat, below which that is so
 
 
@@ -209,7 +210,10 @@ def seams_of(
             else:
                 bend = all_bends(component) if known is None or component is not surface else known
                 piece = closed_surface(component, hidden, isometric, bend)
-                seam = _best(component, piece, trade, holes, gain if open_ else None, part_overlaps, bend)
+                is_part = genus > 0 and len(surface.F) >= LARGE
+                direct = DIRECT_HANDLES if is_part else DIRECT
+                worth = gain if open_ else None
+                seam = _best(component, piece, trade, holes, worth, part_overlaps, bend, direct)
                 found.append(component.vertices[piece.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
@@ -272,10 +276,12 @@ def _best(
     gain: float | None,
     part_overlaps: bool = False,
     bend: FloatArray | None = None,
+    direct: int = DIRECT,
 ) -> IntArray:
     """The seam that leaves look for, or a net, if there are creases and it costs less.
 
-    With a `gain`, no seam is needed, and one has to save this.
+    With a `gain`, no seam is needed, and one has to save this. On up to `direct` nodes it is found on the
+    surface itself.
     """
     none = np.zeros(0, dtype=np.int64)
     with_nets = trade > 0 and not (holes and piece.holes > 1)
@@ -298,7 +304,7 @@ def _best(
     def cheaper(seam: IntArray) -> IntArray | None:
         return nets.cheaper(seam, gain, parts, lambda net: with_branches(piece, net, trade)[0])
 
-    if not few:
+    if piece.n > direct:
         levels = Levels.of(piece, CLUSTERED)
         seam, leaves = seam_of_clusters(levels.coarse, trade, holes, gain)
         if hard and (net := cheaper(levels.drawn(seam, leaves))) is not None:

@@ -34,10 +34,10 @@ from ..angles import (
 from ..errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
 from ..layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_boundary, lay_out
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
-from ..surface import ALL_DIGITS, Mesh, Pins, flipped_faces, span
+from ..surface import ALL_DIGITS, Mesh, Pins, chords_of, flipped_faces, span
 from .ears import Ears
 from .result import Rung, RungName, Status
-from .shapes import FREE, Shape, shape_of
+from .shapes import FREE, HELP, Shape, shape_of
 
 ACTIVE_SET_RTOL = 0.01  # relative residual to which a step without a chord is solved
 CONTINUED_RTOL = 0.03  # and one that corrections follow
@@ -298,6 +298,9 @@ def prescribed(rtol: float, tol: float) -> Stage:
         state = prescribed_steps(problem.start, rtol, enough, MAX_PRESCRIBED).at_rest()
         reached = state.at.residual.largest <= enough
         note = "" if reached else f"the iterations did not converge within {MAX_PRESCRIBED} steps"
+        whole = problem.mesh if problem.ears is None else problem.ears.whole
+        if not reached and len(chords := chords_of(whole.topology)):
+            note += f" with {len(chords)} edges across, between boundary vertices: {HELP}"
         return drawn(problem, "active set", state, converged=reached, note=note)
 
     return stage
