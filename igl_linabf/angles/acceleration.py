@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .. import kernels
 from .._types import FloatArray
 from .linearised import Direction
 
@@ -13,33 +15,42 @@ LONGEST = 10.0  # sum of the coefficients' sizes, above which the steps are no s
 
 
 @dataclass(frozen=True, eq=False)
-class Past:
-    """An earlier step: the angles before it, its errors and its multipliers."""
+class Visited:
+    """Angles that an iteration came to.
+
+    Attributes
+    ----------
+    alpha : (3, #F) float64
+    direction : Direction
+        The iteration's step from there.
+    missing : (n,) float64
+        What is to vanish, there.
+    """
 
     alpha: FloatArray
-    e: FloatArray
-    x: FloatArray
+    direction: Direction
+    missing: FloatArray
 
 
-def accelerated(
-    alpha: FloatArray, direction: Direction, past: tuple[Past, ...], unit: FloatArray
-) -> Direction:
-    """The direction towards where the steps lead, were their errors linear in the angles (Anderson 1965).
+def accelerated(now: Visited, earlier: Sequence[Visited]) -> Direction:
+    """The direction towards where the steps lead, were what is missing linear in the angles (Anderson 1965).
 
-    Of all means of this step and the `past` ones, with coefficients c that sum to one, it takes the one whose
-    errors sum c_i e_i / unit are least, and goes from `alpha` to sum c_i (alpha_i + e_i). Where one mode of
-    the errors falls slowly, it is gone after that. The linear constraints stay as they are.
+    Of all sums of these visits with coefficients c_i that sum to one, it takes the one whose missing parts
+    sum to the least, and goes to sum c_i (alpha_i + e_i). Where one mode of the errors falls slowly, it is
+    gone after that. The linear constraints stay as they are.
     """
-    past = tuple(step for step in past if len(step.x) == len(direction.x))
-    if not past:
-        return direction
-    e = direction.e
-    apart = np.array([((e - step.e) / unit).ravel() for step in past])
-    coefficients = np.linalg.lstsq(apart @ apart.T, apart @ (e / unit).ravel(), rcond=1e-8)[0]
-    if not np.abs(coefficients).sum() < LONGEST:
-        return direction
-    ahead, x = e, direction.x
-    for share, step in zip(coefficients, past, strict=True):
-        ahead = ahead - share * ((alpha - step.alpha) + (e - step.e))
-        x = x - share * (direction.x - step.x)
-    return replace(direction, e=ahead, x=x)
+    if not earlier:
+        return now.direction
+    e, x = now.direction.e, now.direction.x
+    change = [past.missing - now.missing for past in earlier]
+    size = np.sqrt([kernels.dot(d, d) for d in change])
+    between = np.array([[kernels.dot(a, b) for a in change] for b in change]) / np.outer(size, size)
+    along = np.array([kernels.dot(d, now.missing) for d in change]) / size
+    shares = -np.linalg.lstsq(between, along)[0] / size
+    if not np.abs(shares).sum() < LONGEST:
+        return now.direction
+    ahead, x = e.copy(), x.copy()
+    for share, past in zip(shares, earlier, strict=True):
+        ahead += share * (past.alpha - now.alpha + past.direction.e - e)
+        x += share * (past.direction.x - now.direction.x)
+    return replace(now.direction, e=ahead, x=x)

@@ -8,15 +8,15 @@ from .._runtime import advance
 from .._types import BoolArray, FloatArray
 from ..errors import SingularSystemError
 from ..surface import NEXT, PREV
-from .acceleration import Past, accelerated
+from .acceleration import Visited, accelerated
 from .iterates import Kind, Step
 from .iterations import State
 from .linearised import Direction, linearise, solve
 
 ANCHORED_RTOL = 0.03  # relative reduction of what an anchored step's multipliers miss
 LEAST_RTOL = 0.003  # and at least, where they shake the angles about
-SLOW = 0.5  # share of the least change so far, above which they do
-NEAR = 1.0  # change below which steps are accelerated, by
+SLOW = 0.7  # share of the least change so far, above which they do, and steps are accelerated
+NEAR = 1.0  # where the change is below that, by
 DEPTH = 2  # earlier ones
 FEASIBLE_RTOL = 0.01  # and of a feasible or restoring step's
 MAX_ANCHORED = 30  # anchored steps at most
@@ -62,7 +62,7 @@ def converge(state: State, tol: float) -> AbfResult:
     constraint not linearised. An *anchored* step is a step of linear ABF with weights alpha_0^2 and
     the change since alpha_0 as its gradient. It is a Gauss-Newton step of the constraints; its fixed
     point is the minimiser. All steps use the factor of the Laplacian at alpha_0, and conjugate
-    gradients start from the last multipliers. Later steps are accelerated.
+    gradients start from the last multipliers. Slow steps are accelerated.
 
     Parameters
     ----------
@@ -81,8 +81,8 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     kind: Kind = "feasible" if bounded else "anchored"
     anchor, rtol = problem.estimate, ANCHORED_RTOL
     held, x = np.zeros(anchor.shape, dtype=bool), None
-    past: tuple[Past, ...] = ()
-    best, stalled, before = np.inf, 0, 0.0
+    past: tuple[Visited, ...] = ()
+    best, stalled, before, slow = np.inf, 0, 0.0, False
     for k in range(MAX_ANCHORED):
         at, weights = state.at, anchor**2
         if held.any():
@@ -93,7 +93,8 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         except SingularSystemError:
             break  # it left what double precision solves; the feasible form keeps away from there
         change = _change(np.where(held, 0.0, raw.e), state)
-        direction = accelerated(at.alpha, raw, past, anchor) if change < NEAR else raw
+        visited = Visited(at.alpha, raw, (raw.e / anchor).ravel())
+        direction = accelerated(visited, past) if slow and change < NEAR else raw
         state, now = state.advanced(direction, kind), held
         if bounded:
             state = _within_bounds(state)
@@ -104,11 +105,14 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         if same and max(ahead, residual) <= tol:
             return AbfResult(state.at_rest(), True, held)
         # the first step is far off, and after another set of constraints the steps lead elsewhere
-        past = () if limited or not same else ((Past(at.alpha, raw.e, raw.x), *past)[:DEPTH] if k else ())
+        past = () if limited or not same else ((visited, *past)[:DEPTH] if k else ())
         before, held, reached = change, now, max(change, residual)
-        if not limited and change < NEAR and reached > SLOW * best:
-            rtol = max(rtol / 3, LEAST_RTOL)
-        best, stalled = (reached, 0) if reached < 0.7 * best else (best, stalled + 1)
+        if not reached < SLOW * best:
+            stalled, slow = stalled + 1, True
+            if not limited and change < NEAR:
+                rtol = max(rtol / 3, LEAST_RTOL)
+        else:
+            best, stalled = reached, 0
         if stalled > STALLED or (limited and k > 1 and not bounded):
             break
     return AbfResult(state.at_rest(), False, held)

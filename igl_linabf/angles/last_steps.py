@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from .._runtime import timed
-from .._types import FloatArray
 from ..linalg import NotPositiveDefiniteError
+from .acceleration import Visited, accelerated
 from .closure import ClosingRows
 from .iterations import State
 from .linearised import Direction, Linearised, errors, linearise, solve
@@ -84,7 +84,7 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
         Residual below which they begin.
     """
     least_norm, conformal, slow = state.lin, None, SLOW
-    earlier: tuple[Correction, ...] = ()
+    earlier: tuple[Visited, ...] = ()
     if not state.at.residual.largest < below:
         return state
     for _ in range(MAX_CORRECTIONS):
@@ -96,12 +96,11 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
             conformal, earlier = conformal_system(state), ()
         if conformal is None:
             break
-        correction = Correction.of(state, conformal)
-        made = correction.made(earlier)
+        made, visited = _corrected(state, conformal, earlier)
         left = made.at.residual.largest / missing
         if left < IN_VAIN:
             state = made
-            earlier = (*earlier[1 - REMEMBERED :], correction) if earlier or left > FAST else ()
+            earlier = (*earlier[1 - REMEMBERED :], visited) if earlier or left > FAST else ()
         elif fresh:
             break
         if fresh:
@@ -114,52 +113,23 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
 def conformal_step(state: State) -> State:
     """One correction, whatever becomes of the residual."""
     conformal = None if state.steps[-1].limited else conformal_system(state)
-    return state if conformal is None else replace(Correction.of(state, conformal).made(), lin=state.lin)
+    return state if conformal is None else replace(_corrected(state, conformal)[0], lin=state.lin)
 
 
-@dataclass(frozen=True, eq=False)
-class Correction:
-    """A correction with a system of `conformal_system`.
-
-    Attributes
-    ----------
-    state : State
-        Before it.
-    direction : Direction
-    missing : (n,) float64
-        The system's right-hand side.
-    """
-
-    state: State
-    direction: Direction
-    missing: FloatArray
-
-    @classmethod
-    def of(cls, state: State, conformal: Linearised) -> Correction:
-        assert conformal.precondition is not None
-        b, closing = conformal.problem.constraints.ahead(state.at.residual), conformal.closing
-        rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, each triangle's angles sum to pi
-        if closing is not None:
-            rhs = np.concatenate((rhs, -closing.gap(b.closure, b.vertex)))
-        with timed("solve"):
-            x = conformal.precondition(rhs)
-        with timed("assembly"):
-            e = errors(conformal, x, conformal=True)
-        return cls(state, Direction(e, x, 0, conformal), rhs)
-
-    def made(self, earlier: Sequence[Correction] = ()) -> State:
-        """The state after it; with `earlier` ones, where least would be missing if that were linear."""
-        e, alpha = self.direction.e, self.state.at.alpha
-        with timed("assembly"):
-            if earlier:
-                change = np.array([other.missing - self.missing for other in earlier])
-                size = np.linalg.norm(change, axis=1)
-                change /= size[:, None]
-                share = np.linalg.lstsq(change @ change.T, -(change @ self.missing), rcond=None)[0] / size
-                e = e.copy()
-                for weight, other in zip(share, earlier, strict=True):
-                    e += weight * (other.state.at.alpha - alpha + other.direction.e - self.direction.e)
-        return self.state.advanced(replace(self.direction, e=e), "conformal")
+def _corrected(state: State, conformal: Linearised, earlier: Sequence[Visited] = ()) -> tuple[State, Visited]:
+    """The state after a correction with a system of `conformal_system`, and what it went by."""
+    assert conformal.precondition is not None
+    b, closing = conformal.problem.constraints.ahead(state.at.residual), conformal.closing
+    rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, each triangle's angles sum to pi
+    if closing is not None:
+        rhs = np.concatenate((rhs, -closing.gap(b.closure, b.vertex)))
+    with timed("solve"):
+        x = conformal.precondition(rhs)
+    with timed("assembly"):
+        e = errors(conformal, x, conformal=True)
+        visited = Visited(state.at.alpha, Direction(e, x, 0, conformal), rhs)
+        direction = accelerated(visited, earlier)
+    return state.advanced(direction, "conformal"), visited
 
 
 def conformal_system(state: State) -> Linearised | None:
