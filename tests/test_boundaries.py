@@ -179,7 +179,6 @@ def test_ragged_disks_come_on_a_circle_or_it_is_said_what_helps() -> None:
         V = np.column_stack(
             (points, height * np.sin(rng.uniform(1, 4) * points[:, 0]) * np.cos(3 * points[:, 1]))
         )
-        rng.uniform(size=len(F))
         at = points[F].mean(axis=1)
         F = F[np.abs(np.sin(3 * at[:, 0] + rng.uniform(0, 6)) + at[:, 1]) < rng.uniform(0.5, 2)]
         if len(F) < 4:
