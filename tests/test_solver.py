@@ -151,8 +151,8 @@ def test_separators_part_a_graph_and_save_fill(shape: tuple[int, int], monkeypat
         assert count >= 2**halvings and np.bincount(label).max() < 0.6**halvings * n
     assert np.count_nonzero(turn == turn.max()) <= 1.2 * min(shape)
     fill = []
-    for given in (np.zeros_like(turn), turn):
-        order = kernels.minimum_degree(*pattern, given)
+    for ordered in (kernels.minimum_degree, kernels.dissected):
+        order = ordered(*pattern)
         assert (np.sort(order) == np.arange(n)).all()
         fill.append(kernels.supernodes(*pattern, order).value_start[-1])
     assert fill[1] < fill[0] or shape[1] < 50  # a strip has little fill anyway

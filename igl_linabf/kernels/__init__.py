@@ -18,7 +18,7 @@ from .connectivity import (
     undirected,
     used_vertices,
 )
-from .dissection import separators
+from .dissection import dissected, separators
 from .drawing import runs_in_blocks, touched_cells
 from .graphs import far_apart, shortest_pairs
 from .maps import centred, changes, signed_double_areas

@@ -1,16 +1,20 @@
-"""Separators that divide a large graph again and again, as loops (George 1973).
+"""Nested dissection: separators divide a large graph again and again, as loops (George 1973).
 
 The fewest vertices near a cut that part its sides are its separator: by Menger, as many as there are paths
-across without a common vertex. Eliminated last, separators save minimum degree half of a factor's work.
+across without a common vertex. Eliminated last, separators save minimum degree half of a factor's work; and
+threads order the parts, each of which fits the cache.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from .._runtime import in_threads
 from .._types import IntArray
 from .choice import inlined, only_loops
 from .halving import Graph, contracted, halved_again, stars
-from .minimum_degree import Numbers, linked
+from .minimum_degree import Numbers, linked, minimum_degree, postordered
 
 PART = 6_000  # vertices of a part about which minimum degree is as good
 TOGETHER = 64  # vertices at most that are in the same half of each cut, by two rounds of coarsening
@@ -141,6 +145,28 @@ def _separators(indptr: IntArray, indices: IntArray, depth: int) -> Numbers:
     return last
 
 
+class Parts(NamedTuple):
+    """The parts of a graph that separators leave, some of them together.
+
+    Attributes
+    ----------
+    begin, ends : (n + 2,) int64, (#ends,) int32
+        Where the neighbours of each vertex begin, and these.
+    listed : (n,) int32
+        The vertices, part after part, and then the separators' in turn.
+    start : (#parts + 1,) int64
+        Where each part begins among these, and the separators.
+    place : (n,) int32
+        Of each vertex in its part; -1 in separators.
+    """
+
+    begin: IntArray
+    ends: Numbers
+    listed: Numbers
+    start: IntArray
+    place: Numbers
+
+
 _found = only_loops(_separators)
 
 
@@ -151,3 +177,73 @@ def separators(indptr: IntArray, indices: IntArray) -> Numbers:
     """
     n = len(indptr) - 1
     return _found(indptr, indices, max(round(np.log2(max(n, 1) / PART)), 0))
+
+
+def _parts(indptr: IntArray, indices: IntArray, turn: Numbers, least: int) -> Parts:
+    n = len(turn)
+    begin, ends = linked(indptr, indices)
+    listed, start = np.empty(n, dtype=np.int32), np.zeros(n + 1, dtype=np.int64)
+    seen, done, size, count = turn > 0, 0, 0, 0
+    for first in range(n):
+        if seen[first]:
+            continue
+        listed[size], seen[first] = first, True
+        size += 1
+        while done < size:
+            v = listed[done]
+            done += 1
+            for p in range(begin[v], begin[v + 1]):
+                u = ends[p]
+                if not seen[u]:
+                    listed[size], seen[u] = u, True
+                    size += 1
+        if size - start[count] >= least:
+            count += 1
+            start[count] = size
+    if size > start[count]:
+        count += 1
+        start[count] = size
+    rest = np.flatnonzero(turn > 0)
+    listed[size:] = rest[np.argsort(turn[rest], kind="mergesort")]
+    place = np.full(n, -1, dtype=np.int32)
+    for k in range(count):
+        for q in range(start[k], start[k + 1]):
+            place[listed[q]] = q - start[k]
+    return Parts(begin, ends, listed, start[: count + 1], place)
+
+
+def _pattern_of(parts: Parts, k: int) -> tuple[IntArray, IntArray]:
+    """The pattern of part k, as its lower triangle in CSC."""
+    begin, ends, place = parts.begin, parts.ends, parts.place
+    part = parts.listed[parts.start[k] : parts.start[k + 1]]
+    indptr, room = np.zeros(len(part) + 1, dtype=np.int64), 0
+    for v in part:
+        room += begin[v + 1] - begin[v] + 1
+    indices, size = np.empty(room, dtype=np.int64), 0
+    for j in range(len(part)):
+        v = part[j]
+        indices[size] = j
+        size += 1
+        for p in range(begin[v], begin[v + 1]):
+            i = place[ends[p]]
+            if i > j:
+                indices[size] = i
+                size += 1
+        indptr[j + 1] = size
+    return indptr, indices[:size]
+
+
+_in_parts, _part, _postordered = only_loops(_parts), only_loops(_pattern_of), only_loops(postordered)
+
+
+def dissected(indptr: IntArray, indices: IntArray) -> IntArray:
+    """The postordered order for a symmetric pattern by nested dissection, and minimum degree in each part."""
+    parts = _in_parts(indptr, indices, separators(indptr, indices), PART // 2)
+
+    def ordered(k: int) -> IntArray:
+        order: IntArray = parts.listed[parts.start[k] + minimum_degree(*_part(parts, k))].astype(np.int64)
+        return order
+
+    orders = in_threads(ordered, range(len(parts.start) - 1))
+    order = np.concatenate((*orders, parts.listed[parts.start[-1] :]), dtype=np.int64)
+    return _postordered(indptr, indices, order)

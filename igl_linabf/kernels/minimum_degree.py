@@ -48,8 +48,8 @@ def _join(i: int, j: int, weight: Numbers, follower: Numbers, tail: Numbers) -> 
 
 
 @inlined
-def _in_postorder(parent: Numbers, follower: Numbers, pivot: NDArray[np.bool_], turn: Numbers) -> IntArray:
-    """The variables of all elements, children in a tree first; what is in none comes last, in turn."""
+def _in_postorder(parent: Numbers, follower: Numbers, pivot: NDArray[np.bool_]) -> IntArray:
+    """The variables of all elements, children in a tree first; what is in none comes last."""
     n = len(parent)
     order, waiting, top, k = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int32), 0, 0
     placed = np.zeros(n, dtype=np.bool_)
@@ -73,12 +73,21 @@ def _in_postorder(parent: Numbers, follower: Numbers, pivot: NDArray[np.bool_], 
             order[k], placed[i] = i, True
             i = follower[i]
             k += 1
-    rest = np.flatnonzero(~placed)
-    order[k:] = rest[np.argsort(turn[rest], kind="mergesort")]
+    order[k:] = np.flatnonzero(~placed)
     return order
 
 
-def _minimum_degree(indptr: IntArray, indices: IntArray, turn: Numbers) -> IntArray:
+@inlined
+def postordered(indptr: IntArray, indices: IntArray, order: IntArray) -> IntArray:
+    """The order in which the children in its elimination tree come right before a variable."""
+    n = len(order)
+    tree = in_order(indptr, indices, order)[-1].astype(np.int32)
+    place = _in_postorder(tree, np.full(n, -1, dtype=np.int32), np.ones(n, dtype=np.bool_))
+    made: IntArray = order[place]
+    return made
+
+
+def _minimum_degree(indptr: IntArray, indices: IntArray) -> IntArray:
     n = len(indptr) - 1
     begin, lists = linked(indptr, indices)
     free = begin[n]
@@ -92,7 +101,7 @@ def _minimum_degree(indptr: IntArray, indices: IntArray, turn: Numbers) -> IntAr
     done, least, flag, dense = 0, 0, np.int64(2), max(16, DENSE * np.sqrt(n))
     for i in range(n - 1, -1, -1):
         size[i] = degree[i] = d = begin[i + 1] - begin[i]
-        if d > dense or turn[i]:
+        if d > dense:
             weight[i] = 0
             done += 1
             continue
@@ -225,17 +234,12 @@ def _minimum_degree(indptr: IntArray, indices: IntArray, turn: Numbers) -> IntAr
         size[me], weight[me] = to - place, 0
         if old:
             free = to
-    order = _in_postorder(parent, follower, pivot, turn)
-    if some_left:  # the tree has links that the elements do not know of
-        tree = in_order(indptr, indices, order)[-1].astype(np.int32)
-        order = order[_in_postorder(tree, np.full(n, -1, dtype=np.int32), np.ones(n, dtype=np.bool_), turn)]
-    return order
+    order = _in_postorder(parent, follower, pivot)
+    return postordered(indptr, indices, order) if some_left else order  # by links that no element knows of
 
 
 minimum_degree = only_loops(_minimum_degree)
 minimum_degree.__doc__ = """The postordered order for a symmetric pattern, given by its lower triangle in CSC.
-
-What is not of turn 0 comes after all of smaller ones.
 
 CHOLMOD's, by the same method, takes up to twice as long.
 """

@@ -101,10 +101,8 @@ class Compiled(Analysis):
 
     def __init__(self, lower: sparse.csc_array) -> None:
         self._pattern = lower.indptr, lower.indices
-        n = lower.shape[0]
-        turn = kernels.separators(*self._pattern) if n >= DISSECTED_FROM else np.zeros(n, dtype=np.int32)
-        order = kernels.minimum_degree(*self._pattern, turn)
-        self._analysed = kernels.supernodes(*self._pattern, order)
+        ordered = kernels.dissected if lower.shape[0] >= DISSECTED_FROM else kernels.minimum_degree
+        self._analysed = kernels.supernodes(*self._pattern, ordered(*self._pattern))
         self._divided = Divided.of(self._analysed)
         self._spare = Spare()
 
