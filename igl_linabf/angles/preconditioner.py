@@ -88,13 +88,17 @@ def corrected(conformal: Solve, slivers: SliverRows, S: Symmetric, closing: Clos
     local = slivers.analysis.factor(slivers.rows.lower(S)).solve
     if closing is not None:
         beside = sparse.hstack((beside, closing.B[index])).tocsr()
+    touched, at = np.unique(beside.indices, return_inverse=True)
+    beside = sparse.csr_array((beside.data, at, beside.indptr), shape=(len(index), len(touched)))
     below = beside.T
 
     def apply(r: FloatArray) -> FloatArray:
         first = local(r[index])
-        z = conformal(r - below @ first)
+        left = r.copy()
+        left[touched] -= below @ first
+        z = conformal(left)
         z[index] += first
-        z[index] += local(r[index] - beside @ z)
+        z[index] += local(r[index] - beside @ z[touched])
         return z
 
     return apply
