@@ -6,9 +6,9 @@
 Runs of all methods take turns in one process, after one that is not timed; a ratio is that of medians, with
 the 95 % interval of 2,000 bootstrap samples. Time is wall time with the checks of the input, or with --cpu,
 for a busy machine, that of the processor. --largest N subdivides face N times (4^N x 52 k triangles). --huge
-measures linabf of up to 5.8 million triangles instead, each in a process of its own, and for each surface the
-exponent of its time: that takes 7 GB and about three minutes. --build-peers compiles BFF from its sources in
-FOLDER, with cmake. With --print the page is printed, not written.
+measures linabf of up to 5.8 million triangles instead, each in a process of its own, small ones in five, and
+for each surface the exponent of its time: that takes 6 GB and about three minutes. --build-peers compiles BFF
+from its sources in FOLDER, with cmake. With --print the page is printed, not written.
 """
 
 from __future__ import annotations
@@ -40,13 +40,15 @@ from scipy.stats import bootstrap
 import igl_linabf as il
 from igl_linabf import kernels
 from igl_linabf.flattening import bare_lscm, other_programs
-from igl_linabf.linalg import blas_of_cholmod, has_cholmod
+from igl_linabf.linalg import blas_of_cholmod, compiled, has_cholmod
 from igl_linabf.surface import planar
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
 NATURAL = ("igl_camel_b", "optcuts_foot_i_f10000", "igl_lion", "igl_camelhead", "igl_face")
 GROWN = "igl_face"
 HUGE = {GROWN: (1, 4, 16, 64, 100), "igl_camelhead": (4, 16, 64, 256)}  # into how many each triangle is split
+TURNS, FEW = 5, 10  # processes that time surfaces of up to so many pieces a triangle: the median counts
+OF_LARGE = ("SINGLE_FROM", "REFINED_FROM", "DISSECTED_FROM")  # from where factors are as large ones are
 MUCH = 400_000  # triangles from which three runs have to do, and other programs are not waited for
 Call = Callable[[], object]
 
@@ -129,8 +131,12 @@ def grown(name: str, what: str) -> None:
         call = {"igl.lscm": bare_lscm(planar(V, F))}.get(what) or partial(il.flatten, V, F, what)
         for method in ("lscm", "linabf", "abf"):
             il.flatten(*small, method)  # what is imported and compiled does not count
-        if kernels.is_fast():
-            kernels.separators(np.arange(2, dtype=np.int32), np.zeros(1, dtype=np.int32))
+        kept = [getattr(compiled, name) for name in OF_LARGE]
+        for name in OF_LARGE:
+            setattr(compiled, name, 0)
+        il.flatten(*small)
+        for name, least in zip(OF_LARGE, kept, strict=True):
+            setattr(compiled, name, least)
     Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # the peak so far is forgotten
     before, cpu, wall = most_used(), process_time(), perf_counter()
     call()
@@ -293,10 +299,11 @@ def of_millions(cpu: bool) -> str:
         for count in pieces:
             name = f"{surface}, {count} x" if count > 1 else surface
             print(name, file=sys.stderr, flush=True)
-            triangles, cpu_seconds, wall, grown = peak(name, "linabf")
+            turns = [peak(name, "linabf") for _ in range(TURNS if count < FEW else 1)]
+            triangles, cpu_seconds, wall, grown = np.median(turns, axis=0)
             seconds = cpu_seconds if cpu else wall
-            times.append((triangles, seconds))
-            rows.append(f"| {name} | {triangles:,} | {seconds:.3g} s | {grown / 1e9:.2f} GB |")
+            times.append((int(triangles), seconds))
+            rows.append(f"| {name} | {times[-1][0]:,} | {seconds:.3g} s | {grown / 1e9:.2f} GB |")
         exponent = np.polyfit(*np.log(times).T, 1)[0]
         lines.append(f"- {surface}: {exponent:.2f}, from {times[0][0]:,} to {times[-1][0]:,}")
     made = table("Millions of triangles", ["mesh", "triangles", "linabf", "memory at the peak"], rows)
