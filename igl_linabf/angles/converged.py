@@ -92,9 +92,12 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
             raw = solve(lin, at, rtol, _gradient(state), x)
         except SingularSystemError:
             break  # it left what double precision solves; the feasible form keeps away from there
-        change = _change(np.where(held, 0.0, raw.e), state)
-        visited = Visited(at.alpha, raw, (raw.e / anchor).ravel())
-        direction = accelerated(visited, past) if slow and change < NEAR else raw
+        change = _change(np.where(held, 0.0, raw.e) if bounded else raw.e, state)
+        direction = raw
+        if slow:
+            visited = Visited(at.alpha, raw, (raw.e / anchor).ravel())
+            direction = accelerated(visited, past) if change < NEAR else raw
+            past = (visited, *past)[:DEPTH]
         state, now = state.advanced(direction, kind), held
         if bounded:
             state = _within_bounds(state)
@@ -104,8 +107,8 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         ahead = change * min(change / before, 1.0) if before else change
         if same and max(ahead, residual) <= tol:
             return AbfResult(state.at_rest(), True, held)
-        # the first step is far off, and after another set of constraints the steps lead elsewhere
-        past = () if limited or not same else ((visited, *past)[:DEPTH] if k else ())
+        if limited or not same:
+            past = ()  # after another set of constraints the steps lead elsewhere
         before, held, reached = change, now, max(change, residual)
         if not reached < SLOW * best:
             stalled, slow = stalled + 1, True

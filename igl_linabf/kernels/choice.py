@@ -114,8 +114,12 @@ def filled_by(
     def by_loops(*args: Any) -> T:
         made: Any = make(*args)
         arrays = made if isinstance(made, tuple) else (made,)
-        pieces = pieces_of(arrays[0].shape[-1]) if in_pieces else [()]
-        at_once(lambda piece: run(loops, *args, *piece, *arrays), pieces)
+        if not in_pieces:
+            run(loops, *args, *arrays)
+        elif len(pieces := pieces_of(arrays[0].shape[-1])) == 1:
+            run(loops, *args, *pieces[0], *arrays)
+        else:
+            at_once(lambda piece: run(loops, *args, *piece, *arrays), pieces)
         filled: T = made
         return filled
 
@@ -124,8 +128,9 @@ def filled_by(
 
 def pieces_of(size: int, most: int = PIECES) -> list[tuple[int, int]]:
     """First and last of the pieces of 0 .. size for threads; one piece where they would not pay."""
-    count = most if size >= DIVIDED_FROM else 1
-    return list(pairwise(size * k // count for k in range(count + 1)))
+    if size < DIVIDED_FROM:
+        return [(0, size)]
+    return list(pairwise(size * k // most for k in range(most + 1)))
 
 
 def inlined(part: Callable[P, T]) -> Callable[P, T]:

@@ -104,9 +104,11 @@ def _undirected(corner: IntArray, n: int) -> Joined:
 
 
 def _undirected_in_threads(corner: IntArray, n: int) -> Joined:
+    pieces = pieces_of(n)
+    if len(pieces) == 1:
+        return run(_undirected, corner, n)
     begin, keys = np.zeros(n + 2, dtype=np.int64), np.empty(3 * corner.shape[1], dtype=np.int64)
     run(_by_lower_end, corner, begin, keys)
-    pieces = pieces_of(n)
     sizes = at_once(lambda piece: run(_sorted_edges, begin, keys, *piece), pieces)
     at = np.cumsum([0, *sizes])
     edges, sides = np.empty((at[-1], 2), dtype=np.int64), np.empty((2, at[-1]), dtype=np.int64)
