@@ -8,6 +8,7 @@ from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
+from scipy import sparse
 from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
@@ -114,7 +115,12 @@ class SmallBodies:
     def _net(self) -> IntArray:
         """The shortest tree of edges through all that is curved: cut along it, a body is its own flat net."""
         piece = self.piece
-        i, j = csgraph.minimum_spanning_tree(piece.graph).tocoo().coords
+        graph = piece.graph
+        places = (
+            part.astype(np.int32) for part in (graph.indices, graph.indptr)
+        )  # SciPy 1.15 takes no others
+        narrow = sparse.csr_array((graph.data, *places), shape=graph.shape)
+        i, j = csgraph.minimum_spanning_tree(narrow).tocoo().coords
         tree = piece.between(i.astype(np.int64), j.astype(np.int64))
         needed = np.abs(piece.curvature) > FLAT
         needed[: piece.holes] = True

@@ -335,9 +335,8 @@ def spanning_forest(pairs: IntArray, order: IntArray, n: int) -> IntArray:
     proper = np.flatnonzero(i != j)
     _, first = np.unique(i[proper] * n + j[proper], return_index=True)  # the earliest between two nodes
     first = proper[first]
-    rank = sparse.csr_array(
-        (first + 1.0, (i[first], j[first])), shape=(n, n)
-    )  # distinct weights name the edge
+    ends = (i[first].astype(np.int32), j[first].astype(np.int32))  # SciPy 1.15 takes no others
+    rank = sparse.csr_array((first + 1.0, ends), shape=(n, n))  # distinct weights name the edge
     return np.asarray(order[np.sort(csgraph.minimum_spanning_tree(rank).data.astype(np.int64)) - 1])
 
 
