@@ -153,6 +153,7 @@ def cases():
             t.edges[9],
         ),
         "without_leaves": (t.edges[rng.random(len(t.edges)) < 0.4], np.arange(t.n) % 5 == 0),
+        "way_of_fewest": (*ways[:2], np.arange(t.n) % 50 == 3, np.arange(t.n) == t.n - 9),
         "shortest_odd_walk": (*ways, (graph.data > 1.9) + 2 * (graph.data < 1.1), 5, 4),
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
