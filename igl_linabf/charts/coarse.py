@@ -231,7 +231,7 @@ def _simply_contracted(piece: ClosedSurface, hops: int) -> Contracted:
 
 
 def handles_of_clusters(piece: ClosedSurface) -> IntArray:
-    """`open_handles`; of many nodes, through the roots of those clusters where most loops of clusters meet."""
+    """`open_handles`; of many nodes, through roots of those clusters where most loops of clusters meet."""
     if piece.n <= DIRECT:
         return open_handles(piece)
     step = _simply_contracted(piece, HOPS)

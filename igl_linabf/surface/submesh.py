@@ -6,7 +6,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
 
-import igl
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -176,5 +175,33 @@ class Submesh:
 
 def cut_faces(F: IntArray, n: int, seams: BoolArray) -> tuple[IntArray, IntArray]:
     """`F` with the vertices 0 .. n - 1 duplicated along the marked sides, and each vertex's original."""
-    _, F_cut, origin = igl.cut_mesh(np.zeros((n, 3)), F, seams)
-    return np.asarray(F_cut, dtype=np.int64), np.asarray(origin, dtype=np.int64)
+    on_seam = np.zeros(n, dtype=bool)
+    on_seam[F[seams]] = on_seam[np.roll(F, -1, axis=1)[seams]] = True
+    faces = np.flatnonzero(on_seam[F].any(axis=1))
+    near, at = F[faces], on_seam[F[faces]].ravel()
+    tail = np.arange(near.size)
+    head = tail + np.tile([1, 1, -2], len(near))
+    vertex, marked = near.ravel(), seams[faces].ravel()
+    sides = np.flatnonzero(at | at[head])
+    a, b = vertex[sides], vertex[head[sides]]
+    key = np.minimum(a, b) * n + np.maximum(a, b)
+    order = np.argsort(key, kind="stable")
+    twins = np.flatnonzero(key[order[1:]] == key[order[:-1]])
+    one, other = sides[order[twins]], sides[order[twins + 1]]
+    uncut = ~(marked[one] | marked[other])
+    one, other = one[uncut], other[uncut]
+    joined = np.concatenate((np.column_stack((one, head[other])), np.column_stack((head[one], other))))
+    # corners at a vertex that are joined across sides without a seam are one vertex
+    corner = np.flatnonzero(at)
+    fan, first, of = np.unique(
+        connected_labels(joined, near.size)[corner], return_index=True, return_inverse=True
+    )
+    origin = vertex[corner[first]]
+    copy = np.ones(len(fan), dtype=bool)
+    copy[np.unique(origin, return_index=True)[1]] = False
+    number = np.where(copy, n + np.cumsum(copy) - 1, origin)
+    vertex = vertex.copy()
+    vertex[corner] = number[of]
+    F_cut = F.copy()
+    F_cut[faces] = vertex.reshape(-1, 3)
+    return F_cut, np.append(np.arange(n), origin[copy])
