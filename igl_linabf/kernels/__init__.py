@@ -15,6 +15,7 @@ from .connectivity import (
     entries,
     in_one_piece,
     spanning_forest,
+    spanning_tree,
     undirected,
     used_vertices,
 )
