@@ -19,7 +19,7 @@ from .connectivity import (
     undirected,
     used_vertices,
 )
-from .dissection import dissected, separators
+from .dissection import dissected, neighbours, separators
 from .drawing import runs_in_blocks, touched_cells
 from .graphs import far_apart, shortest_pairs
 from .maps import centred, changes, signed_double_areas
