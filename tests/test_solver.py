@@ -142,7 +142,7 @@ def test_separators_part_a_graph_and_save_fill(shape: tuple[int, int], monkeypat
     lower = sparse.tril(whole).tocsc()
     lower.sort_indices()
     pattern = lower.indptr, lower.indices
-    turn = kernels.separators(*pattern)
+    turn = kernels.separators(*kernels.neighbours(*pattern))
     assert turn.max() == round(np.log2(n / 400))
     for least in range(turn.max(), 0, -1):
         left = np.flatnonzero(turn < least)

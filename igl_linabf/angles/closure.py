@@ -153,15 +153,21 @@ class ClosingRows:
         return across, self.D - across.onto(self.B)
 
     def _across(self, inverse: Solve, B: sparse.csr_array) -> Across:
-        """diag(L_s, L_s)^-1 B.
+        """diag(L_s, L_s)^-1 B, by one right-hand side a column.
 
-        The turning along a path has to do with the vertex rows only, its scale with the wheel rows only, and
-        both in the same way, as the metric is conformal. So there is one right-hand side a path.
+        The metric is conformal: what a column has in vertex rows and in wheel rows are real and imaginary
+        part of one complex number, and the other part of the gap has i times that.
         """
-        constraints, paths = self._constraints, len(self._paths)
-        if paths < len(self._closure.gap) or constraints.wheels < constraints.n:
+        constraints, holes = self._constraints, len(self._closure.gap) - len(self._paths)
+        if constraints.wheels < constraints.n:
             return _Columns(by_pairs(inverse, B.toarray()))
-        return self._of_paths(inverse(B[1::2][:, np.flatnonzero(self._asked) % 2 == 0].toarray()))
+        asked, wheel = np.flatnonzero(self._asked), B[1::2]
+        if not holes:
+            return self._of_paths(inverse(wheel[:, np.flatnonzero(asked % 2 == 0)].toarray()))
+        both = np.zeros((constraints.n, 2, len(self._asked)))
+        both[:, 1, asked] = inverse(wheel.toarray())
+        both[:, 0, 0::2], both[:, 0, 1::2] = -both[:, 1, 1::2], both[:, 1, 0::2]
+        return _Columns(both[:, :, asked].reshape(self._shape))
 
     def _of_paths(self, scale: FloatArray) -> _OfPaths:
         path, part = np.divmod(np.flatnonzero(self._asked), 2)
