@@ -11,7 +11,7 @@ from scipy.sparse import csgraph
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import lengths, shortest_odd_walk
+from ..kernels import lengths, shortest_odd_walk, shortest_pairs
 from ..surface import Submesh, Topology, check_planar, connected_labels, face_components
 
 BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
@@ -156,10 +156,8 @@ def _seam_between(
     b = np.concatenate((edges[inner, 1], topology.n + loop))
     cost = np.concatenate((np.where(barred, BARRIER_COST, 1.0) * length, np.full(len(rim), spoke)))
     flip = np.concatenate((flip, np.zeros(len(rim), dtype=np.int64)))
-    number = sparse.csr_array((np.arange(1, len(a) + 1), (a, b)), shape=(n, n))
-    graph = (number + number.T).tocsr()
-    edge = graph.data - 1
-    walk = shortest_odd_walk(graph.indptr, graph.indices, cost[edge], flip[edge], topology.n, copies).tolist()
+    indptr, indices, edge = shortest_pairs(np.column_stack((a, b)), cost, n)
+    walk = shortest_odd_walk(indptr, indices, cost[edge], flip[edge], topology.n, copies).tolist()
     path = np.array(_pruned(walk, n, topology.n), dtype=np.int64)
     steps = np.column_stack((path[:-1], path[1:]))
     return np.asarray(steps[(steps < topology.n).all(axis=1)])
