@@ -28,7 +28,8 @@ from ..linalg import (
     Symmetric,
     conjugate_gradients,
 )
-from .closure import Across, ClosingRows
+from .across import Across
+from .closure import ClosingRows
 from .iterates import REACH, AngleProblem, Iterate, Kind, Step
 from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_inverse
 from .reduced import System
