@@ -271,7 +271,7 @@ def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkey
 
 
 @pytest.mark.parametrize("fast", [False, True])
-def test_the_chord_of_a_fine_mesh_ends_early_unless_its_residual_is_asked_for(fast: bool, monkeypatch) -> None:
+def test_the_chord_of_a_fine_mesh_ends_early_unless_rtol_is_given(fast: bool, monkeypatch) -> None:
     V, F = load("disk__igl_camelhead.off")
     monkeypatch.setattr(iterations, "FINE", len(V) // 2)
     monkeypatch.setattr(iterations, "MOST_OF_FINE", 2)

@@ -58,8 +58,7 @@ def linear_step(state: State, rtol: float, *, close: bool = True) -> State:
 def chord_step(state: State, rtol: float, *, quick: bool = False) -> State:
     """Another step with the last system, without assembly or factorisation.
 
-    On a fine mesh it is all but in vain to go on where thin regions let conjugate gradients creep; with `quick`
-    they end there.
+    With `quick`, it ends early on a fine mesh, where thin regions let conjugate gradients creep.
     """
     assert state.lin is not None
     most = MOST_OF_FINE if quick and state.problem.constraints.n >= FINE else None

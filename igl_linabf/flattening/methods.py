@@ -323,12 +323,7 @@ def _climbed(
 
 def _automatic(rtol: float | None, tol: float) -> list[Stage]:
     """What linear ABF tries in turn."""
-    return [
-        one_system(rtol, tol),
-        continued(rtol, tol),
-        anchored(ABF_TOL, tol),
-        feasible(ABF_TOL, tol),
-    ]
+    return [one_system(rtol, tol), continued(rtol, tol), anchored(ABF_TOL, tol), feasible(ABF_TOL, tol)]
 
 
 def _check(guarantee: str | None, layout: LayoutName, threshold: float) -> None:
