@@ -264,6 +264,6 @@ def _squarest_turn(z: ComplexArray) -> complex:
     turns = np.concatenate(
         (turns[:: -(-len(turns) // 1000)], np.exp(0.5j * np.pi * np.linspace(0, 1, 1000, endpoint=False)))
     )
-    turned = turns[:, None] * hull[:: -(-len(hull) // 2000)]
-    cost = np.maximum(np.ptp(turned.real, axis=1), np.ptp(turned.imag, axis=1))
+    turned = hull[:: -(-len(hull) // 2000), None] * turns
+    cost = np.maximum(np.ptp(turned.real, axis=0), np.ptp(turned.imag, axis=0))
     return complex(turns[int(cost.argmin())])

@@ -197,7 +197,7 @@ def _slits(creased: Creased, cut: BoolArray) -> tuple[BoolArray, IntArray]:
     """Edges that open the parts of a cut surface to disks without tips; the faces of parts with handles."""
     surface, slit, handles = creased.surface, np.zeros(len(cut), dtype=bool), np.zeros(0, dtype=np.int64)
     sides = creased.marked(cut)
-    F, origin = cut_faces(surface.F, len(surface.V), sides)
+    F, origin = cut_faces(surface.F, len(surface.V), surface.topology.sides, sides)
     n, sides = len(origin), sides | creased.rim
     label = face_components(F, n)
     of_vertex, tip = np.empty(n, dtype=np.int64), creased.curvature[origin] > 0

@@ -87,8 +87,8 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     """
     positions, faces = vertex_array(V), face_array(F)
     vertices, packed = compact(faces, len(positions))
-    manifold_topology(packed, vertices)
-    F_cut, origin = cut_faces(faces, len(positions), seam_mask(seams, faces, len(positions)))
+    sides, n = manifold_topology(packed, vertices).sides, len(positions)
+    F_cut, origin = cut_faces(faces, n, sides, seam_mask(seams, faces, n))
     return positions[origin], F_cut, origin
 
 

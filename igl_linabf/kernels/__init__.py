@@ -15,10 +15,11 @@ from .connectivity import (
     entries,
     in_one_piece,
     spanning_forest,
+    spanning_tree,
     undirected,
     used_vertices,
 )
-from .dissection import dissected, separators
+from .dissection import dissected, neighbours, separators
 from .drawing import runs_in_blocks, touched_cells
 from .graphs import far_apart, shortest_pairs
 from .maps import centred, changes, signed_double_areas

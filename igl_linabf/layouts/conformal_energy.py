@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..linalg import NotPositiveDefiniteError, Pattern, Solvers
+from .._types import ComplexArray, FloatArray, IntArray
+from ..linalg import Pattern, Solvers
 from ..surface import Topology
-
-DENSE = 64  # vertices, up to which the system is a dense matrix
 
 
 def least_squares(
@@ -27,19 +25,16 @@ def least_squares(
     row = np.zeros(topology.n, dtype=np.int64)
     row[pinned] = -1
     free = row == 0
+    row[free] = np.arange(np.count_nonzero(free))
+    pattern = Pattern(topology, row, len(row) - len(pinned))
     a, b = topology.edges.T
+    i, j = pattern.ends
     weight = topology.sum_at_edges(cot) / 2
     entry = -weight + 0.5j * width * (topology.sides[1] < 0)  # from a to b, the mesh on the left
     z = np.zeros(topology.n, dtype=np.complex128)
     z[pinned] = position
     if not free.any():
         return z, "none"
-    if topology.n <= DENSE:
-        z[free] = _dense(topology.edges, weight, entry, z, free)
-        return z, "dense Cholesky"
-    row[free] = np.arange(np.count_nonzero(free))
-    pattern = Pattern(topology, row, len(row) - len(pinned))
-    i, j = pattern.ends
     rhs = [
         pattern.row_sums(i, part(entry * z[b])) + pattern.row_sums(j, part(entry.conj() * z[a]))
         for part in (np.real, np.imag)
@@ -50,20 +45,16 @@ def least_squares(
     return z, factored.name
 
 
-def _dense(
-    edges: IntArray, weight: FloatArray, entry: ComplexArray, z: ComplexArray, free: BoolArray
-) -> ComplexArray:
-    """The free coordinates beside those that are pinned, where a sparse matrix would cost more."""
-    (a, b), n = edges.T, len(z)
-    whole = np.diag(np.bincount(edges.ravel(), np.repeat(weight, 2), n).astype(np.complex128))
-    whole[a, b], whole[b, a] = entry, entry.conj()
-    own = whole[free][:, free]
-    try:
-        lower = np.linalg.cholesky(own)
-    except np.linalg.LinAlgError:
-        raise NotPositiveDefiniteError(0) from None
-    half = np.linalg.solve(lower, -whole[free][:, ~free] @ z[~free])
-    return np.asarray(np.linalg.solve(lower.conj().T, half))
+def energy_matrix(topology: Topology, cot: FloatArray, width: float) -> ComplexArray:
+    """The matrix of the energy of `least_squares`, all entries: for a few vertices, most of them pinned."""
+    weight = topology.sum_at_edges(cot) / 2
+    entry = -weight + 0.5j * width * (topology.sides[1] < 0)
+    a, b = topology.edges.T
+    matrix = np.zeros((topology.n, topology.n), dtype=np.complex128)
+    matrix[a, b], matrix[b, a] = entry, entry.conj()
+    own = np.arange(topology.n)
+    matrix[own, own] = np.bincount(a, weight, topology.n) + np.bincount(b, weight, topology.n)
+    return matrix
 
 
 def far_apart(points: FloatArray) -> IntArray:
