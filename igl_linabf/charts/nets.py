@@ -12,7 +12,8 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..surface import Submesh
-from .cut_graph import ClosedSurface, join, open_handles
+from .coarse import handles_of_clusters
+from .cut_graph import ClosedSurface, join
 from .expected import expected_stretch
 from .pieces import distortion
 
@@ -62,7 +63,7 @@ class Nets:
     @cached_property
     def _loops(self) -> Seam:
         """The edges that open the handles."""
-        return open_handles(self._priced) if self.piece.genus else np.zeros(0, dtype=np.int64)
+        return handles_of_clusters(self._priced) if self.piece.genus else np.zeros(0, dtype=np.int64)
 
     @cached_property
     def _bent(self) -> FloatArray:
@@ -103,6 +104,10 @@ class Nets:
     def expected(self, seam: Seam) -> float:
         """L2 stretch to expect, and the shear of coarse faces at vertices that are pressed flat."""
         piece = self.piece
+        bent = self._bent.copy()
+        bent[piece.ends[seam]] = 0
+        if not bent.any():
+            return 1.0
         weight, stretch = piece.area / piece.area.sum(), expected_stretch(piece, self.log_scale(seam))
         flat = np.abs(piece.curvature) / (2 * np.pi)
         flat[: piece.holes] = 0
