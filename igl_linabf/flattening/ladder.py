@@ -39,6 +39,7 @@ from .ears import Ears
 from .result import Rung, RungName, Status
 from .shapes import FREE, HELP, Shape, shape_of
 
+ONE_SYSTEM_RTOL = 0.1  # relative residual to which "auto" solves a step and its chord
 ACTIVE_SET_RTOL = 0.01  # relative residual to which a step without a chord is solved
 CONTINUED_RTOL = 0.03  # and one that corrections follow
 MAX_ACTIVE_SET = 12  # re-anchored iterations after which "auto" gives up
@@ -260,21 +261,25 @@ def drawn(
     return Candidate(stage, status, detail, state, converged, note, remark, layout, flipped)
 
 
-def one_system(rtol: float, tol: float) -> Stage:
-    """The linear step and a second solve with its system; with holes, the second solve is a step."""
+def one_system(rtol: float | None, tol: float) -> Stage:
+    """The linear step and a second solve with its system; with holes, the second solve is a step.
+
+    Both are to the relative residual `rtol`; without one, a fine mesh's second solve may end before.
+    """
+    enough = rtol or ONE_SYSTEM_RTOL
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
         state, holes = problem.start, len(problem.mesh.topology.loops) > 1
         boundary: Boundary | None = None
         if state.at.residual.largest > tol:
-            state = linear_step(state, rtol, close=False)
+            state = linear_step(state, enough, close=False)
             # a chord that starts from cut-short steps ends with far smaller angles than a step
             if not state.steps[-1].limited:
                 if holes:  # least squares lays out, which draws no loop
-                    state = linear_step(state, rtol)
+                    state = linear_step(state, enough)
                     gap, allowed = float(np.abs(state.at.residual.closure.gap).max()), HOLE_GAP
                 else:
-                    state = chord_step(state, rtol)
+                    state = chord_step(state, enough, quick=rtol is None)
                     boundary = develop_boundary(problem.angles.constraints, state.at.residual)
                     gap, allowed = boundary.gap, GAP
                 state = state.at_rest()
