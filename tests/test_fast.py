@@ -144,6 +144,7 @@ def cases():
         "in_one_piece": (t.sides, t.corner.shape[1]),
         "connected_labels": (t.edges[::3], t.n),
         "spanning_forest": (np.minimum(t.edges, t.n - 9), rng.permutation(len(t.edges))[::2], t.n),
+        "above": (t.edges[kernels.spanning_forest(t.edges, np.arange(len(t.edges))[::3], t.n)], t.n),
         "nearest_sources": (*ways, np.array([3, 9, 9]), np.arange(t.n) % 7 > 0, 20.0),
         "ways_towards": (*ways, 3, np.arange(t.n) % 7 > 0, kernels.Rest(mesh.V, mesh.V[:0], 0.0, 20.0)),
         "shortest_pairs": (merged[t.edges] + 3, rng.permutation(len(t.edges)) * 1.0, 24),
@@ -153,6 +154,7 @@ def cases():
             t.edges[9],
         ),
         "without_leaves": (t.edges[rng.random(len(t.edges)) < 0.4], np.arange(t.n) % 5 == 0),
+        "way_of_fewest": (*ways[:2], np.arange(t.n) % 50 == 3, np.arange(t.n) == t.n - 9),
         "shortest_odd_walk": (*ways, (graph.data > 1.9) + 2 * (graph.data < 1.1), 5, 4),
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
@@ -265,19 +267,39 @@ def test_all_works_where_numba_is_missing():
 
 
 def test_where_no_folder_can_hold_the_code_it_is_compiled_all_the_same(monkeypatch):
-    import numba
+    from numba.core.caching import CompileResultCacheImpl
 
-    given = numba.njit
-
-    def njit(**options):
-        if options.pop("cache", False):
-            raise RuntimeError("cannot cache function: no locator available")
-        return given(**options)
-
-    monkeypatch.setattr(numba, "njit", njit)
+    monkeypatch.setattr(CompileResultCacheImpl, "_locator_classes", [])
     made = compiled.__wrapped__(kernels.pair_weights.__closure__[1].cell_contents)
     w = np.random.default_rng(0).random((3, 5))
     np.testing.assert_allclose(made(w, w.sum(axis=0)), kernels.pair_weights(w, w.sum(axis=0)))
+
+
+def test_code_that_is_kept_is_the_code_that_was_asked_for(tmp_path, monkeypatch):
+    from igl_linabf.kernels.kept import Files
+
+    def files(stamp):
+        return Files(str(tmp_path), "loops-1.py3", stamp)
+
+    files("old").save(("int64",), "of older loops")
+    one, other = files("new"), files("new")
+    write = other._save_data
+    monkeypatch.setattr(one, "_load_index", dict)  # read before the other process wrote it
+
+    def meanwhile(name, data):
+        one.save(("int64",), "of integers")
+        write(name, data)
+
+    monkeypatch.setattr(other, "_save_data", meanwhile)
+    other.save(("float64",), "of numbers")
+    assert files("new").load(("float64",)) in (None, "of numbers")
+    assert files("new").load(("int64",)) == "of integers"
+
+    full = files("newest")
+    monkeypatch.setattr(full, "_save_data", lambda *_: (_ for _ in ()).throw(OSError("no space left")))
+    with pytest.raises(OSError, match="no space left"):
+        full.save(("int64",), "of the newest loops")
+    assert files("newest").load(("int64",)) is None
 
 
 def grids(sizes, rng):

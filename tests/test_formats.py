@@ -13,7 +13,7 @@ from conftest import DISKS, FOLDER, HOLES, STRESS
 from hostile_files import good_files
 
 from igl_linabf import MeshError, MeshWarning
-from igl_linabf.io import read_mesh
+from igl_linabf.io import read_mesh, write_file
 from igl_linabf.io.formats import parse
 
 
@@ -147,3 +147,17 @@ def test_words_of_an_off_file_may_be_spread_over_lines(tmp_path) -> None:
     spread.write_text(spread.read_text() + "7\n")
     with pytest.raises(MeshError, match="lines follow"):
         read_mesh(spread)
+
+
+def test_a_face_may_go_on_in_the_next_line_and_the_head_of_off_needs_no_blank(tmp_path) -> None:
+    plain = parse(POLYGONS["obj"].encode(), ".obj", "mesh")
+    split = POLYGONS["obj"].replace("f 1 2 3", "f 1 2 \\\n3 \\\n", 1)
+    mesh = parse(split.encode(), ".obj", "mesh")
+    assert (mesh.triangles == plain.triangles).all()
+    path = tmp_path / "again.obj"
+    write_file(path, mesh, mesh.V[:, :2])
+    assert (read_mesh(path)[1] == plain.triangles).all()
+    with pytest.raises(MeshError, match="line 10, 'f 1 2'"):
+        parse((split + "f 1 2\n").encode(), ".obj", "mesh")
+    glued = parse(POLYGONS["off"].replace("OFF\n", "OFF").encode(), ".off", "mesh")
+    assert (glued.triangles == plain.triangles).all()

@@ -8,6 +8,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import load
+from hard_surfaces import box
 from hostile_meshes import check_any, check_atlas
 from nasty_meshes import NASTY, band, joined, merged, sheet, soup, sphere
 from test_cli import run
@@ -110,6 +111,26 @@ def test_a_welded_soup_has_the_atlas_of_the_mesh() -> None:
     assert near.quality.stretch_l2 == pytest.approx(whole.quality.stretch_l2, rel=0.02)
     with pytest.raises(ValueError, match="weld is -1"):
         unwrap(V, F, weld=-1)
+
+
+def test_flat_sides_with_vertices_of_their_own_are_welded_and_curved_ones_are_not() -> None:
+    V, F = box(1, 2, 3, times=3)
+    normal = np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])
+    side = np.unique(np.round(normal / np.linalg.norm(normal, axis=1)[:, None]), axis=0, return_inverse=True)[
+        1
+    ]
+    apart = joined(*(igl.remove_unreferenced(V, F[side.ravel() == k])[:2] for k in range(6)))
+    atlas = unwrapped(*apart)
+    assert [repair.kind for repair in atlas.repairs] == ["welded"]
+    assert len(atlas.charts) == 1
+    assert atlas.quality.stretch_l2 == pytest.approx(1)
+    turned = apart[1].copy()
+    turned[::2] = turned[::2, ::-1]
+    assert len(unwrapped(apart[0], turned).charts) == 1
+    V, F = sphere()
+    octant = (V[F].mean(axis=1) > 0) @ [1, 2, 4]
+    apart = joined(*(igl.remove_unreferenced(V, F[octant == k])[:2] for k in range(8)))
+    assert len(unwrap(*apart).charts) == 8
 
 
 def test_faces_without_area_leave_no_hole() -> None:

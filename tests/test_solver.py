@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from conftest import best_fit_distance, load
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, kernels, layout, linabf
-from igl_linabf.angles import reduced
+from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, kernels, layout, linabf, quality
+from igl_linabf.angles import iterations, reduced
+from igl_linabf.flattening.ladder import ONE_SYSTEM_RTOL
 from igl_linabf.kernels import dissection, is_fast, numpy_only
 from igl_linabf.linalg import (
     NotPositiveDefiniteError,
@@ -142,7 +145,7 @@ def test_separators_part_a_graph_and_save_fill(shape: tuple[int, int], monkeypat
     lower = sparse.tril(whole).tocsc()
     lower.sort_indices()
     pattern = lower.indptr, lower.indices
-    turn = kernels.separators(*pattern)
+    turn = kernels.separators(*kernels.neighbours(*pattern))
     assert turn.max() == round(np.log2(n / 400))
     for least in range(turn.max(), 0, -1):
         left = np.flatnonzero(turn < least)
@@ -265,6 +268,21 @@ def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkey
     assert result.solver.startswith("direct")
     assert "after conjugate gradients" in result.solver
     assert np.abs(result.angles - expected.angles).max() <= 1e-10
+
+
+@pytest.mark.parametrize("fast", [False, True])
+def test_the_chord_of_a_fine_mesh_ends_early_unless_rtol_is_given(fast: bool, monkeypatch) -> None:
+    V, F = load("disk__igl_camelhead.off")
+    monkeypatch.setattr(iterations, "FINE", len(V) // 2)
+    monkeypatch.setattr(iterations, "MOST_OF_FINE", 2)
+    with nullcontext() if fast else numpy_only():
+        early, asked = flatten(V, F), flatten(V, F, LinABF(rtol=ONE_SYSTEM_RTOL))
+    assert [step.kind for step in early.steps] == [step.kind for step in asked.steps] == ["step", "chord"]
+    assert early.steps[0] == asked.steps[0]
+    assert early.steps[1].inner_steps == 2 < asked.steps[1].inner_steps
+    first, second = (quality(V, F, made.uv).angle_distortion for made in (early, asked))
+    assert early.outcome.good
+    assert first < 1.01 * second
 
 
 @pytest.mark.parametrize("kind", [SuperLU, IglCholesky, *WITH_CHOLMOD])

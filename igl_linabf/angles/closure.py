@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable
 
 import numpy as np
 from scipy import linalg, sparse
 
 from .._types import BoolArray, FloatArray, IntArray, Solve
 from ..linalg import NotPositiveDefiniteError
-from ..surface import NEXT, PREV, Topology, sum_by
+from ..surface import NEXT, PREV
+from .across import Across, Border, Columns, ColumnsOfPaths, Tall, by_pairs, tall
 from .loops import Closure
 from .reduced import System
 
@@ -46,29 +46,27 @@ class ClosingRows:
         self._asked = closure.asked.ravel()
         self.size = int(np.count_nonzero(self._asked))
         self._n = 2 * system.constraints.n
-        self._metrics = _products(system, closure, self._share)
-        self._shape = (self._n, self.size)
+        self._faces, self._transposed, self._pairs, self._merged = _products(system, closure, self._share)
         self.B, self.D, self._errors = self._take(system.conformal if conformal else system.projection)
 
-    def _take(
-        self, metric: Callable[..., FloatArray]
-    ) -> tuple[sparse.csr_array, FloatArray, sparse.csr_array]:
+    def _take(self, metric: Callable[[IntArray], FloatArray]) -> tuple[Border, FloatArray, Tall]:
         """B, D and P T^T on the faces at these rows, in a metric P."""
-        faces, transposed, merged, closing = self._metrics
-        blocks = metric(faces)
-        i = np.arange(len(faces))
-        inner = sparse.bsr_array((blocks, i, np.arange(len(faces) + 1)), shape=(3 * len(faces),) * 2)
-        product = (inner @ transposed).tocsr()
-        return (merged @ product).tocsr(), (closing @ product).toarray(), product
+        blocks, i = metric(self._faces), np.arange(len(self._faces) + 1)
+        product = sparse.bsr_array((blocks, i[:-1], i), shape=(3 * len(blocks),) * 2) @ self._transposed
+        D = self._transposed.T @ product
+        D = D if isinstance(D, np.ndarray) else D.toarray()
+        return Border(self._pairs, self._merged @ product), D, product
 
     def matvec(self, S: Solve, z: FloatArray) -> FloatArray:
         """The bordered matrix times z, from S's product."""
         x, y = z[: self._n], z[self._n :]
-        return np.concatenate((S(x) + self.B @ y, self.B.T @ x + self.D @ y))
+        product = np.concatenate((S(x), self.B.onto(x) + self.D @ y))
+        product[self.B.rows] += self.B.values @ y
+        return product
 
     def errors(self, y: FloatArray) -> tuple[IntArray, FloatArray]:
         """The faces where P T^T y is not zero, and its values there, (3, #faces)."""
-        return self._metrics[0], (self._errors @ y).reshape(-1, 3).T
+        return self._faces, (self._errors @ y).reshape(-1, 3).T
 
     @property
     def vertices(self) -> BoolArray:
@@ -97,16 +95,7 @@ class ClosingRows:
 
     def rows(self, e: FloatArray) -> FloatArray:
         """T e, (size,)."""
-        c, q = self._closure, self._cot * e
-        vertex, wheel = (self._at_sites(values)[c.site] for values in (e, q[NEXT] - q[PREV]))
-        moved = -c.q * (wheel + 1j * (self._share * vertex))
-        parts = [sum_by(c.row, part, len(c.gap)) for part in (moved.real, moved.imag)]
-        return np.column_stack(parts).ravel()[self._asked]
-
-    def _at_sites(self, values: FloatArray) -> FloatArray:
-        """Sum (3, #F) corner values over the corners of each vertex, and over the left fans of each path."""
-        fans = [values.ravel()[path.corner].sum() for path in self._paths]
-        return np.concatenate((self._topology.sum_at_vertices(values), fans))
+        return np.asarray(self._transposed.T @ e[:, self._faces].T.ravel())
 
     def solver(self, inner: Solve) -> Solve:
         """Solve the bordered system, given the `inner` solve of its first block, (2 #rows, k).
@@ -116,8 +105,8 @@ class ClosingRows:
         NotPositiveDefiniteError
             The rows depend on each other.
         """
-        across = _Columns(inner(self.B.toarray()))
-        return self._bordered(inner, across, self.D - across.onto(self.B))
+        across = Columns(np.ascontiguousarray(inner(self.B.whole(self._n)).T))
+        return self._bordered(inner, across, self.D - across.onto_border(self.B))
 
     def preconditioner(
         self, system: System, inverse: Solve, S: Solve | None, known: Across | None = None
@@ -139,33 +128,40 @@ class ClosingRows:
         if S is None:
             across, schur = self.conformal(inverse)
         else:
-            if isinstance(known, _OfPaths) and known.scale.shape[1] == len(self._paths):
+            if isinstance(known, ColumnsOfPaths) and known.scale.shape[1] == len(self._paths):
                 across = self._of_paths(known.scale)
             else:
                 across = self._across(inverse, self._take(system.conformal)[0])
-            mixed = across.onto(self.B)
-            schur = self.D - mixed - mixed.T + np.array([across.onto(S(c)) for c in across.each()])
+            mixed = across.onto_border(self.B)
+            schur = self.D - mixed - mixed.T + np.array([across.onto(S(c)) for c in across.each])
         return self._bordered(lambda r: by_pairs(inverse, r), across, schur), across
 
     def conformal(self, inverse: Solve) -> tuple[Across, FloatArray]:
         """C = diag(L, L)^-1 B and D - B^T C, in the conformal metric of these rows."""
         across = self._across(inverse, self.B)
-        return across, self.D - across.onto(self.B)
+        return across, self.D - across.onto_border(self.B)
 
-    def _across(self, inverse: Solve, B: sparse.csr_array) -> Across:
-        """diag(L_s, L_s)^-1 B.
+    def _across(self, inverse: Solve, B: Border) -> Across:
+        """diag(L_s, L_s)^-1 B, by one right-hand side a column.
 
-        The turning along a path has to do with the vertex rows only, its scale with the wheel rows only, and
-        both in the same way, as the metric is conformal. So there is one right-hand side a path.
+        The metric is conformal: what a column has in vertex rows and in wheel rows are real and imaginary
+        part of one complex number, and the other part of the gap has i times that.
         """
-        constraints, paths = self._constraints, len(self._paths)
-        if paths < len(self._closure.gap) or constraints.wheels < constraints.n:
-            return _Columns(by_pairs(inverse, B.toarray()))
-        return self._of_paths(inverse(B[1::2][:, np.flatnonzero(self._asked) % 2 == 0].toarray()))
+        constraints, asked = self._constraints, np.flatnonzero(self._asked)
+        whole = B.whole(self._n)
+        if constraints.wheels < constraints.n:
+            return Columns(np.ascontiguousarray(by_pairs(inverse, whole).T))
+        wheel = whole[1::2]
+        if len(self._paths) == len(self._closure.gap):
+            return self._of_paths(inverse(wheel[:, asked % 2 == 0]))
+        both = np.zeros((len(self._asked), constraints.n, 2))
+        both[asked, :, 1] = inverse(wheel).T
+        both[0::2, :, 0], both[1::2, :, 0] = -both[1::2, :, 1], both[0::2, :, 1]
+        return Columns(both[asked].reshape(self.size, self._n))
 
-    def _of_paths(self, scale: FloatArray) -> _OfPaths:
+    def _of_paths(self, scale: FloatArray) -> ColumnsOfPaths:
         path, part = np.divmod(np.flatnonzero(self._asked), 2)
-        return _OfPaths(scale, path, 1 - part)
+        return ColumnsOfPaths(scale, path, 1 - part)
 
     def _bordered(self, inner: Solve, across: Across, schur: FloatArray) -> Solve:
         try:
@@ -181,123 +177,52 @@ class ClosingRows:
         return solve
 
 
-@dataclass(frozen=True, eq=False)
-class _Columns:
-    """A dense matrix C of the border's columns, (2 #rows, size)."""
-
-    columns: FloatArray
-
-    def along(self, y: FloatArray) -> FloatArray:
-        """C y."""
-        return np.asarray(self.columns @ y)
-
-    def onto(self, r: FloatArray | sparse.csr_array) -> FloatArray:
-        """C^T r of a vector or a sparse matrix."""
-        return np.asarray((r.T @ self.columns).T)
-
-    def vertex_rows(self, rows: IntArray) -> FloatArray:
-        """Some rows of C, those of vertex constraints."""
-        return np.asarray(self.columns[2 * rows])
-
-    def each(self) -> Iterator[FloatArray]:
-        """The columns."""
-        yield from np.ascontiguousarray(self.columns.T)
-
-
-@dataclass(frozen=True, eq=False)
-class _OfPaths:
-    """The same of closed paths alone: a column for the scale of a path is one for its turning, too.
-
-    Attributes
-    ----------
-    scale : (#rows, #paths) float64
-    path, kind : (size,) int64
-        Of each column the path, and 0 if it is for vertex rows, 1 if it is for wheel rows.
-    """
-
-    scale: FloatArray
-    path: IntArray
-    kind: IntArray
-
-    def along(self, y: FloatArray) -> FloatArray:
-        both = np.zeros((self.scale.shape[1], 2))
-        both[self.path, self.kind] = y
-        return np.asarray(self.scale @ both).ravel()
-
-    def onto(self, r: FloatArray | sparse.csr_array) -> FloatArray:
-        if sparse.issparse(r):
-            both = np.stack([np.asarray(r[k::2].T @ self.scale).T for k in range(2)], axis=1)
-        else:
-            both = self.scale.T @ r.reshape(-1, 2)
-        return both[self.path, self.kind]
-
-    def vertex_rows(self, rows: IntArray) -> FloatArray:
-        return np.where(self.kind == 0, self.scale[rows][:, self.path], 0.0)
-
-    def each(self) -> Iterator[FloatArray]:
-        for path, kind in zip(self.path, self.kind, strict=True):
-            column = np.zeros((len(self.scale), 2))
-            column[:, kind] = self.scale[:, path]
-            yield column.ravel()
-
-
-Across = _Columns | _OfPaths
-
-
-def by_pairs(inverse: Solve, r: FloatArray) -> FloatArray:
-    """diag(L+, L)^-1 r, (2 #rows, k), the two rows of a vertex being next to each other."""
-    return inverse(r.reshape(len(r) // 2, -1)).reshape(r.shape)
-
-
 def _products(
     system: System, closure: Closure, share: FloatArray
-) -> tuple[np.ndarray, sparse.csr_array, sparse.csr_array, sparse.csr_array]:
+) -> tuple[IntArray, Tall, IntArray, sparse.csr_array]:
     """Factors of B and D, on the faces at holes' loops and at paths only.
 
-    Returns these faces, T^T, M and T; errors are numbered 3 t + k over these faces.
+    Returns these faces, T^T, the numbers of the pairs of rows of M there, and these rows; errors are numbered
+    3 t + k over these faces.
     """
-    topology: Topology = system.topology
-    paths, n_faces = system.constraints.paths, topology.corner.shape[1]
+    topology, constraints, cot = system.topology, system.constraints, system.cot
+    paths, n_faces = constraints.paths, topology.corner.shape[1]
     at_loop = np.zeros(topology.n, dtype=bool)
     at_loop[closure.site[closure.site < topology.n]] = True
     touched: BoolArray = np.asarray(at_loop[topology.corner].any(axis=0))
     for path in paths:
         touched[path.corner % n_faces] = True
     faces = np.flatnonzero(touched)
-    corner, cot = topology.corner[:, faces], system.cot[:, faces]
-    m, n_sites = len(faces), topology.n + len(paths)
-    error = (3 * np.arange(m) + np.arange(3)[:, None]).ravel()
+    corner, cot_here = topology.corner[:, faces], cot[:, faces]
+    m = len(faces)
+    error = np.tile((3 * np.arange(m) + np.arange(3)[:, None]).ravel(), 3)
     # vertex row of the corner's own vertex; wheel rows of those whose left or right angle it is
-    column = np.concatenate((2 * corner, 2 * corner[PREV] + 1, 2 * corner[NEXT] + 1)).ravel()
-    value = np.concatenate((np.ones_like(cot), cot, -cot)).ravel()
-    errors = np.tile(error, 3)
+    site = np.concatenate((corner, corner[PREV], corner[NEXT])).ravel()
+    wheel = np.repeat([False, True], [3 * m, 6 * m])
+    value = np.concatenate((np.ones_like(cot_here), cot_here, -cot_here)).ravel()
+    row, n_wheels = constraints.row[site], constraints.wheels
+    known = (row >= 0) & ~(wheel & (row >= n_wheels))
+    pairs, place = np.unique(row[known], return_inverse=True)
+    shape = 2 * len(pairs), 3 * m
+    merged = sparse.csr_array((value[known], (2 * place + wheel[known], error[known])), shape=shape)
     for i, path in enumerate(paths):  # likewise, the path's left fans being one site
         k, t = np.divmod(path.corner, n_faces)
-        t, column_here = np.searchsorted(faces, t), np.full(len(k), 2 * (topology.n + i))
-        left, right = (k + 1) % 3, (k + 2) % 3
-        errors = np.concatenate((errors, 3 * t + k, 3 * t + left, 3 * t + right))
-        column = np.concatenate((column, column_here, column_here + 1, column_here + 1))
-        value = np.concatenate((value, np.ones(len(k)), cot[left, t], -cot[right, t]))
-    single = sparse.csr_array((value, (errors, column)), shape=(3 * m, 2 * n_sites))
-    v, j, q = closure.site, closure.row, closure.q
-    weights = sparse.csr_array(
-        (
-            np.concatenate((share * q.imag, -share * q.real, -q.real, -q.imag)),
-            (
-                np.concatenate((2 * v, 2 * v, 2 * v + 1, 2 * v + 1)),
-                np.concatenate((2 * j, 2 * j + 1, 2 * j, 2 * j + 1)),
-            ),
-        ),
-        shape=(2 * n_sites, 2 * len(closure.gap)),
-    )
+        t, left, right = 3 * np.searchsorted(faces, t), (k + 1) % 3, (k + 2) % 3
+        error = np.concatenate((error, t + k, t + left, t + right))
+        site = np.append(site, np.full(3 * len(k), topology.n + i))
+        wheel = np.append(wheel, np.repeat([False, True], [len(k), 2 * len(k)]))
+        value = np.concatenate((value, np.ones(len(k)), cot[left, faces[t // 3]], -cot[right, faces[t // 3]]))
+    of_site = np.full(topology.n + len(paths), -1)
+    of_site[closure.site] = np.arange(len(closure.site))
+    at = of_site[site]
+    drawn = np.flatnonzero(at >= 0)
+    at, error, wheel, value = at[drawn], error[drawn], wheel[drawn], value[drawn]
+    q, gap = closure.q[at], closure.row[at]
+    real = np.where(wheel, -q.real, share[at] * q.imag) * value
+    imaginary = np.where(wheel, -q.imag, -share[at] * q.real) * value
     asked = closure.asked.ravel()
-    if not asked.all():
-        weights = weights[:, np.flatnonzero(asked)]
-    transposed = (single @ weights).tocsr()
-    row_of = system.constraints.row
-    inside = np.flatnonzero(row_of >= 0)
-    wheels = np.flatnonzero((row_of >= 0) & (row_of < system.constraints.wheels))
-    pair = np.concatenate((2 * inside, 2 * wheels + 1))
-    row = np.concatenate((2 * row_of[inside], 2 * row_of[wheels] + 1))
-    merge = sparse.csr_array((np.ones(len(pair)), (row, pair)), shape=(2 * system.constraints.n, 2 * n_sites))
-    return faces, transposed, (merge @ single.T).tocsr(), transposed.T.tocsr()
+    number = np.cumsum(asked) - 1
+    column = np.append(2 * gap, 2 * gap + 1)
+    chosen = np.flatnonzero(asked[column])
+    entries = np.append(real, imaginary)[chosen], np.append(error, error)[chosen], number[column[chosen]]
+    return faces, tall(*entries, (3 * m, int(np.count_nonzero(asked)))), pairs, merged

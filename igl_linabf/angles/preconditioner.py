@@ -10,7 +10,8 @@ from scipy import sparse
 
 from .._types import FloatArray, IntArray, Solve
 from ..linalg import Analysis, Factored, Rows, Solvers, Symmetric
-from .closure import Across, ClosingRows, by_pairs
+from .across import Across, by_pairs
+from .closure import ClosingRows
 from .reduced import System
 
 
@@ -87,7 +88,7 @@ def corrected(conformal: Solve, slivers: SliverRows, S: Symmetric, closing: Clos
     beside = slivers.rows.of(S)  # S is symmetric: its columns as well
     local = slivers.analysis.factor(slivers.rows.lower(S)).solve
     if closing is not None:
-        beside = sparse.hstack((beside, closing.B[index])).tocsr()
+        beside = sparse.hstack((beside, closing.B.at(index))).tocsr()
     touched, at = np.unique(beside.indices, return_inverse=True)
     beside = sparse.csr_array((beside.data, at, beside.indptr), shape=(len(index), len(touched)))
     below = beside.T

@@ -134,15 +134,16 @@ class System:
     def sliver_rows(self) -> IntArray:
         """Rows of the triangles in which P_t and s_t K_t differ so much that a correction saves time."""
         side_by_side = self.topology.n_outer > 1  # small disks
-        n, largest = self.constraints.n, SLIVER
+        n = self.constraints.n
+        largest = of_many = SLIVER_OF_SMALL
         if n >= SMALL and self.constraints.made_to_order:
-            largest = SLIVER_OF_MANY_STEPS
-        elif n < SMALL or side_by_side:
-            largest = SLIVER_OF_SMALL
+            largest = of_many = SLIVER_OF_MANY_STEPS
+        elif n >= SMALL and not side_by_side:
+            largest, of_many = SLIVER, SLIVER_OF_MANY
         disparity = kernels.disparity(self.w, self.d, self.cot)
         faces = np.flatnonzero(disparity > largest + 1 / largest)
-        if largest == SLIVER and len(faces) > MANY * n:
-            faces = faces[disparity[faces] > SLIVER_OF_MANY + 1 / SLIVER_OF_MANY]
+        if len(faces) > MANY * n:
+            faces = faces[disparity[faces] > of_many + 1 / of_many]
         corner = self.topology.corner
         at = np.zeros(self.topology.n, dtype=bool)
         at[corner[:, faces]] = True

@@ -105,11 +105,15 @@ def _together(
 ) -> list[Masks]:
     half = gap / 2 * (1 + 1e-9) + 1e-9
     number = np.array([len(by) for by in turns])
-    sides = Parts.of_sizes(np.repeat([len(outline.start) for outline in outlines], number))
-    pairs = [(outline, by[:, None] * cells_per_unit) for outline, by in zip(outlines, turns, strict=True)]
-    a = np.concatenate([(by * outline.start).ravel() for outline, by in pairs])
-    b = np.concatenate([(by * outline.end).ravel() for outline, by in pairs])
-    weight = np.concatenate([np.tile(outline.weight, len(by)) for outline, by in pairs])
+    of_outline = Parts.of_sizes([len(outline.start) for outline in outlines])
+    sides = Parts.of_sizes(np.repeat(of_outline.sizes, number))
+    side = np.arange(sides.start[-1]) + sides.spread(
+        np.repeat(of_outline.start[:-1], number) - sides.start[:-1]
+    )
+    by = sides.spread(np.concatenate(turns) * cells_per_unit)
+    a = by * np.concatenate([outline.start for outline in outlines])[side]
+    b = by * np.concatenate([outline.end for outline in outlines])[side]
+    weight = np.concatenate([outline.weight for outline in outlines])[side]
     low = np.empty(len(sides), dtype=np.complex128)
     low.real, low.imag = sides.min(a.real) - half, sides.min(a.imag) - half
     a, b = a - sides.spread(low), b - sides.spread(low)
@@ -121,7 +125,7 @@ def _together(
     start = np.searchsorted(mask, np.arange(len(cells) + 1))
     origin = low / cells_per_unit
     made = []
-    for by, (i, j) in zip(turns, pairwise([0, *np.cumsum(number).tolist()]), strict=True):
+    for directions, (i, j) in zip(turns, pairwise([0, *np.cumsum(number).tolist()]), strict=True):
         own, begin = blocks[start[i] : start[j]], start[i : j + 1] - start[i]
-        made.append(Masks(by, shapes[i:j], origin[i:j], own, begin))
+        made.append(Masks(directions, shapes[i:j], origin[i:j], own, begin))
     return made

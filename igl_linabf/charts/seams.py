@@ -48,7 +48,7 @@ SMOOTH = 0.1  # share of the area that lies flat, below which that is so
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
-    """Cut a surface along edges (`igl.cut_mesh` with checked input).
+    """Cut a surface along edges, as `igl.cut_mesh` does, with checked input.
 
     Parameters
     ----------
@@ -87,8 +87,8 @@ def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntAr
     """
     positions, faces = vertex_array(V), face_array(F)
     vertices, packed = compact(faces, len(positions))
-    manifold_topology(packed, vertices)
-    F_cut, origin = cut_faces(faces, len(positions), seam_mask(seams, faces, len(positions)))
+    sides, n = manifold_topology(packed, vertices).sides, len(positions)
+    F_cut, origin = cut_faces(faces, n, sides, seam_mask(seams, faces, n))
     return positions[origin], F_cut, origin
 
 
@@ -210,7 +210,7 @@ def seams_of(
             else:
                 bend = all_bends(component) if known is None or component is not surface else known
                 piece = closed_surface(component, hidden, isometric, bend)
-                is_part = genus > 0 and len(surface.F) >= LARGE
+                is_part = len(shapes) > 1 and len(surface.F) >= LARGE
                 direct = DIRECT_HANDLES if is_part else DIRECT
                 worth = gain if open_ else None
                 seam = _best(component, piece, trade, holes, worth, part_overlaps, bend, direct)

@@ -7,13 +7,15 @@ only, or gets narrower.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import islice, product
 
 import numpy as np
 
-from .._types import FloatArray, IntArray
-from ..layouts import least_squares
+from .._types import ComplexArray, FloatArray, IntArray
+from ..layouts import energy_matrix, least_squares
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..measures import change_of, lie_over, quality_of
 from ..surface import Submesh, complex_positions, coordinates, flat_angles, placed_at, signed_double_areas
@@ -29,7 +31,8 @@ EVEN = 1e-8  # the same, up to which nobody sees it
 SHEARED = 10.0  # times its mean angle distortion that the small one may have
 PRESSED = 0.25  # angle distortion of one that gets narrower
 SHORT = 16  # edges of a run beside a neighbour, of which parts are tried
-MOST_TRIES = 80  # of joining one: that takes as long as flattening some thousand triangles
+MOST_TRIES = 80  # of joining one where it does not fit: they take as long as flattening a thousand triangles
+DENSE = 64  # vertices up to which a matrix with all entries is solved sooner than a sparse one
 WIDTHS = (1.0, 0.7, 0.5, 0.35, 0.25)  # of the small one beside the seam, of what it is on the surface
 
 Key = tuple[int, ...]  # the piece that a chart is a part of, and its place there
@@ -60,8 +63,10 @@ def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
     for i in sorted(np.flatnonzero(small).tolist(), key=lambda i: area[i]):
         key, chart, piece = made[i]
         runs = rims[key[0]].beside(piece) if key[0] in rims else []
-        flat, tries = chart.result.uv, islice(product(WIDTHS, runs), MOST_TRIES)
-        if any(run.host.takes(piece, flat, run, width, most_stretch) for width, run in tries):
+        candidate = _Candidate(piece, chart.result.uv)
+        if any(
+            run.host.takes(piece, uv, run, width, most_stretch) for run, width, uv in candidate.ways(runs)
+        ):
             taken.add(i)
     larger = {host.index: host for hosts in of_piece.values() for host in hosts if host.guests}
     return [
@@ -88,6 +93,67 @@ class _Guest:
     of_host: IntArray
 
 
+class _Candidate:
+    """A small chart and its map, and the ways to lay it out beside others."""
+
+    def __init__(self, piece: Submesh, flat: FloatArray) -> None:
+        self._piece, self._flat = piece, flat
+        self._cot = np.divide(piece.measured[1], piece.measured[0])
+        self._matrices = dict[float, ComplexArray]()
+
+    def ways(self, runs: list[_Run]) -> Iterator[tuple[_Run, float, FloatArray]]:
+        """Runs, widths and places: as the chart is where it fits, and then the others, ever narrower."""
+        others = []
+        for run in runs:
+            if (uv := _moved(self._flat, run.own, run.host.at(run))) is not None:
+                yield run, 1.0, uv
+            else:
+                others.append((run, self._least_shear(run.own, run.host.at(run))))
+        for width, (run, least) in islice(product(WIDTHS, others), MOST_TRIES):
+            if least <= run.host.most_shear(width):
+                uv = self._laid_out(run.own, run.host.at(run), width)
+                if uv is not None:
+                    yield run, width, uv
+
+    def _least_shear(self, fixed: IntArray, at: FloatArray) -> float:
+        """The least mean angle distortion of any map with vertices in a row held.
+
+        Of angles b that have to change by d together, the relative errors have squares of d^2 / sum b^2 at
+        least (Cauchy).
+        """
+        z, inner = complex_positions(at), fixed[1:-1]
+        there = np.angle((z[:-2] - z[1:-1]) / (z[2:] - z[1:-1])) % (2 * np.pi)
+        total, squares = self._angles
+        return float(np.sum((there - total[inner]) ** 2 / squares[inner])) / self._cot.size
+
+    @cached_property
+    def _angles(self) -> tuple[FloatArray, FloatArray]:
+        """The sum of the angles at each vertex, and that of their squares."""
+        angle = np.arctan2(*self._piece.measured)
+        return self._piece.topology.sum_at_vertices(angle), self._piece.topology.sum_at_vertices(angle**2)
+
+    def _laid_out(self, fixed: IntArray, at: FloatArray, width: float) -> FloatArray | None:
+        """The map of least squares to a conformal one (LSCM) with some vertices held, or a narrower one.
+
+        None if the piece is too thin for that.
+        """
+        topology, position = self._piece.topology, complex_positions(at)
+        try:
+            if topology.n > DENSE:
+                z, _ = least_squares(topology, self._cot, fixed, position, Solvers("auto"), width)
+                return coordinates(z)
+            if width not in self._matrices:
+                self._matrices[width] = energy_matrix(topology, self._cot, width)
+            matrix = self._matrices[width]
+            free = np.delete(np.arange(topology.n), fixed)
+            z = np.empty(topology.n, dtype=np.complex128)
+            z[fixed] = position
+            z[free] = np.linalg.solve(matrix[np.ix_(free, free)], -matrix[np.ix_(free, fixed)] @ position)
+        except (NotPositiveDefiniteError, np.linalg.LinAlgError):
+            return None
+        return coordinates(z)
+
+
 class _Host:
     """A chart that small ones may be joined to, and those that are."""
 
@@ -105,22 +171,24 @@ class _Host:
         rim = np.concatenate([np.column_stack((loop, np.roll(loop, -1))) for loop in loops])
         return rim, _codes(self._piece, rim)
 
-    def takes(self, piece: Submesh, flat: FloatArray, run: _Run, width: float, most_stretch: float) -> bool:
-        """Whether a chart, and its map, has room beside this one at this width; it is then a part of it."""
-        at = self._chart.result.uv[run.of_host]
-        uv = _moved(flat, run.own, at)
-        if uv is not None and width < 1:  # it has been tried
-            return False
-        if uv is None and self._chart.quality.angle_distortion > EXACT:  # else it would shear too much
-            uv = _laid_out(piece, run.own, at, width)
-        if uv is None:
-            return False
+    def most_shear(self, width: float) -> float:
+        """The mean angle distortion that a chart joined to it may have at this width."""
+        own = self._chart.quality.angle_distortion
+        if own <= EXACT:
+            return EVEN if width == 1 else -1.0  # it is isometric: what does not fit shears too much
+        return max(SHEARED * own, EVEN) if width == 1 else PRESSED
+
+    def at(self, run: _Run) -> FloatArray:
+        """Where the vertices of a run are."""
+        return self._chart.result.uv[run.of_host]
+
+    def takes(self, piece: Submesh, uv: FloatArray, run: _Run, width: float, most_stretch: float) -> bool:
+        """Whether a chart, at this width, has room there beside this one; it is then a part of it."""
         double_area = signed_double_areas(complex_positions(uv), piece.topology.corner)
         if not (double_area > 0).all():
             return False
         changed = change_of(piece, uv)
-        most = max(SHEARED * self._chart.quality.angle_distortion, EVEN) if width == 1 else PRESSED
-        if not changed.angle_distortion.mean() <= most:
+        if not changed.angle_distortion.mean() <= self.most_shear(width):
             return False
         own_area = float(changed.double_area.sum())
         share = own_area / double_area.sum()  # stretch is measured at a scale of its own: the host's is one
@@ -258,18 +326,3 @@ def _moved(flat: FloatArray, fixed: IntArray, at: FloatArray) -> FloatArray | No
 def _codes(piece: Submesh, ends: IntArray) -> IntArray:
     start, end = piece.vertices[ends].T
     return np.asarray(start * piece.n_given + end)
-
-
-def _laid_out(piece: Submesh, fixed: IntArray, at: FloatArray, width: float) -> FloatArray | None:
-    """The map of least squares to a conformal one (LSCM) with some vertices held, or a narrower one.
-
-    None if the piece is too thin for that.
-    """
-    double_area, dot = piece.measured
-    try:
-        z, _ = least_squares(
-            piece.topology, dot / double_area, fixed, complex_positions(at), Solvers("auto"), width
-        )
-    except NotPositiveDefiniteError:
-        return None
-    return coordinates(z)

@@ -8,10 +8,9 @@ from collections.abc import Callable
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
+from ..kernels import spanning_tree
 from ..surface import Parts, Submesh, connected_labels, sum_by
 from .creases import flat_shares
 from .cut_graph import ClosedSurface, closed_surface, join, without_stubs
@@ -115,12 +114,7 @@ class SmallBodies:
     def _net(self) -> IntArray:
         """The shortest tree of edges through all that is curved: cut along it, a body is its own flat net."""
         piece = self.piece
-        graph = piece.graph
-        places = (
-            part.astype(np.int32) for part in (graph.indices, graph.indptr)
-        )  # SciPy 1.15 takes no others
-        narrow = sparse.csr_array((graph.data, *places), shape=graph.shape)
-        i, j = csgraph.minimum_spanning_tree(narrow).tocoo().coords
+        i, j = spanning_tree(piece.graph).coords
         tree = piece.between(i.astype(np.int64), j.astype(np.int64))
         needed = np.abs(piece.curvature) > FLAT
         needed[: piece.holes] = True

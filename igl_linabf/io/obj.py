@@ -56,7 +56,7 @@ class ObjText:
 
 def parse_obj(data: bytes, name: str) -> MeshFile:
     """The mesh in the bytes of an OBJ file; warns of lines that are not OBJ statements."""
-    raw = data.splitlines()
+    raw = _joined(data.splitlines()) if b"\\" in data else data.splitlines()
     lines = _plain(data, raw)
     where = _by_statement(lines)
     advance("reading", 0.2)
@@ -107,6 +107,16 @@ def with_looks(extras: Extras, path: Path) -> Extras:
     if not known:
         return extras
     return replace(extras, looks=tuple(known.get(name, Material()) for name in extras.materials[0]))
+
+
+def _joined(lines: list[bytes]) -> list[bytes]:
+    """Lines that end with a backslash go on in the next one, of which an empty line is left."""
+    made = [*lines, b""]
+    for i in reversed(range(len(lines))):
+        text = made[i].rstrip()
+        if text.endswith(b"\\") and b"#" not in text:
+            made[i], made[i + 1] = text[:-1] + b" " + made[i + 1], b""
+    return made[:-1]
 
 
 def _plain(data: bytes, lines: list[bytes]) -> list[bytes]:

@@ -17,6 +17,7 @@ NO_FACE = "is no face: it takes a number from 3 on and as many vertex indices"
 def parse_off(data: bytes) -> MeshFile:
     """The mesh in the bytes of an OFF file; colours and the like at the end of a line are ignored."""
     rows, at = rows_of(data, b"#")
+    rows[:1] = [re.sub(rb"OFF(?=\d)", b"OFF ", row, count=1) for row in rows[:1]]  # some leave the blank out
     head = rows[0].split() if rows else [b""]
     if not re.fullmatch(rb"(ST)?C?N?OFF", head[0]):
         raise Damaged("it does not begin with OFF, COFF, NOFF or STOFF (text, in three dimensions)")

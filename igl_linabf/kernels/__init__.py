@@ -15,15 +15,24 @@ from .connectivity import (
     entries,
     in_one_piece,
     spanning_forest,
+    spanning_tree,
     undirected,
     used_vertices,
 )
-from .dissection import dissected, separators
+from .dissection import dissected, neighbours, separators
 from .drawing import runs_in_blocks, touched_cells
-from .graphs import far_apart, shortest_pairs
+from .graphs import above, far_apart, shortest_pairs
 from .maps import centred, changes, signed_double_areas
 from .minimum_degree import minimum_degree
-from .paths import Rest, nearest_sources, nodes_on_paths, shortest_odd_walk, ways_towards, without_leaves
+from .paths import (
+    Rest,
+    nearest_sources,
+    nodes_on_paths,
+    shortest_odd_walk,
+    way_of_fewest,
+    ways_towards,
+    without_leaves,
+)
 from .places import placed
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved

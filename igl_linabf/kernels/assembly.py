@@ -161,10 +161,15 @@ def _moved_box(box: FloatArray, by: complex, to: complex, into: FloatArray) -> N
 @inlined
 def _widened(extent: FloatArray, box: FloatArray, by: complex, to: complex, along: ComplexArray) -> None:
     """Widen an extent, the largest coordinate in each direction, to hold a box that is moved."""
-    for corner in range(4):
-        point = by * complex(box[2 * (corner & 1)], box[1 + (corner & 2)]) + to
-        for k in range(len(along)):
-            extent[k] = max(extent[k], point.real * along[k].real + point.imag * along[k].imag)
+    centre = by * complex((box[0] + box[2]) / 2, (box[1] + box[3]) / 2) + to
+    across, up = by * ((box[2] - box[0]) / 2), by * ((box[3] - box[1]) / 2)
+    half = len(along) // 2
+    for k in range(half):
+        x, y = along[k].real, along[k].imag
+        middle = centre.real * x + centre.imag * y
+        reach = abs(across.real * x + across.imag * y) + abs(up.real * y - up.imag * x)
+        extent[k] = max(extent[k], middle + reach)
+        extent[k + half] = max(extent[k + half], reach - middle)
 
 
 @inlined

@@ -3,7 +3,7 @@
 import importlib
 import os
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from contextvars import ContextVar
 from functools import cache, wraps
 from hashlib import sha256
@@ -164,11 +164,13 @@ def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
         name, code = f"{loops.__name__}_{_digest(loops)}", loops.__code__
         loops = FunctionType(code, {**loops.__globals__, **parts}, name)
         loops.__qualname__ = name  # numba looks at the file of the loops alone, not at those of their parts
-    try:
-        made: Callable[..., Any] = _numba().njit(cache=True, **options)(loops)
-    except RuntimeError:  # there is no folder where the code could be kept
-        made = _numba().njit(**options)(loops)
-    return made
+    made: Any = _numba().njit(**options)(loops)
+    with suppress(RuntimeError):  # there is no folder where the code could be kept
+        from .kept import Kept
+
+        made._cache = Kept(loops)
+    by_machine: Callable[..., Any] = made
+    return by_machine
 
 
 def _parts_of(loops: Callable[..., Any]) -> dict[str, Callable[..., Any]]:

@@ -335,9 +335,15 @@ def spanning_forest(pairs: IntArray, order: IntArray, n: int) -> IntArray:
     proper = np.flatnonzero(i != j)
     _, first = np.unique(i[proper] * n + j[proper], return_index=True)  # the earliest between two nodes
     first = proper[first]
-    ends = (i[first].astype(np.int32), j[first].astype(np.int32))  # SciPy 1.15 takes no others
-    rank = sparse.csr_array((first + 1.0, ends), shape=(n, n))  # distinct weights name the edge
-    return np.asarray(order[np.sort(csgraph.minimum_spanning_tree(rank).data.astype(np.int64)) - 1])
+    rank = sparse.csr_array((first + 1.0, (i[first], j[first])), shape=(n, n))  # weights name the edges
+    return np.asarray(order[np.sort(spanning_tree(rank).data.astype(np.int64)) - 1])
+
+
+def spanning_tree(graph: sparse.csr_array) -> sparse.coo_array:
+    """The minimum spanning tree of a graph, or forest, as entries of it."""
+    places = (graph.indices.astype(np.int32), graph.indptr.astype(np.int32))  # SciPy 1.15 takes no others
+    narrow = sparse.csr_array((graph.data, *places), shape=graph.shape)
+    return sparse.coo_array(csgraph.minimum_spanning_tree(narrow))
 
 
 def _in_one_piece(sides: IntArray, n_faces: int) -> bool:

@@ -85,10 +85,14 @@ def _reached(g: Graph, band: Numbers, place: Numbers, end: Numbers) -> NDArray[n
     return seen
 
 
-def _separators(indptr: IntArray, indices: IntArray, depth: int) -> Numbers:
+def _neighbours(indptr: IntArray, indices: IntArray) -> tuple[IntArray, Numbers]:
     n = len(indptr) - 1
     begin, lists = linked(indptr, indices)
-    ends = lists[: begin[n]].copy()
+    return begin[: n + 1], lists[: begin[n]].copy()
+
+
+def _separators(begin: IntArray, ends: Numbers, depth: int) -> Numbers:
+    n = len(begin) - 1
     g = coarse = Graph(begin, ends, np.ones(len(ends), np.int32), np.ones(n, np.int32))
     of = np.arange(n).astype(np.int32)
     for _ in range(2):
@@ -150,7 +154,7 @@ class Parts(NamedTuple):
 
     Attributes
     ----------
-    begin, ends : (n + 2,) int64, (#ends,) int32
+    begin, ends : (n + 1,) int64, (#ends,) int32
         Where the neighbours of each vertex begin, and these.
     listed : (n,) int32
         The vertices, part after part, and then the separators' in turn.
@@ -167,21 +171,8 @@ class Parts(NamedTuple):
     place: Numbers
 
 
-_found = only_loops(_separators)
-
-
-def separators(indptr: IntArray, indices: IntArray) -> Numbers:
-    """At which turn each vertex of a symmetric pattern is to be eliminated, (n,): after all of smaller ones.
-
-    The pattern is given by its lower triangle in CSC. Those of turn 0 are in no separator.
-    """
-    n = len(indptr) - 1
-    return _found(indptr, indices, max(round(np.log2(max(n, 1) / PART)), 0))
-
-
-def _parts(indptr: IntArray, indices: IntArray, turn: Numbers, least: int) -> Parts:
+def _parts(begin: IntArray, ends: Numbers, turn: Numbers, least: int) -> Parts:
     n = len(turn)
-    begin, ends = linked(indptr, indices)
     listed, start = np.empty(n, dtype=np.int32), np.zeros(n + 1, dtype=np.int64)
     seen, done, size, count = turn > 0, 0, 0, 0
     for first in range(n):
@@ -233,12 +224,28 @@ def _pattern_of(parts: Parts, k: int) -> tuple[IntArray, IntArray]:
     return indptr, indices[:size]
 
 
-_in_parts, _part, _postordered = only_loops(_parts), only_loops(_pattern_of), only_loops(postordered)
+_found, _postordered = only_loops(_separators), only_loops(postordered)
+_in_parts, _part = only_loops(_parts), only_loops(_pattern_of)
+
+neighbours = only_loops(_neighbours)
+neighbours.__doc__ = """Where the neighbours of each vertex of a symmetric pattern begin, (n + 1,), and these.
+
+The pattern is given by its lower triangle in CSC.
+"""
+
+
+def separators(begin: IntArray, ends: Numbers) -> Numbers:
+    """At which turn each vertex of a graph is to be eliminated, (n,): after all of smaller ones.
+
+    The graph is given by its `neighbours`. Those of turn 0 are in no separator.
+    """
+    return _found(begin, ends, max(round(np.log2(max(len(begin) - 1, 1) / PART)), 0))
 
 
 def dissected(indptr: IntArray, indices: IntArray) -> IntArray:
     """The postordered order for a symmetric pattern by nested dissection, and minimum degree in each part."""
-    parts = _in_parts(indptr, indices, separators(indptr, indices), PART // 2)
+    graph = neighbours(indptr, indices)
+    parts = _in_parts(*graph, separators(*graph), PART // 2)
 
     def ordered(k: int) -> IntArray:
         order: IntArray = parts.listed[parts.start[k] + minimum_degree(*_part(parts, k))].astype(np.int64)

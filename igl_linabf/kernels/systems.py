@@ -285,9 +285,6 @@ def _block_product_in_threads(
 ) -> FloatArray:
     # a row adds to what is below it, too: two parts of the rows have a vector each
     parts = [(*piece, np.empty(len(x))) for piece in pieces_of(len(indptr) - 1, 2)]
-    if len(parts) == 1:
-        run(_block_product, indptr, indices, block, x, *parts[0])
-        return parts[0][-1]
     at_once(lambda part: run(_block_product, indptr, indices, block, x, *part), parts)
     y, *others = (made for _, _, made in parts)
     for other in others:

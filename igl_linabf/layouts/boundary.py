@@ -6,10 +6,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._types import ComplexArray, FloatArray
-from ..angles import Constraints, Residual, central_angles
+from ..angles import Constraints, Iterate, Residual, central_angles
 from ..errors import FallbackWarning, stack_level
-from ..linalg import Analysis, NotConvergedError, Solvers, held
-from ..surface import Disks, Topology, complex_positions, signed_double_areas
+from ..linalg import Analysis, Factored, NotConvergedError, Solvers, held
+from ..surface import Disks, complex_positions, flipped_faces
+from .around_holes import around_holes
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,34 +81,36 @@ def develop_boundaries(disks: Disks, b: Residual) -> tuple[ComplexArray, FloatAr
 
 
 def harmonic(
-    topology: Topology,
-    boundary: Boundary,
-    cot: FloatArray,
-    constraints: Constraints,
-    laplacian: Analysis | None,
-    solvers: Solvers,
+    boundary: Boundary, at: Iterate, constraints: Constraints, laplacian: Analysis | None, solvers: Solvers
 ) -> tuple[ComplexArray, str]:
     """Both coordinates harmonic inside the drawn boundary, by the target angles' Laplacian.
 
-    Returns the map and the solver's name.
+    Holes' loops are drawn, too, from angles that are flat. Returns the map and the solver's name.
     """
-    z, pattern, n = np.zeros(topology.n, dtype=np.complex128), constraints.pattern, constraints.wheels
+    topology, pattern, n = constraints.topology, constraints.pattern, constraints.wheels
+    z = np.zeros(topology.n, dtype=np.complex128)
     z[topology.loops[0]] = boundary.z
     if not n:
         return z, "none"
-    weight = topology.sum_at_edges(cot) / 2
+    weight = topology.sum_at_edges(at.cot) / 2
     lower = held(pattern.laplacian(weight), n)  # a boundary vertex with a prescribed sum has a row, too
     analysis = laplacian or pattern.analysis(solvers, lower)
+
+    def inside(factored: Factored) -> ComplexArray:
+        if topology.holes:
+            return around_holes(constraints, at.residual.closure, z, weight, factored.solve)
+        rhs, made = pattern.pull(weight, z), z.copy()
+        rhs[n:] = 0.0
+        made[topology.interior] = complex_positions(factored.solve(rhs)[:n])
+        return made
+
     factored = analysis.for_one_solve(lower)
-    rhs = pattern.pull(weight, z)  # the inside being zero yet
-    rhs[n:] = 0.0
-    inside = topology.interior
     try:
-        z[inside] = complex_positions(factored.solve(rhs)[:n])
+        made = inside(factored)
     except NotConvergedError:
         good = False
     else:
-        good = factored.exact or bool((signed_double_areas(z, topology.corner) > 0).all())
+        good = factored.exact or not len(flipped_faces(made, topology.corner))
     if not good:
         # a map whose scale varies a lot needs more digits
         if not factored.single:
@@ -118,5 +121,5 @@ def harmonic(
                 stacklevel=stack_level(),
             )
         factored = (analysis if factored.single else solvers.whole(lower)).factor(lower)
-        z[inside] = complex_positions(factored.solve(rhs)[:n])
-    return z, factored.name
+        made = inside(factored)
+    return made, factored.name

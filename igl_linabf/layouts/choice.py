@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import ComplexArray, FloatArray, IntArray
-from ..angles import Constraints, Iterate, constraints_of
+from ..angles import Constraints, Iterate, Residual, constraints_of
 from ..errors import MeshError, SingularSystemError, some
 from ..linalg import Analysis, NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
@@ -20,6 +20,7 @@ from ..surface import (
     complex_positions,
     coordinates,
     face_array,
+    flipped_faces,
     loop_through,
     pins,
     placed_at,
@@ -35,6 +36,8 @@ from .greedily import greedy
 LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
 
 GAP = 2.5e-3  # relative gap of the developed boundary up to which "auto" trusts it
+FLAT = 1e-4  # residual of the constraints up to which it draws the loops of holes, too
+MOST_HOLES = 8  # where it does: each takes one more solve
 
 
 def placed(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
@@ -75,11 +78,13 @@ def lay_out(
     rim = topology.loops[0]
     prescribed = not np.isnan(constraints.sums[rim]).all()
     solver, made = "none", method
-    holes = len(topology.loops) > 1
+    holes = len(topology.holes)
     if method == "auto":
         held = pinned is not None and len(pinned[0]) > 2
         drawn = boundary.gap <= GAP or prescribed
-        made = "boundary" if drawn and not (holes or held) else "least-squares"
+        if holes:
+            drawn = drawn and _draws_holes(constraints, at.residual)
+        made = "boundary" if drawn and not held else "least-squares"
     elif method == "boundary" and holes:
         raise MeshError(
             f"layout='boundary' draws one boundary loop, and the mesh has {len(topology.loops)}: use "
@@ -87,14 +92,16 @@ def lay_out(
         )
     try:
         if made == "boundary":
-            z, solver = harmonic(topology, boundary, cot, constraints, laplacian, solvers)
-        elif made == "least-squares":
+            z, solver = harmonic(boundary, at, constraints, laplacian, solvers)
+            if holes and len(flipped_faces(z, topology.corner)):
+                made = "least-squares"
+        if made == "least-squares":
             ends = slice(None) if prescribed else far_apart(coordinates(boundary.z))
             index, position = rim[ends], boundary.z[ends]
             if pinned is not None and not prescribed:
                 index, position = pinned[0], complex_positions(pinned[1])
             z, solver = least_squares(topology, cot, index, position, solvers)
-        else:
+        elif made == "greedy":
             z = greedy(topology, alpha)
     except NotPositiveDefiniteError:
         thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
@@ -109,6 +116,12 @@ def lay_out(
         side = z[along[1]] - z[along[0]]
         z = z * (abs(side) / side)
     return Layout(z, made, boundary.gap, solver)
+
+
+def _draws_holes(constraints: Constraints, b: Residual) -> bool:
+    """Whether the loops of holes are drawn: each has a row, and the angles are flat."""
+    rows = constraints.wheels == constraints.n and not constraints.paths
+    return rows and b.largest <= FLAT and len(constraints.topology.holes) <= MOST_HOLES
 
 
 def layout(
@@ -136,8 +149,9 @@ def layout(
         "boundary" draws the boundary loop from the angles at it; inside, both coordinates are
         harmonic. "least-squares" minimises the conformal energy from the triangles with these
         angles (section 5 of the paper). "greedy" places triangle after triangle (section 5).
-        "auto" is "boundary" if there are no holes, no more than two pins, and the drawn loop closes to
-        2.5e-3 of its length, otherwise "least-squares".
+        "auto" is "boundary" if there are no more than two pins, and the drawn loop closes to 2.5e-3 of its
+        length; with holes, of which there may be eight, if the angles are flat to 1e-4, and then holes'
+        loops are drawn, too. Otherwise it is "least-squares".
     outer : int, optional
         A vertex of the outer boundary loop; by default the loop with the most edges is the outer
         one. The default pins of "least-squares" are on it.

@@ -45,6 +45,18 @@ def least_squares(
     return z, factored.name
 
 
+def energy_matrix(topology: Topology, cot: FloatArray, width: float) -> ComplexArray:
+    """The matrix of the energy of `least_squares`, all entries: for a few vertices, most of them pinned."""
+    weight = topology.sum_at_edges(cot) / 2
+    entry = -weight + 0.5j * width * (topology.sides[1] < 0)
+    a, b = topology.edges.T
+    matrix = np.zeros((topology.n, topology.n), dtype=np.complex128)
+    matrix[a, b], matrix[b, a] = entry, entry.conj()
+    own = np.arange(topology.n)
+    matrix[own, own] = np.bincount(a, weight, topology.n) + np.bincount(b, weight, topology.n)
+    return matrix
+
+
 def far_apart(points: FloatArray) -> IntArray:
     """Two points of a closed polygon (#P, dim) half its length apart; of such pairs the most distant."""
     arc = np.concatenate(([0], np.cumsum(np.linalg.norm(np.roll(points, -1, axis=0) - points, axis=1))))

@@ -119,8 +119,8 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
         Any triangles.
     weld : float, optional
         Make vertices one that are at most this far apart, or linked by a chain of such steps; 0:
-        those equal to the bit. By default that is done for a soup, most of whose triangles or
-        quadrangles have vertices of their own.
+        those equal to the bit. By default that is done for a soup, most of whose triangles,
+        quadrangles or flat sides have vertices of their own.
 
     Returns
     -------
@@ -163,7 +163,7 @@ def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tu
         except MeshError:
             pass  # that is what is to be repaired
         else:
-            soup = is_soup(surface.F, len(surface.V)) and not _apart(surface.V)
+            soup = is_soup(surface.V, surface.F) and not _apart(surface.V)
             tiny = _tiny(surface.V)[surface.F].all(axis=1).any()
             if not (soup or tiny or _beyond(surface.V).any()):
                 return as_it_is(surface), surface
@@ -200,7 +200,7 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     merged = np.arange(len(V))
     if weld is not None:
         merged = within(V, used, weld)
-    elif is_soup(F, len(V)):
+    elif is_soup(V, F):
         merged = in_one_place(V, used)
     note("welded", "vertices", np.flatnonzero(merged != np.arange(len(V))))
     beyond, power = used[_beyond(V[used])], 0

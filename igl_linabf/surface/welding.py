@@ -5,16 +5,30 @@ from scipy.spatial import cKDTree
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError
+from ..kernels import sum_by
 from .components import connected_labels, face_components
 
 LOOSE = 2  # faces of a piece that may be one of a soup: a triangle or a quadrangle
-SOUP = 0.5  # share of faces in such pieces from which on triangles are a soup
+SIDES = 4  # pieces from which on larger flat ones are, too: a body has so many sides
+FLAT = 1e-6  # share of its area that a flat piece loses when it is projected
+SOUP = 0.5  # share of faces in such pieces from which on they are a soup
 
 
-def is_soup(F: IntArray, n: int) -> bool:
-    """Whether most faces have vertices of their own, or those of a quadrangle's two."""
-    label = face_components(F, n)
-    return bool((np.bincount(label)[label] <= LOOSE).mean() > SOUP)
+def is_soup(V: FloatArray, F: IntArray) -> bool:
+    """Whether most faces have vertices of their own, or those of a quadrangle's two, or of one flat side."""
+    label = face_components(F, len(V))
+    size = np.bincount(label)
+    loose = size <= LOOSE
+    if len(size) >= SIDES and not loose.all():
+        a, b, c = V[F.T]
+        with np.errstate(over="ignore", invalid="ignore"):
+            normal = np.cross(b - a, c - a)
+            first = np.unique(label, return_index=True)[1]  # faces may run either way around
+            normal *= np.sign((normal * normal[first[label]]).sum(axis=1))[:, None]
+            total = np.stack([sum_by(label, x, len(size)) for x in normal.T])
+            area = sum_by(label, np.linalg.norm(normal, axis=1), len(size))
+            loose |= np.linalg.norm(total, axis=0) >= (1 - FLAT) * area
+    return bool(loose[label].mean() > SOUP)
 
 
 def in_one_place(V: FloatArray, used: IntArray) -> IntArray:

@@ -1,0 +1,137 @@
+"""Matrices with one column for each closing row, and what the Laplacians' inverse makes of them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TypeAlias
+
+import numpy as np
+from scipy import sparse
+
+from .._types import FloatArray, IntArray, Solve
+
+Tall: TypeAlias = "FloatArray | sparse.csr_array"
+
+DENSE = 64  # columns up to which their entries are kept dense, for quick products
+
+
+def tall(values: FloatArray, row: IntArray, column: IntArray, shape: tuple[int, int]) -> Tall:
+    """A matrix of few columns from its entries, dense or sparse; those of the same place are added."""
+    if shape[1] > DENSE:
+        return sparse.csr_array((values, (row, column)), shape=shape)
+    return np.bincount(row * shape[1] + column, values, shape[0] * shape[1]).reshape(shape)
+
+
+@dataclass(frozen=True, eq=False)
+class Border:
+    """A matrix B with few rows that are not zero.
+
+    Attributes
+    ----------
+    pairs : (#p,) int64
+        Rows 2 r and 2 r + 1 of these r may have entries; ascending.
+    values : (2 #p, size) matrix
+        These rows.
+    """
+
+    pairs: IntArray
+    values: Tall
+
+    @cached_property
+    def rows(self) -> IntArray:
+        """The numbers of these rows."""
+        return (2 * self.pairs[:, None] + np.arange(2)).ravel()
+
+    @cached_property
+    def transposed(self) -> Tall:
+        return self.values.T
+
+    def onto(self, x: FloatArray) -> FloatArray:
+        """B^T x."""
+        return np.asarray(self.transposed @ x[self.rows])
+
+    def whole(self, n: int) -> FloatArray:
+        """All `n` rows, dense."""
+        made = np.zeros((n, self.values.shape[1]))
+        made[self.rows] = self.values if isinstance(self.values, np.ndarray) else self.values.toarray()
+        return made
+
+    def at(self, index: IntArray) -> sparse.csr_array:
+        """The rows of some numbers."""
+        place = np.minimum(np.searchsorted(self.rows, index), len(self.rows) - 1)
+        found = np.flatnonzero(self.rows[place] == index)
+        shape = len(index), len(self.rows)
+        chosen = sparse.csr_array((np.ones(len(found)), (found, place[found])), shape=shape)
+        return sparse.csr_array(chosen @ self.values)
+
+
+@dataclass(frozen=True, eq=False)
+class Columns:
+    """The columns of a dense matrix C, (size, 2 #rows)."""
+
+    each: FloatArray
+
+    def along(self, y: FloatArray) -> FloatArray:
+        """C y."""
+        return np.asarray(y @ self.each)
+
+    def onto(self, r: FloatArray) -> FloatArray:
+        """C^T r."""
+        return np.asarray(self.each @ r)
+
+    def onto_border(self, B: Border) -> FloatArray:
+        """C^T B."""
+        return np.asarray((B.transposed @ self.each[:, B.rows].T).T)
+
+    def vertex_rows(self, rows: IntArray) -> FloatArray:
+        """Some rows of C, those of vertex constraints."""
+        return self.each[:, 2 * rows].T
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnsOfPaths:
+    """The same of closed paths alone: a column for the scale of a path is one for its turning, too.
+
+    Attributes
+    ----------
+    scale : (#rows, #paths) float64
+    path, kind : (size,) int64
+        Of each column the path, and 0 if it is for vertex rows, 1 if it is for wheel rows.
+    """
+
+    scale: FloatArray
+    path: IntArray
+    kind: IntArray
+
+    def along(self, y: FloatArray) -> FloatArray:
+        both = np.zeros((self.scale.shape[1], 2))
+        both[self.path, self.kind] = y
+        return np.asarray(self.scale @ both).ravel()
+
+    def onto(self, r: FloatArray) -> FloatArray:
+        return np.asarray((self.scale.T @ r.reshape(-1, 2))[self.path, self.kind])
+
+    def onto_border(self, B: Border) -> FloatArray:
+        scale = self.scale[B.pairs]
+        both = np.stack([np.asarray(B.values[k::2].T @ scale).T for k in range(2)], axis=1)
+        return np.asarray(both[self.path, self.kind])
+
+    def vertex_rows(self, rows: IntArray) -> FloatArray:
+        return np.where(self.kind == 0, self.scale[rows][:, self.path], 0.0)
+
+    @property
+    def each(self) -> Iterator[FloatArray]:
+        for path, kind in zip(self.path, self.kind, strict=True):
+            column = np.zeros((len(self.scale), 2))
+            column[:, kind] = self.scale[:, path]
+            yield column.ravel()
+
+
+Across = Columns | ColumnsOfPaths
+
+
+def by_pairs(inverse: Solve, r: FloatArray) -> FloatArray:
+    """diag(L+, L)^-1 r, (2 #rows, k), the two rows of a vertex being next to each other."""
+    return inverse(r.reshape(len(r) // 2, -1)).reshape(r.shape)
