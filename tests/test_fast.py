@@ -144,6 +144,7 @@ def cases():
         "in_one_piece": (t.sides, t.corner.shape[1]),
         "connected_labels": (t.edges[::3], t.n),
         "spanning_forest": (np.minimum(t.edges, t.n - 9), rng.permutation(len(t.edges))[::2], t.n),
+        "above": (t.edges[kernels.spanning_forest(t.edges, np.arange(len(t.edges))[::3], t.n)], t.n),
         "nearest_sources": (*ways, np.array([3, 9, 9]), np.arange(t.n) % 7 > 0, 20.0),
         "ways_towards": (*ways, 3, np.arange(t.n) % 7 > 0, kernels.Rest(mesh.V, mesh.V[:0], 0.0, 20.0)),
         "shortest_pairs": (merged[t.edges] + 3, rng.permutation(len(t.edges)) * 1.0, 24),

@@ -29,7 +29,8 @@ ANGULAR = 0.5  # share of the curvature that is on sharp creases then
 LEVELS = (0.0, 0.02, 0.2)  # radians of curvature at a crease, from which on a net goes through it
 TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
 SHARP_SHARE = 0.15  # of its length: what a sharp crease counts, beyond what is free
-LEFT = 0.05  # of stretch and shear that a net leaves at most: more is a smooth surface with some creases
+LEFT = 0.05  # of stretch and shear that a net may leave; more is a smooth surface with some creases, of which
+MUCH = 0.1  # a net has to save so much more
 EXACT = 1e-3  # of stretch and bend that a net may leave
 NEAR, NEAR_CREASED = 0.05, 0.5  # of price above the least that is not worth to look for another seam
 
@@ -162,8 +163,9 @@ class Nets:
             if self.expected(net) > 1 + EXACT:
                 net = grow(net)
             left = distortion(parts(net))
-            if left < 1 + LEFT and left + self._price(net) < least:
-                best, least = net, left + self._price(net)
+            cost = left + self._price(net)
+            if cost < least - (MUCH if left > 1 + LEFT else 0.0):
+                best, least = net, cost
         return best
 
     def _through(self, nodes: IntArray, most: float = EXACT) -> Seam | None:
