@@ -82,8 +82,8 @@ class Linearised:
 
     @property
     def without_factors(self) -> Linearised:
-        """The same without what only its own solves need."""
-        return replace(self, inverse=None, across=None, precondition=None, whole=None)
+        """The same without what only its own solves need; columns of closing rows may serve others."""
+        return replace(self, inverse=None, precondition=None, whole=None)
 
     def product(self, x: FloatArray) -> FloatArray:
         """The system's matrix times x."""
@@ -178,7 +178,7 @@ def linearise(
             lin,
             laplacian=reuse.laplacian,
             inverse=reuse.inverse if same_factor else None,
-            across=reuse.across if same_factor else None,
+            across=reuse.across,
             slivers=slivers,
             whole_analysis=reuse.whole_analysis,
             fallback=reuse.fallback,

@@ -34,7 +34,7 @@ from ..angles import (
 from ..errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
 from ..layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_boundary, lay_out
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
-from ..surface import ALL_DIGITS, Mesh, Pins, chords_of, flipped_faces, span
+from ..surface import Mesh, Pins, chords_of, flipped_faces, span
 from .ears import Ears
 from .result import Rung, RungName, Status
 from .shapes import FREE, HELP, Shape, shape_of
@@ -46,6 +46,7 @@ MAX_ACTIVE_SET = 12  # re-anchored iterations after which "auto" gives up
 MAX_PRESCRIBED = 25  # steps to prescribed sums after which converged ABF takes over
 ON_CIRCLE = 1e-6  # residual at which the steps to a circle end; the loop is on it to all digits
 HOLE_GAP = 0.1  # relative gap of a hole's loop up to which "auto" leaves it to the least squares
+FEW_DIGITS = 1e28  # span of areas above which fewer than two digits are left of some lengths
 NO_FACES = np.empty(0, dtype=np.int64)
 
 
@@ -345,8 +346,8 @@ def anchored(tol: float, residual_tol: float = 0.0) -> Stage:
     def stage(problem: Problem, tried: Tried) -> Candidate | None:
         if not problem.angles.safeguard:
             return None
-        if tried and tried[-1].converged and span(problem.mesh, best_of(tried)[1].z) > ALL_DIGITS:
-            return None  # no angles help where lengths differ by all digits
+        if tried and tried[-1].converged and span(problem.mesh, best_of(tried)[1].z) > FEW_DIGITS:
+            return None  # no angles help where lengths differ by nearly all digits
         result = converge(tried[-1].state.back_to_start() if tried else problem.start, tol)
         if not result.converged:
             return Candidate("converged ABF", Status.DIVERGED, "the iterations do not converge", result.state)
