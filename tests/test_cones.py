@@ -13,8 +13,12 @@ from conftest import load
 from scipy.spatial import cKDTree
 
 from igl_linabf import ABF, Atlas, LinABF, MeshError, find_cones, find_seams, quality, texture_seams, unwrap
+from igl_linabf.angles import constraints_of, rescaled, residual
+from igl_linabf.charts.cone_seams import paths_across, seam_through
+from igl_linabf.charts.cut_graph import closed_surface
 from igl_linabf.cli import main
 from igl_linabf.io import read_texture
+from igl_linabf.surface import Submesh
 
 CLOSED = ("pial", "closed__igl_cow.off", "closed__optcuts_horse_f10000.obj", "closed__igl_fandisk.off")
 HANDLES = ("nut", "double_torus", "closed__igl_3holes.off", "handles__bff_punctured-torus.obj")
@@ -278,6 +282,22 @@ def test_turning_handles_by_quarters_costs_little(name: str) -> None:
     # 14 times on 3holes, if the cones' angles are chosen for little stretch alone
     assert quarter.angle_distortion < 5 * free.angle_distortion
     assert quarter.stretch_l2 < 1.1 * free.stretch_l2
+
+
+def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
+    surface = Submesh.checked_manifold(*load("nut"))
+    piece = closed_surface(surface)
+    paths = paths_across(surface, piece, seam_through(piece, np.zeros(0, dtype=np.int64)))
+    corners = surface.V[surface.F.T]
+    length = np.linalg.norm(np.roll(corners, -1, axis=0) - np.roll(corners, -2, axis=0), axis=2)
+    u = 0.3 * np.sin(3 * surface.V / np.ptp(surface.V)).sum(axis=1)
+    alpha, impossible = rescaled(surface.topology, length, u)
+    assert len(paths) == 2 and not impossible.any()
+    missing = residual(constraints_of(surface.topology, paths=paths), alpha)
+    assert max(np.abs(missing.wheel).max(), np.abs(missing.closure.gap.real).max()) < 1e-10
+    # far from flat, and from the angles of the surface
+    assert np.abs(missing.vertex).max() > 0.01
+    assert np.abs(alpha - rescaled(surface.topology, length, 0 * u)[0]).max() > 0.01
 
 
 def test_a_torus_needs_no_cone() -> None:

@@ -124,6 +124,9 @@ def test_flat_sides_with_vertices_of_their_own_are_welded_and_curved_ones_are_no
     assert [repair.kind for repair in atlas.repairs] == ["welded"]
     assert len(atlas.charts) == 1
     assert atlas.quality.stretch_l2 == pytest.approx(1)
+    turned = apart[1].copy()
+    turned[::2] = turned[::2, ::-1]
+    assert len(unwrapped(apart[0], turned).charts) == 1
     V, F = sphere()
     octant = (V[F].mean(axis=1) > 0) @ [1, 2, 4]
     apart = joined(*(igl.remove_unreferenced(V, F[octant == k])[:2] for k in range(8)))

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from conftest import best_fit_distance, load
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, kernels, layout, linabf
-from igl_linabf.angles import reduced
+from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, kernels, layout, linabf, quality
+from igl_linabf.angles import iterations, reduced
+from igl_linabf.flattening.ladder import ONE_SYSTEM_RTOL
 from igl_linabf.kernels import dissection, is_fast, numpy_only
 from igl_linabf.linalg import (
     NotPositiveDefiniteError,
@@ -202,11 +205,13 @@ def test_the_number_of_threads_does_not_change_a_bit(monkeypatch) -> None:
     V, F = load("disk__igl_camelhead.off")
     monkeypatch.setattr(loops, "DIVIDED_FROM", 0)
     monkeypatch.setattr("igl_linabf.kernels.choice.DIVIDED_FROM", 0)
-    maps = []
+    maps = [flatten(V, F)]
+    monkeypatch.setattr(loops, "SHARED_FROM", 0)  # threads share each supernode above the subtrees
     for threads in ("1", "2", "5"):
         monkeypatch.setenv("OMP_NUM_THREADS", threads)
         maps.append(flatten(V, F))
-    assert all((made.uv == maps[0].uv).all() for made in maps)
+    assert all((made.uv == maps[1].uv).all() for made in maps[1:])
+    assert np.abs(maps[0].uv - maps[1].uv).max() <= 1e-12 * np.ptp(maps[0].uv)
     assert maps[0].solver == "conjugate gradients, compiled Cholesky"
 
 
@@ -265,6 +270,21 @@ def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkey
     assert result.solver.startswith("direct")
     assert "after conjugate gradients" in result.solver
     assert np.abs(result.angles - expected.angles).max() <= 1e-10
+
+
+@pytest.mark.parametrize("fast", [False, True])
+def test_the_chord_of_a_fine_mesh_ends_early_unless_rtol_is_given(fast: bool, monkeypatch) -> None:
+    V, F = load("disk__igl_camelhead.off")
+    monkeypatch.setattr(iterations, "FINE", len(V) // 2)
+    monkeypatch.setattr(iterations, "MOST_OF_FINE", 2)
+    with nullcontext() if fast else numpy_only():
+        early, asked = flatten(V, F), flatten(V, F, LinABF(rtol=ONE_SYSTEM_RTOL))
+    assert [step.kind for step in early.steps] == [step.kind for step in asked.steps] == ["step", "chord"]
+    assert early.steps[0] == asked.steps[0]
+    assert early.steps[1].inner_steps == 2 < asked.steps[1].inner_steps
+    first, second = (quality(V, F, made.uv).angle_distortion for made in (early, asked))
+    assert early.outcome.good
+    assert first < 1.01 * second
 
 
 @pytest.mark.parametrize("kind", [SuperLU, IglCholesky, *WITH_CHOLMOD])

@@ -8,11 +8,11 @@ from .circles import central_angles, inscribed_sums
 from .closure import ClosingRows
 from .constraints import Constraints, Residual, constraints_of, residual
 from .converged import LEAST_SHARE, AbfResult, converge, converge_feasibly
-from .estimate import CAP_ANGLE, corner_angles, initial_estimate, opened
+from .estimate import CAP_ANGLE, corner_angles, initial_estimate, opened, rescaled
 from .full_system import LEFT, RIGHT, fan_rows, least_norm, triangle_rows, vertex_rows
 from .iterates import REACH, AngleProblem, Iterate, Step
 from .iterations import State, active_set, chord_step, linear_step
-from .last_steps import ROUGH_RTOL, conformal_step, corrected_steps, step_by_same_factor
+from .last_steps import ROUGH_RTOL, corrected_steps, step_by_same_factor, step_from_surface
 from .linearised import Direction, Linearised, advance, linearise, solve
 from .loops import ClosedPath, Closure, closure_of
 from .reduced import SLIVER_OF_SMALL, System

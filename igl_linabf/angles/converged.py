@@ -11,6 +11,7 @@ from ..surface import NEXT, PREV
 from .acceleration import Visited, accelerated
 from .iterates import Kind, Step
 from .iterations import State
+from .last_steps import conformal_steps, corrected_steps
 from .linearised import Direction, linearise, solve
 
 ANCHORED_RTOL = 0.03  # relative reduction of what an anchored step's multipliers miss
@@ -26,8 +27,11 @@ LEAST_SHARE = 0.01  # of its initial value, below which the feasible form lets n
 AT_BOUND = 1 + 1e-6  # times that, below which an angle is at its bound
 MAX_RESTORING = 4  # restoring steps at most after each
 HELD = 1e-12  # weight of an angle that is held at its bound, relative to a free one's
+FORESEEN = 1e-4  # relative gain of the objective that may be left to further steps, times the tolerance
+ROUNDING = 1e-13  # relative gain of the objective below which it is rounding
 LEAST_SCALE = 1e-7  # of a feasible step
 START_RESIDUAL, START_STEPS = 1e-9, 20  # residual of the start of the feasible form, steps to it at most
+START_RTOL = 0.03  # relative residual to which these are solved
 LEAST_CURVATURE = 0.2  # share of the objective's curvature below which none is believed
 
 
@@ -146,8 +150,9 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
 
     The weights include the curvature of the wheel constraints, which is diagonal:
     |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)|, with the multipliers of the two wheels of an
-    angle. Each step is followed by steps that restore the constraints, and halved until the
-    objective falls. Angles are bounded below by a hundredth of alpha_0, since on hard meshes some
+    angle. Each step is followed by corrections that restore the constraints, and halved until the
+    objective falls. Steps are accelerated, and end where their gains, foreseen as a geometric series, are
+    too small to matter. Angles are bounded below by a hundredth of alpha_0, since on hard meshes some
     angles vanish at the minimum.
 
     Parameters
@@ -159,16 +164,28 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     if result.converged:
         return result
     state, held = result.state, np.zeros(state.at.alpha.shape, dtype=bool)
-    state = _restored(state.back_to_start(), held, START_RESIDUAL, START_STEPS)
+    state = corrected_steps(state.back_to_start(), None, START_RESIDUAL, START_STEPS, START_RTOL)
     x: FloatArray | None = None
-    scale = 1.0
+    past: tuple[Visited, ...] = ()
+    scale, gain = 1.0, np.inf
     for _ in range(MAX_FEASIBLE):
-        direction, inner_steps, held = _feasible_direction(state, x, held)
-        state, x = replace(state, lin=direction.lin), direction.x
-        change = _change(np.where(held, 0.0, direction.e), state)
+        before, last = held, gain
+        raw, inner_steps, held = _feasible_direction(state, x, held)
+        state, e = replace(state, lin=raw.lin), np.where(held, 0.0, raw.e)
+        change, value = _change(e, state), objective(state)
+        visited = Visited(state.at.alpha, raw, (e / state.problem.estimate).ravel())
+        if (held != before).any():
+            past = ()
+        direction = accelerated(visited, past) if change < NEAR else raw
+        past, x = (visited, *past)[:DEPTH], direction.x
         if change <= tol and state.at.residual.largest <= tol:
             return AbfResult(state.at_rest(), True, held)
         state, scale = _searched(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
+        gain = value - objective(state)
+        # the gains fall like a geometric series: what is left of it is foreseen
+        foreseen = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
+        if foreseen <= FORESEEN * tol * value and last < np.inf:
+            return AbfResult(state.at_rest(), True, held)
         if scale < LEAST_SCALE:
             break
     return AbfResult(state.at_rest(), False, held)
@@ -226,14 +243,16 @@ def _searched(
         advance("feasible", 0.05)
         state = _restored(replace(state, at=at, steps=(*state.steps, step)), held, exact, MAX_RESTORING)
         after = objective(state)
-        if after <= before + 1e-4 * scale * slope or abs(after - before) <= 1e-13 * before:
+        if after <= before + 1e-4 * scale * slope or abs(after - before) <= ROUNDING * before:
             return state, scale
         inner_steps, scale = 0, scale / 2
     return replace(state, at=start), scale
 
 
 def _restored(state: State, held: BoolArray, exact: float, most: int) -> State:
-    """Active-set steps until the residual is at most `exact`."""
+    """Corrections, and active-set steps where these do not serve, until the residual is at most `exact`."""
+    if not held.any():
+        state = conformal_steps(state, exact)  # they hold no angle
     for _ in range(most):
         if state.at.residual.largest <= exact:
             break

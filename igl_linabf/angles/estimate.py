@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Mesh, Topology
 
 CAP_ANGLE = 1e-7  # radians below pi above which a triangle's largest angle is too large
@@ -65,3 +65,17 @@ def initial_estimate(
         for other in others:
             estimate[other, t] *= share
     return estimate
+
+
+def rescaled(topology: Topology, length: FloatArray, log_scale: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Angles of triangles whose sides, (3, #F), are multiplied by exp((u_i + u_j) / 2) of their ends.
+
+    Also returns which triangles cannot have such sides; their angles mean nothing.
+    """
+    u = log_scale[topology.corner]
+    side = length * np.exp((u.mean(axis=0) - u) / 2)  # times one factor for all three sides
+    half = side.sum(axis=0) / 2
+    left = half - side
+    impossible = ~(left > 0).all(axis=0)
+    left = np.maximum(left, 0.0)
+    return 2 * np.arctan2(np.sqrt(left.prod(axis=0) / half), left), impossible

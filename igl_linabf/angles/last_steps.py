@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from .._runtime import timed
+from .._types import FloatArray
 from ..linalg import NotPositiveDefiniteError
 from .acceleration import Visited, accelerated
 from .closure import ClosingRows
@@ -22,6 +23,7 @@ SLOW = 0.2  # share of the residual left by a correction, above which a new fact
 STALE = 1.5  # if it is so many times the share that the first correction with the factor left
 IN_VAIN = 0.5  # and above which corrections do not help
 MAX_CORRECTIONS = 12
+MANY_INNER = 8  # inner steps, above which a new factor pays
 FAST = 0.02  # share left, above which earlier corrections tell more than they cost
 REMEMBERED = 3  # corrections with the same factor that say how the next one changes what is missing
 ROUGH_RTOL = 0.1  # relative residual to which a step is solved that others follow
@@ -62,6 +64,17 @@ def step_by_same_factor(state: State, rtol: float, *, close: bool = False) -> St
         state.problem, state.at, reuse=state.lin, close=close, close_paths=close, same_factor=same
     )
     return state.advanced(solve(lin, state.at, rtol), "step")
+
+
+def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
+    """A step that also closes paths, to the angles of least change from those of the `surface`, (3, #F).
+
+    It uses the factor that is known. Where that takes many inner steps, later steps do without it.
+    """
+    lin = linearise(state.problem, state.at, surface**2, state.lin, same_factor=True)
+    direction = solve(lin, state.at, rtol, (state.at.alpha - surface) / surface**2)
+    state = state.advanced(direction, "step")
+    return state.at_rest() if direction.inner_steps > MANY_INNER else state
 
 
 def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
@@ -108,12 +121,6 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
         if not left <= slow:
             conformal = None
     return replace(state, lin=least_norm)
-
-
-def conformal_step(state: State) -> State:
-    """One correction, whatever becomes of the residual."""
-    conformal = None if state.steps[-1].limited else conformal_system(state)
-    return state if conformal is None else replace(_corrected(state, conformal)[0], lin=state.lin)
 
 
 def _corrected(state: State, conformal: Linearised, earlier: Sequence[Visited] = ()) -> tuple[State, Visited]:

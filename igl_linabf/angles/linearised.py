@@ -82,8 +82,8 @@ class Linearised:
 
     @property
     def without_factors(self) -> Linearised:
-        """The same without what only its own solves need."""
-        return replace(self, inverse=None, across=None, precondition=None, whole=None)
+        """The same without what only its own solves need; columns of closing rows may serve others."""
+        return replace(self, inverse=None, precondition=None, whole=None)
 
     def product(self, x: FloatArray) -> FloatArray:
         """The system's matrix times x."""
@@ -178,7 +178,7 @@ def linearise(
             lin,
             laplacian=reuse.laplacian,
             inverse=reuse.inverse if same_factor else None,
-            across=reuse.across if same_factor else None,
+            across=reuse.across,
             slivers=slivers,
             whole_analysis=reuse.whole_analysis,
             fallback=reuse.fallback,
@@ -256,6 +256,7 @@ def solve(
     rtol: float,
     gradient: FloatArray | None = None,
     start: FloatArray | None = None,
+    most: int | None = None,
 ) -> Direction:
     """Solve for the errors e that satisfy the linearised constraints at the angles `at`.
 
@@ -271,6 +272,8 @@ def solve(
     gradient : (3, #F) float64, optional
     start : float64 array, optional
         Multipliers to start from; `rtol` is then relative to the residual there.
+    most : int, optional
+        Steps of conjugate gradients after which what they reached is enough.
     """
     if not lin.problem.constraints.n:
         return Direction(np.zeros_like(at.alpha), np.empty(0), 0, lin)
@@ -286,7 +289,7 @@ def solve(
             start = np.append(start, np.zeros(len(rhs) - len(start)))  # where the closing rows are new
             rhs -= lin.product(start)
     with timed("solve"):
-        x, inner_steps, lin = _multipliers(lin, at, rhs, rtol)
+        x, inner_steps, lin = _multipliers(lin, at, rhs, rtol, most)
     with timed("assembly"):
         if start is not None:
             x = start + x
@@ -308,16 +311,17 @@ def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatA
 
 
 def _multipliers(
-    lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float
+    lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float, most: int | None = None
 ) -> tuple[FloatArray, int, Linearised]:
     if lin.whole is None:
         assert lin.precondition is not None
-        x, inner_steps, converged = conjugate_gradients(lin.product, rhs, lin.precondition, rtol)
-        if converged:
+        limit = () if most is None else (most,)
+        x, inner_steps, converged = conjugate_gradients(lin.product, rhs, lin.precondition, rtol, *limit)
+        if converged or (most is not None and np.isfinite(x).all()):
             return x, inner_steps, lin
         if lin.inverse is not None and lin.inverse.single:
             double = _preconditioned(replace(lin, inverse=None, across=None), rough=False)
-            return _multipliers(double, at, rhs, rtol)
+            return _multipliers(double, at, rhs, rtol, most)
         lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")
         assert lin.whole is not None
     direct = lin.whole.solve

@@ -17,7 +17,7 @@ from scipy import sparse
 from .._types import FloatArray, IntArray
 from ..kernels import far_apart, spanning_forest
 from ..surface import connected_labels, sum_by
-from .cut_graph import ClosedSurface, shortest_edges, without_stubs
+from .cut_graph import FIRST_BASES, ClosedSurface, open_handles, shortest_edges, shortest_loops, without_stubs
 from .tighten import tightened
 
 DIRECT = 8_500  # nodes up to which seams are found on the surface itself
@@ -27,6 +27,7 @@ LEAST_PEAK = 0.1  # radians of curvature: nodes of less are roots as chance has 
 REACH = 6.0  # mean distances to a root that a branch point's arcs may move
 WIDTH = 3.0  # the same, of the corridor on each side of a seam in which it is drawn tight
 FAR = 12_000  # nodes from which the roots of clusters are more than three edges apart, not two
+HOPS, FEW_HOPS = 3, 2
 MORE_ROOTS = 2  # times
 SMALLEST_SHARE = 1e-3  # of the way that an edge across goes: the maximum principle then holds
 
@@ -106,7 +107,7 @@ class Levels:
         """Down to so many nodes."""
         steps: list[Contracted] = []
         while not steps or piece.n > most:
-            steps.append(_simply_contracted(piece, 3 if piece.n >= FAR else 2))
+            steps.append(_simply_contracted(piece, HOPS if piece.n >= FAR else FEW_HOPS))
             piece = steps[-1].coarse
         return cls(steps)
 
@@ -227,6 +228,15 @@ def _simply_contracted(piece: ClosedSurface, hops: int) -> Contracted:
             return contracted(piece, forest, outline)
         forest = clusters(piece, hops, np.union1d(outline.roots, piece.ends[outline.edge[again]]))
     return contracted(piece, forest)
+
+
+def handles_of_clusters(piece: ClosedSurface) -> IntArray:
+    """`open_handles`; of many nodes, through roots of those clusters where most loops of clusters meet."""
+    if piece.n <= DIRECT:
+        return open_handles(piece)
+    step = _simply_contracted(piece, HOPS)
+    met = np.bincount(step.coarse.ends[open_handles(step.coarse)].ravel(), minlength=step.coarse.n)
+    return shortest_loops(piece, step.roots[np.argsort(-met, kind="stable")[:FIRST_BASES]].tolist())[0]
 
 
 def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[IntArray, IntArray]:

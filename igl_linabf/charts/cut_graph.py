@@ -32,6 +32,7 @@ MOST_BASES = 6  # of a round, evenly along the loops
 BASE_ROUNDS = 3  # of such points
 SHORTER = 1 - 1e-9  # times a length: what is shorter by less is equal
 
+Loops = tuple[IntArray, IntArray]  # a cut graph, and the edges in the middle of its loops
 Shape = tuple[int, int, int]  # what a seam goes on to be when it moves
 
 
@@ -253,23 +254,30 @@ def closed_surface(
 
 def open_handles(piece: ClosedSurface) -> IntArray:
     """The shortest cut graph made of loops through one point, over several base points."""
-    shortest, length = np.zeros(0, dtype=np.int64), np.inf
     bases, tried = [int(np.argmax(np.abs(piece.curvature)))], set[int]()
     while len(bases) < FIRST_BASES:
         bases.append(int(np.argmax(piece.search(np.array(bases))[0])))
-    for _ in range(BASE_ROUNDS):
-        for base in bases:
-            seam, across = _loops(piece, base)
-            if piece.total(seam) < length * SHORTER:
-                shortest, length, best = seam, piece.total(seam), across
+    best = shortest_loops(piece, bases)
+    for _ in range(BASE_ROUNDS - 1):
         tried.update(bases)
         # a loop is short as seen from a point on it
-        bases = sorted(set(piece.ends[best].ravel().tolist()) - tried)
+        bases = sorted(set(piece.ends[best[1]].ravel().tolist()) - tried)
         bases = bases[:: -(-len(bases) // MOST_BASES) or 1]
-    return shortest
+        best = shortest_loops(piece, bases, best)
+    return best[0]
 
 
-def _loops(piece: ClosedSurface, base: int) -> tuple[IntArray, IntArray]:
+def shortest_loops(piece: ClosedSurface, bases: list[int], best: Loops | None = None) -> Loops:
+    """The shortest of the cut graphs of loops through each base point, and of one that is known."""
+    for base in bases:
+        loops = _loops(piece, base)
+        if best is None or piece.total(loops[0]) < piece.total(best[0]) * SHORTER:
+            best = loops
+    assert best is not None
+    return best
+
+
+def _loops(piece: ClosedSurface, base: int) -> Loops:
     """The cut graph of the shortest loops through `base`, and the edges in their middle."""
     distance, before, _ = piece.search(np.array([base]))
     a, b = piece.ends[piece.shortest].T

@@ -24,7 +24,10 @@ Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping 
 def kept_maps(
     piece: Submesh, result: Flattening, parts: list[Submesh], pairs: IntArray
 ) -> list[Known | None]:
-    """The maps of the parts that keep theirs; None for the others. `pairs` of faces overlap in the map."""
+    """The maps of the parts that keep theirs; None for the others. `pairs` of faces overlap in the map.
+
+    Those that are left in a large part go with its map.
+    """
     kept: list[Known | None] = [None] * len(parts)
     if not result.outcome.good:
         return kept
@@ -32,19 +35,23 @@ def kept_maps(
     of, size = np.empty(len(piece.F), dtype=np.int64), np.array([len(own) for own in rows])
     of[np.concatenate(rows)] = np.repeat(np.arange(len(parts)), size)
     low, high = _area_ratios(piece, result, np.concatenate(rows), Parts.of_sizes(size))
+    left = pairs[of[pairs[:, 0]] == of[pairs[:, 1]]]
     apart = np.ones(len(parts), dtype=bool)
-    apart[of[pairs[of[pairs[:, 0]] == of[pairs[:, 1]], 0]]] = False
+    apart[of[left[:, 0]]] = False
     large = size >= KEPT * len(piece.F)
-    asked = np.flatnonzero(apart & (large | (high <= EXACT**2 * low))).tolist()
+    asked = np.flatnonzero(large | (apart & (high <= EXACT**2 * low))).tolist()
     maps = [of_own_size(on_part(result.uv, piece, parts[k]), parts[k]) for k in asked]
-    measured = quality_of_each([(parts[k], uv, 0) for k, uv in zip(asked, maps, strict=True)])
-    for k, uv, quality in zip(asked, maps, measured, strict=True):
+    own = [np.searchsorted(rows[k], left[of[left[:, 0]] == k]) for k in asked]
+    measured = quality_of_each(
+        [(parts[k], uv, len(over)) for k, uv, over in zip(asked, maps, own, strict=True)]
+    )
+    for k, uv, over, quality in zip(asked, maps, own, measured, strict=True):
         exact = max(quality.stretch_l2, quality.conformal_distortion) <= EXACT
         if exact or (large[k] and quality.stretch_l2 <= EVEN):
             made = cut_out(result, piece, parts[k], uv)
             cut_off = f"a part of this map, {len(piece.F) - len(parts[k].F):,} faces were cut off"
             made = replace(made, message=f"{result.message}; {cut_off}")
-            kept[k] = made, np.zeros((0, 2), dtype=np.int64), quality
+            kept[k] = made, over, quality
     return kept
 
 

@@ -12,7 +12,8 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..surface import Submesh
-from .cut_graph import ClosedSurface, join, open_handles
+from .coarse import handles_of_clusters
+from .cut_graph import ClosedSurface, join
 from .expected import expected_stretch
 from .pieces import distortion
 
@@ -28,7 +29,8 @@ ANGULAR = 0.5  # share of the curvature that is on sharp creases then
 LEVELS = (0.0, 0.02, 0.2)  # radians of curvature at a crease, from which on a net goes through it
 TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
 SHARP_SHARE = 0.15  # of its length: what a sharp crease counts, beyond what is free
-LEFT = 0.05  # of stretch and shear that a net leaves at most: more is a smooth surface with some creases
+LEFT = 0.05  # of stretch and shear that a net may leave; more is a smooth surface with some creases, of which
+MUCH = 0.1  # a net has to save so much more
 EXACT = 1e-3  # of stretch and bend that a net may leave
 NEAR, NEAR_CREASED = 0.05, 0.5  # of price above the least that is not worth to look for another seam
 
@@ -61,7 +63,7 @@ class Nets:
     @cached_property
     def _loops(self) -> Seam:
         """The edges that open the handles."""
-        return open_handles(self._priced) if self.piece.genus else np.zeros(0, dtype=np.int64)
+        return handles_of_clusters(self._priced) if self.piece.genus else np.zeros(0, dtype=np.int64)
 
     @cached_property
     def _bent(self) -> FloatArray:
@@ -102,6 +104,10 @@ class Nets:
     def expected(self, seam: Seam) -> float:
         """L2 stretch to expect, and the shear of coarse faces at vertices that are pressed flat."""
         piece = self.piece
+        bent = self._bent.copy()
+        bent[piece.ends[seam]] = 0
+        if not bent.any():
+            return 1.0
         weight, stretch = piece.area / piece.area.sum(), expected_stretch(piece, self.log_scale(seam))
         flat = np.abs(piece.curvature) / (2 * np.pi)
         flat[: piece.holes] = 0
@@ -157,8 +163,9 @@ class Nets:
             if self.expected(net) > 1 + EXACT:
                 net = grow(net)
             left = distortion(parts(net))
-            if left < 1 + LEFT and left + self._price(net) < least:
-                best, least = net, left + self._price(net)
+            cost = left + self._price(net)
+            if cost < least - (MUCH if left > 1 + LEFT else 0.0):
+                best, least = net, cost
         return best
 
     def _through(self, nodes: IntArray, most: float = EXACT) -> Seam | None:

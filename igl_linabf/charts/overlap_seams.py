@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,14 +12,14 @@ from scipy.sparse import csgraph
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import lengths, shortest_odd_walk, shortest_pairs
+from ..kernels import lengths, shortest_odd_walk, shortest_pairs, way_of_fewest
 from ..surface import Submesh, Topology, check_planar, connected_labels, face_components
 
 BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
 PART_COST = 0.1  # of the bounding box's diagonal: the length of seam that one part less is worth
 MAX_OVERLAPS = 6  # that one search for seams separates
 MAX_SPLITS = 20  # of a chart that flips or overlaps, and of its parts
-MAX_NODES = 1 << 20  # of the graph that it searches; each overlap doubles it
+MAX_NODES = 1 << 18  # of the graph that it searches; each overlap doubles it
 
 
 def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
@@ -119,7 +120,7 @@ def _shortest_seam(part: Submesh, pairs: IntArray) -> IntArray:
     m = int(cell.max()) + 1
     right, left = cell[topology.sides[:, inner] % len(part.F)]  # the faces that such an edge separates
     most = min(MAX_OVERLAPS, max(1, int(np.log2(MAX_NODES / topology.n))))
-    dual = _Dual.of(right, left, m)
+    dual = _Dual(*shortest_pairs(np.column_stack((right, left)), np.zeros(len(inner)), m))
     sheets = _sheets(pairs, right, left, dual, most)
     while not len(seam := _seam_between(V, topology, inner, right, left, dual, sheets)):
         # three single faces over each other: no closed line crosses all three ways an odd number of times
@@ -217,7 +218,7 @@ def _sheets(pairs: IntArray, right: IntArray, left: IntArray, dual: _Dual, most:
     _, seeds, size = np.unique(label, return_index=True, return_counts=True)
     sheets = []
     for seed in seeds[np.argsort(-size, kind="stable")][:most]:
-        reached = csgraph.breadth_first_order(graph, seed, directed=False, return_predecessors=False)
+        reached = csgraph.breadth_first_order(graph, seed, return_predecessors=False)
         when = np.full((2, m), len(reached))
         for side, faces in enumerate((upper[reached], lower[reached])):
             np.minimum.at(when[side], faces, np.arange(len(reached)))
@@ -232,33 +233,18 @@ def _sheets(pairs: IntArray, right: IntArray, left: IntArray, dual: _Dual, most:
     return sheets
 
 
-@dataclass(frozen=True, eq=False)
-class _Dual:
-    """The faces beside each face, row by row, with the edges between; `begin` are the rows' starts."""
+class _Dual(NamedTuple):
+    """The faces beside each face, as in CSR, with the edges between."""
 
+    begin: IntArray
     neighbour: IntArray
     edge: IntArray
-    begin: IntArray
-
-    @classmethod
-    def of(cls, right: IntArray, left: IntArray, m: int) -> _Dual:
-        """Of m faces, by those on the two sides of each edge."""
-        face = np.concatenate((right, left))
-        order = np.argsort(face, kind="stable")
-        begin = np.searchsorted(face[order], np.arange(m + 1))
-        return cls(np.concatenate((left, right))[order], order % len(right), begin)
 
     def crossed(self, sheet: IntArray) -> list[int]:
         """The edges that a way from sheet 1 to sheet 2 crosses."""
-        m, source = len(sheet), np.flatnonzero(sheet == 1)
-        indices = np.append(self.neighbour, source)
-        indptr = np.append(self.begin, len(self.edge) + len(source))
-        graph = sparse.csr_array((np.ones(len(indices)), indices, indptr), shape=(m + 1, m + 1))
-        reached, before = csgraph.breadth_first_order(graph, m)  # from a node beside all of sheet 1
-        face = int(reached[np.argmax(np.append(sheet, 0)[reached] == 2)])
+        way = way_of_fewest(self.begin, self.neighbour, sheet == 1, sheet == 2).tolist()
         edges = []
-        while before[face] != m:
+        for face, before in pairwise(way):
             row = slice(self.begin[face], self.begin[face + 1])
-            edges.append(int(self.edge[row][self.neighbour[row] == before[face]][0]))
-            face = int(before[face])
+            edges.append(int(self.edge[row][self.neighbour[row] == before][0]))
         return edges

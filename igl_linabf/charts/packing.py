@@ -19,6 +19,7 @@ from .shelves import areas, extents, narrowest_turns
 from .spacing import Spacing
 
 UDIM_ROW = 10  # pages side by side
+ALL_TURNS = np.exp(0.5j * np.pi * np.arange(1000) / 1000)  # of a quarter, for a single chart
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,9 +262,7 @@ def _squarest_turn(z: ComplexArray) -> complex:
     hull = z[ConvexHull(points @ (axes / sizes)).vertices]
     edges = np.roll(hull, -1) - hull
     turns = edges.conj() / np.abs(edges)
-    turns = np.concatenate(
-        (turns[:: -(-len(turns) // 1000)], np.exp(0.5j * np.pi * np.linspace(0, 1, 1000, endpoint=False)))
-    )
+    turns = np.concatenate((turns[:: -(-len(turns) // len(ALL_TURNS))], ALL_TURNS))
     turned = hull[:: -(-len(hull) // 2000), None] * turns
     cost = np.maximum(np.ptp(turned.real, axis=0), np.ptp(turned.imag, axis=0))
     return complex(turns[int(cost.argmin())])

@@ -11,11 +11,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import DEPTH, Hinges, assembled, lengths, normals, spanning_forest
+from ..kernels import DEPTH, Hinges, above, assembled, lengths, normals, spanning_forest
 from ..surface import (
     NEXT,
     PREV,
@@ -235,19 +233,14 @@ def _laid_flat(creased: Creased, joined: BoolArray) -> ComplexArray:
     one, other = (z.ravel()[side] for side in creased.sides(tree))
     turn, shift = _motions(one, other)
     pairs = creased.faces[tree]
-    # breadth first from a node that is beside one face of each panel
-    root = np.unique(connected_labels(pairs, m), return_index=True)[1]
-    ends = np.concatenate((pairs, np.column_stack((root, np.full(len(root), m)))))
-    graph = sparse.csr_array((np.ones(len(ends), dtype=np.int8), ends.T), shape=(m + 1, m + 1))
-    above = csgraph.breadth_first_order(graph, m, directed=False)[1][:m].astype(np.int64)
-    above[root] = root
+    parent = above(pairs, m)
     by, to = np.ones(m, dtype=np.complex128), np.zeros(m, dtype=np.complex128)
-    down = above[pairs[:, 1]] == pairs[:, 0]  # the motion is that of the second face to the first
+    down = parent[pairs[:, 1]] == pairs[:, 0]  # the motion is that of the second face to the first
     child = np.where(down, pairs[:, 1], pairs[:, 0])
     by[child] = np.where(down, turn, turn.conj())
     to[child] = np.where(down, shift, -turn.conj() * shift)
-    while (above[above] != above).any():  # each way to the root is half as long
-        by, to, above = by[above] * by, by[above] * to + to[above], above[above]
+    while (parent[parent] != parent).any():  # each way to the root is half as long
+        by, to, parent = by[parent] * by, by[parent] * to + to[parent], parent[parent]
     by /= np.abs(by)
     return np.asarray(by[:, None] * z + to[:, None])
 

@@ -48,7 +48,7 @@ SMOOTH = 0.1  # share of the area that lies flat, below which that is so
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
-    """Cut a surface along edges (`igl.cut_mesh` with checked input).
+    """Cut a surface along edges, as `igl.cut_mesh` does, with checked input.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def seams_of(
             else:
                 bend = all_bends(component) if known is None or component is not surface else known
                 piece = closed_surface(component, hidden, isometric, bend)
-                is_part = genus > 0 and len(surface.F) >= LARGE
+                is_part = len(shapes) > 1 and len(surface.F) >= LARGE
                 direct = DIRECT_HANDLES if is_part else DIRECT
                 worth = gain if open_ else None
                 seam = _best(component, piece, trade, holes, worth, part_overlaps, bend, direct)

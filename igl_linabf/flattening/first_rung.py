@@ -23,7 +23,8 @@ from ..angles import (
 from ..layouts import GAP, flat_disks
 from ..linalg import SmallBlocks, Solvers
 from ..surface import LARGEST_COORDINATE, SMALLEST_COORDINATE, Disks, Parts, coordinates
-from .methods import ONE_SYSTEM_RTOL, LinABF
+from .ladder import ONE_SYSTEM_RTOL
+from .methods import LinABF
 
 
 @dataclass(frozen=True, eq=False)

@@ -34,17 +34,19 @@ from ..angles import (
 from ..errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
 from ..layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_boundary, lay_out
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
-from ..surface import ALL_DIGITS, Mesh, Pins, chords_of, flipped_faces, span
+from ..surface import Mesh, Pins, chords_of, flipped_faces, span
 from .ears import Ears
 from .result import Rung, RungName, Status
 from .shapes import FREE, HELP, Shape, shape_of
 
+ONE_SYSTEM_RTOL = 0.1  # relative residual to which "auto" solves a step and its chord
 ACTIVE_SET_RTOL = 0.01  # relative residual to which a step without a chord is solved
 CONTINUED_RTOL = 0.03  # and one that corrections follow
 MAX_ACTIVE_SET = 12  # re-anchored iterations after which "auto" gives up
 MAX_PRESCRIBED = 25  # steps to prescribed sums after which converged ABF takes over
 ON_CIRCLE = 1e-6  # residual at which the steps to a circle end; the loop is on it to all digits
 HOLE_GAP = 0.1  # relative gap of a hole's loop up to which "auto" leaves it to the least squares
+FEW_DIGITS = 1e28  # span of areas above which fewer than two digits are left of some lengths
 NO_FACES = np.empty(0, dtype=np.int64)
 
 
@@ -259,21 +261,25 @@ def drawn(
     return Candidate(stage, status, detail, state, converged, note, remark, layout, flipped)
 
 
-def one_system(rtol: float, tol: float) -> Stage:
-    """The linear step and a second solve with its system; with holes, the second solve is a step."""
+def one_system(rtol: float | None, tol: float) -> Stage:
+    """The linear step and a second solve with its system; with holes, the second solve is a step.
+
+    Both are to the relative residual `rtol`; without one, a fine mesh's second solve may end before.
+    """
+    enough = rtol or ONE_SYSTEM_RTOL
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
         state, holes = problem.start, len(problem.mesh.topology.loops) > 1
         boundary: Boundary | None = None
         if state.at.residual.largest > tol:
-            state = linear_step(state, rtol, close=False)
+            state = linear_step(state, enough, close=False)
             # a chord that starts from cut-short steps ends with far smaller angles than a step
             if not state.steps[-1].limited:
                 if holes:  # least squares lays out, which draws no loop
-                    state = linear_step(state, rtol)
+                    state = linear_step(state, enough)
                     gap, allowed = float(np.abs(state.at.residual.closure.gap).max()), HOLE_GAP
                 else:
-                    state = chord_step(state, rtol)
+                    state = chord_step(state, enough, quick=rtol is None)
                     boundary = develop_boundary(problem.angles.constraints, state.at.residual)
                     gap, allowed = boundary.gap, GAP
                 state = state.at_rest()
@@ -340,8 +346,8 @@ def anchored(tol: float, residual_tol: float = 0.0) -> Stage:
     def stage(problem: Problem, tried: Tried) -> Candidate | None:
         if not problem.angles.safeguard:
             return None
-        if tried and tried[-1].converged and span(problem.mesh, best_of(tried)[1].z) > ALL_DIGITS:
-            return None  # no angles help where lengths differ by all digits
+        if tried and tried[-1].converged and span(problem.mesh, best_of(tried)[1].z) > FEW_DIGITS:
+            return None  # no angles help where lengths differ by nearly all digits
         result = converge(tried[-1].state.back_to_start() if tried else problem.start, tol)
         if not result.converged:
             return Candidate("converged ABF", Status.DIVERGED, "the iterations do not converge", result.state)

@@ -32,7 +32,6 @@ from .without_flips import injective_map, isometric_map
 Iterations = int | Literal["auto"]
 
 ON_CIRCLE_RTOL = 0.1  # and each step to circles, whose sums change by more than that from step to step
-ONE_SYSTEM_RTOL = 0.1  # relative residual to which "auto" solves a step and its chord
 TOL = 1e-8  # residual of the constraints below which nothing is left to do
 ABF_TOL = 1e-4  # tolerance of converged ABF below which F/3nt keeps its first five digits
 AREA_WEIGHT, MAX_WEIGHT = 1.5, 8.0  # of areas against angles in the isometric energy
@@ -324,12 +323,7 @@ def _climbed(
 
 def _automatic(rtol: float | None, tol: float) -> list[Stage]:
     """What linear ABF tries in turn."""
-    return [
-        one_system(rtol or ONE_SYSTEM_RTOL, tol),
-        continued(rtol, tol),
-        anchored(ABF_TOL, tol),
-        feasible(ABF_TOL, tol),
-    ]
+    return [one_system(rtol, tol), continued(rtol, tol), anchored(ABF_TOL, tol), feasible(ABF_TOL, tol)]
 
 
 def _check(guarantee: str | None, layout: LayoutName, threshold: float) -> None:

@@ -9,19 +9,23 @@ from .._runtime import stopwatch, timed
 from .._types import FloatArray, IntArray
 from ..angles import (
     ROUGH_RTOL,
+    AngleProblem,
     ClosedPath,
     Linearised,
     State,
     Turnings,
     active_set,
-    conformal_step,
     constraints_of,
+    corner_angles,
     corrected_steps,
     initial_estimate,
+    opened,
+    rescaled,
     step_by_same_factor,
+    step_from_surface,
 )
 from ..linalg import NotPositiveDefiniteError
-from ..surface import Mesh, Topology
+from ..surface import NEXT, PREV, Mesh, Topology
 from .ladder import (
     ACTIVE_SET_RTOL,
     MAX_ACTIVE_SET,
@@ -108,30 +112,53 @@ def flatten_with_cones(
 def _turned(problem: Problem, turned: Turned) -> tuple[Problem, State]:
     """The problem with prescribed turnings along its paths, and a state to go on from.
 
-    They are chosen before the first step and prescribed after it: where it is flat, that changes angles less.
-    What is missing to them is spread over all triangles, too smoothly for conjugate gradients: the next step
-    is in the conformal metric.
+    Turnings change angles least where the surface is flat already. So the first step starts from its angles
+    scaled conformally, and goes to those of least change from the surface itself.
     """
-    angles = problem.angles
-    lin: Linearised | None
+    surface = opened(corner_angles(problem.mesh))[0]
     try:
-        turnings, lin = Turnings.of(angles, turned.vertices)
+        turnings, lin = Turnings.of(problem.angles, turned.vertices)
     except NotPositiveDefiniteError:
         after = step_by_same_factor(problem.start, ROUGH_RTOL)
-        turnings = Turnings.measured(after.at, angles.constraints.paths, turned.vertices)
-        lin = after.lin
+        turnings = Turnings.measured(after.at, problem.angles.constraints.paths, turned.vertices)
+        angles = _asking(problem.angles, turned, turnings)
+        state = State(angles, angles.at(after.at.alpha), after.steps, after.lin)
+        return replace(problem, angles=angles), state
+    angles = _asking(problem.angles, turned, turnings)
+    state = step_from_surface(_scaled(problem, angles, surface, lin), surface, ROUGH_RTOL)
+    return replace(problem, angles=angles), state
+
+
+def _asking(angles: AngleProblem, turned: Turned, turnings: Turnings) -> AngleProblem:
+    """The problem with the sums and the turnings that are chosen."""
     sums, wanted = turned.chosen(turnings)
     asked = angles.constraints.sums.copy()
     changed = np.full(len(asked), np.nan)
     asked[turned.vertices] = changed[turned.vertices] = sums
-    constraints, topology = angles.constraints.asking(asked), angles.constraints.topology
+    constraints = angles.constraints.asking(asked, wanted)
     with timed("assembly"):
-        estimate = initial_estimate(topology, angles.estimate, to_triangles=angles.safeguard, sums=changed)
-    angles = replace(angles, constraints=constraints, estimate=estimate)
-    state = step_by_same_factor(State(angles, angles.start, lin=lin), ROUGH_RTOL)
-    angles = replace(angles, constraints=constraints.asking(turnings=wanted))
-    state = State(angles, angles.at(state.at.alpha), state.steps, state.lin)
-    return replace(problem, angles=angles), conformal_step(state)
+        estimate = initial_estimate(
+            constraints.topology, angles.estimate, to_triangles=angles.safeguard, sums=changed
+        )
+    return replace(angles, constraints=constraints, estimate=estimate)
+
+
+def _scaled(problem: Problem, angles: AngleProblem, surface: FloatArray, lin: Linearised) -> State:
+    """The angles of the surface scaled conformally, so that it is nearly flat but for the cones.
+
+    With what is missing to the sums, r, the logarithm of the scale is u = -L^-1 r. As these are angles of
+    lengths, the wheel constraints hold, and the scale comes back along closed paths.
+    """
+    assert lin.inverse is not None
+    constraints, mesh = angles.constraints, problem.mesh
+    with timed("estimate"):
+        missing = constraints.target - constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))
+        u = np.append(-lin.inverse.solve(missing), 0.0)[constraints.row]
+        corners = mesh.V[mesh.topology.corner]
+        length = np.linalg.norm(corners[list(NEXT)] - corners[list(PREV)], axis=2)
+        alpha, impossible = rescaled(constraints.topology, length, u)
+        at = angles.at(np.where(impossible, angles.estimate, alpha))
+    return State(angles, at, lin=lin)
 
 
 def _stages(method: LinABF | ABF, begun: State) -> list[Stage]:

@@ -21,14 +21,30 @@ from .connectivity import (
 )
 from .dissection import dissected, neighbours, separators
 from .drawing import runs_in_blocks, touched_cells
-from .graphs import far_apart, shortest_pairs
+from .graphs import above, far_apart, shortest_pairs
 from .maps import centred, changes, signed_double_areas
 from .minimum_degree import minimum_degree
-from .paths import Rest, nearest_sources, nodes_on_paths, shortest_odd_walk, ways_towards, without_leaves
+from .paths import (
+    Rest,
+    nearest_sources,
+    nodes_on_paths,
+    shortest_odd_walk,
+    way_of_fewest,
+    ways_towards,
+    without_leaves,
+)
 from .places import placed
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved
-from .supernodal import Subtrees, Work, fresh, supernodal_backward, supernodal_factor, supernodal_forward
+from .supernodal import (
+    Subtrees,
+    Work,
+    fresh,
+    supernodal_backward,
+    supernodal_factor,
+    supernodal_forward,
+    supernodal_front,
+)
 from .supernodes import Supernodes, subtrees, supernodes
 from .systems import (
     at_edges,

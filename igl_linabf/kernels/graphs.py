@@ -1,10 +1,12 @@
 """Graphs in which several edges may join two nodes, and nodes of a graph that are far from each other."""
 
 import numpy as np
+from scipy import sparse
+from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
 from .choice import with_loops
-from .connectivity import LOW_BITS, sort_part
+from .connectivity import LOW_BITS, connected_labels, sort_part
 
 Graph = tuple[IntArray, IntArray, IntArray]
 
@@ -111,3 +113,46 @@ def far_apart(
         chosen |= new
         waiting &= spread(new.astype(np.int32)) == 0
     return chosen
+
+
+def _above(pairs: IntArray, n: int) -> IntArray:
+    begin = np.zeros(n + 2, dtype=np.int64)
+    for e in range(len(pairs)):
+        begin[pairs[e, 0] + 2] += 1
+        begin[pairs[e, 1] + 2] += 1
+    for v in range(n):
+        begin[v + 2] += begin[v + 1]
+    beside = np.empty(2 * len(pairs), dtype=np.int64)
+    for e in range(len(pairs)):
+        i, j = pairs[e, 0], pairs[e, 1]
+        beside[begin[i + 1]], beside[begin[j + 1]] = j, i
+        begin[i + 1] += 1
+        begin[j + 1] += 1
+    above, waiting = np.full(n, -1, dtype=np.int64), np.empty(n, dtype=np.int64)
+    for root in range(n):
+        if above[root] >= 0:
+            continue
+        above[root], waiting[0], done, size = root, root, 0, 1
+        while done < size:
+            node, done = waiting[done], done + 1
+            for at in range(begin[node], begin[node + 1]):
+                there = beside[at]
+                if above[there] < 0:
+                    above[there], waiting[size] = node, there
+                    size += 1
+    return above
+
+
+@with_loops(_above)
+def above(pairs: IntArray, n: int) -> IntArray:
+    """The node above each of n nodes of a forest with these edges, (#E, 2); that of a root is itself.
+
+    The root of a tree is its first node.
+    """
+    root = np.unique(connected_labels(pairs, n), return_index=True)[1]
+    # breadth first from a node that is beside each root
+    ends = np.concatenate((pairs, np.column_stack((root, np.full(len(root), n)))))
+    graph = sparse.csr_array((np.ones(len(ends), dtype=np.int8), ends.T), shape=(n + 1, n + 1))
+    before = csgraph.breadth_first_order(graph, n, directed=False)[1][:n].astype(np.int64)
+    before[root] = root
+    return np.asarray(before)

@@ -180,6 +180,43 @@ def nodes_on_paths(before: IntArray, ends: IntArray) -> IntArray:
     return np.array([*found], dtype=np.int64)
 
 
+def _way_of_fewest(indptr: IntArray, indices: IntArray, sources: BoolArray, ends: BoolArray) -> IntArray:
+    n, done, size = len(indptr) - 1, 0, 0
+    before, queue = np.full(n, -2, dtype=np.int64), np.empty(n, dtype=np.int64)
+    for node in range(n):
+        if sources[node]:
+            before[node], queue[size] = -1, node
+            size += 1
+    while done < size and not ends[queue[done]]:
+        for at in range(indptr[queue[done]], indptr[queue[done] + 1]):
+            if before[indices[at]] == -2:
+                before[indices[at]], queue[size] = queue[done], indices[at]
+                size += 1
+        done += 1
+    node, steps = queue[done] if done < size else -1, 0
+    while node >= 0:  # the queue up to here is done with
+        queue[steps] = node
+        node, steps = before[node], steps + 1
+    return queue[:steps].copy()
+
+
+@with_loops(_way_of_fewest)
+def way_of_fewest(indptr: IntArray, indices: IntArray, sources: BoolArray, ends: BoolArray) -> IntArray:
+    """The nodes of a way of the fewest steps, from one of the `ends` back to one of the sources, both masks.
+
+    The graph is given as in CSR. There are none if no end can be reached.
+    """
+    n, source = len(indptr) - 1, np.flatnonzero(sources)
+    pattern = np.append(indices, source), np.append(indptr, len(indices) + len(source))
+    graph = sparse.csr_array((np.ones(len(pattern[0])), *pattern), shape=(n + 1, n + 1))
+    reached, before = csgraph.breadth_first_order(graph, n)  # from a node beside all sources
+    at = np.flatnonzero(np.append(ends, False)[reached])[:1]
+    way = reached[at].tolist()
+    while way and before[way[-1]] != n:
+        way.append(int(before[way[-1]]))
+    return np.array(way, dtype=np.int64)
+
+
 def _without_leaves(ends: IntArray, kept: BoolArray) -> BoolArray:
     degree, edges = np.zeros(len(kept), dtype=np.int64), np.zeros(len(kept), dtype=np.int64)
     for e in range(len(ends)):
@@ -215,12 +252,26 @@ def without_leaves(ends: IntArray, kept: BoolArray) -> BoolArray:
         left &= ~drop
 
 
+@inlined
+def _begin(
+    copy: int, n: int, begun: BoolArray, distance: FloatArray, before: IntArray, place: IntArray
+) -> None:
+    """Prepare a copy of n nodes: none is reached."""
+    begun[copy] = True
+    distance[copy * n : (copy + 1) * n] = np.inf
+    before[copy * n : (copy + 1) * n] = -1
+    place[copy * n : (copy + 1) * n] = -1
+
+
 def _shortest_odd_walk(
     indptr: IntArray, indices: IntArray, length: FloatArray, flip: IntArray, start: int, copies: int
 ) -> IntArray:
     n, size = len(indptr) - 1, 1
-    distance, before = np.full(copies * n, np.inf), np.full(copies * n, -1, dtype=np.int64)
-    place, heap = np.full(copies * n, -1, dtype=np.int64), np.empty(copies * n, dtype=np.int64)
+    distance, before = np.empty(copies * n), np.empty(copies * n, dtype=np.int64)
+    place, heap = np.empty(copies * n, dtype=np.int64), np.empty(copies * n, dtype=np.int64)
+    begun = np.zeros(copies, dtype=np.bool_)  # most copies are never reached
+    for copy in (0, copies - 1):
+        _begin(copy, n, begun, distance, before, place)
     distance[start], heap[0], place[start] = 0.0, start, 0
     # To the end it is as far from (c, v) as from the start to (all but c, v): so both halves are one search.
     last, middle, least = copies - 1, np.int64(-1), np.inf
@@ -230,6 +281,9 @@ def _shortest_odd_walk(
         for at in range(indptr[node - copy * n], indptr[node - copy * n + 1]):
             other, way = copy ^ flip[at], distance[node] + length[at]
             there = other * n + indices[at]
+            if not begun[other]:
+                _begin(other, n, begun, distance, before, place)
+                _begin(last - other, n, begun, distance, before, place)
             if way < distance[there]:
                 size = _reached(there, way, node, heap, place, distance, before, size)
                 rest = distance[(last - other) * n + indices[at]]

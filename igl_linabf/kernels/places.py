@@ -93,8 +93,9 @@ def _placed(
                 if page == len(ahead):
                     ahead = np.concatenate((ahead, np.empty((page + 1, side, side), dtype=np.int16)))
                     extents = np.concatenate((extents, np.zeros((page + 1, 2), dtype=np.int64)))
-                for column in range(side):
-                    ahead[page, :, column] = FREE + side - column
+                for row in range(side):
+                    for column in range(side):
+                        ahead[page, row, column] = FREE + side - column
                 number += 1
             k, x, y = _place(
                 ahead[page], extents[page], shapes, blocks, start, first[chart], first[chart + 1]

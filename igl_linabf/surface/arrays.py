@@ -156,7 +156,7 @@ def _places_of(index: np.ndarray, vertices: IntArray, name: str, do: str) -> Int
 
 
 def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False) -> BoolArray:
-    """Check the seams and write them as `igl.cut_mesh` takes them, (#F, 3).
+    """Check the seams and write them as a mask of sides, (#F, 3).
 
     If a mask is to stay `as_marked`, an edge may be a seam for some of its faces only.
     """
@@ -169,7 +169,7 @@ def seam_mask(seams: ArrayLike, F: IntArray, n: int, *, as_marked: bool = False)
             raise MeshError("seams has the shape (#F, 3), but is no mask: pass booleans, or zeros and ones")
         if as_marked:
             return array.astype(bool)
-        keys = _side_keys(F, n)  # igl.cut_mesh may crash where only one of the two sides of an edge is marked
+        keys = _side_keys(F, n)  # of an edge, one side or both may be marked
         return np.asarray(np.isin(keys, keys[array.astype(bool)]))
     if array.size == 0:
         return np.zeros(F.shape, dtype=bool)
