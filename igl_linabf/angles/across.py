@@ -11,9 +11,11 @@ import numpy as np
 from scipy import sparse
 
 from .._types import FloatArray, IntArray, Solve
+from .loops import Closure
 
 Tall: TypeAlias = "FloatArray | sparse.csr_array"
 
+ALIKE = 0.1  # relative difference of loops up to which one's columns serve for the other
 DENSE = 64  # columns up to which their entries are kept dense, for quick products
 
 
@@ -69,9 +71,24 @@ class Border:
 
 @dataclass(frozen=True, eq=False)
 class Columns:
-    """The columns of a dense matrix C, (size, 2 #rows)."""
+    """A dense matrix C.
+
+    Attributes
+    ----------
+    each : (size, 2 #rows) float64
+        Its columns.
+    closure : Closure
+        What they were made for.
+    """
 
     each: FloatArray
+    closure: Closure
+
+    def serves(self, closure: Closure) -> bool:
+        """Whether these loops are drawn nearly as those that the columns were made for."""
+        q, known = closure.q, self.closure
+        same = np.array_equal(closure.asked, known.asked)
+        return same and float(np.abs(q - known.q).max()) <= ALIKE * float(np.abs(q).max())
 
     def along(self, y: FloatArray) -> FloatArray:
         """C y."""

@@ -105,7 +105,7 @@ class ClosingRows:
         NotPositiveDefiniteError
             The rows depend on each other.
         """
-        across = Columns(np.ascontiguousarray(inner(self.B.whole(self._n)).T))
+        across = Columns(np.ascontiguousarray(inner(self.B.whole(self._n)).T), self._closure)
         return self._bordered(inner, across, self.D - across.onto_border(self.B))
 
     def preconditioner(
@@ -130,6 +130,8 @@ class ClosingRows:
         else:
             if isinstance(known, ColumnsOfPaths) and known.scale.shape[1] == len(self._paths):
                 across = self._of_paths(known.scale)
+            elif isinstance(known, Columns) and known.serves(self._closure):
+                across = known
             else:
                 across = self._across(inverse, self._take(system.conformal)[0])
             mixed = across.onto_border(self.B)
@@ -150,14 +152,14 @@ class ClosingRows:
         constraints, asked = self._constraints, np.flatnonzero(self._asked)
         whole = B.whole(self._n)
         if constraints.wheels < constraints.n:
-            return Columns(np.ascontiguousarray(by_pairs(inverse, whole).T))
+            return Columns(np.ascontiguousarray(by_pairs(inverse, whole).T), self._closure)
         wheel = whole[1::2]
         if len(self._paths) == len(self._closure.gap):
             return self._of_paths(inverse(wheel[:, asked % 2 == 0]))
         both = np.zeros((len(self._asked), constraints.n, 2))
         both[asked, :, 1] = inverse(wheel).T
         both[0::2, :, 0], both[1::2, :, 0] = -both[1::2, :, 1], both[0::2, :, 1]
-        return Columns(both[asked].reshape(self.size, self._n))
+        return Columns(both[asked].reshape(self.size, self._n), self._closure)
 
     def _of_paths(self, scale: FloatArray) -> ColumnsOfPaths:
         path, part = np.divmod(np.flatnonzero(self._asked), 2)

@@ -36,7 +36,15 @@ from .paths import (
 from .places import placed
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved
-from .supernodal import Subtrees, Work, fresh, supernodal_backward, supernodal_factor, supernodal_forward
+from .supernodal import (
+    Subtrees,
+    Work,
+    fresh,
+    supernodal_backward,
+    supernodal_factor,
+    supernodal_forward,
+    supernodal_front,
+)
 from .supernodes import Supernodes, subtrees, supernodes
 from .systems import (
     at_edges,

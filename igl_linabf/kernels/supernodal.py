@@ -14,11 +14,12 @@ from typing import NamedTuple
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from .choice import inlined, only_loops
-from .supernodes import WIDTH, Places, Supernodes
+from .choice import only_loops
+from .fronts import add, add_leaf, eliminate, eliminate_in_threads
+from .supernodes import WIDTH, Supernodes
 
 THIN = 2  # columns up to which what a leaf leaves goes to its parent's front at once
-PANEL = 64  # columns whose effect on the rest is added up
+ALL, FRONT, LEAVE = 0, 1, 2  # of the work at a supernode: what is before its elimination, and after it
 DIGITS = 1e-5  # share of a diagonal entry below which its pivot has no digits left in single precision
 
 
@@ -50,112 +51,27 @@ NumPy asks the system for large ones, and gigabytes of these take it longer than
 
 
 class Work(NamedTuple):
-    """Work space: the stack of what fronts leave, and what is left of a front."""
+    """Work space.
+
+    Attributes
+    ----------
+    stack : (Supernodes.stack,) float
+        What fronts leave for their parents.
+    space : (Supernodes.front^2,) float
+        What is left of a front.
+    least : (Supernodes.front,) float
+        What pivots of a front must exceed.
+    waiting : (#,) int64
+        The supernodes whose parents come later.
+    size : (2,) int64
+        How many these are, and how much of the stack is in use; zeros at first.
+    """
 
     stack: FloatArray
     space: FloatArray
-
-
-@inlined
-def _take(X: FloatArray, p: int, last: int, Y: FloatArray, shift: int, first: int, until: int) -> None:
-    """Take from the columns `first` to `until` of Y what the eliminated columns `p` to `last` of X say.
-
-    The row of Y's column 0 in X is `shift`. Four go with four at a time, which stay in the processor's
-    registers.
-    """
-    size = X.shape[1] - shift
-    fours, whole = p + (last - p) // WIDTH * WIDTH, first + (until - first) // WIDTH * WIDTH
-    for j in range(first, whole, WIDTH):
-        q = shift + j
-        for k in range(p, fours, WIDTH):
-            for c in range(3):  # the corner, of which there is a triangle only
-                for r in range(c, 3):
-                    for t in range(k, k + WIDTH):
-                        Y[j + c, j + r] -= X[t, q + c] * X[t, q + r]
-            x0, x1, x2, x3 = X[k, q + 3 :], X[k + 1, q + 3 :], X[k + 2, q + 3 :], X[k + 3, q + 3 :]
-            y0, y1, y2, y3 = Y[j, j + 3 :], Y[j + 1, j + 3 :], Y[j + 2, j + 3 :], Y[j + 3, j + 3 :]
-            a0, a1, a2, a3 = X[k, q], X[k + 1, q], X[k + 2, q], X[k + 3, q]
-            b0, b1, b2, b3 = X[k, q + 1], X[k + 1, q + 1], X[k + 2, q + 1], X[k + 3, q + 1]
-            c0, c1, c2, c3 = X[k, q + 2], X[k + 1, q + 2], X[k + 2, q + 2], X[k + 3, q + 2]
-            d0, d1, d2, d3 = X[k, q + 3], X[k + 1, q + 3], X[k + 2, q + 3], X[k + 3, q + 3]
-            for i in range(size - j - 3):
-                u, v, w, z = x0[i], x1[i], x2[i], x3[i]
-                y0[i] -= a0 * u + a1 * v + a2 * w + a3 * z
-                y1[i] -= b0 * u + b1 * v + b2 * w + b3 * z
-                y2[i] -= c0 * u + c1 * v + c2 * w + c3 * z
-                y3[i] -= d0 * u + d1 * v + d2 * w + d3 * z
-    for j in range(whole, until):
-        for k in range(p, fours, WIDTH):
-            q = shift + j
-            f0, f1, f2, f3 = X[k, q], X[k + 1, q], X[k + 2, q], X[k + 3, q]
-            x0, x1, x2, x3, y = X[k, q:], X[k + 1, q:], X[k + 2, q:], X[k + 3, q:], Y[j, j:]
-            for i in range(size - j):
-                y[i] -= f0 * x0[i] + f1 * x1[i] + f2 * x2[i] + f3 * x3[i]
-    for k in range(fours, last):
-        for j in range(first, until):
-            share, x, y = X[k, shift + j], X[k, shift + j :], Y[j, j:]
-            for i in range(size - j):
-                y[i] -= share * x[i]
-
-
-@inlined
-def _eliminate(L: FloatArray, U: FloatArray, least: FloatArray) -> int:
-    """Eliminate the columns L, `L[column, row]`, of a front, whose rest is U; the bad pivot, or -1.
-
-    A pivot is bad if it is not larger than the `least` of its column.
-
-    The diagonal of L is left inverted: solves multiply by it.
-    """
-    width, size, one = len(L), L.shape[1], L.dtype.type(1)
-    for first in range(0, width, PANEL):
-        last = min(first + PANEL, width)
-        for p in range(first, last, WIDTH):
-            end = min(p + WIDTH, last)
-            for k in range(p, end):
-                if not least[k] < L[k, k] < np.inf:
-                    return k
-                inverse, x = one / np.sqrt(L[k, k]), L[k, k:]
-                for i in range(size - k):
-                    x[i] *= inverse
-                x[0] = inverse
-                for j in range(k + 1, end):
-                    share, x, y = L[k, j], L[k, j:], L[j, j:]
-                    for i in range(size - j):
-                        y[i] -= share * x[i]
-            _take(L, p, end, L, 0, end, last)
-        _take(L, first, last, L, 0, last, width)
-        _take(L, first, last, U, width, 0, len(U))
-    return -1
-
-
-@inlined
-def _add_leaf(own: FloatArray, wide: int, to: Places, L: FloatArray, U: FloatArray) -> None:
-    """Add what the columns `own` of a thin leaf, so many, leave to the front L, U of its parent."""
-    width, size = len(L), wide + len(to)
-    for j in range(len(to)):
-        for k in range(wide):
-            x = own[k * size + wide : (k + 1) * size]
-            share = x[j]
-            if to[j] < width:
-                for i in range(j, len(to)):
-                    L[to[j], to[i]] -= share * x[i]
-            else:
-                for i in range(j, len(to)):
-                    U[to[j] - width, to[i] - width] -= share * x[i]
-
-
-@inlined
-def _add(left: FloatArray, to: Places, L: FloatArray, U: FloatArray) -> None:
-    """Add what is left of a child's front to the front L, U of its parent."""
-    width, size = len(L), len(to)
-    for j in range(size):
-        x = left[j * size : (j + 1) * size]
-        if to[j] < width:
-            for i in range(j, size):
-                L[to[j], to[i]] += x[i]
-        else:
-            for i in range(j, size):
-                U[to[j] - width, to[i] - width] += x[i]
+    least: FloatArray
+    waiting: IntArray
+    size: IntArray
 
 
 def _factor(
@@ -167,10 +83,12 @@ def _factor(
     values: FloatArray,
     left: FloatArray,
     work: Work,
+    does: int,
 ) -> int:
-    stack, top = work.stack, 0
-    least, digits = np.empty(a.front, values.dtype), values.dtype.type(DIGITS if values.itemsize < 8 else 0)
-    waiting, last = np.empty(len(which), dtype=np.int64), 0
+    least, digits, waiting, stack = work.least, values.dtype.type(DIGITS), work.waiting, work.stack
+    last, top = work.size[0], work.size[1]
+    if values.itemsize == 8:
+        digits = values.dtype.type(0)
     for s in which:
         first, width = a.start[s], a.start[s + 1] - a.start[s]
         m = a.below_start[s + 1] - a.below_start[s]
@@ -180,53 +98,83 @@ def _factor(
                 last += 1
             continue
         block = values[a.value_start[s] : a.value_start[s + 1]]
-        block[:] = 0.0
-        for p in range(a.column[first], a.column[first + width]):
-            block[a.target[p]] += data[a.source[p]]
-        for j in range(width):
-            least[j] = digits * block[j * (width + m + 1)]
-        thin = a.children[s] == 0 and width <= THIN
-        rest = 0 if thin else m
+        rest = 0 if a.children[s] == 0 and width <= THIN else m
         L, U = block.reshape(width, width + m), work.space[: rest * rest].reshape(rest, rest)
-        for j in range(rest):
-            U[j, j:] = 0.0
-        for _ in range(a.children[s]):
-            last -= 1
-            c = waiting[last]
-            wide, to = a.start[c + 1] - a.start[c], a.local[a.below_start[c] : a.below_start[c + 1]]
-            if parts.number[c] >= 0:
-                begin = parts.left[parts.number[c]]
-                _add(left[begin : begin + len(to) ** 2], to, L, U)
-            elif a.children[c] == 0 and wide <= THIN:
-                _add_leaf(values[a.value_start[c] : a.value_start[c + 1]], wide, to, L, U)
+        if does != LEAVE:
+            block[:] = 0.0
+            for p in range(a.column[first], a.column[first + width]):
+                block[a.target[p]] += data[a.source[p]]
+            for j in range(width):
+                least[j] = digits * block[j * (width + m + 1)]
+            for j in range(rest):
+                U[j, j:] = 0.0
+            for _ in range(a.children[s]):
+                last -= 1
+                c = waiting[last]
+                wide, to = a.start[c + 1] - a.start[c], a.local[a.below_start[c] : a.below_start[c + 1]]
+                if parts.number[c] >= 0:
+                    begin = parts.left[parts.number[c]]
+                    add(left[begin : begin + len(to) ** 2], to, L, U)
+                elif a.children[c] == 0 and wide <= THIN:
+                    add_leaf(values[a.value_start[c] : a.value_start[c + 1]], wide, to, L, U)
+                else:
+                    top -= len(to) ** 2
+                    add(stack[top : top + len(to) ** 2], to, L, U)
+        if does == ALL:
+            bad = eliminate(L, U, least)
+            if bad >= 0:
+                return int(first + bad)
+        if does != FRONT:
+            if s == root:
+                begin = parts.left[parts.number[s]]
+                kept = left[begin : begin + rest * rest]
             else:
-                top -= len(to) ** 2
-                _add(stack[top : top + len(to) ** 2], to, L, U)
-        bad = _eliminate(L, U, least)
-        if bad >= 0:
-            return int(first + bad)
-        if s == root:
-            begin = parts.left[parts.number[s]]
-            kept = left[begin : begin + rest * rest]
-        else:
-            kept = stack[top : top + rest * rest]
-            top += rest * rest
-        for j in range(rest):
-            kept[j * rest + j : (j + 1) * rest] = U[j, j:]
-        if m:
-            waiting[last] = s
-            last += 1
+                kept = stack[top : top + rest * rest]
+                top += rest * rest
+            for j in range(rest):
+                kept[j * rest + j : (j + 1) * rest] = U[j, j:]
+            if m:
+                waiting[last] = s
+                last += 1
+    work.size[0], work.size[1] = last, top
     return -1
 
 
-supernodal_factor = only_loops(_factor)
-supernodal_factor.__doc__ = """Fill L's values by the supernodes `which`; the place of a bad pivot, or -1.
+_factored = only_loops(_factor)
 
-Values, rests and work space are of one precision, double or single.
 
-They are those of the subtree with this root, in order. With root -1 they are those above all subtrees, and
-the roots of these, which leave their rests in `left`.
-"""
+def supernodal_factor(
+    data: FloatArray,
+    a: Supernodes,
+    parts: Subtrees,
+    which: IntArray,
+    root: int,
+    values: FloatArray,
+    left: FloatArray,
+    work: Work,
+) -> int:
+    """Fill L's values by the supernodes `which`; the place of a bad pivot, or -1.
+
+    Values, rests and work space are of one precision, double or single.
+
+    They are those of the subtree with this root, in order. With root -1 they are some of those above all
+    subtrees, and of the roots of these, which leave their rests in `left`.
+    """
+    return _factored(data, a, parts, which, root, values, left, work, ALL)
+
+
+def supernodal_front(
+    data: FloatArray, a: Supernodes, parts: Subtrees, s: int, values: FloatArray, left: FloatArray, work: Work
+) -> int:
+    """The same for one large supernode above all subtrees, in which threads share the work."""
+    args = data, a, parts, np.array([s]), -1, values, left, work
+    width, rest = int(a.start[s + 1] - a.start[s]), int(a.below_start[s + 1] - a.below_start[s])
+    _factored(*args, FRONT)
+    L = values[a.value_start[s] : a.value_start[s + 1]].reshape(width, width + rest)
+    bad = eliminate_in_threads(L, work.space[: rest**2].reshape(rest, rest), work.least)
+    if bad >= 0:
+        return int(a.start[s] + bad)
+    return _factored(*args, LEAVE)
 
 
 def _forward(

@@ -24,6 +24,7 @@ DISSECTED_FROM = 250_000  # rows from which separators save more time than they 
 SINGLE_FROM = 250_000  # rows from which a preconditioner is in single precision: two thirds of the time
 REFINED_FROM = 1_000_000  # rows from which a solve, too, is by one, and memory counts
 ALL_DIGITS, MOST_TO_REFINE = 1e-10, 20  # relative residual, and steps at most
+SHARED_FROM = 1e8  # operations for a supernode above the subtrees from which threads share them
 LARGEST, SMALLEST = 0.15, 0.005  # share of the whole work in a subtree
 
 
@@ -38,18 +39,21 @@ class Divided:
         Supernodes and root of each, the most work first.
     rest : (#,) int64
         The supernodes above, and the roots.
+    runs : list of (int64 array, bool)
+        The same in turn; True at supernodes so large that threads share each one's work.
     """
 
     parts: kernels.Subtrees
     subtrees: list[tuple[IntArray, int]]
     rest: IntArray
+    runs: list[tuple[IntArray, bool]]
 
     @classmethod
     def of(cls, a: kernels.Supernodes) -> Divided:
         size, rows_below = len(a.children), np.diff(a.below_start)
         if len(a.order) < DIVIDED_FROM:
-            none = np.zeros(1, dtype=np.int64)
-            return cls(kernels.Subtrees(np.full(size, -1), none, none), [], np.arange(size))
+            none, rest = np.zeros(1, dtype=np.int64), np.arange(size)
+            return cls(kernels.Subtrees(np.full(size, -1), none, none), [], rest, [(rest, False)])
         first, work = kernels.subtrees(a, np.diff(a.value_start).astype(np.float64))
         roots = _roots(np.flatnonzero(rows_below == 0), first, work)
         number, outside = np.full(size, -1, dtype=np.int64), np.ones(size, dtype=bool)
@@ -59,7 +63,13 @@ class Divided:
         rows = rows_below[roots]
         parts = kernels.Subtrees(number, *(np.append(0, np.cumsum(count)) for count in (rows**2, rows)))
         chosen = [(np.arange(first[root], root + 1), root) for root in roots]
-        return cls(parts, chosen, np.flatnonzero(outside))
+        rest = np.flatnonzero(outside)
+        width = np.diff(a.start)[rest]
+        large = (width * (width + rows_below[rest]) ** 2 > SHARED_FROM) & (a.children[rest] > 0)
+        large &= number[rest] < 0
+        begin = np.flatnonzero(large[1:] | large[:-1]) + 1
+        runs = [(run, bool(large[k])) for run, k in zip(np.split(rest, begin), [0, *begin], strict=True)]
+        return cls(parts, chosen, rest, runs)
 
 
 def _roots(tops: IntArray, first: IntArray, work: FloatArray) -> list[int]:
@@ -135,17 +145,24 @@ class Compiled(Analysis):
         a, divided, spare = self._analysed, self._divided, self._spare
         values, left = spare.take(int(a.value_start[-1])), spare.take(int(divided.parts.left[-1]))
 
-        def part(chosen: tuple[IntArray, int]) -> int:
-            work = spare.take(a.stack), spare.take(a.front**2)
+        def part(root: int, runs: list[tuple[IntArray, bool]]) -> int:
+            work = spare.take(a.stack), spare.take(a.front**2), np.empty(a.front)
             views: list[Any] = [array.view(precision) for array in (values, left, *work)]
-            to = (*views[:2], kernels.Work(*views[2:]))
-            bad = kernels.supernodal_factor(lower.data, a, divided.parts, *chosen, *to)
-            spare.give(*work)
+            waiting = np.empty(sum(len(run) for run, _ in runs), dtype=np.int64)
+            space = kernels.Work(views[2], views[3], views[4], waiting, np.zeros(2, dtype=np.int64))
+            to = (*views[:2], space)
+            bad = -1
+            for run, large in runs:
+                if bad < 0 and large:
+                    bad = kernels.supernodal_front(lower.data, a, divided.parts, run[0], *to)
+                elif bad < 0:
+                    bad = kernels.supernodal_factor(lower.data, a, divided.parts, run, root, *to)
+            spare.give(*work[:2])
             return bad
 
-        bad = max(at_once(part, divided.subtrees), default=-1)
+        bad = max(at_once(lambda s: part(s[1], [(s[0], False)]), divided.subtrees), default=-1)
         if bad < 0:
-            bad = part((divided.rest, -1))
+            bad = part(-1, divided.runs)
         spare.give(left)
         if bad >= 0:
             spare.give(values)
