@@ -218,7 +218,7 @@ def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing, tried: int) ->
     """The first ones again on a fine grid, until one serves the page that it needs; None if none does."""
     found: list[_Grown] = []
     for entry in _different(coarse)[:tried]:
-        side, turns = entry.reached, entry.layout.turn[:, None]
+        side, turns = entry.reached * (1 + SLACK), entry.layout.turn[:, None]
         for trial in range(MOST_TRIALS):
             masks = _masks(charts, entry.order, turns, FINE / side, spacing.gap * FINE)
             found.append(_grown(len(charts.outlines), entry.order, masks, side, FINE, spacing))
