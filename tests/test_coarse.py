@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import igl
 import numpy as np
 import pytest
 from conftest import load
 
-from igl_linabf.charts import cut, find_seams, seams
+from igl_linabf.charts import cut, find_seams, seams, unwrap
 from igl_linabf.charts.coarse import clusters, contracted
 from igl_linabf.charts.cut_graph import closed_surface, shape
 from igl_linabf.charts.growing import grown_seam, seam_cost
 from igl_linabf.charts.pieces import flattened
 from igl_linabf.flattening import Sketch
 from igl_linabf.measures import overlapping_pairs
-from igl_linabf.surface import Submesh
+from igl_linabf.surface import Submesh, clean, complex_positions, signed_double_areas
 
 NAMES = (
     "nut",
@@ -128,3 +130,44 @@ def test_overlaps_of_large_surfaces_are_foreseen() -> None:
         overlapping += [sum(len(overlapping_pairs(flattened(p, Sketch()).uv, p.F)) for p in parts)]
     assert len(parts) <= 4
     assert overlapping[1] <= overlapping[0] / 20
+
+
+def level_set(
+    function: Callable[..., np.ndarray], reach: float, points: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where a function is zero in a cube, open at its sides: the largest component."""
+    grid = np.stack(np.meshgrid(*3 * [np.linspace(-reach, reach, points)], indexing="ij"), axis=-1)
+    grid = np.ascontiguousarray(grid.reshape(-1, 3)[:, ::-1])  # x is the fastest
+    V, F, *_ = igl.marching_cubes(function(*grid.T), grid, *3 * [points], 0.0)
+    V, F, *_ = clean(V, F)
+    body = max(Submesh.checked(V, F).components(), key=lambda part: len(part.F))
+    return body.V, body.F
+
+
+def schwarz(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Some cells of Schwarz's P surface, which the cube cuts open."""
+    return np.cos(x) + np.cos(y) + np.cos(z)
+
+
+def bored(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """A plate with nine bores."""
+    bores = (0.12 - np.hypot(x - a, y - b) for a in (-0.5, 0, 0.5) for b in (-0.45, 0.05, 0.5))
+    return np.maximum.reduce([np.abs(x) - 0.9, np.abs(y) - 0.8, np.abs(z) - 0.13, *bores])
+
+
+@pytest.mark.parametrize(("body", "reach", "points", "handles"), [(schwarz, 6.0, 40, 5), (bored, 1.0, 68, 9)])
+def test_large_bodies_of_many_handles_fall_into_sound_charts(
+    body: Callable[..., np.ndarray], reach: float, points: int, handles: int
+) -> None:
+    V, F = level_set(body, reach, points)
+    whole = Submesh.checked_manifold(V, F)
+    assert len(V) > seams.DIRECT
+    assert whole.topology.genus == handles
+    assert bool(whole.topology.loops) == (body is schwarz)
+    atlas = unwrap(V, F, strict=True, progress=False)
+    assert atlas.good
+    assert atlas.FTC.shape == F.shape
+    assert (signed_double_areas(complex_positions(atlas.TC), atlas.FTC.T) > 0).all()
+    parts = whole.cut_along(atlas.seams)
+    assert len(parts) == len(atlas.charts)
+    assert all(len(part.topology.loops) == 1 and not part.topology.genus for part in parts)

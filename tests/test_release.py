@@ -25,7 +25,7 @@ if sys.version_info >= (3, 11):
 else:
     import tomli as tomllib
 
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
 HEAVY = ("numpy", "scipy", "igl", "pyamg", "shapely", "pyvista")
 
@@ -139,8 +139,10 @@ def test_the_wheel_is_one_typed_module_with_a_page_whose_links_lead_somewhere(tm
 
 
 def test_the_page_of_the_index_links_to_files_that_are_there() -> None:
-    rules = tomllib.loads((ROOT / "pyproject.toml").read_text())["tool"]["hatch"]["metadata"]["hooks"]
-    page = (ROOT / "README.md").read_text()
+    rules = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["hatch"]["metadata"][
+        "hooks"
+    ]
+    page = (ROOT / "README.md").read_text(encoding="utf-8")
     for rule in rules["fancy-pypi-readme"]["substitutions"]:
         page = re.sub(rule["pattern"], rule["replacement"].replace("$HFPR_VERSION", "0"), page)
     base = re.compile(
@@ -183,13 +185,13 @@ def test_what_the_release_check_leaves_out_is_there() -> None:
 
 
 def test_the_version_is_one() -> None:
-    recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text())
-    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
+    recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
+    citation = yaml.safe_load((ROOT / "CITATION.cff").read_text(encoding="utf-8"))
     assert recipe["context"]["version"] == citation["version"] == PROJECT["version"]
 
 
 def test_the_conda_recipe_wants_what_the_package_wants() -> None:
-    recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text())
+    recipe = yaml.safe_load((ROOT / "conda" / "recipe.yaml").read_text(encoding="utf-8"))
     wanted = {re.sub(r"^libigl\b", "igl", text).replace(">=", " >=") for text in PROJECT["dependencies"]}
     assert set(recipe["requirements"]["run"]) == wanted | {f"python {PROJECT['requires-python']}"}
     (entry,) = recipe["build"]["python"]["entry_points"]
@@ -198,7 +200,9 @@ def test_the_conda_recipe_wants_what_the_package_wants() -> None:
 
 def test_pythons_of_classifiers_and_of_the_workflow_are_the_same() -> None:
     listed = [c.rpartition(" ")[2] for c in PROJECT["classifiers"] if re.search(r":: 3\.\d+$", c)]
-    matrix = yaml.safe_load((ROOT / ".github/workflows/tests.yml").read_text())["jobs"]["tests"]["strategy"]
+    matrix = yaml.safe_load((ROOT / ".github/workflows/tests.yml").read_text(encoding="utf-8"))["jobs"][
+        "tests"
+    ]["strategy"]
     assert matrix["matrix"]["python"] == listed
     assert PROJECT["requires-python"] == f">={listed[0]}"
     assert {name.partition("-")[0] for name in matrix["matrix"]["os"]} == {"ubuntu", "macos", "windows"}
@@ -206,7 +210,7 @@ def test_pythons_of_classifiers_and_of_the_workflow_are_the_same() -> None:
 
 @pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
 def test_workflows_run_targets_and_files_that_are_there(path: Path) -> None:
-    targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
     jobs = yaml.safe_load(path.read_text(encoding="utf-8"))["jobs"]
     for job in jobs.values():
         assert set(job.get("needs", "").split()) <= set(jobs)
@@ -218,7 +222,7 @@ def test_workflows_run_targets_and_files_that_are_there(path: Path) -> None:
 
 
 def test_publication_needs_no_token() -> None:
-    text = (ROOT / ".github/workflows/publish.yml").read_text()
+    text = (ROOT / ".github/workflows/publish.yml").read_text(encoding="utf-8")
     publish = yaml.safe_load(text)["jobs"]["publish"]
     assert publish["permissions"] == {"id-token": "write"}
     assert publish["needs"] == "wheels"
@@ -246,13 +250,13 @@ def test_they_have_the_form_that_their_readers_want(schema: str, files: list[str
 
 
 def test_who_reports_an_error_is_asked_for_the_doctor() -> None:
-    form = yaml.safe_load((ROOT / ".github/ISSUE_TEMPLATE/bug.yml").read_text())
+    form = yaml.safe_load((ROOT / ".github/ISSUE_TEMPLATE/bug.yml").read_text(encoding="utf-8"))
     (field,) = (part for part in form["body"] if "igl-linabf doctor" in part["attributes"]["label"])
     assert field["validations"]["required"]
 
 
 def test_pre_commit_runs_the_ruff_of_the_tests() -> None:
-    hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())["repos"]
+    hooks = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text(encoding="utf-8"))["repos"]
     (rev,) = (hook["rev"] for hook in hooks if "ruff" in hook["repo"])
     (pinned,) = (text for text in PROJECT["optional-dependencies"]["test"] if text.startswith("ruff"))
     assert pinned == f"ruff=={rev[1:]}"

@@ -82,7 +82,19 @@ class Constraints:
 
     def sum_at_rows(self, values: FloatArray) -> FloatArray:
         """Sum (#V,) values over the vertices of each row."""
+        if self._vertex is not None:
+            return values.take(self._vertex)
         return np.asarray(np.bincount(self.row + 1, weights=values, minlength=self.n + 1)[1:])
+
+    @cached_property
+    def _vertex(self) -> IntArray | None:
+        """The vertex of each row; None where a row has several, as a hole's has."""
+        inside = np.flatnonzero(self.row >= 0)
+        if len(inside) != self.n:
+            return None
+        vertex = np.empty_like(inside)
+        vertex[self.row[inside]] = inside
+        return vertex
 
     def sum_at_wheels(self, values: FloatArray) -> FloatArray:
         """`sum_at_rows`, zero where the row has no wheel constraint."""

@@ -23,7 +23,7 @@ SLOW = 0.2  # share of the residual left by a correction, above which a new fact
 STALE = 1.5  # if it is so many times the share that the first correction with the factor left
 IN_VAIN = 0.5  # and above which corrections do not help
 MAX_CORRECTIONS = 12
-MANY_INNER = 8  # inner steps, above which a new factor pays
+FEW_INNER, MANY_INNER = 4, 8  # inner steps, up to which none pays after one cut short; above which one does
 FAST = 0.02  # share left, above which earlier corrections tell more than they cost
 REMEMBERED = 3  # corrections with the same factor that say how the next one changes what is missing
 ROUGH_RTOL = 0.1  # relative residual to which a step is solved that others follow
@@ -39,8 +39,7 @@ def corrected_steps(
     residual is asked for. What is missing along closed paths is spread over all triangles, too smoothly for
     conjugate gradients: the corrections close them, and steps only where these do not help.
     """
-    paths = state.problem.constraints.paths
-    turned = any(not np.isnan(path.turning) for path in paths)
+    paths, turned = state.problem.constraints.paths, _turned(state)
     for _ in range(most):
         cut_short = any(step.limited for step in state.steps)
         below = SMALL if not turned else EARLY_BELOW if cut_short else np.inf
@@ -57,9 +56,21 @@ def corrected_steps(
     return state
 
 
+def _turned(state: State) -> bool:
+    """Whether the turning is prescribed along some paths."""
+    return any(not np.isnan(path.turning) for path in state.problem.constraints.paths)
+
+
 def step_by_same_factor(state: State, rtol: float, *, close: bool = False) -> State:
-    """A step with the factor that is known, if the last one was not cut short; `close`: also of paths."""
-    same = not (state.steps and state.steps[-1].kind == "step" and state.steps[-1].limited)
+    """A step with the factor that is known, if the last one was not cut short; `close`: also of paths.
+
+    Where paths turn, a step is cut short near cones only. So the factor serves on, unless that step took many
+    inner steps.
+    """
+    last = state.steps[-1] if state.steps else None
+    same = last is None or last.kind != "step" or not last.limited
+    if last is not None and _turned(state):
+        same = same or last.inner_steps <= FEW_INNER
     lin = linearise(
         state.problem, state.at, reuse=state.lin, close=close, close_paths=close, same_factor=same
     )

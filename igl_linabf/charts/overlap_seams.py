@@ -19,7 +19,7 @@ BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
 PART_COST = 0.1  # of the bounding box's diagonal: the length of seam that one part less is worth
 MAX_OVERLAPS = 6  # that one search for seams separates
 MAX_SPLITS = 20  # of a chart that flips or overlaps, and of its parts
-MAX_NODES = 1 << 18  # of the graph that it searches; each overlap doubles it
+MAX_NODES = 1 << 19  # of the graph that it searches; each overlap doubles it
 
 
 def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:

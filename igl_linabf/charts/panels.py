@@ -142,6 +142,8 @@ class Creased:
         on_soft[ends[self.bend > SOFT]] = True
         smooth = (bent > 0) & ~on_sharp & (on_soft | (bent <= TIP))
         made = np.bincount(of_vertex[smooth], minlength=number) == 0
+        if not made.any():
+            return np.zeros(number, dtype=bool)
         # no tree through what is curved costs less: each node has an edge, and an edge has two nodes
         least, price = np.full(len(surface.V), np.inf), self.length * np.where(self.sharp, SHARP_SHARE, 1.0)
         np.minimum.at(least, ends.ravel(), np.repeat(price, 2))

@@ -154,6 +154,22 @@ class _Candidate:
         return coordinates(z)
 
 
+class _Boxed:
+    """Triangles by their corners, (#T, 3, 2), of which those near a place are found."""
+
+    def __init__(self, corners: FloatArray) -> None:
+        low, high = corners.min(axis=1), corners.max(axis=1)
+        order = np.argsort(low[:, 0])
+        self._corners, self._low, self._high = corners[order], low[order], high[order]
+        self._widest = float((high - low)[:, 0].max())
+
+    def within(self, low: FloatArray, high: FloatArray) -> FloatArray:
+        """The corners of those whose boxes meet the box from `low` to `high`."""
+        row = slice(*np.searchsorted(self._low[:, 0], (low[0] - self._widest, high[0])))
+        meets = (self._high[row] >= low).all(axis=1) & (self._low[row, 1] <= high[1])
+        return np.asarray(self._corners[row][meets])
+
+
 class _Host:
     """A chart that small ones may be joined to, and those that are."""
 
@@ -162,8 +178,7 @@ class _Host:
         self._chart, self._piece = chart, piece
         self._double_area = self._flat_area = float(piece.measured[0].sum())  # the map has the scale one
         self._squared = chart.quality.stretch_l2**2 * self._double_area
-        self._corners = [chart.result.uv[piece.F]]  # of all that is in the chart
-        self._boxes = [_boxes(self._corners[0])]
+        self._in_chart = [_Boxed(chart.result.uv[piece.F])]
 
     def rim(self) -> tuple[IntArray, IntArray]:
         """Its boundary edges, (#E, 2), and their codes."""
@@ -199,17 +214,12 @@ class _Host:
             return False
         own = uv[piece.F]
         low, high = own.min(axis=(0, 1)), own.max(axis=(0, 1))
-        near = [
-            corners[(left <= high[0]) & (right >= low[0]) & (below <= high[1]) & (above >= low[1])]
-            for corners, (left, below, right, above) in zip(self._corners, self._boxes, strict=True)
-        ]
-        if lie_over(own, np.concatenate(near)):
+        if lie_over(own, np.concatenate([boxed.within(low, high) for boxed in self._in_chart])):
             return False
         of_host = np.full(len(piece.V), -1)
         of_host[run.own] = run.of_host
         self.guests.append(_Guest(piece, uv, of_host))
-        self._corners.append(own)
-        self._boxes.append(_boxes(own))
+        self._in_chart.append(_Boxed(own))
         self._squared, self._double_area, self._flat_area = squared, area, flat_area
         return True
 
@@ -304,11 +314,6 @@ def _parts_of_run(number: int, closed: bool) -> list[slice]:
     """A run of so many edges, and if it is short, its parts: a chart joined along one lies elsewhere."""
     least, most = 1 if number <= SHORT else number, number - closed
     return [slice(i, j) for i in range(number) for j in range(i + least, min(i + most, number) + 1)]
-
-
-def _boxes(corners: FloatArray) -> FloatArray:
-    """Around each triangle: left, below, right and above, (4, #F)."""
-    return np.concatenate((corners.min(axis=1).T, corners.max(axis=1).T))
 
 
 def _moved(flat: FloatArray, fixed: IntArray, at: FloatArray) -> FloatArray | None:

@@ -166,7 +166,7 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
         return [arm(piece, steps, fixed, branch, start, reach) for start in steps[branch]]
 
     def moved(branches: list[int], seam: IntArray) -> IntArray | None:
-        steps, on, old = steps_along(piece, seam), _mask(piece, seam), seam
+        on, old, changes = _mask(piece, seam), seam, list[tuple[IntArray, IntArray]]()
         for branch in branches:
             if len(steps.get(branch, ())) != 3:
                 continue
@@ -196,8 +196,13 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
                     own, old_own = np.concatenate(parts), own
                     seam = np.concatenate((piece.without(seam, old_own), own))
                     replaced(piece, steps, old_own, own)
+                    changes.append((old_own, own))
                 on[own] = True
-        return seam if seam is old or corridor.accepts(seam) else None
+        if seam is old or corridor.accepts(seam):
+            return seam
+        for old_own, own in reversed(changes):
+            replaced(piece, steps, own, old_own)
+        return None
 
     steps = steps_along(piece, seam)
     movable = [node for node in steps if node >= piece.holes and node not in fixed and len(steps[node]) == 3]

@@ -14,7 +14,9 @@ def vertex_components(F: IntArray, n: int) -> IntArray:
 def face_components(F: IntArray, n: int) -> IntArray:
     """The component of each face, numbered from 0; faces that share a vertex are in the same one."""
     label = vertex_components(F, n)[F[:, 0]]
-    return np.asarray(np.unique(label, return_inverse=True)[1], dtype=np.int64)
+    used = np.zeros(n, dtype=np.int64)
+    used[label] = 1
+    return np.asarray((np.cumsum(used) - 1)[label])
 
 
 def centres(of: IntArray, points: FloatArray) -> FloatArray:

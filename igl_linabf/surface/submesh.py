@@ -184,23 +184,30 @@ def cut_faces(F: IntArray, n: int, sides: IntArray, seams: BoolArray) -> tuple[I
     begins = np.flatnonzero(seams)  # the corners at which fans begin
     at_seam = np.zeros(n, dtype=bool)
     at_seam[flat[begins]] = True
+    near = at_seam[F.T[list(NEXT)]].ravel()  # half-edges, by where they start
+    near = (sides[1] >= 0) & (near[sides[0]] | near[sides[1]])
     # half-edge (k, t) is the side k + 1 of t: its ends are at the corners k + 1 and k + 2
-    (k, t), (opposite, across) = (np.divmod(side, m) for side in sides[:, sides[1] >= 0])
+    (k, t), (opposite, across) = (np.divmod(side, m) for side in sides[:, near])
     start, end = 3 * t + (k + 1) % 3, 3 * t + (k + 2) % 3
     inside = ~(seams.ravel()[start] | seams[across, (opposite + 1) % 3])
+    corners = np.flatnonzero(at_seam[flat])
+    place = np.empty(3 * m, dtype=np.int64)
+    place[corners] = np.arange(len(corners))
     pairs = [
         np.column_stack((corner, 3 * across + (opposite + turn) % 3))[inside & at_seam[flat[corner]]]
         for corner, turn in ((start, 2), (end, 1))
     ]
-    fan = connected_labels(np.concatenate(pairs), 3 * m)
+    fan = connected_labels(place[np.concatenate(pairs)], len(corners))
     own = np.empty(int(fan.max(initial=-1)) + 1, dtype=np.int64)  # the vertex of each fan
-    own[fan] = flat
+    own[fan] = flat[corners]
     kept = np.ones(len(own), dtype=bool)
-    kept[fan[begins]] = False
+    kept[fan[place[begins]]] = False
     has_kept = np.zeros(n, dtype=bool)
     has_kept[own[kept]] = True
     last = np.empty(n, dtype=np.int64)
     last[flat[begins]] = begins  # the last one stays there
     begins = begins[has_kept[flat[begins]] | (last[flat[begins]] != begins)]
-    own[fan[begins]] = n + np.arange(len(begins))
-    return own[fan].reshape(F.shape), np.append(np.arange(n), flat[begins])
+    own[fan[place[begins]]] = n + np.arange(len(begins))
+    cut = flat.copy()
+    cut[corners] = own[fan]
+    return cut.reshape(F.shape), np.append(np.arange(n), flat[begins])
