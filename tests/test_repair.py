@@ -131,6 +131,8 @@ def test_flat_sides_with_vertices_of_their_own_are_welded_and_curved_ones_are_no
     octant = (V[F].mean(axis=1) > 0) @ [1, 2, 4]
     apart = joined(*(igl.remove_unreferenced(V, F[octant == k])[:2] for k in range(8)))
     assert len(unwrap(*apart).charts) == 8
+    beside = joined(*((box(1, 1, 1)[0] + [k, 0, 0], box(1, 1, 1)[1]) for k in range(5)))
+    assert len(unwrap(*beside).charts) == 5
 
 
 def test_faces_without_area_leave_no_hole() -> None:

@@ -24,8 +24,8 @@ def is_soup(V: FloatArray, F: IntArray) -> bool:
         with np.errstate(over="ignore", invalid="ignore"):
             normal = np.cross(b - a, c - a)
             first = np.unique(label, return_index=True)[1]  # faces may run either way around
-            normal *= np.sign((normal * normal[first[label]]).sum(axis=1))[:, None]
-            total = np.stack([sum_by(label, x, len(size)) for x in normal.T])
+            along = np.sign((normal * normal[first[label]]).sum(axis=1))
+            total = np.stack([sum_by(label, along * x, len(size)) for x in normal.T])
             area = sum_by(label, np.linalg.norm(normal, axis=1), len(size))
             loose |= np.linalg.norm(total, axis=0) >= (1 - FLAT) * area
     return bool(loose[label].mean() > SOUP)
