@@ -162,7 +162,7 @@ def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
     parts = {name: compiled(part) for name, part in _parts_of(loops).items()}
     if parts:
         name, code = f"{loops.__name__}_{_digest(loops)}", loops.__code__
-        loops = FunctionType(code, {**loops.__globals__, **parts}, name)
+        loops = FunctionType(code, {**loops.__globals__, **parts}, name, loops.__defaults__)
         loops.__qualname__ = name  # numba looks at the file of the loops alone, not at those of their parts
     made: Any = _numba().njit(**options)(loops)
     with suppress(RuntimeError):  # there is no folder where the code could be kept

@@ -83,7 +83,7 @@ def _factor(
     values: FloatArray,
     left: FloatArray,
     work: Work,
-    does: int,
+    does: int = ALL,
 ) -> int:
     least, digits, waiting, stack = work.least, values.dtype.type(DIGITS), work.waiting, work.stack
     last, top = work.size[0], work.size[1]
@@ -140,27 +140,13 @@ def _factor(
     return -1
 
 
-_factored = only_loops(_factor)
+supernodal_factor = only_loops(_factor)
+supernodal_factor.__doc__ = """Fill L's values by the supernodes `which`; the place of a bad pivot, or -1.
 
-
-def supernodal_factor(
-    data: FloatArray,
-    a: Supernodes,
-    parts: Subtrees,
-    which: IntArray,
-    root: int,
-    values: FloatArray,
-    left: FloatArray,
-    work: Work,
-) -> int:
-    """Fill L's values by the supernodes `which`; the place of a bad pivot, or -1.
-
-    Values, rests and work space are of one precision, double or single.
-
-    They are those of the subtree with this root, in order. With root -1 they are some of those above all
-    subtrees, and of the roots of these, which leave their rests in `left`.
-    """
-    return _factored(data, a, parts, which, root, values, left, work, ALL)
+These are those of the subtree with this root, in order. With root -1 they are some of those above all
+subtrees, and of the roots of these, which leave their rests in `left`. Values, rests and work space are of
+one precision, double or single.
+"""
 
 
 def supernodal_front(
@@ -169,12 +155,12 @@ def supernodal_front(
     """The same for one large supernode above all subtrees, in which threads share the work."""
     args = data, a, parts, np.array([s]), -1, values, left, work
     width, rest = int(a.start[s + 1] - a.start[s]), int(a.below_start[s + 1] - a.below_start[s])
-    _factored(*args, FRONT)
+    supernodal_factor(*args, FRONT)
     L = values[a.value_start[s] : a.value_start[s + 1]].reshape(width, width + rest)
     bad = eliminate_in_threads(L, work.space[: rest**2].reshape(rest, rest), work.least)
     if bad >= 0:
         return int(a.start[s] + bad)
-    return _factored(*args, LEAVE)
+    return supernodal_factor(*args, LEAVE)
 
 
 def _forward(
