@@ -145,9 +145,8 @@ def grown(name: str, what: str) -> None:
         il.flatten(*small)
         for name, least in zip(OF_LARGE, kept, strict=True):
             setattr(compiled, name, least)
-    np.ones(
-        PER_FACE * len(F) // 8
-    )  # a virtual machine's host finds memory when it is first used: seconds a GB
+    # a virtual machine's host finds memory when it is first used, which takes seconds a GB
+    np.ones(PER_FACE * len(F) // 8)
     Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # the peak so far is forgotten
     before, cpu, wall = most_used(), process_time(), perf_counter()
     call()
