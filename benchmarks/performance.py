@@ -7,9 +7,8 @@ Runs of all methods take turns in one process, after one that is not timed; a ra
 the 95 % interval of 2,000 bootstrap samples. Time is wall time with the checks of the input, or with --cpu,
 for a busy machine, that of the processor. --largest N subdivides face N times (4^N x 52 k triangles). --huge
 measures linabf of up to 5.8 million triangles instead, each in a process of its own, small ones in five, and
-for each surface the exponent of its time: that takes 6 GB and about three minutes. The memory was used once
-before, so that it is there on a virtual machine, too. --build-peers compiles BFF from its sources in FOLDER,
-with cmake. With --print the page is printed, not written.
+for each surface the exponent of its time: that takes 6 GB and about three minutes. --build-peers compiles BFF
+from its sources in FOLDER, with cmake. With --print the page is printed, not written.
 """
 
 from __future__ import annotations
@@ -42,7 +41,6 @@ import igl_linabf as il
 from igl_linabf import kernels
 from igl_linabf.flattening import bare_lscm, other_programs
 from igl_linabf.linalg import blas_of_cholmod, compiled, has_cholmod
-from igl_linabf.linalg.memory import PER_FACE
 from igl_linabf.surface import planar
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
@@ -50,13 +48,8 @@ NATURAL = ("igl_camel_b", "optcuts_foot_i_f10000", "igl_lion", "igl_camelhead", 
 GROWN = "igl_face"
 HUGE = {GROWN: (1, 4, 16, 64, 100), "igl_camelhead": (4, 16, 64, 256)}  # into how many each triangle is split
 TURNS, FEW = 5, 10  # processes that time surfaces of up to so many pieces a triangle: the median counts
-OF_LARGE = (
-    "SINGLE_FROM",
-    "REFINED_FROM",
-    "DISSECTED_FROM",
-    "DIVIDED_FROM",
-    "SHARED_FROM",
-)  # from where factors are as large ones are
+# from where factors are as large ones are
+OF_LARGE = ("SINGLE_FROM", "REFINED_FROM", "DISSECTED_FROM", "DIVIDED_FROM", "SHARED_FROM")
 MUCH = 400_000  # triangles from which three runs have to do, and other programs are not waited for
 Call = Callable[[], object]
 
@@ -145,8 +138,6 @@ def grown(name: str, what: str) -> None:
         il.flatten(*small)
         for name, least in zip(OF_LARGE, kept, strict=True):
             setattr(compiled, name, least)
-    # a virtual machine's host finds memory when it is first used, which takes seconds a GB
-    np.ones(PER_FACE * len(F) // 8)
     Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # the peak so far is forgotten
     before, cpu, wall = most_used(), process_time(), perf_counter()
     call()
