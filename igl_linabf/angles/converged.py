@@ -167,12 +167,12 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     state = corrected_steps(state.back_to_start(), None, START_RESIDUAL, START_STEPS, START_RTOL)
     x: FloatArray | None = None
     past: tuple[Visited, ...] = ()
-    scale, gain = 1.0, np.inf
+    scale, value, gain = 1.0, objective(state), np.inf
     for _ in range(MAX_FEASIBLE):
         before, last = held, gain
         raw, inner_steps, held = _feasible_direction(state, x, held)
         state, e = replace(state, lin=raw.lin), np.where(held, 0.0, raw.e)
-        change, value = _change(e, state), objective(state)
+        change = _change(e, state)
         visited = Visited(state.at.alpha, raw, (e / state.problem.estimate).ravel())
         if (held != before).any():
             past = ()
@@ -180,14 +180,15 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         past, x = (visited, *past)[:DEPTH], direction.x
         if change <= tol and state.at.residual.largest <= tol:
             return AbfResult(state.at_rest(), True, held)
-        state, scale = _searched(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
-        gain = value - objective(state)
+        state, scale, after = _searched(state, direction.e, inner_steps, held, min(1.0, 2 * scale), value)
+        gain = value - after
         # the gains fall like a geometric series: what is left of it is foreseen
         foreseen = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
         if foreseen <= FORESEEN * tol * value and last < np.inf:
             return AbfResult(state.at_rest(), True, held)
         if scale < LEAST_SCALE:
             break
+        value = after
     return AbfResult(state.at_rest(), False, held)
 
 
@@ -228,10 +229,13 @@ def _feasible_direction(
 
 
 def _searched(
-    state: State, e: FloatArray, inner_steps: int, held: BoolArray, scale: float
-) -> tuple[State, float]:
-    """Line search: go along `e`, restore the constraints, until the objective falls."""
-    problem, start, before = state.problem, state.at, objective(state)
+    state: State, e: FloatArray, inner_steps: int, held: BoolArray, scale: float, before: float
+) -> tuple[State, float, float]:
+    """Line search: go along `e`, restore the constraints, until the objective falls below `before`.
+
+    Returns where it ends, the scale and the objective there.
+    """
+    problem, start = state.problem, state.at
     anchor, alpha = problem.estimate, start.alpha
     slope = 2 * float((_gradient(state) * e).sum())
     # so exactly that what is missing does not hide the change of the objective
@@ -244,9 +248,9 @@ def _searched(
         state = _restored(replace(state, at=at, steps=(*state.steps, step)), held, exact, MAX_RESTORING)
         after = objective(state)
         if after <= before + 1e-4 * scale * slope or abs(after - before) <= ROUNDING * before:
-            return state, scale
+            return state, scale, after
         inner_steps, scale = 0, scale / 2
-    return replace(state, at=start), scale
+    return replace(state, at=start), scale, before
 
 
 def _restored(state: State, held: BoolArray, exact: float, most: int) -> State:
