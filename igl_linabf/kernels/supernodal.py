@@ -85,10 +85,8 @@ def _factor(
     work: Work,
     does: int = ALL,
 ) -> int:
-    least, digits, waiting, stack = work.least, values.dtype.type(DIGITS), work.waiting, work.stack
-    last, top = work.size[0], work.size[1]
-    if values.itemsize == 8:
-        digits = values.dtype.type(0)
+    least, waiting, stack, last, top = work.least, work.waiting, work.stack, work.size[0], work.size[1]
+    digits = values.dtype.type(DIGITS if values.itemsize < 8 else 0)
     for s in which:
         first, width = a.start[s], a.start[s + 1] - a.start[s]
         m = a.below_start[s + 1] - a.below_start[s]
