@@ -29,8 +29,7 @@ def least_squares(
     pattern = Pattern(topology, row, len(row) - len(pinned))
     a, b = topology.edges.T
     i, j = pattern.ends
-    weight = topology.sum_at_edges(cot) / 2
-    entry = -weight + 0.5j * width * (topology.sides[1] < 0)  # from a to b, the mesh on the left
+    weight, entry = _entries(topology, cot, width)
     z = np.zeros(topology.n, dtype=np.complex128)
     z[pinned] = position
     if not free.any():
@@ -47,14 +46,19 @@ def least_squares(
 
 def energy_matrix(topology: Topology, cot: FloatArray, width: float) -> ComplexArray:
     """The matrix of the energy of `least_squares`, all entries: for a few vertices, most of them pinned."""
-    weight = topology.sum_at_edges(cot) / 2
-    entry = -weight + 0.5j * width * (topology.sides[1] < 0)
+    weight, entry = _entries(topology, cot, width)
     a, b = topology.edges.T
     matrix = np.zeros((topology.n, topology.n), dtype=np.complex128)
     matrix[a, b], matrix[b, a] = entry, entry.conj()
     own = np.arange(topology.n)
     matrix[own, own] = np.bincount(a, weight, topology.n) + np.bincount(b, weight, topology.n)
     return matrix
+
+
+def _entries(topology: Topology, cot: FloatArray, width: float) -> tuple[FloatArray, ComplexArray]:
+    """Of each edge the weight in L, and the entry of L + i Q from its first end to its second."""
+    weight = topology.sum_at_edges(cot) / 2
+    return weight, -weight + 0.5j * width * (topology.sides[1] < 0)  # the mesh is on the left of the edge
 
 
 def far_apart(points: FloatArray) -> IntArray:
