@@ -180,7 +180,8 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         past, x = (visited, *past)[:DEPTH], direction.x
         if change <= tol and state.at.residual.largest <= tol:
             return AbfResult(state.at_rest(), True, held)
-        state, scale, after = _searched(state, direction.e, inner_steps, held, min(1.0, 2 * scale), value)
+        state, scale = _searched(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
+        after = objective(state)
         gain = value - after
         # the gains fall like a geometric series: what is left of it is foreseen
         foreseen = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
@@ -229,13 +230,10 @@ def _feasible_direction(
 
 
 def _searched(
-    state: State, e: FloatArray, inner_steps: int, held: BoolArray, scale: float, before: float
-) -> tuple[State, float, float]:
-    """Line search: go along `e`, restore the constraints, until the objective falls below `before`.
-
-    Returns where it ends, the scale and the objective there.
-    """
-    problem, start = state.problem, state.at
+    state: State, e: FloatArray, inner_steps: int, held: BoolArray, scale: float
+) -> tuple[State, float]:
+    """Line search: go along `e`, restore the constraints, until the objective falls."""
+    problem, start, before = state.problem, state.at, objective(state)
     anchor, alpha = problem.estimate, start.alpha
     slope = 2 * float((_gradient(state) * e).sum())
     # so exactly that what is missing does not hide the change of the objective
@@ -248,9 +246,9 @@ def _searched(
         state = _restored(replace(state, at=at, steps=(*state.steps, step)), held, exact, MAX_RESTORING)
         after = objective(state)
         if after <= before + 1e-4 * scale * slope or abs(after - before) <= ROUNDING * before:
-            return state, scale, after
+            return state, scale
         inner_steps, scale = 0, scale / 2
-    return replace(state, at=start), scale, before
+    return replace(state, at=start), scale
 
 
 def _restored(state: State, held: BoolArray, exact: float, most: int) -> State:
