@@ -13,7 +13,7 @@ from conftest import DISKS, FOLDER, HOLES, STRESS
 from hostile_files import good_files
 
 from igl_linabf import MeshError, MeshWarning
-from igl_linabf.io import read_mesh, write_file
+from igl_linabf.io import read_file, read_mesh, write_file
 from igl_linabf.io.formats import parse
 
 
@@ -115,7 +115,14 @@ endsolid
         (".ply", PLY.replace("float z", "float w"), "has not the properties x, y and z"),
         (".ply", PLY.replace("int vertex_index", "float vertex_index"), "no list of integers vertex_indices"),
         (".ply", PLY.replace("ascii", "binary_big_endian"), "a list of|it ends in row|bytes follow"),
-        (".ply", PLY.replace("element face", "element tristrips"), "triangle strips, no faces"),
+        (".ply", PLY.replace("3 0 1 2", "3 0 1 -"), "line 17, .* is no row of the element face"),
+        (".ply", PLY.replace("face", "tristrips").replace("3 0 1 2", "3 0 1 5"), r"outside 0\.\.4"),
+        (
+            ".ply",
+            PLY.replace("face", "tristrips").replace("int vertex", "float vertex"),
+            "element tristrips has no",
+        ),
+        (".ply", PLY.replace("face", "range_grid"), "range scan, no faces: mesh it first"),
         (".stl", SOLID.replace("vertex 0 1 0\n", ""), "line 6, 'endloop', is out of place"),
         (".stl", SOLID.replace("0 1 0", "0 nan 0"), "triangles 0 have coordinates that are NaN"),
         (".stl", SOLID[:-10], "it ends in line 8, without endsolid"),
@@ -161,3 +168,48 @@ def test_a_face_may_go_on_in_the_next_line_and_the_head_of_off_needs_no_blank(tm
         parse((split + "f 1 2\n").encode(), ".obj", "mesh")
     glued = parse(POLYGONS["off"].replace("OFF\n", "OFF").encode(), ".off", "mesh")
     assert (glued.triangles == plain.triangles).all()
+
+
+@pytest.mark.parametrize("form", ["ascii", "binary_little_endian", "binary_big_endian"])
+def test_strips_of_a_scan_are_the_surface_of_their_faces(form: str, tmp_path: Path) -> None:
+    n, m = 5, 7  # of points in rows; two strips are joined by vertices twice, two by -1, one stands apart
+    at = np.arange(n * m).reshape(n, m)
+    first, second, third, last = (np.column_stack((at[i + 1], at[i])).ravel().tolist() for i in range(n - 1))
+    joined = [*first, first[-1], second[0], *second, -1, *third, -1]
+    a, b, c, d = at[:-1, :-1].ravel(), at[:-1, 1:].ravel(), at[1:, :-1].ravel(), at[1:, 1:].ravel()
+    F = np.stack((np.column_stack((c, a, d)), np.column_stack((d, a, b))), axis=1).reshape(-1, 3)
+    F = np.vstack(([[30, 29, 28]], F))  # a face, with a label, before those of strips
+    x, y = np.divmod(np.arange(n * m), m)
+    V = np.column_stack((x, y, x * y)).astype(float)
+    head = f"ply\nformat {form} 1.0\nelement vertex {n * m}\n"
+    head += "".join(f"property double {axis}\n" for axis in "xyz") + "element tristrips 2\n"
+    head += "property list int int vertex_indices\nelement face 1\nproperty short label\n"
+    head += "property list uchar int vertex_indices\nend_header\n"
+    lists = (joined, last)
+    if form == "ascii":
+        rows = [*V.tolist(), *([len(row), *row] for row in lists), [7, 3, *F[0]]]
+        data = "".join(" ".join(map(str, row)) + "\n" for row in rows).encode()
+    else:
+        order = "<" if "little" in form else ">"
+        data = V.astype(f"{order}f8").tobytes() + b"".join(
+            struct.pack(f"{order}{1 + len(row)}i", len(row), *row) for row in lists
+        )
+        data += struct.pack(f"{order}hB3i", 7, 3, *F[0])
+    path = tmp_path / "scan.ply"
+    path.write_bytes(head.encode() + data)
+    mesh = read_file(path)
+    assert (mesh.V == V).all()
+    assert (mesh.F == F).all()
+    write_file(tmp_path / "again.ply", mesh, V[:, :2])
+    again = read_file(tmp_path / "again.ply")
+    assert (again.V[again.F] == V[F]).all()
+    assert again.extras.source.tables["face"]["label"].values.tolist() == [7] + [0] * (len(F) - 1)
+
+
+def test_a_file_of_points_is_refused_with_what_helps(tmp_path: Path) -> None:
+    no_faces = PLY.replace("face 2", "face 0").partition("7 5 0")[0]
+    for text in (PLY[: PLY.index("element face")] + f"end_header\n{V}", no_faces):
+        (tmp_path / "points.ply").write_text(text)
+        for read in (read_mesh, read_file):
+            with pytest.raises(MeshError, match="5 vertices and no faces: make a surface of these points"):
+                read(tmp_path / "points.ply")

@@ -59,8 +59,18 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     found = parsed(path)
     F = at_triangles(found, found.polygons.corners)
     if not len(found.V) or not len(F):
-        raise MeshError(f"{path} holds {len(found.V)} vertices and no triangles: is it a mesh?")
+        raise _no_surface(path, found)
     return vertex_array(found.V), face_array(F)
+
+
+def _no_surface(path: Path, found: MeshFile) -> MeshError:
+    """What is wrong with a file without faces."""
+    hint = (
+        "make a surface of these points first, as screened Poisson reconstruction in MeshLab does"
+        if len(found.V)
+        else "is it a mesh?"
+    )
+    return MeshError(f"{path} holds {len(found.V)} vertices and no faces: {hint}")
 
 
 def read_file(path: str | os.PathLike[str]) -> MeshFile:
@@ -97,7 +107,7 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
     path = Path(path)
     found = parsed(path)
     if not len(found.V) or not len(found.polygons):
-        raise MeshError(f"{path} holds {len(found.V)} vertices and no faces: is it a mesh?")
+        raise _no_surface(path, found)
     made = replace(found, V=vertex_array(found.V), extras=with_looks(found.extras, path), path=path)
     if found.TC is None or found.texture is None or not len(found.TC) or (found.texture < 0).any():
         return replace(made, TC=None, texture=None)
@@ -189,7 +199,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
         raise MeshError(f"{path} is not an OBJ file, nor PLY: only these are read for texture coordinates")
     found = parsed(path)
     if not len(found.polygons):
-        raise MeshError(f"{path} has no faces: is it a mesh?")
+        raise _no_surface(path, found)
     TC, texture = found.TC, found.texture
     if TC is None or texture is None or not len(TC) or (texture == -1).all():
         raise MeshError(f"{path} has no texture coordinates at its faces (vt, f v/vt): unwrap it first")

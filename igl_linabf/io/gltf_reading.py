@@ -19,6 +19,7 @@ from .mesh_file import MeshFile
 from .ngons import EXTENSION, polygons_among
 from .one_index import one_index, single
 from .parsing import Damaged, Extras
+from .strips import triangles_of_strips
 
 # keys of accessors; and all in "attributes"
 REFERENCES = {"indices", "input", "output", "inverseBindMatrices"}
@@ -137,9 +138,8 @@ def _polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
         if len(index) % 3:
             raise Damaged(f"{len(index)} indices are no triangles")
         F = index.reshape(-1, 3)
-    elif mode == 5:  # a strip: every second triangle is turned
-        F = np.column_stack((index[:-2], index[1:-1], index[2:]))
-        F[1::2] = F[1::2][:, [1, 0, 2]]
+    elif mode == 5:
+        F = triangles_of_strips(index, np.zeros_like(index))
     else:
         F = np.column_stack(
             (np.full(max(len(index) - 2, 0), index[0] if len(index) else 0), index[1:-1], index[2:])

@@ -31,7 +31,10 @@ def parse_off(data: bytes) -> MeshFile:
     if len(rows) != n + m and head[0] == b"OFF":
         rows, at = _one_a_line(rows, at, n, m)
     if len(rows) != n + m:
-        raise Damaged(f"its head promises {n} vertices and {m} faces, and {len(rows)} lines follow")
+        raise Damaged(
+            f"its head promises {n} vertices and {m} faces, and {len(rows)} lines follow: correct the head "
+            "if these are all"
+        )
     points = columns_of(rows[:n], at[:n], VERTEX, "is no vertex: it takes three numbers")
     rows, at = rows[n:], at[n:]
     polygons = columns_of(rows, at, FACE, NO_FACE)["corners"]

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from .._types import FloatArray
+from ..errors import some
 from ..surface import Polygons
 from .mesh_file import MeshFile
 from .parsing import Damaged, Extras
@@ -38,5 +39,5 @@ def quietly(read: Callable[[Any], Any], given: Any) -> Any:
 def checked(V: FloatArray, polygons: Polygons, extras: Extras) -> MeshFile:
     bad = polygons.outside(len(V))
     if len(bad):
-        raise Damaged(f"faces {bad[0]} and {len(bad) - 1} others name vertices outside 0..{len(V) - 1}")
+        raise Damaged(f"faces {some(bad)} name vertices outside 0..{len(V) - 1}")
     return MeshFile(V, polygons, extras=extras)

@@ -118,6 +118,12 @@ def indices(words: Sequence[bytes], count: int) -> list[int]:
     return list(map(int, words))
 
 
+def integers(words: Sequence[bytes], count: int) -> list[int]:
+    """The words as `count` integers; empty if they are not."""
+    unsigned = [word.removeprefix(b"-") for word in words]
+    return list(map(int, words)) if all(unsigned) and indices(unsigned, count) else []
+
+
 def rows_of(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
     """The lines that are not empty, without comments, and their numbers, from 1."""
     lines = data.splitlines()
@@ -173,7 +179,7 @@ def _row_by_row(rows: list[bytes], at: list[int], properties: Sequence[Property]
                 (n,) = indices(words[k : k + 1], 1) or [-1]
                 size.append(n)
                 k += 1
-            read = indices if of.is_of_indices else numbers
+            read = numbers if not of.is_of_indices else indices if of.type[0] == "u" else integers
             entry: Sequence[float] = read(words[k : k + n], n) if n >= 0 else []
             if len(entry) != n:
                 refuse(line, text, what)

@@ -1,6 +1,7 @@
 """Read PLY in text and binary, with any elements and properties."""
 
 import itertools
+import re
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -12,6 +13,7 @@ from ..errors import some
 from ..surface import Polygons
 from .mesh_file import MeshFile
 from .parsing import Column, Columns, Damaged, Extras, Property, columns_of, polygons_of, refuse, rows_of
+from .strips import triangles_of_strips
 
 NAMES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint"}
 NAMES |= {"f4": "float", "f8": "double"}
@@ -19,6 +21,8 @@ TYPES = {name: kind for kind in NAMES for name in (NAMES[kind], np.dtype(kind).n
 ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 WHOLE = [name for name, kind in TYPES.items() if kind[0] != "f"]
 TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # of vertices, as programs write them
+INDICES = ("vertex_indices", "vertex_index")
+STRIP_ENDS = -1  # between two strips of a list
 ROW_DIGITS = 12  # of a number of rows, at most
 
 
@@ -48,18 +52,20 @@ def parse_ply(data: bytes) -> MeshFile:
     """
     order, elements, comments, start, line = _header(data)
     tables = _binary(data, start, elements, order) if order else _text(data[start:], elements, line)
-    if "tristrips" in tables and "face" not in tables:
-        raise Damaged("it holds triangle strips, no faces: open it in MeshLab and export it again as PLY")
-    if "vertex" not in tables or "face" not in tables:
-        raise Damaged("its head has no element vertex, or no element face")
-    vertex, face = tables["vertex"], tables["face"]
+    if "vertex" not in tables:
+        raise Damaged("its head has no element vertex")
+    if "range_grid" in tables and "face" not in tables:
+        raise Damaged("it holds a range scan, no faces: mesh it first, as MeshLab does when it opens it")
+    if "tristrips" in tables:
+        elements = _with_strips(elements, tables)
+    vertex = tables["vertex"]
     V = _side_by_side(vertex, *"xyz")
     if V is None:
         raise Damaged("its element vertex has not the properties x, y and z")
-    polygons = face.get("vertex_indices", face.get("vertex_index"))
-    if polygons is None or polygons.sizes is None or polygons.values.dtype.kind == "f":
-        raise Damaged("its element face has no list of integers vertex_indices")
-    small = np.flatnonzero(polygons.sizes < 3)
+    if "face" not in tables:  # a cloud of points
+        return MeshFile(V, Polygons.of_triangles(np.empty((0, 3), dtype=np.int64)))
+    _, polygons = _indices(tables, "face")
+    small = np.flatnonzero(np.asarray(polygons.sizes) < 3)
     if len(small):
         raise Damaged(f"faces {some(small)} have less than three vertices")
     faces = polygons_of(polygons)
@@ -72,6 +78,40 @@ def parse_ply(data: bytes) -> MeshFile:
         if TC is not None:
             return MeshFile(V, faces, TC, faces.corners, extras)
     return MeshFile(V, faces, extras=extras)
+
+
+def _indices(tables: dict[str, Columns], element: str) -> tuple[str, Column]:
+    """The name and the values of an element's lists of vertices."""
+    for name in INDICES:
+        column = tables[element].get(name)
+        if column is not None and column.sizes is not None and column.values.dtype.kind != "f":
+            return name, column
+    raise Damaged(f"its element {element} has no list of integers {INDICES[0]}")
+
+
+def _with_strips(elements: list[Element], tables: dict[str, Columns]) -> list[Element]:
+    """Put the triangles of the strips after the faces, whose other properties are 0 or empty there."""
+    _, rows = _indices(tables, "tristrips")
+    del tables["tristrips"]
+    assert rows.sizes is not None  # of lists
+    row = np.repeat(np.arange(len(rows)), rows.sizes)
+    ends = rows.values == STRIP_ENDS
+    strip = row + np.cumsum(ends)
+    F = triangles_of_strips(rows.values[~ends].astype(np.int64), strip[~ends])
+    found = next((element for element in elements if element.name == "face"), None)
+    if found is None:
+        found = Element("face", 0, [Property(INDICES[0], "i4", "u1")])
+        tables["face"] = {INDICES[0]: Column(np.empty(0, dtype="i4"), np.empty(0, dtype=np.int64))}
+    index, _ = _indices(tables, "face")
+    for name, column in tables["face"].items():
+        new = F.ravel() if name == index else np.zeros(0 if column.sizes is not None else len(F))
+        sizes = np.full(len(F), 3 if name == index else 0)
+        tables["face"][name] = Column(
+            np.append(column.values, new.astype(np.int64 if name == index else column.values.dtype)),
+            None if column.sizes is None else np.append(column.sizes, sizes),
+        )
+    face = Element("face", found.rows + len(F), found.properties)
+    return [*(element for element in elements if element.name not in ("face", "tristrips")), face]
 
 
 def _extras(vertex: Columns, faces: Polygons, source: PlyTables) -> Extras:
@@ -100,8 +140,9 @@ def _side_by_side(table: Columns, *names: str) -> FloatArray | None:
 def _header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
     """Byte order ("" for text), the elements, and the byte and line where the header ends."""
     order, elements, comments, start = None, list[Element](), list[str](), 0
+    newline = b"\r" if re.match(rb"ply\s*\r(?!\n)", data) else b"\n"
     for line in itertools.count(1):
-        end = data.find(b"\n", start)
+        end = data.find(newline, start)
         text = data[start : end if end >= 0 else start + 200]
         words = text.decode("latin-1").split()
         start = end + 1
@@ -142,7 +183,10 @@ def _text(data: bytes, elements: list[Element], before: int) -> dict[str, Column
     rows, at = rows_of(data)
     promised = sum(element.rows for element in elements)
     if len(rows) != promised:
-        raise Damaged(f"its head promises {promised} rows in all, and {len(rows)} lines follow")
+        raise Damaged(
+            f"its head promises {promised} rows in all, and {len(rows)} lines follow: correct the head "
+            "if these are all"
+        )
     tables, start = {}, 0
     for element in elements:
         end = start + element.rows

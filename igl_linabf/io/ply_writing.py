@@ -10,11 +10,10 @@ from numpy.typing import NDArray
 from .mesh_file import MeshFile
 from .one_index import Doubled, doubled, one_index, single
 from .parsing import Column, Property
-from .ply import NAMES, PlyTables, row_type
+from .ply import INDICES, NAMES, PlyTables, row_type
 
 TEXTURE = ("s", "t")  # MeshLab passes over them if they are doubles
 OLD_TEXTURE = {"s", "t", "u", "v", "texture_u", "texture_v", "texcoord", "texnumber"}
-INDICES = {"vertex_indices", "vertex_index"}
 Fields = list[tuple[Property, Column]]
 
 
@@ -24,7 +23,7 @@ def save_ply(temporary: str, mesh: MeshFile, path: Path) -> None:
     made = doubled(mesh, normals=source is None)
     elements = {"vertex": _new_vertices(mesh, made), "face": []} if source is None else _kept(source, made)
     elements["vertex"] += _numbers(TEXTURE, "f4", single(made.TC, "TC"))
-    corner = Property("vertex_indices", "i4", "u1" if mesh.polygons.sizes.max() < 256 else "i4")
+    corner = Property(INDICES[0], "i4", "u1" if mesh.polygons.sizes.max() < 256 else "i4")
     elements["face"].append((corner, Column(made.corners, mesh.polygons.sizes)))
     comments = ["comment igl_linabf"] if source is None else source.comments
     head = ["ply", "format binary_little_endian 1.0", *comments]
@@ -54,7 +53,7 @@ def _kept(source: PlyTables, made: Doubled) -> dict[str, Fields]:
     """The elements that were read, vertices and faces first, without what is written anew."""
     kept = {name: [(of, source.tables[name][of.name]) for of in its] for name, _, its in source.elements}
     vertex = [(of, column) for of, column in kept.pop("vertex") if of.name not in OLD_TEXTURE]
-    face = [(of, column) for of, column in kept.pop("face") if of.name not in OLD_TEXTURE | INDICES]
+    face = [(of, column) for of, column in kept.pop("face") if of.name not in {*OLD_TEXTURE, *INDICES}]
     # no program has lists at vertices
     rows = [(of, Column(column.values[made.vertex])) for of, column in vertex if not of.length]
     return {"vertex": rows, "face": face, **kept}
