@@ -62,14 +62,11 @@ def test_polygons_are_split_as_igl_splits_them(tmp_path: Path) -> None:
     assert len(faces) == 4
     lists = struct.pack("<B5iB3i", 5, 0, 1, 2, 3, 4, 3, 4, 3, 2)  # of two sizes
     head = other["ply"].replace("ascii", "binary_little_endian").replace("property uchar red\r\n", "")
-    binary = (
-        head[: head.index("end_header")].encode()
-        + b"end_header\n"
-        + positions.astype("<f4").tobytes()
-        + lists
-    )
+    head, body = head[: head.index("end_header")].encode(), positions.astype("<f4").tobytes() + lists
+    binary = head + b"end_header\n" + body
+    binary_of_rhino = head.replace(b"\r\n", b"\r") + b"end_header\r" + body
     texts = [(f".{suffix}", text.encode()) for suffix, text in other.items()]
-    for suffix, data in (*texts, (".ply", binary)):
+    for suffix, data in (*texts, (".ply", binary), (".ply", binary_of_rhino)):
         mesh = parse(data, suffix, "mesh")
         assert np.allclose(mesh.V, positions, rtol=1e-7)
         assert (faces == mesh.triangles).all()
@@ -101,6 +98,7 @@ endsolid
         (".obj", OBJ + "vt x\n", "line 8, 'vt x', is no texture coordinate"),
         (".off", OFF[3:], "it does not begin with OFF"),
         (".off", OFF.replace("OFF", "4OFF"), "it does not begin with OFF"),
+        (".off", "OFF BINARY\n", "a binary OFF: export it as text"),
         (".off", "OFF\n", "numbers of vertices and faces are missing"),
         (".off", OFF.replace("5 2 0", "5 3 0"), "promises 5 vertices and 3 faces, and 7 lines follow"),
         (".off", OFF.replace("1 1 0", "1 one 0"), "line 5, '1 one 0', is no vertex"),

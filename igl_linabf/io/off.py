@@ -21,6 +21,8 @@ def parse_off(data: bytes) -> MeshFile:
     head = rows[0].split() if rows else [b""]
     if not re.fullmatch(rb"(ST)?C?N?OFF", head[0]):
         raise Damaged("it does not begin with OFF, COFF, NOFF or STOFF (text, in three dimensions)")
+    if head[1:] == [b"BINARY"]:
+        raise Damaged("it is a binary OFF: export it as text, or as PLY, from the program that wrote it")
     first = 1 if len(head) == 1 else 0  # the row of the counts, which may follow at once
     words = rows[first].split()[1 - first :][:2] if first < len(rows) else []
     counts = indices(words, 2)

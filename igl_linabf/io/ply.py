@@ -2,6 +2,7 @@
 
 import itertools
 import re
+import re
 from functools import cache
 from typing import Any, NamedTuple
 
