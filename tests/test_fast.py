@@ -111,7 +111,11 @@ def cases():
     length = rng.uniform(1, 2, len(t.edges))
     graph = sparse.csr_array((np.tile(length, 2), (t.edges.T.ravel(), t.edges[:, ::-1].T.ravel())))
     ways = graph.indptr, graph.indices, graph.data
+    one, other = t.sides
+    twin = np.full(cot.size, -1)
+    twin[one], twin[other[other >= 0]] = other, one[other >= 0]
     return {
+        "developed": (z, ~t.interior, one[other < 0], twin, t.corner, cot),
         "undirected": (t.corner, t.n),
         "used_vertices": (t.corner.T - 3, t.n),
         "entries": (merged[t.edges.T], 21),

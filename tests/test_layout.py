@@ -8,7 +8,13 @@ import pytest
 from conftest import DISKS, best_fit_distance, load
 
 from igl_linabf import LinABF, MeshError, flatten, layout, linabf, linabf_angles
+from igl_linabf.angles import Iterate, constraints_of
+from igl_linabf.layouts import develop_boundary
+from igl_linabf.layouts.boundary import harmonic
 from igl_linabf.layouts.conformal_energy import far_apart
+from igl_linabf.layouts.one_by_one import one_by_one
+from igl_linabf.linalg import Solvers
+from igl_linabf.surface import coordinates, planar
 
 METHODS = ("boundary", "least-squares", "greedy")
 
@@ -22,6 +28,25 @@ def test_all_layouts_agree_on_consistent_angles(name: str) -> None:
     for uv, tolerance in zip(maps[1:], (1e-6, 1e-5), strict=True):
         assert best_fit_distance(uv, maps[0]) <= tolerance
     assert np.allclose(layout(F, angles), maps[0])
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", *DISKS])
+def test_flat_angles_are_laid_out_without_a_system_as_with_one(name: str) -> None:
+    V, F = load(name)
+    mesh = planar(V, F)
+    constraints = constraints_of(mesh.topology)
+    for off, falls in (0.0, False), (1e-5, True):
+        angles = linabf_angles(V, F, iterations=12, tol=1e-12)
+        angles[:, 0] += off
+        angles[:, 1] -= off
+        at = Iterate.of(constraints, np.ascontiguousarray(angles.T))
+        drawn = develop_boundary(constraints, at.residual)
+        exact = one_by_one(drawn, at, mesh.topology)
+        thin = "lion_o" in name  # ways to its triangles differ by more
+        assert (exact is None) == (falls or thin)
+        if exact is not None:
+            z, _ = harmonic(drawn, at, constraints, None, Solvers())
+            assert best_fit_distance(coordinates(exact), coordinates(z)) <= 1e-6
 
 
 @pytest.mark.parametrize("method", METHODS)

@@ -19,6 +19,7 @@ from .connectivity import (
     undirected,
     used_vertices,
 )
+from .development import developed
 from .dissection import dissected, neighbours, separators
 from .drawing import runs_in_blocks, touched_cells
 from .graphs import above, far_apart, shortest_pairs

@@ -32,6 +32,7 @@ from ..surface import (
 from .boundary import Boundary, develop_boundary, harmonic
 from .conformal_energy import far_apart, least_squares
 from .greedily import greedy
+from .one_by_one import one_by_one
 
 LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
 
@@ -92,7 +93,11 @@ def lay_out(
         )
     try:
         if made == "boundary":
-            z, solver = harmonic(boundary, at, constraints, laplacian, solvers)
+            exact = one_by_one(boundary, at, topology)
+            if exact is not None:
+                z, solver = exact, "triangles one by one"
+            else:
+                z, solver = harmonic(boundary, at, constraints, laplacian, solvers)
             if holes and len(flipped_faces(z, topology.corner)):
                 made = "least-squares"
         if made == "least-squares":
