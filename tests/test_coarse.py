@@ -132,6 +132,21 @@ def test_overlaps_of_large_surfaces_are_foreseen() -> None:
     assert overlapping[1] <= overlapping[0] / 20
 
 
+def test_tall_fins_of_a_large_plate_are_foreseen_until_none_is_worth_a_seam() -> None:
+    """Seams to their tips lay parts over each other, whose tips are seen then: one map shows few of them."""
+    x, y = np.meshgrid(*2 * [np.linspace(-1, 1, 120)])
+    turns = np.arange(8) * np.pi / 4
+    along, across = (
+        a * x[..., None] + b * y[..., None]
+        for a, b in ((np.cos(turns), np.sin(turns)), (-np.sin(turns), np.cos(turns)))
+    )
+    z = 1.2 * np.exp(-(((along - 0.55) / 0.25) ** 6) - (across / 0.03) ** 2).max(axis=2)
+    V, F = np.column_stack((x.ravel(), y.ravel(), z.ravel())), igl.triangulated_grid(120, 120)[1]
+    atlas = unwrap(V, F)
+    assert atlas.good
+    assert atlas.quality.stretch_l2 <= 4
+
+
 def level_set(
     function: Callable[..., np.ndarray], reach: float, points: int
 ) -> tuple[np.ndarray, np.ndarray]:

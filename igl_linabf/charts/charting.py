@@ -39,7 +39,7 @@ from .pieces import flattened
 from .scaf import moved_apart
 from .seams import MEDIUM, seams_of
 from .small_charts import with_small_joined
-from .tips import seams_to_tips
+from .tips import TIPPED, seams_to_tips
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
@@ -49,8 +49,8 @@ MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, 
 MAX_LEAF_ROUNDS = 8  # of more seams for that or for flips, before it is halved
 MANY_FLIPS, FEW_ROUNDS = 0.05, 2  # share of its faces that flip, and rounds then: no tips are to blame
 SMALL_STRETCH = 1.15  # from which on a small piece gets seams that are sought for it alone
-TIPPED = 1.2  # L2 stretch from which on there may be tips that are worth a seam
-MAX_TIP_ROUNDS = 3  # of seams to them
+MAX_TIP_ROUNDS = 3  # of seams to shrunk tips
+LITTLE = 0.02  # share of its faces that overlap, up to which tips come first: many overlaps are at them
 NEEDLE = 1e-13  # area over squared length, up to which a map is made wider
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 
@@ -135,6 +135,7 @@ def _seams_worth(piece: Submesh, task: Task) -> IntArray:
     return np.concatenate(found)
 
 
+_NO_SEAM = np.zeros((0, 2), dtype=np.int64)
 _Cut = tuple[Submesh, Known | None]  # a piece, and its map, if it has one
 _Part = tuple[tuple[int, ...], Submesh, Known | None]  # its place among the pieces, too
 
@@ -203,6 +204,9 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
             return _anew(_disks(piece, task))
+        few = len(np.unique(pairs)) < LITTLE * len(piece.F)
+        if few and task.weighs_stretch and len(seams := _to_tips(piece, result, splits, task)):
+            return _anew(piece.cut_along(seams))
         parts = [disk for part in parted(piece, result.uv, pairs) for disk in _disks(part, task)]
         parts = parts or piece.cut_along(seams_between([piece], piece.faces[pairs]))
         if len(parts) > 1:
@@ -231,9 +235,14 @@ def _worth_of_map(piece: Submesh, result: Flattening, quality: Quality, splits: 
         seams = task.seams_of(piece, disks=True, gain=DISK_GAIN)
         if len(seams):
             return seams
-    if quality.stretch_l2 > TIPPED and splits < MAX_TIP_ROUNDS:
-        return seams_to_tips(piece, result.uv, task.trade, task.hidden)
-    return np.zeros((0, 2), dtype=np.int64)
+    return _to_tips(piece, result, splits, task) if quality.stretch_l2 > TIPPED else _NO_SEAM
+
+
+def _to_tips(piece: Submesh, result: Flattening, splits: int, task: Task) -> IntArray:
+    """Seams to tips that the map shrinks, for some rounds."""
+    if splits >= MAX_TIP_ROUNDS:
+        return _NO_SEAM
+    return seams_to_tips(piece, result.uv, task.trade, task.hidden)
 
 
 def _is_needle(piece: Submesh, result: Flattening) -> bool:

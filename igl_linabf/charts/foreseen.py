@@ -20,11 +20,9 @@ from .tips import tips_of, worth_a_seam
 MANY = 300  # disks, beyond which the surface is parted when its map is known
 FEW = 0.02  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
 SHRUNK = 1 / 8  # of the area that a tip has in the map; on the surface itself faces shrink twice as much
+TIP_ROUNDS = 3  # of seams to the tips of a part
 MOST_BRIDGES = 4  # edges that are missing at each hole
 CHIP = 0.02  # share of a component's faces, below which a part is left to a neighbour: it overlaps little
-
-
-Map = tuple[Submesh, FloatArray]  # a part, and where its vertices are in the plane
 
 
 def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
@@ -53,32 +51,43 @@ def overlaps_and_tips(
 ) -> tuple[IntArray, IntArray]:
     """Edges between the sheets that would lie over each other, were the surface cut to disks along a seam.
 
-    And nodes at tips that the maps of the parts would shrink, if seams to them are worth it.
+    And those to tips that the maps of the parts would shrink, if they are worth it. With the ends of both.
     """
-    none = np.zeros(0, dtype=np.int64)
-    nodes, waiting, number, maps = mesh.vertices, mesh.cut_along(piece.ends[seam]), 0, list[Map]()
+    none, nodes, number = np.zeros(0, dtype=np.int64), mesh.vertices, 0
+    waiting = [(part, TIP_ROUNDS if trade > 0 else 0) for part in mesh.cut_along(piece.ends[seam])]
+    tips, ways, walls = none, none, [piece.on(seam)]
     label = np.zeros(len(mesh.F), dtype=np.int64)
     for _ in range(MAX_SPLITS):
-        smaller: list[Submesh] = []
-        for part in waiting:
+        smaller = list[tuple[Submesh, int]]()
+        for part, rounds in waiting:
             number += 1
             label[part.faces] = number
             parts, uv = _parts(part)
-            smaller += parts
-            maps += [] if parts or uv is None else [(part, uv)]
+            if parts:
+                shared, times = np.unique(np.concatenate([p.vertices for p in parts]), return_counts=True)
+                walls.append(shared[times > 1])
+                smaller += [(p, rounds) for p in parts]
+            elif uv is not None and rounds:
+                new, way = _tips(piece, np.concatenate(walls), part, uv, trade)
+                if len(new):
+                    tips, ways = np.append(tips, new), np.append(ways, way)
+                    walls.append(piece.ends[way].ravel())
+                    smaller += [(p, rounds - 1) for p in part.cut_along(piece.ends[way])]
         waiting = smaller
         if number + len(waiting) > MANY:
             return none, none
         if not waiting:
             break
+    seam = np.append(seam, ways)
     inside = mesh.cells[1]
     ends = nodes[mesh.topology.edges[inside]]
     edge, sides = piece.between(*ends.T), mesh.topology.sides[:, inside] % len(mesh.F)
     right, left = _with_chips_joined(label, sides[:, ~np.isin(edge, seam)])[sides]
     more = _up_to_holes(piece, seam, np.setdiff1d(edge[right != left], seam))
     parts = mesh.cut_along(piece.ends[np.append(seam, more)])
-    sound = all(len(part.topology.loops) == 1 and not part.topology.genus for part in parts)
-    return (more, _tips(piece, np.append(seam, more), maps, trade)) if sound else (none, none)
+    if not all(len(part.topology.loops) == 1 and not part.topology.genus for part in parts):
+        return none, none
+    return np.append(ways, more), np.union1d(tips, np.intersect1d(piece.ends[more], piece.on(seam)))
 
 
 def _up_to_holes(piece: ClosedSurface, seam: IntArray, more: IntArray) -> IntArray:
@@ -92,19 +101,21 @@ def _up_to_holes(piece: ClosedSurface, seam: IntArray, more: IntArray) -> IntArr
     return np.union1d(more, np.intersect1d(np.flatnonzero(at_hole), piece.shortest))
 
 
-def _tips(piece: ClosedSurface, seam: IntArray, maps: list[Map], trade: float) -> IntArray:
-    """Nodes at tips that are worth a seam."""
-    leaves = list[int]()
-    distance = piece.search(piece.on(seam))[0]
-    for part, uv in maps if trade > 0 else ():
-        changed = change_of(part, uv)
-        size = float(np.sqrt(changed.double_area.sum() / 2))
-        faces, saved = tips_of(part.F, len(part.V), changed, SHRUNK)
-        corners = part.vertices[part.F[faces]]
-        tip = corners[np.arange(len(faces)), distance[corners].argmax(axis=1)]
-        total = float(changed.double_area @ changed.squared_stretch) / (2 * size**2)
-        leaves += tip[worth_a_seam(saved, distance[tip] / size / trade, total)].tolist()
-    return np.array(leaves, dtype=np.int64)
+def _tips(
+    piece: ClosedSurface, walls: IntArray, part: Submesh, uv: FloatArray, trade: float
+) -> tuple[IntArray, IntArray]:
+    """Nodes at tips of a part that are worth a seam from the nodes `walls`, and the edges of the seams."""
+    changed = change_of(part, uv)
+    size = float(np.sqrt(changed.double_area.sum() / 2))
+    faces, saved = tips_of(part.F, len(part.V), changed, SHRUNK)
+    if not len(faces):
+        return faces, faces
+    distance, before, _ = piece.search(walls)
+    corners = part.vertices[part.F[faces]]
+    tip = corners[np.arange(len(faces)), distance[corners].argmax(axis=1)]
+    total = float(changed.double_area @ changed.squared_stretch) / (2 * size**2)
+    chosen = tip[worth_a_seam(saved, distance[tip] / size / trade, total)]
+    return chosen, piece.paths(before, chosen)
 
 
 def _with_chips_joined(label: IntArray, sides: IntArray) -> IntArray:

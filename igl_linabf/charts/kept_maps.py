@@ -16,6 +16,7 @@ from .pieces import cut_out, of_own_size, on_part
 
 KEPT = 0.9  # share of its faces from which on the largest part keeps the map; others gain by a new one
 EVEN = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
+WHOLE = 0.995  # share from which on it does at any stretch: a new map is nearly the same
 EXACT = 1 + 1e-4  # stretch and conformal distortion up to which any part does: a new map is the same
 
 Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping faces, its figures
@@ -47,7 +48,7 @@ def kept_maps(
     )
     for k, uv, over, quality in zip(asked, maps, own, measured, strict=True):
         exact = max(quality.stretch_l2, quality.conformal_distortion) <= EXACT
-        if exact or (large[k] and quality.stretch_l2 <= EVEN):
+        if exact or size[k] >= (KEPT if quality.stretch_l2 <= EVEN else WHOLE) * len(piece.F):
             made = cut_out(result, piece, parts[k], uv)
             cut_off = f"a part of this map, {len(piece.F) - len(parts[k].F):,} faces were cut off"
             made = replace(made, message=f"{result.message}; {cut_off}")

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..surface import Submesh
-from .coarse import handles_of_clusters
+from .coarse import DIRECT, handles_of_clusters
 from .cut_graph import ClosedSurface, join
 from .expected import expected_stretch
 from .pieces import distortion
@@ -153,10 +153,13 @@ class Nets:
 
         With a `gain`, no seam is needed, and one has to save this.
         """
+        levels = self._nodes if self.piece.n <= DIRECT else self._promising(seam, grow)
+        if not levels:
+            return None
         least, best = distortion(parts(seam)) + self._price(seam), None
         if gain is not None:
             least = min(least, distortion(parts(seam[:0])) - gain)
-        for nodes in self._nodes:
+        for nodes in levels:
             net = self._through(nodes, least - 1)
             if net is None or 1 + self._price(net) >= least:
                 continue
@@ -167,6 +170,21 @@ class Nets:
             if cost < least - (MUCH if left > 1 + LEFT else 0.0):
                 best, least = net, cost
         return best
+
+    def _promising(self, seam: Seam, grow: Grow) -> list[IntArray]:
+        """The levels of nets that are exact, or with branches are expected to cost clearly less than a seam.
+
+        A large surface takes long to flatten, which only these are worth.
+        """
+        cost, promising = self.cost(seam), list[IntArray]()
+        for nodes in self._nodes:
+            net = self._through(nodes, cost + NEAR - 1)
+            if net is None or 1 + self._price(net) >= cost + NEAR:
+                continue
+            clearly = 1 + self._price(net) < cost - NEAR and self.cost(grow(net)) < cost - NEAR
+            if clearly or self.expected(net) <= 1 + EXACT:
+                promising.append(nodes)
+        return promising
 
     def _through(self, nodes: IntArray, most: float = EXACT) -> Seam | None:
         """The net through these nodes, unless no net can be had at the price `most`."""

@@ -314,12 +314,9 @@ def _best(
             and (mesh := coarse_mesh(levels.coarse, levels.label(piece.node[component.F]))) is not None
         ):
             coarse = levels.coarse
-            more, tips = overlaps_and_tips(coarse, mesh, seam, trade * DRAWN_SHORTER)
-            # what is cut off would shrink if its ends were free to move
-            leaves = np.union1d(leaves, np.append(tips, np.intersect1d(coarse.ends[more], coarse.on(seam))))
+            more, ends = overlaps_and_tips(coarse, mesh, seam, trade * DRAWN_SHORTER)
+            leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
             seam = np.append(seam, more)
-            if len(tips):
-                seam = np.append(seam, coarse.paths(coarse.search(coarse.on(seam))[1], tips))
         return levels.drawn(seam, leaves)
     seam = grown_seam(piece, trade, holes)[0]
     if hard and (net := cheaper(seam)) is not None:

@@ -14,6 +14,8 @@ from .cut_graph import CREASE_DISCOUNT, closed_surface
 from .visibility import HIDING
 
 SHRUNK = 1 / 16  # of the area that a face at a tip has in the map, at most
+TIPPED = 1.2  # L2 stretch of a map from which on there may be tips that are worth a seam
+WORTH = 0.01  # L2 stretch that seams have to save beyond their price: the chart is flattened again
 
 
 def tips_of(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArray, FloatArray]:
@@ -51,7 +53,7 @@ def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArr
     none, changed = np.zeros((0, 2), dtype=np.int64), change_of(piece, uv)
     size = float(np.sqrt(changed.double_area.sum() / 2))
     total = float(changed.double_area @ changed.squared_stretch) / (2 * size**2)
-    if trade == 0 or not np.isfinite(total):
+    if trade == 0 or not TIPPED**2 < total < np.inf:
         return none
     faces, saved = tips_of(piece.F, len(piece.V), changed, SHRUNK)
     # in space the boundary is no farther than on the surface, and a map of stretch 1 has none to save
@@ -64,5 +66,9 @@ def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArr
     surface = closed_surface(piece, hidden)
     distance, before, _ = surface.search(np.arange(surface.holes))
     leaves = surface.node[piece.F[faces]].max(axis=1)  # nodes of loops come first
-    chosen = worth_a_seam(saved, distance[leaves] / size / trade, total)
+    price = distance[leaves] / size / trade
+    chosen = worth_a_seam(saved, price, total)
+    left = np.sqrt(max(total - saved[chosen].sum(), 1.0))
+    if np.sqrt(total) - left - price[chosen].sum() < WORTH:
+        return none
     return piece.vertices[surface.edges[surface.paths(before, leaves[chosen])]]
