@@ -121,6 +121,19 @@ def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
     assert LEAST_SHARE == 0.01  # the hundredth that the message speaks of
 
 
+@pytest.mark.parametrize("height", [1.5, 2.0, 3.0])
+def test_steps_in_the_plane_end_at_the_minimum_under_the_bounds(height: float) -> None:
+    V, F = cone(height)
+    result = flatten(V, F, ABF(tol=1e-5))
+    kinds = [step.kind for step in result.steps]
+    assert result.outcome is Outcome.CONVERGED
+    assert "restoration" not in kinds
+    assert 1 <= kinds.count("feasible") <= 20
+    estimate = initial_estimate(planar(V, F).topology, corner_angles(planar(V, F))).T
+    assert (result.angles / estimate).min() >= LEAST_SHARE * (1 - 1e-6)
+    assert stationarity(V, F, result.angles) <= 1e-6
+
+
 def test_no_step_of_the_feasible_form_raises_the_objective() -> None:
     """From the minimum every direction goes uphill, and a step that is too long must be cut to nothing."""
     mesh = planar(*load("bumps"))

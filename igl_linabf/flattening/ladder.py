@@ -36,6 +36,7 @@ from ..layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_bou
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
 from ..surface import Mesh, Pins, chords_of, flipped_faces, span
 from .ears import Ears
+from .in_plane import converge_in_plane
 from .result import Rung, RungName, Status
 from .shapes import FREE, HELP, Shape, shape_of
 
@@ -221,8 +222,9 @@ def drawn(
     note: str = "",
     remark: str = "",
     boundary: Boundary | None = None,
+    layout: Layout | None = None,
 ) -> Candidate:
-    """Lay out the angles of a state; `boundary` is their outer loop, if it is drawn already."""
+    """Lay out the angles of a state; `boundary` is their outer loop, `layout` their map, if it is known."""
     mesh, angles, at = problem.mesh, problem.angles, state.at
     with timed("layout"):
         constraints = angles.constraints if problem.cut is None else problem.cut
@@ -237,7 +239,7 @@ def drawn(
             alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
         same = problem.cut is None and not invalid.any()
         try:
-            layout = lay_out(
+            layout = layout or lay_out(
                 constraints,
                 at if same else Iterate.of(constraints, alpha),
                 problem.layout,
@@ -363,16 +365,26 @@ def feasible(tol: float, residual_tol: float = 0.0) -> Stage:
         # flips of converged angles are those of rounding
         if tried[-1].status is not Status.DIVERGED or any(made.converged for made in tried):
             return None
+        state = tried[-1].state
+        own = problem.angles.constraints if problem.cut is None else problem.cut
         try:
-            result = converge_feasibly(tried[-1].state, tol)
+            in_plane = converge_in_plane(problem.mesh, own, state, problem.pinned, tol)
+            if in_plane is not None:
+                result, layout = in_plane
+                return _abf_drawn(problem, "feasible ABF", result, residual_tol, layout)
+            result = converge_feasibly(state, tol)
         except SingularSystemError as error:
-            return Candidate("feasible ABF", Status.SINGULAR, str(error), tried[-1].state)
+            return Candidate("feasible ABF", Status.SINGULAR, str(error), state)
         return _abf_drawn(problem, "feasible ABF", result, residual_tol)
 
     return stage
 
 
-def _abf_drawn(problem: Problem, stage: RungName, result: AbfResult, residual_tol: float) -> Candidate:
+def _abf_drawn(
+    problem: Problem, stage: RungName, result: AbfResult, residual_tol: float, layout: Layout | None = None
+) -> Candidate:
+    if problem.layout != "auto" or (problem.pinned is not None and len(problem.pinned[0]) > 2):
+        layout = None
     held = np.flatnonzero(result.held.any(axis=0))
     remark = f"; some angles of faces {some(held)} are held at a hundredth of their initial value"
     return drawn(
@@ -382,4 +394,5 @@ def _abf_drawn(problem: Problem, stage: RungName, result: AbfResult, residual_to
         converged=result.converged or result.state.at.residual.largest <= residual_tol,
         note="converged ABF did not converge in its feasible form",
         remark=remark if len(held) else "",
+        layout=layout,
     )

@@ -11,5 +11,6 @@ from .conformal_energy import energy_matrix, far_apart, least_squares
 from .convex import on_circle
 from .greedily import greedy
 from .isometrically import IsometricMap, at_pins, isometric, isometric_together
+from .least_changes import LeastChange, least_change
 from .separately import flat_disks
 from .slim import Injective, embedded_inside, injective

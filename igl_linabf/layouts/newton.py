@@ -10,7 +10,7 @@ from scipy import sparse
 from .._runtime import advance
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..linalg import Analysis, Factored, NotPositiveDefiniteError, Solvers
-from ..surface import Parts
+from ..surface import NEXT, PREV, Parts
 from .isometric_energy import Rest
 
 MAX_STEPS = 200
@@ -59,15 +59,40 @@ class Hessians:
     """The pattern of the energy's Hessian, x and y of each vertex side by side; analysed once."""
 
     def __init__(self, corner: IntArray, n: int, solvers: Solvers) -> None:
-        index = np.concatenate((2 * corner, 2 * corner + 1))
+        self._index, self._n = np.concatenate((2 * corner, 2 * corner + 1)).ravel(), n
+        sides = np.sort((corner[NEXT], corner[PREV]), axis=0)
+        keys, edge = np.unique((sides[0] * n + sides[1]).ravel(), return_inverse=True)
+        low, high = keys // n, keys % n
+        # a column has its vertex's own entries, then two for each edge to a later vertex
+        first, vertices = np.searchsorted(low, np.arange(n + 1)), np.arange(n)
+        start = 3 * np.arange(n + 1) + 4 * first
+        second = start[:-1] + 2 * (1 + np.diff(first))
+        rank = 2 * (np.arange(len(low)) - first[low])
+        blocks = [
+            [start[low] + 2 + rank, start[low] + 3 + rank],
+            [second[low] + 1 + rank, second[low] + 2 + rank],
+        ]
+        self._row = np.empty(start[-1], dtype=np.int64)
+        self._row[start[:-1]], self._row[start[:-1] + 1], self._row[second] = (
+            2 * vertices,
+            2 * vertices + 1,
+            2 * vertices + 1,
+        )
+        for by_x_or_y in blocks:
+            self._row[by_x_or_y[0]], self._row[by_x_or_y[1]] = 2 * high, 2 * high + 1
+        self._start = np.append(np.column_stack((start[:-1], second)).ravel(), start[-1])
+        self._own = self._start[:-1]
         self._pairs = np.tril_indices(6)
-        i, j = index[self._pairs[0]], index[self._pairs[1]]
-        key = (np.minimum(i, j) * (2 * n) + np.maximum(i, j)).ravel()
-        own = np.arange(2 * n) * (2 * n + 1)
-        keys, slot = np.unique(np.append(key, own), return_inverse=True)
-        self._slot, self._own, self._index, self._n = slot[: len(key)], slot[len(key) :], index.ravel(), n
-        self._row, self._start = keys % (2 * n), np.searchsorted(keys // (2 * n), np.arange(2 * n + 1))
-        self._analysis: Analysis = solvers.whole(self._lower(np.ones(len(keys))))
+        self._slot = np.empty((len(self._pairs[0]), corner.shape[1]), dtype=np.int64)
+        edge, own = edge.reshape(corner.shape), (start[:-1], start[:-1] + 1, second)
+        for slot, i, j in zip(self._slot, *self._pairs, strict=True):
+            (x, p), (y, q) = divmod(int(i), 3), divmod(int(j), 3)
+            if p == q:
+                slot[:] = own[x + y][corner[p]]
+            else:
+                at = edge[3 - p - q]
+                slot[:] = np.where(corner[p] < corner[q], blocks[x][y][at], blocks[y][x][at])
+        self._analysis: Analysis = solvers.whole(self._lower(np.ones(len(self._row))), often=True)
 
     def _lower(self, data: FloatArray) -> sparse.csc_array:
         return sparse.csc_array((data, self._row, self._start), shape=(2 * self._n, 2 * self._n))
@@ -79,16 +104,15 @@ class Hessians:
             slope += _interleaved(2 * springs.stiffness * (z - springs.to))
         return slope
 
-    def factored(self, rows: FloatArray, springs: Springs | None) -> Factored:
-        """The factor of the sum of rows rows^T over the triangles, (4, 6, #F), and the springs."""
+    def factored(self, rows: FloatArray, springs: Springs | None, damping: float = DAMPING) -> Factored:
+        """The factor of the sum of rows rows^T over the triangles, (#, 6, #F), and the springs."""
         i, j = self._pairs
         values = np.zeros((len(i), rows.shape[2]))
         for row in rows:
             values += row[i] * row[j]
-        data = np.asarray(np.bincount(self._slot, values.ravel(), len(self._row)), dtype=np.float64)
+        data = np.asarray(np.bincount(self._slot.ravel(), values.ravel(), len(self._row)), dtype=np.float64)
         if springs is not None:
             data[self._own] += np.repeat(2 * springs.stiffness, 2)
-        damping = DAMPING
         while True:
             data[self._own] *= 1 + damping
             try:

@@ -75,8 +75,8 @@ class Solvers:
         )
         return Multigrid("PyAMG, for want of memory")
 
-    def whole(self, lower: sparse.csc_array) -> Analysis:
-        """For systems that are factored as a whole.
+    def whole(self, lower: sparse.csc_array, *, often: bool = False) -> Analysis:
+        """For systems that are factored as a whole; `often`: time and again.
 
         Raises
         ------
@@ -90,6 +90,8 @@ class Solvers:
                 f"{memory.gigabytes(wanted)} of memory, which are not free: decimate the mesh (igl.qslim), "
                 "cut it into parts (igl_linabf.cut), or use a machine with more memory"
             )
+        if often and self.compiled and lower.dtype == np.float64:
+            return Compiled(lower)
         return self._factoring(lower)
 
     def _factoring(self, lower: sparse.csc_array) -> Analysis:
