@@ -41,7 +41,10 @@ def converge_in_plane(
     if problem.constraints is not own or own.made_to_order or own.paths or own.circles:
         return None
     for begin in (state, state.back_to_start()):
-        flat = corrected_steps(begin, None, FLAT, STEPS_TO_FLAT, ROUGH_RTOL)
+        try:
+            flat = corrected_steps(begin, None, FLAT, STEPS_TO_FLAT, ROUGH_RTOL)
+        except SingularSystemError:
+            continue
         start = _drawn(mesh, flat)
         if start is not None:
             break
