@@ -219,13 +219,20 @@ class Residual:
     @cached_property
     def largest(self) -> float:
         """Largest absolute value: radians, logarithms, relative gaps of holes."""
-        return max(self.at_vertices, float(np.abs(self.closure.gap).max(initial=0.0)))
+        return max(self.at_vertices, largest(np.abs(self.closure.gap)))
 
     @cached_property
     def at_vertices(self) -> float:
         """The largest of those but the closure's."""
         families = (self.vertex, self.wheel, self.triangle)
-        return float(max(np.abs(r).max(initial=0.0) for r in families))
+        return max(map(largest, families))
+
+
+def largest(values: FloatArray) -> float:
+    """The largest absolute value; 0 of none."""
+    return float(
+        max(values.max(initial=0.0), -values.min(initial=0.0))
+    )  # without an array of absolute values
 
 
 def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None = None) -> Residual:
@@ -233,7 +240,8 @@ def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None
     topology, paths = constraints.topology, constraints.paths
     cot = cotangents(alpha) if cot is None else cot
     total, log_ratio = angle_sums(topology.corner, alpha, cot, topology.n)  # eq. 7: logarithms of sines
-    turning = np.pi - total
+    turning, triangle = np.pi - total, alpha.sum(axis=0)
+    np.subtract(np.pi, triangle, out=triangle)
     drawn = None
     if paths:
         k, t = np.divmod(np.concatenate([path.corner for path in paths]), alpha.shape[1])
@@ -243,7 +251,7 @@ def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None
     return Residual(
         vertex=constraints.target_at(log_ratio) - constraints.sum_at_rows(total),  # eq. 5
         wheel=constraints.sum_at_wheels(log_ratio),  # eq. 8-10
-        triangle=np.pi - alpha.sum(axis=0),  # eq. 6
+        triangle=triangle,  # eq. 6
         turning=turning,
         log_ratio=log_ratio,
         closure=closure_of(topology, turning, log_ratio, paths, drawn),

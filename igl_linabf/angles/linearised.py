@@ -16,7 +16,7 @@ import numpy as np
 from scipy import sparse
 
 from .._runtime import advance as tell_progress
-from .._runtime import timed
+from .._runtime import timed, unfilled
 from .._types import BoolArray, FloatArray, Solve
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..kernels import cut_short
@@ -33,6 +33,8 @@ from .closure import ClosingRows
 from .iterates import REACH, AngleProblem, Iterate, Kind, Step
 from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_inverse
 from .reduced import System
+
+NO_ROWS = Symmetric(sparse.csr_array((0, 0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,7 +85,7 @@ class Linearised:
     @property
     def without_factors(self) -> Linearised:
         """The same without what only its own solves need; columns of closing rows may serve others."""
-        return replace(self, inverse=None, precondition=None, whole=None)
+        return replace(self, S=NO_ROWS, inverse=None, precondition=None, whole=None)
 
     def product(self, x: FloatArray) -> FloatArray:
         """The system's matrix times x."""
@@ -164,7 +166,7 @@ def linearise(
     """
     with timed("assembly"):
         system = System(problem.constraints, at.alpha, weights, at.cot)
-        S = system.matrix() if problem.constraints.n else Symmetric(sparse.csr_array((0, 0)))
+        S = system.matrix() if problem.constraints.n else NO_ROWS
         closure, paths = at.residual.closure, problem.constraints.paths
         if not close:
             closure = closure.of_paths(len(paths) if close_paths else 0)
@@ -279,10 +281,13 @@ def solve(
         return Direction(np.zeros_like(at.alpha), np.empty(0), 0, lin)
     with timed("assembly"):
         b, system = at.residual, lin.system
-        e0 = system.w * (b.triangle / system.d)
+        e0 = np.multiply(system.w, b.triangle / system.d, out=unfilled(system.w.shape))
         if gradient is not None:
             e0 = e0 - system.projected(gradient)
-        rhs = (np.column_stack((b.vertex, b.wheel)) - system.rows(e0)).ravel()
+        rows = system.rows(e0)
+        for own, sums in zip(rows.T, (b.vertex, b.wheel), strict=True):
+            np.subtract(sums, own, out=own)
+        rhs = rows.ravel()
         if lin.closing is not None:
             rhs = np.concatenate((rhs, -lin.closing.gap(b.closure, b.vertex) - lin.closing.rows(e0)))
         if start is not None:

@@ -8,6 +8,7 @@ from functools import partial
 import numpy as np
 from scipy import sparse
 
+from .._runtime import unfilled
 from .._types import FloatArray, IntArray, Solve
 from ..linalg import Analysis, Factored, Rows, Solvers, Symmetric
 from .across import Across, by_pairs
@@ -95,7 +96,8 @@ def corrected(conformal: Solve, slivers: SliverRows, S: Symmetric, closing: Clos
 
     def apply(r: FloatArray) -> FloatArray:
         first = local(r[index])
-        left = r.copy()
+        left = unfilled(r.shape)
+        left[:] = r
         left[touched] -= below @ first
         z = conformal(left)
         z[index] += first

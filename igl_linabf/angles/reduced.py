@@ -6,6 +6,7 @@ import numpy as np
 from scipy import sparse
 
 from .. import kernels
+from .._runtime import transposed, unfilled
 from .._types import FloatArray, IntArray
 from ..linalg import Symmetric, held
 from ..surface import NEXT, PREV
@@ -55,11 +56,14 @@ class System:
         if self.constraints.wheels < self.constraints.n:
             x = x.copy()
             x[self.constraints.wheels :, 1] = 0.0
-        return np.vstack((x, np.zeros((1, 2))))[self.constraints.row]  # a missing row, -1, reads the zeros
+        row = self.constraints.row
+        made, some = unfilled((len(row), 2)), unfilled((len(x) + 1, 2))
+        some[:-1], some[-1] = x, 0.0  # a missing row, -1, reads the zeros
+        return some.take(row, axis=0, out=made, mode="wrap")
 
     def errors(self, x: FloatArray) -> FloatArray:
         """P M^T x, (3, #F), of the multipliers of each vertex, (#V, 2)."""
-        return kernels.errors(self.topology.corner, self.w, self.d, self.cot, *np.ascontiguousarray(x.T))
+        return kernels.errors(self.topology.corner, self.w, self.d, self.cot, *transposed(x))
 
     def at_corners(self, x: FloatArray) -> FloatArray:
         """M^T x: (3, #F) values from the multipliers at each corner's vertex, (2, 3, #F)."""
@@ -72,7 +76,7 @@ class System:
 
     def conformal_errors(self, x: FloatArray) -> FloatArray:
         """K M^T x, (3, #F), of the multipliers of each vertex, (#V, 2)."""
-        return kernels.conformal_errors(self.topology.corner, self.cot, *np.ascontiguousarray(x.T))
+        return kernels.conformal_errors(self.topology.corner, self.cot, *transposed(x))
 
     def conformally(self, y: FloatArray) -> FloatArray:
         """K y: (3, #F) angles that sum to zero in each triangle."""
@@ -111,7 +115,9 @@ class System:
         sums = kernels.row_sums(self.topology.corner, self.cot, e, self.topology.n)
         vertex = self.constraints.sum_at_rows(sums[0])  # eq. 5
         wheel = self.constraints.sum_at_wheels(sums[1])  # eq. 8-10
-        return np.column_stack((vertex, wheel))
+        made = unfilled((len(vertex), 2))
+        made[:, 0], made[:, 1] = vertex, wheel
+        return made
 
     def matrix(self) -> Symmetric:
         """S, (2 #rows, 2 #rows)."""

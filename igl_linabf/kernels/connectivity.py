@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
-from .._runtime import at_once
+from .._runtime import at_once, unfilled
 from .._types import BoolArray, IntArray
 from .choice import inlined, instead, pieces_of, run, with_loops
 from .triangles import NEXT, PREV
@@ -107,11 +107,12 @@ def _undirected_in_threads(corner: IntArray, n: int) -> Joined:
     pieces = pieces_of(n)
     if len(pieces) == 1:
         return run(_undirected, corner, n)
-    begin, keys = np.zeros(n + 2, dtype=np.int64), np.empty(3 * corner.shape[1], dtype=np.int64)
+    begin, keys = np.zeros(n + 2, dtype=np.int64), unfilled(3 * corner.shape[1], np.int64)
     run(_by_lower_end, corner, begin, keys)
     sizes = at_once(lambda piece: run(_sorted_edges, begin, keys, *piece), pieces)
     at = np.cumsum([0, *sizes])
-    edges, sides = np.empty((at[-1], 2), dtype=np.int64), np.empty((2, at[-1]), dtype=np.int64)
+    size = int(at[-1])
+    edges, sides = unfilled((size, 2), np.int64), unfilled((2, size), np.int64)
     sound = at_once(
         lambda k: run(_put_edges, begin, keys, *pieces[k], at[k], edges, sides), range(len(pieces))
     )

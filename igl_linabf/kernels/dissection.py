@@ -14,7 +14,7 @@ from .._runtime import in_threads
 from .._types import IntArray
 from .choice import inlined, only_loops
 from .halving import Graph, contracted, halved_again, stars
-from .minimum_degree import Numbers, linked, minimum_degree, postordered
+from .minimum_degree import Numbers, in_postorder, linked, minimum_degree
 
 PART = 6_000  # vertices of a part about which minimum degree is as good
 TOGETHER = 64  # vertices at most that are in the same half of each cut, by two rounds of coarsening
@@ -149,6 +149,26 @@ def _separators(begin: IntArray, ends: Numbers, depth: int) -> Numbers:
     return last
 
 
+def _in_postorder(begin: IntArray, ends: Numbers, order: IntArray) -> IntArray:
+    """The order with the children in its elimination tree (Liu 1986) right before each vertex."""
+    n = len(order)
+    place = np.empty(n, dtype=np.int32)
+    for i in range(n):
+        place[order[i]] = i
+    parent, ancestor = np.full(n, -1, dtype=np.int32), np.full(n, -1, dtype=np.int32)
+    for i in range(n):
+        for p in range(begin[order[i]], begin[order[i] + 1]):
+            k = place[ends[p]]
+            while k >= 0 and k < i:
+                above = ancestor[k]
+                ancestor[k] = i
+                if above < 0:
+                    parent[k] = i
+                k = above
+    made: IntArray = order[in_postorder(parent, np.full(n, -1, dtype=np.int32), np.ones(n, dtype=np.bool_))]
+    return made
+
+
 class Parts(NamedTuple):
     """The parts of a graph that separators leave, some of them together.
 
@@ -224,7 +244,7 @@ def _pattern_of(parts: Parts, k: int) -> tuple[IntArray, IntArray]:
     return indptr, indices[:size]
 
 
-_found, _postordered = only_loops(_separators), only_loops(postordered)
+_found, _postordered = only_loops(_separators), only_loops(_in_postorder)
 _in_parts, _part = only_loops(_parts), only_loops(_pattern_of)
 
 neighbours = only_loops(_neighbours)
@@ -253,4 +273,4 @@ def dissected(indptr: IntArray, indices: IntArray) -> IntArray:
 
     orders = in_threads(ordered, range(len(parts.start) - 1))
     order = np.concatenate((*orders, parts.listed[parts.start[-1] :]), dtype=np.int64)
-    return _postordered(indptr, indices, order)
+    return _postordered(*graph, order)

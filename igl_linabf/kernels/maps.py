@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .._runtime import unfilled
 from .._types import Array, ComplexArray, FloatArray, IntArray
 from .choice import filled_by, with_loops
 from .triangles import NEXT, PREV, _arctangent
@@ -17,7 +18,7 @@ def _signed_double_areas(z: ComplexArray, corner: IntArray, first: int, last: in
         made[t] = u.real * v.imag - u.imag * v.real
 
 
-@filled_by(_signed_double_areas, lambda z, corner: np.empty(corner.shape[1]))
+@filled_by(_signed_double_areas, lambda z, corner: unfilled(corner.shape[1]))
 def signed_double_areas(z: ComplexArray, corner: IntArray) -> FloatArray:
     """Twice the signed area of each face of a flat map (#V,); positive where it is not flipped."""
     a, b, c = z[corner]

@@ -10,10 +10,9 @@ from numpy.typing import NDArray
 
 from .._types import IntArray
 from .choice import inlined, only_loops
-from .supernodes import in_order
+from .supernodes import Numbers, in_order
 
 DENSE = 10.0  # times the root of the number of rows: degree above which a row comes last, as in AMD
-Numbers = NDArray[np.int32]
 
 
 @inlined
@@ -48,7 +47,7 @@ def _join(i: int, j: int, weight: Numbers, follower: Numbers, tail: Numbers) -> 
 
 
 @inlined
-def _in_postorder(parent: Numbers, follower: Numbers, pivot: NDArray[np.bool_]) -> IntArray:
+def in_postorder(parent: Numbers, follower: Numbers, pivot: NDArray[np.bool_]) -> IntArray:
     """The variables of all elements, children in a tree first; what is in none comes last."""
     n = len(parent)
     order, waiting, top, k = np.empty(n, dtype=np.int64), np.empty(n, dtype=np.int32), 0, 0
@@ -82,7 +81,7 @@ def postordered(indptr: IntArray, indices: IntArray, order: IntArray) -> IntArra
     """The order in which the children in its elimination tree come right before a variable."""
     n = len(order)
     tree = in_order(indptr, indices, order)[-1].astype(np.int32)
-    place = _in_postorder(tree, np.full(n, -1, dtype=np.int32), np.ones(n, dtype=np.bool_))
+    place = in_postorder(tree, np.full(n, -1, dtype=np.int32), np.ones(n, dtype=np.bool_))
     made: IntArray = order[place]
     return made
 
@@ -234,7 +233,7 @@ def _minimum_degree(indptr: IntArray, indices: IntArray) -> IntArray:
         size[me], weight[me] = to - place, 0
         if old:
             free = to
-    order = _in_postorder(parent, follower, pivot)
+    order = in_postorder(parent, follower, pivot)
     return postordered(indptr, indices, order) if some_left else order  # by links that no element knows of
 
 

@@ -15,6 +15,7 @@ SMALL, MEDIUM = 16, 48  # columns
 ZEROS_OF_SMALL, ZEROS_OF_MEDIUM, ZEROS = 0.5, 0.1, 0.05  # share of a supernode's entries that may be zeros
 WIDTH = 4  # columns that are eliminated together
 
+Numbers = NDArray[np.int32]
 Places = NDArray[np.uint32]  # unsigned, as the compiled loops then need not look for negative ones
 
 
@@ -57,7 +58,7 @@ class Supernodes(NamedTuple):
 
 
 @inlined
-def _permuted(indptr: IntArray, indices: IntArray, place: IntArray) -> tuple[IntArray, IntArray, Places]:
+def _permuted(indptr: IntArray, indices: IntArray, place: IntArray) -> tuple[IntArray, Numbers, Places]:
     """The lower triangle of P A P^T by columns, `place` being the inverse of the order."""
     n = len(place)
     column = np.zeros(n + 2, dtype=np.int64)
@@ -66,7 +67,7 @@ def _permuted(indptr: IntArray, indices: IntArray, place: IntArray) -> tuple[Int
             column[min(place[j], place[indices[p]]) + 2] += 1
     for j in range(n):
         column[j + 2] += column[j + 1]
-    row, source = np.empty(indptr[n], dtype=np.int64), np.empty(indptr[n], dtype=np.uint32)
+    row, source = np.empty(indptr[n], dtype=np.int32), np.empty(indptr[n], dtype=np.uint32)
     for j in range(n):
         for p in range(indptr[j], indptr[j + 1]):
             a, b = place[j], place[indices[p]]
@@ -77,14 +78,14 @@ def _permuted(indptr: IntArray, indices: IntArray, place: IntArray) -> tuple[Int
 
 
 @inlined
-def _by_rows(column: IntArray, row: IntArray, n: int) -> tuple[IntArray, IntArray]:
+def _by_rows(column: IntArray, row: Numbers, n: int) -> tuple[IntArray, Numbers]:
     """The same entries by rows: where each row begins, and their columns."""
     begin = np.zeros(n + 2, dtype=np.int64)
     for q in range(len(row)):
         begin[row[q] + 2] += 1
     for j in range(n):
         begin[j + 2] += begin[j + 1]
-    before = np.empty(len(row), dtype=np.int64)
+    before = np.empty(len(row), dtype=np.int32)
     for j in range(n):
         for q in range(column[j], column[j + 1]):
             before[begin[row[q] + 1]] = j
@@ -93,7 +94,7 @@ def _by_rows(column: IntArray, row: IntArray, n: int) -> tuple[IntArray, IntArra
 
 
 @inlined
-def _tree(begin: IntArray, before: IntArray, n: int) -> IntArray:
+def _tree(begin: IntArray, before: Numbers, n: int) -> IntArray:
     """The parent of each column in the elimination tree (Liu 1986); -1 at roots."""
     parent, ancestor = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
     for i in range(n):
@@ -111,7 +112,7 @@ def _tree(begin: IntArray, before: IntArray, n: int) -> IntArray:
 @inlined
 def in_order(
     indptr: IntArray, indices: IntArray, order: IntArray
-) -> tuple[IntArray, IntArray, IntArray, Places, IntArray, IntArray, IntArray]:
+) -> tuple[IntArray, IntArray, Numbers, Places, IntArray, Numbers, IntArray]:
     """The place of each variable; the permuted pattern by columns and by rows; its elimination tree."""
     n = len(order)
     place = np.empty(n, dtype=np.int64)
@@ -123,7 +124,7 @@ def in_order(
 
 
 @inlined
-def _counts(column: IntArray, row: IntArray, parent: IntArray) -> IntArray:
+def _counts(column: IntArray, row: Numbers, parent: IntArray) -> IntArray:
     """The number of entries of each column of L, the columns in postorder (Gilbert, Ng, Peyton 1994)."""
     n = len(parent)
     first, count = np.full(n, -1, dtype=np.int64), np.zeros(n, dtype=np.int64)
@@ -192,7 +193,7 @@ def _columns(parent: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
 @inlined
 def _places(
     column: IntArray,
-    row: IntArray,
+    row: Numbers,
     start: IntArray,
     below_start: IntArray,
     below: Places,

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import sparse
 
-from .._runtime import at_once
+from .._runtime import at_once, unfilled
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from .choice import filled_by, inlined, instead, pieces_of, run, with_loops
 from .triangles import NEXT, PREV, sum_by
@@ -35,7 +35,7 @@ def _conformal_weights(
             made[k, t] = cot[k, t] * scale
 
 
-@filled_by(_conformal_weights, lambda w, *_: np.empty(w.shape))
+@filled_by(_conformal_weights, lambda w, *_: unfilled(w.shape))
 def conformal_weights(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
     """Twice what each half-edge gives to the Laplacian sum of s K, (3, #F); s = 2 sqrt(w0 w1 w2 / d)."""
     return np.asarray(cot * np.asarray(2 * np.sqrt(w.prod(axis=0) / d)))
@@ -58,7 +58,7 @@ def _at_edges(values: FloatArray, sides: IntArray, first: int, last: int, made: 
             made[i] += flat[sides[1, i]]
 
 
-@filled_by(_at_edges, lambda values, sides: np.empty(sides.shape[1]))
+@filled_by(_at_edges, lambda values, sides: unfilled(sides.shape[1]))
 def at_edges(values: FloatArray, sides: IntArray) -> FloatArray:
     """Sum values of half-edges, (3, #F), over the two sides of each edge, (2, #E), -1 for a missing one."""
     first, second = np.append(values, 0.0)[sides]  # a missing side reads the zero at the end
@@ -81,7 +81,7 @@ def _laplacian_entries(
             made[slot[e]] -= weight[e]
 
 
-@filled_by(_laplacian_entries, lambda indptr, *_: np.empty(indptr[-1]), in_pieces=False)
+@filled_by(_laplacian_entries, lambda indptr, *_: unfilled(int(indptr[-1])), in_pieces=False)
 def laplacian_entries(indptr: IntArray, slot: IntArray, ends: IntArray, weight: FloatArray) -> FloatArray:
     """The entries of the Laplacian with `weight` at the edges between rows `ends`, (2, #E), -1 for none.
 
@@ -128,7 +128,7 @@ def _disparity(
         made[t] = trace**2 * d[t] / (4 * a * b * c) - 2
 
 
-@filled_by(_disparity, lambda w, d, cot: np.empty(len(d)))
+@filled_by(_disparity, lambda w, d, cot: unfilled(len(d)))
 def disparity(w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
     """rho + 1 / rho of each triangle, rho the ratio of the eigenvalues of P and s K in it, (#F,)."""
     pair = pair_weights(w, d)
@@ -215,7 +215,7 @@ def _system_blocks(
                 made[indptr[i], 3] = 0.5
 
 
-@filled_by(_system_blocks, lambda at, *_: np.empty((len(at[1]), 4)), in_pieces=False)
+@filled_by(_system_blocks, lambda at, *_: unfilled((len(at[1]), 4)), in_pieces=False)
 def system_blocks(
     at: tuple[IntArray, IntArray, IntArray],
     ends: IntArray,
@@ -271,24 +271,24 @@ def _block_product(
         for k in range(indptr[i], indptr[i + 1]):
             j = indices[k]
             a, b, c, d = block[k, 0], block[k, 1], block[k, 2], block[k, 3]
-            p, q = x[2 * j], x[2 * j + 1]
+            p, q, at = x[2 * j], x[2 * j + 1], 2 * (j - first)
             s += a * p + b * q
             t += c * p + d * q
-            y[2 * j] += a * u + c * v
-            y[2 * j + 1] += b * u + d * v
-        y[2 * i] += s
-        y[2 * i + 1] += t
+            y[at] += a * u + c * v
+            y[at + 1] += b * u + d * v
+        y[2 * (i - first)] += s
+        y[2 * (i - first) + 1] += t
 
 
 def _block_product_in_threads(
     indptr: IntArray, indices: IntArray, block: FloatArray, x: FloatArray
 ) -> FloatArray:
-    # a row adds to what is below it, too: two parts of the rows have a vector each
-    parts = [(*piece, np.empty(len(x))) for piece in pieces_of(len(indptr) - 1, 2)]
+    # a row adds to what is below it, too: two parts of the rows have a vector each, from their first row on
+    parts = [(*piece, unfilled(len(x) - 2 * piece[0])) for piece in pieces_of(len(indptr) - 1, 2)]
     at_once(lambda part: run(_block_product, indptr, indices, block, x, *part), parts)
-    y, *others = (made for _, _, made in parts)
-    for other in others:
-        y += other
+    y: FloatArray = parts[0][2]
+    for first, _, more in parts[1:]:
+        y[2 * first :] += more
     return y
 
 
@@ -299,9 +299,11 @@ def block_product(indptr: IntArray, indices: IntArray, block: FloatArray, x: Flo
     return np.asarray(upper @ x + upper.T @ x)
 
 
-def _product_with_pairs(indptr: IntArray, indices: IntArray, data: FloatArray, x: FloatArray) -> FloatArray:
-    y = np.zeros_like(x)
-    for i in range(len(indptr) - 1):
+def _product_with_pairs(
+    indptr: IntArray, indices: IntArray, data: FloatArray, x: FloatArray, first: int, last: int, y: FloatArray
+) -> None:
+    y[:] = 0.0
+    for i in range(first, last):
         u, v, s, t = x[i, 0], x[i, 1], 0.0, 0.0
         for k in range(indptr[i], indptr[i + 1]):
             j, a = indices[k], data[k]
@@ -311,14 +313,25 @@ def _product_with_pairs(indptr: IntArray, indices: IntArray, data: FloatArray, x
                 continue
             s += a * x[j, 0]
             t += a * x[j, 1]
-            y[j, 0] += a * u
-            y[j, 1] += a * v
-        y[i, 0] += s
-        y[i, 1] += t
+            y[j - first, 0] += a * u
+            y[j - first, 1] += a * v
+        y[i - first, 0] += s
+        y[i - first, 1] += t
+
+
+def _product_with_pairs_in_threads(
+    indptr: IntArray, indices: IntArray, data: FloatArray, x: FloatArray
+) -> FloatArray:
+    # as in `_block_product_in_threads`
+    parts = [(*piece, unfilled((len(x) - piece[0], 2))) for piece in pieces_of(len(indptr) - 1, 2)]
+    at_once(lambda part: run(_product_with_pairs, indptr, indices, data, x, *part), parts)
+    y: FloatArray = parts[0][2]
+    for first, _, more in parts[1:]:
+        y[first:] += more
     return y
 
 
-@with_loops(_product_with_pairs)
+@instead(_product_with_pairs_in_threads, _product_with_pairs)
 def product_with_pairs(indptr: IntArray, indices: IntArray, data: FloatArray, x: FloatArray) -> FloatArray:
     """A x of a symmetric matrix, by its lower triangle in CSC, and two columns x, (n, 2)."""
     lower = sparse.csc_array((data, indices, indptr), shape=(len(x), len(x)))

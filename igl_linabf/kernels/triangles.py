@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .._runtime import unfilled
 from .._types import BoolArray, FloatArray, IntArray
 from .choice import filled_by, inlined, with_loops
 
@@ -48,7 +49,7 @@ def _products(
 
 def _per_triangle(V: FloatArray, corner: IntArray) -> tuple[FloatArray, FloatArray, FloatArray]:
     m = corner.shape[1]
-    return np.empty(m), np.empty((3, m)), np.empty(m)
+    return unfilled(m), unfilled((3, m)), unfilled(m)
 
 
 @filled_by(_products, _per_triangle)
@@ -169,7 +170,7 @@ def _cotangents(alpha: FloatArray, first: int, last: int, cot: FloatArray) -> No
             made[t] = _cotangent(angle[t])
 
 
-@filled_by(_cotangents, lambda alpha: np.empty(alpha.shape))
+@filled_by(_cotangents, lambda alpha: unfilled(alpha.shape))
 def cotangents(alpha: FloatArray) -> FloatArray:
     """cot alpha, (3, #F); infinite at an angle of 0, as in a collapsed triangle."""
     made = np.tan(alpha)  # NumPy's tangent takes a fifth of the time of its sine
@@ -266,7 +267,7 @@ def _errors(
         e[2, t] = w2 * ((w0 * (y2 - y0) + w1 * (y2 - y1)) / d[t])
 
 
-@filled_by(_errors, lambda corner, *_: np.empty(corner.shape))
+@filled_by(_errors, lambda corner, *_: unfilled(corner.shape))
 def errors(
     corner: IntArray, w: FloatArray, d: FloatArray, cot: FloatArray, vertex: FloatArray, wheel: FloatArray
 ) -> FloatArray:
@@ -321,7 +322,7 @@ def _cut_short(
             made[k, t] = e[k, t] * share
 
 
-@filled_by(_cut_short, lambda alpha, *_: (np.empty(alpha.shape), np.empty(alpha.shape[1], dtype=bool)))
+@filled_by(_cut_short, lambda alpha, *_: (unfilled(alpha.shape), np.empty(alpha.shape[1], dtype=bool)))
 def cut_short(alpha: FloatArray, e: FloatArray, reach: float) -> tuple[FloatArray, BoolArray]:
     """The errors, up to a share `reach` of the way to a vanishing angle; where they are not shorter."""
     with np.errstate(divide="ignore"):  # how many times each triangle could take its errors

@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from .._runtime import at_once
 from .._types import FloatArray, IntArray
-from .choice import with_loops
+from .choice import instead, pieces_of, run, with_loops
 
 
 def _dot(a: FloatArray, b: FloatArray) -> float:
@@ -13,7 +14,12 @@ def _dot(a: FloatArray, b: FloatArray) -> float:
     return total
 
 
-@with_loops(_dot)
+def _dot_in_threads(a: FloatArray, b: FloatArray) -> float:
+    pieces = [slice(*piece) for piece in pieces_of(len(a))]
+    return sum(at_once(lambda piece: run(_dot, a[piece], b[piece]), pieces))
+
+
+@instead(_dot_in_threads, _dot)
 def dot(a: FloatArray, b: FloatArray) -> float:
     """The scalar product of two vectors."""
     return float(np.einsum("i,i->", a, b))
@@ -24,7 +30,12 @@ def _turn(d: FloatArray, share: float, z: FloatArray) -> None:
         d[i] = share * d[i] + z[i]
 
 
-@with_loops(_turn)
+def _turn_in_threads(d: FloatArray, share: float, z: FloatArray) -> None:
+    pieces = [slice(*piece) for piece in pieces_of(len(d))]
+    at_once(lambda piece: run(_turn, d[piece], share, z[piece]), pieces)
+
+
+@instead(_turn_in_threads, _turn)
 def turn(d: FloatArray, share: float, z: FloatArray) -> None:
     """Make the direction d the sum of a share of it and z."""
     d *= share
@@ -41,7 +52,12 @@ def _move(x: FloatArray, r: FloatArray, along: float, d: FloatArray, q: FloatArr
     return total
 
 
-@with_loops(_move)
+def _move_in_threads(x: FloatArray, r: FloatArray, along: float, d: FloatArray, q: FloatArray) -> float:
+    pieces = [slice(*piece) for piece in pieces_of(len(x))]
+    return sum(at_once(lambda piece: run(_move, x[piece], r[piece], along, d[piece], q[piece]), pieces))
+
+
+@instead(_move_in_threads, _move)
 def move(x: FloatArray, r: FloatArray, along: float, d: FloatArray, q: FloatArray) -> float:
     """Add a share of the direction d to x, and take it of q = A d from the residual r; return r . r."""
     x += along * d

@@ -92,7 +92,8 @@ def harmonic(
     z[topology.loops[0]] = boundary.z
     if not n:
         return z, "none"
-    weight = topology.sum_at_edges(at.cot) / 2
+    weight = topology.sum_at_edges(at.cot)
+    weight /= 2
     lower = held(pattern.laplacian(weight), n)  # a boundary vertex with a prescribed sum has a row, too
     analysis = laplacian or pattern.analysis(solvers, lower)
 

@@ -12,7 +12,7 @@ import numpy as np
 from scipy import sparse
 
 from .. import kernels
-from .._runtime import at_once
+from .._runtime import at_once, unfilled
 from .._types import FloatArray, IntArray, Solve
 from .factors import Analysis, Factored, NotConvergedError, NotPositiveDefiniteError, by_pairs_of_columns
 from .krylov import conjugate_gradients
@@ -188,7 +188,8 @@ def _refined(lower: sparse.csc_array, rough: Solve, b: FloatArray) -> FloatArray
 def _solved(values: FloatArray, a: kernels.Supernodes, divided: Divided, b: FloatArray) -> FloatArray:
     """For two right-hand sides, (n, 2)."""
     b = np.ascontiguousarray(b)
-    x, made = np.zeros(b.shape, values.dtype), np.empty_like(b)
+    x, made = unfilled(b.shape, values.dtype), unfilled(b.shape)
+    x[:] = 0.0
     left = np.empty((divided.parts.rows[-1], 2), values.dtype)
 
     def forward(chosen: tuple[IntArray, int]) -> None:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from .. import kernels
+from .._runtime import unfilled
 from .._types import BoolArray, FloatArray, IntArray, Solve
 from ..surface import Parts
 
@@ -16,7 +17,8 @@ def conjugate_gradients(
 
     The scalar products are not those of a BLAS, which wake its threads: that costs more than they save.
     """
-    x, r, d = np.zeros_like(b), b.copy(), np.zeros_like(b)
+    x, r, d = (unfilled(b.shape) for _ in range(3))
+    x[:], r[:], d[:] = 0.0, b, 0.0
     square, last = kernels.dot(b, b), 1.0
     enough = rtol * np.sqrt(square)
     for step in range(most + 1):

@@ -18,7 +18,7 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
         A face is so thin that its area may be rounding error, or the coordinates are so large or
         small that fourth powers of lengths overflow or underflow.
     """
-    largest = np.abs(V).max()
+    largest = max(V.max(), -V.min())
     if not SMALLEST_COORDINATE < largest < LARGEST_COORDINATE:
         i = int(np.argmax(np.abs(V))) // V.shape[1]
         raise MeshError(

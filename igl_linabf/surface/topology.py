@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from .._runtime import transposed
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from ..kernels import NEXT, PREV, at_edges, boundary_loops, connected_labels, in_one_piece, sum_by, undirected
@@ -127,7 +128,7 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
         in a boundary vertex.
     """
     n = len(vertices)
-    corner = np.ascontiguousarray(F.T)
+    corner = transposed(F)
     edges, sides, sound = undirected(corner, n)
     if not sound:
         raise _unsound(F, edges, vertices)
