@@ -34,7 +34,7 @@ from .crease_cuts import parted
 from .given import sides_of_cleaned
 from .halving import halves
 from .kept_maps import Known, kept_maps
-from .overlap_seams import MAX_SPLITS, seams_between
+from .overlap_seams import MAX_SPLITS, parts_between
 from .pieces import flattened
 from .scaf import moved_apart
 from .seams import MEDIUM, seams_of
@@ -175,7 +175,7 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]
     pairs = overlapping_pairs_of_each([(result.uv, pieces[i].F) for i, result in good])
     measured = [(pieces[i], result.uv, len(over)) for (i, result), over in zip(good, pairs, strict=True)]
     for (i, result), over, quality in zip(good, pairs, quality_of_each(measured), strict=True):
-        known[i] = result, over, quality
+        known[i] = Known(result, over, quality)
     return known
 
 
@@ -204,15 +204,16 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
             return _anew(_disks(piece, task))
-        few = len(np.unique(pairs)) < LITTLE * len(piece.F)
-        if few and task.weighs_stretch and len(seams := _to_tips(piece, result, splits, task)):
+        without_tips = task.weighs_stretch and len(np.unique(pairs)) < LITTLE * len(piece.F)
+        if without_tips and len(seams := _to_tips(piece, result, splits, task)):
             return _anew(piece.cut_along(seams))
         parts = [disk for part in parted(piece, result.uv, pairs) for disk in _disks(part, task)]
-        parts = parts or piece.cut_along(seams_between([piece], piece.faces[pairs]))
+        parts = parts or parts_between(piece, piece.faces[pairs])
         if len(parts) > 1:
-            return list(zip(parts, kept_maps(piece, result, parts, pairs), strict=True))
+            return list(zip(parts, kept_maps(piece, result, parts, pairs, without_tips), strict=True))
     quality = quality_of(piece, result.uv, len(pairs)) if known is None else known[2]
-    if task.weighs_stretch and len(seams := _worth_of_map(piece, result, quality, splits, task)):
+    weighed = task.weighs_stretch and not (known is not None and known.without_tips)
+    if weighed and len(seams := _worth_of_map(piece, result, quality, splits, task)):
         return _anew(piece.cut_along(seams))
     if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
         return _anew(parts)

@@ -128,8 +128,8 @@ class Levels:
         return seam
 
 
-def clusters(piece: ClosedSurface, hops: int, more: IntArray | None = None) -> Forest:
-    """Each node on the shortest path to the nearest root; roots are more than `hops` edges apart, or `more`.
+def clusters(piece: ClosedSurface, hops: int) -> Forest:
+    """Each node on the shortest path to the nearest root; roots are more than `hops` edges apart.
 
     Each hole is a root with no other node.
     """
@@ -139,11 +139,22 @@ def clusters(piece: ClosedSurface, hops: int, more: IntArray | None = None) -> F
     closed = np.zeros(piece.n, dtype=bool)
     closed[holes] = True
     is_root = far_apart(graph.indptr, graph.indices, np.lexsort((chance, peak))[::-1], hops, closed)
-    is_root[more if more is not None else []] = True
     is_root[holes] = False
     distance, before, root = piece.search(np.flatnonzero(is_root), holes)
     distance[holes], before[holes], root[holes] = 0, -1, holes
     return Forest(root, before, distance)
+
+
+def _with_roots(piece: ClosedSurface, forest: Forest, more: IntArray) -> Forest:
+    """The forest with more roots, to which nodes change that are nearer to them."""
+    holes = np.arange(piece.holes)
+    distance, before, root = piece.search(np.setdiff1d(more, holes), holes, float(forest.distance.max()))
+    nearer = distance < forest.distance
+    return Forest(
+        np.where(nearer, root, forest.root),
+        np.where(nearer, before, forest.before),
+        np.where(nearer, distance, forest.distance),
+    )
 
 
 class _Outline(NamedTuple):
@@ -161,13 +172,16 @@ class _Outline(NamedTuple):
 
 def _outline(piece: ClosedSurface, forest: Forest) -> _Outline:
     roots = np.flatnonzero(forest.before < 0)
-    label = np.searchsorted(roots, forest.root)
+    place = np.empty(piece.n, dtype=np.int64)
+    place[roots] = np.arange(len(roots))
+    label = place[forest.root]
     ends, m = label[piece.ends], piece.n_faces
     inner = ends[:, 0] == ends[:, 1]
     in_tree = np.zeros(len(ends), dtype=bool)
-    others = np.flatnonzero(forest.before >= 0)
-    in_tree[piece.between(others, forest.before[others])] = True
-    way = forest.distance[piece.ends].sum(axis=1) + piece.length
+    a, b = piece.ends[piece.shortest].T
+    in_tree[piece.shortest] = (forest.before[a] == b) | (forest.before[b] == a)
+    a, b = piece.ends.T
+    way = forest.distance[a] + forest.distance[b] + piece.length
 
     # faces that an edge within a cluster separates are one, short of an annulus
     within = np.flatnonzero(inner & ~in_tree)
@@ -226,7 +240,7 @@ def _simply_contracted(piece: ClosedSurface, hops: int) -> Contracted:
         again[outline.entry] = False
         if not again.any():
             return contracted(piece, forest, outline)
-        forest = clusters(piece, hops, np.union1d(outline.roots, piece.ends[outline.edge[again]]))
+        forest = _with_roots(piece, forest, piece.ends[outline.edge[again]].ravel())
     return contracted(piece, forest)
 
 

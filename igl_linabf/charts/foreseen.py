@@ -10,15 +10,16 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, SingularSystemError
 from ..flattening import Sketch
 from ..measures import change_of, overlapping_pairs_of_chart
-from ..surface import NEXT, Submesh
+from ..surface import NEXT, Submesh, cleaned_surface
 from .crease_cuts import parted
 from .cut_graph import ClosedSurface
-from .overlap_seams import MAX_SPLITS, seams_between
+from .overlap_seams import MAX_SPLITS, parts_between
 from .pieces import flattened
 from .tips import tips_of, worth_a_seam
 
 MANY = 300  # disks, beyond which the surface is parted when its map is known
 FEW = 0.02  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
+AT_ONCE = 3  # overlaps that one seam parts: a map anew shows what is left of the others
 SHRUNK = 1 / 8  # of the area that a tip has in the map; on the surface itself faces shrink twice as much
 TIP_ROUNDS = 3  # of seams to the tips of a part
 MOST_BRIDGES = 4  # edges that are missing at each hole
@@ -39,11 +40,10 @@ def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
     bridges = len(proper) - len(np.unique(key[~inner]))  # between two triangles at holes, or around a handle
     if bridges > MOST_BRIDGES * piece.holes:
         return None
-    try:
-        mesh = Submesh.checked_manifold(piece.position, F)
-    except MeshError:
+    cleaned, mesh = cleaned_surface(piece.position, F)  # a node beside two holes is in two fans
+    if {repair.kind for repair in cleaned.repairs} - {"bowtie"}:
         return None
-    return Submesh(mesh.V, mesh.F, mesh.faces, mesh.vertices, mesh.n_given, inner if inner.any() else None)
+    return Submesh(mesh.V, mesh.F, mesh.faces, cleaned.origin, piece.n, inner if inner.any() else None)
 
 
 def overlaps_and_tips(
@@ -141,5 +141,5 @@ def _parts(disk: Submesh) -> tuple[list[Submesh], FloatArray | None]:
     few = len(np.unique(pairs)) < FEW * len(disk.F)
     if few or not len(pairs) or len(result.flipped) or result.holes:
         return [], None if len(result.flipped) else result.uv
-    parts = parted(disk, result.uv, pairs) or disk.cut_along(seams_between([disk], disk.faces[pairs]))
+    parts = parted(disk, result.uv, pairs) or parts_between(disk, disk.faces[pairs], AT_ONCE)
     return parts, result.uv

@@ -5,6 +5,7 @@ other parts are flattened again: a split costs little, and what keeps its map ca
 """
 
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,15 +20,22 @@ EVEN = 1.3  # L2 stretch up to which it does: of more, a new map has less, and f
 WHOLE = 0.995  # share from which on it does at any stretch: a new map is nearly the same
 EXACT = 1 + 1e-4  # stretch and conformal distortion up to which any part does: a new map is the same
 
-Known = tuple[Flattening, IntArray, Quality]  # a map, its pairs of overlapping faces, its figures
+
+class Known(NamedTuple):
+    """A map, its pairs of overlapping faces, its figures; and whether no tip in it is worth a seam."""
+
+    result: Flattening
+    pairs: IntArray
+    quality: Quality
+    without_tips: bool = False
 
 
 def kept_maps(
-    piece: Submesh, result: Flattening, parts: list[Submesh], pairs: IntArray
+    piece: Submesh, result: Flattening, parts: list[Submesh], pairs: IntArray, without_tips: bool
 ) -> list[Known | None]:
     """The maps of the parts that keep theirs; None for the others. `pairs` of faces overlap in the map.
 
-    Those that are left in a large part go with its map.
+    Those that are left in a large part go with its map. So does that it has no tips worth a seam.
     """
     kept: list[Known | None] = [None] * len(parts)
     if not result.outcome.good:
@@ -52,7 +60,7 @@ def kept_maps(
             made = cut_out(result, piece, parts[k], uv)
             cut_off = f"a part of this map, {len(piece.F) - len(parts[k].F):,} faces were cut off"
             made = replace(made, message=f"{result.message}; {cut_off}")
-            kept[k] = made, over, quality
+            kept[k] = Known(made, over, quality, without_tips)
     return kept
 
 

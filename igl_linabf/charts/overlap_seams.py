@@ -82,7 +82,18 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
 
 def seams_between(charts: list[Submesh], pairs: IntArray) -> IntArray:
     """`separating_seams` of checked charts; faces and vertices are numbered as by the caller."""
-    seams, waiting = [np.zeros((0, 2), dtype=np.int64)], list(charts)
+    return _separated(charts, pairs)[0]
+
+
+def parts_between(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> list[Submesh]:
+    """The parts of a chart cut along these seams, of which each separates so many overlaps at most."""
+    return _separated([chart], pairs, most)[1]
+
+
+def _separated(
+    charts: list[Submesh], pairs: IntArray, most: int = MAX_OVERLAPS
+) -> tuple[IntArray, list[Submesh]]:
+    seams, waiting, parts = [np.zeros((0, 2), dtype=np.int64)], list(charts), list[Submesh]()
     while waiting:
         part = waiting.pop()
         check_planar(part.topology, part.vertices)
@@ -90,9 +101,11 @@ def seams_between(charts: list[Submesh], pairs: IntArray) -> IntArray:
         local = part.cells[0][np.searchsorted(part.faces, inside)]
         local = local[local[:, 0] != local[:, 1]]  # no seam takes a polygon apart
         if len(local):
-            seams.append(np.sort(part.vertices[_shortest_seam(part, local)], axis=1))
+            seams.append(np.sort(part.vertices[_shortest_seam(part, local, most)], axis=1))
             waiting += part.cut_along(seams[-1])
-    return np.unique(np.concatenate(seams), axis=0)
+        else:
+            parts.append(part)
+    return np.unique(np.concatenate(seams), axis=0), sorted(parts, key=lambda part: int(part.faces[0]))
 
 
 def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
@@ -113,13 +126,13 @@ def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
     return array
 
 
-def _shortest_seam(part: Submesh, pairs: IntArray) -> IntArray:
+def _shortest_seam(part: Submesh, pairs: IntArray, most: int) -> IntArray:
     """The edges (#E, 2) of the seams that separate the sheets of the largest overlaps; pairs of polygons."""
     V, topology = part.V, part.topology
     cell, inner = part.cells
     m = int(cell.max()) + 1
     right, left = cell[topology.sides[:, inner] % len(part.F)]  # the faces that such an edge separates
-    most = min(MAX_OVERLAPS, max(1, int(np.log2(MAX_NODES / topology.n))))
+    most = min(most, max(1, int(np.log2(MAX_NODES / topology.n))))
     dual = _Dual(*shortest_pairs(np.column_stack((right, left)), np.zeros(len(inner)), m))
     sheets = _sheets(pairs, right, left, dual, most)
     while not len(seam := _seam_between(V, topology, inner, right, left, dual, sheets)):

@@ -155,19 +155,19 @@ class _Candidate:
 
 
 class _Boxed:
-    """Triangles by their corners, (#T, 3, 2), of which those near a place are found."""
+    """Triangles of a map, of which those near a place are found; as many searches as guests are few."""
 
-    def __init__(self, corners: FloatArray) -> None:
-        low, high = corners.min(axis=1), corners.max(axis=1)
-        order = np.argsort(low[:, 0])
-        self._corners, self._low, self._high = corners[order], low[order], high[order]
-        self._widest = float((high - low)[:, 0].max())
+    def __init__(self, uv: FloatArray, F: IntArray) -> None:
+        self._uv, self._F = uv, F
+        a, b, c = (np.ascontiguousarray(uv[corner].T) for corner in F.T)
+        self._low, self._high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
 
     def within(self, low: FloatArray, high: FloatArray) -> FloatArray:
-        """The corners of those whose boxes meet the box from `low` to `high`."""
-        row = slice(*np.searchsorted(self._low[:, 0], (low[0] - self._widest, high[0])))
-        meets = (self._high[row] >= low).all(axis=1) & (self._low[row, 1] <= high[1])
-        return np.asarray(self._corners[row][meets])
+        """The corners, (#T, 3, 2), of those whose boxes meet the box from `low` to `high`."""
+        (u, v), (u_high, v_high) = self._low, self._high
+        rows = np.flatnonzero((u <= high[0]) & (u_high >= low[0]))
+        rows = rows[(v[rows] <= high[1]) & (v_high[rows] >= low[1])]
+        return np.asarray(self._uv[self._F[rows]])
 
 
 class _Host:
@@ -178,7 +178,7 @@ class _Host:
         self._chart, self._piece = chart, piece
         self._double_area = self._flat_area = float(piece.measured[0].sum())  # the map has the scale one
         self._squared = chart.quality.stretch_l2**2 * self._double_area
-        self._in_chart = [_Boxed(chart.result.uv[piece.F])]
+        self._in_chart = [_Boxed(chart.result.uv, piece.F)]
 
     def rim(self) -> tuple[IntArray, IntArray]:
         """Its boundary edges, (#E, 2), and their codes."""
@@ -219,7 +219,7 @@ class _Host:
         of_host = np.full(len(piece.V), -1)
         of_host[run.own] = run.of_host
         self.guests.append(_Guest(piece, uv, of_host))
-        self._in_chart.append(_Boxed(own))
+        self._in_chart.append(_Boxed(uv, piece.F))
         self._squared, self._double_area, self._flat_area = squared, area, flat_area
         return True
 

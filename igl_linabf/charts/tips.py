@@ -15,7 +15,7 @@ from .visibility import HIDING
 
 SHRUNK = 1 / 16  # of the area that a face at a tip has in the map, at most
 TIPPED = 1.2  # L2 stretch of a map from which on there may be tips that are worth a seam
-WORTH = 0.01  # L2 stretch that seams have to save beyond their price: the chart is flattened again
+WORTH = 0.008  # L2 stretch that seams have to save beyond their price: the chart is flattened again
 
 
 def tips_of(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArray, FloatArray]:

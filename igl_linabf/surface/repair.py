@@ -226,9 +226,9 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     note("bowtie", "vertices", _bowties(sheets, G[rows]))
     solid, lost = _with_area(V[sheets.origin], sheets.F)
     note("arealess", "faces", rows[lost])
-    kept = np.unique(sheets.F[solid])
-    number = np.zeros(len(sheets.origin), dtype=np.int64)
-    number[kept] = np.arange(len(kept))
+    kept = np.zeros(len(sheets.origin), dtype=bool)
+    kept[sheets.F[solid]] = True
+    number = np.cumsum(kept) - 1
     F_new, origin = number[sheets.F[solid]], sheets.origin[kept]
     V_new, opened = opened_caps(V[origin], F_new)
     note("opened", "faces", rows[solid][opened])

@@ -12,6 +12,7 @@ from scipy.sparse import csgraph
 from .._types import BoolArray, FloatArray, IntArray
 from .components import connected_labels
 from .parts import counted
+from .topology import triangles_of
 
 MOST_AT_AN_EDGE = 500  # faces of which pairs are sought; more of them are all taken apart
 # what it costs to join two faces is 1 + cos of the angle between them: 0 flat, 1 at a right angle, 2 folded
@@ -57,7 +58,7 @@ def as_sheets(V: FloatArray, F: IntArray) -> Sheets:
     if not len(F):
         no_edges = np.zeros((0, 2), dtype=np.int64)
         return Sheets(F, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool), no_edges, no_edges, F[:, 0])
-    triangle = np.unique(np.sort(F, axis=1), axis=0, return_inverse=True)[1].ravel()
+    triangle, twin = triangles_of(F)
     links, crowded = _links(V, F, triangle)
     turned, torn = _orientation(F, links)
     torn_edges = _ends(F, links[torn])
@@ -66,9 +67,7 @@ def as_sheets(V: FloatArray, F: IntArray) -> Sheets:
     links = np.where(turn, links // 3 * 3 + 2 - links % 3, links)
     F = np.where(turned[:, None], F[:, [0, 2, 1]], F)
     F_new, origin = _with_fans(F, links, triangle)
-    first = np.zeros(len(F), dtype=bool)
-    first[np.unique(triangle, return_index=True)[1]] = True
-    return Sheets(F_new, origin, turned, crowded, torn_edges, np.flatnonzero(~first))
+    return Sheets(F_new, origin, turned, crowded, torn_edges, np.flatnonzero(twin))
 
 
 def _tails_heads(F: IntArray) -> tuple[IntArray, IntArray]:

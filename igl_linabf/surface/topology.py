@@ -183,17 +183,28 @@ def faults(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, Bool
     return edge, count > 2, (count == 2) & (along == 2)
 
 
+def triangles_of(F: IntArray) -> tuple[IntArray, BoolArray]:
+    """The number of each face's triangle, by its vertices; and which faces have that of one before them."""
+    corners = np.sort(F, axis=1).T
+    order = np.lexsort(corners[::-1])
+    ordered = corners[:, order]
+    new = np.append(True, (ordered[:, 1:] != ordered[:, :-1]).any(axis=0))
+    triangle, twin = np.empty(len(F), dtype=np.int64), np.empty(len(F), dtype=bool)
+    triangle[order], twin[order] = np.cumsum(new) - 1, ~new
+    return triangle, twin
+
+
 def _unsound(F: IntArray, edges: IntArray, vertices: IntArray) -> MeshError:
     """The error for edges with more than two faces, or with two of opposite orientation."""
     edge, many, same_way = faults(F.T, edges)
     crowded, turned = np.flatnonzero(many), np.flatnonzero(same_way)
-    _, first, copies = np.unique(np.sort(F, axis=1), axis=0, return_index=True, return_counts=True)
-    if copies.max() > 1:
-        original = first[np.argmax(copies > 1)]
-        same = np.flatnonzero((np.sort(F, axis=1) == np.sort(F[original])).all(axis=1))
+    triangle, twin = triangles_of(F)
+    if twin.any():
+        several = np.unique(triangle[twin])
+        same = np.flatnonzero(triangle == several[0])
         return MeshError(
-            f"faces {some(same)} are the same triangle of vertices {vertices[F[original]].tolist()} "
-            f"({np.count_nonzero(copies > 1)} such triangles in all): keep one of each, or let "
+            f"faces {some(same)} are the same triangle of vertices {vertices[F[same[0]]].tolist()} "
+            f"({len(several)} such triangles in all): keep one of each, or let "
             "igl_linabf.clean take them apart"
         )
     if len(crowded):
