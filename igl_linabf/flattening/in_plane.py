@@ -5,11 +5,12 @@ from __future__ import annotations
 from dataclasses import replace
 
 from .._runtime import timed
-from ..angles import FORESEEN, LEAST_SHARE, ROUGH_RTOL, AbfResult, Constraints, State, Step, corrected_steps
+from ..angles import LEAST_SHARE, ROUGH_RTOL, AbfResult, Constraints, State, Step, corrected_steps
 from ..errors import SingularSystemError
 from ..layouts import Layout, lay_out, least_change, placed
 from ..surface import Mesh, Pins, flipped_faces
 
+FORESEEN = 1e-3  # relative gain of the objective that may be left to further steps, times the tolerance
 FLAT, STEPS_TO_FLAT = 1e-4, 12  # residual of the angles that a map is drawn from, and steps to it at most
 
 

@@ -106,10 +106,9 @@ class Hessians:
 
     def factored(self, rows: FloatArray, springs: Springs | None, damping: float = DAMPING) -> Factored:
         """The factor of the sum of rows rows^T over the triangles, (#, 6, #F), and the springs."""
-        i, j = self._pairs
-        values = np.zeros((len(i), rows.shape[2]))
-        for row in rows:
-            values += row[i] * row[j]
+        values = np.empty(self._slot.shape)
+        for value, i, j in zip(values, *self._pairs, strict=True):
+            np.einsum("rf,rf->f", rows[:, i], rows[:, j], out=value)
         data = np.asarray(np.bincount(self._slot.ravel(), values.ravel(), len(self._row)), dtype=np.float64)
         if springs is not None:
             data[self._own] += np.repeat(2 * springs.stiffness, 2)
