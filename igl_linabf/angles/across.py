@@ -116,11 +116,19 @@ class ColumnsOfPaths:
     scale : (#rows, #paths) float64
     path, kind : (size,) int64
         Of each column the path, and 0 if it is for vertex rows, 1 if it is for wheel rows.
+    schur : (size, size) float64
+        D - B^T C in the conformal metric of C.
     """
 
     scale: FloatArray
     path: IntArray
     kind: IntArray
+    schur: FloatArray
+
+    def serves(self, closure: Closure) -> bool:
+        """Whether these are the columns of all that is asked for."""
+        path, part = np.nonzero(closure.asked)
+        return np.array_equal(path, self.path) and np.array_equal(1 - part, self.kind)
 
     def along(self, y: FloatArray) -> FloatArray:
         both = np.zeros((self.scale.shape[1], 2))

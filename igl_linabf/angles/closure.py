@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 from scipy import linalg, sparse
@@ -115,7 +116,8 @@ class ClosingRows:
 
         With C = diag(L_s, L_s)^-1 B of the conformal metric, the rows T - C^T M close the same paths, and in
         that metric they have nothing in common with M. So they are solved for apart, in their own metric: by
-        D - C^T B - B^T C + C^T S C, which is positive definite for any C. Without `S`, the metric is the
+        D - C^T B - B^T C + C^T S C, which is positive definite for any C. Where the scale of closed
+        paths is all there is, D - C^T B of the conformal metric is as good. Without `S`, the metric is the
         conformal one of these rows. If that is K alone, S is diag(L, L) there, and this is exact. With `S`,
         columns that are `known` of an earlier system may serve as C. Returns C, too.
 
@@ -124,26 +126,35 @@ class ClosingRows:
         NotPositiveDefiniteError
             The rows depend on each other.
         """
+
+        def inner(r: FloatArray) -> FloatArray:
+            return by_pairs(inverse, r)
+
         across: Across
         if S is None:
             across, schur = self.conformal(inverse)
+            return self._bordered(inner, across, schur), across
+        if known is not None and known.serves(self._closure):
+            across = known
         else:
-            if isinstance(known, ColumnsOfPaths) and known.scale.shape[1] == len(self._paths):
-                across = self._of_paths(known.scale)
-            elif isinstance(known, Columns) and known.serves(self._closure):
-                across = known
-            else:
-                across = self._across(inverse, self._take(system.conformal)[0])
-            mixed = across.onto_border(self.B)
-            schur = self.D - mixed - mixed.T + np.array([across.onto(S(c)) for c in across.each])
-        return self._bordered(lambda r: by_pairs(inverse, r), across, schur), across
+            across = self._across(inverse, *self._take(system.conformal)[:2])
+        if isinstance(across, ColumnsOfPaths) and across.kind.all():
+            try:
+                return self._bordered(inner, across, across.schur), across
+            except NotPositiveDefiniteError:
+                pass  # by an inverse that is not exact
+        mixed = across.onto_border(self.B)
+        schur = self.D - mixed - mixed.T + np.array([across.onto(S(c)) for c in across.each])
+        return self._bordered(inner, across, schur), across
 
     def conformal(self, inverse: Solve) -> tuple[Across, FloatArray]:
         """C = diag(L, L)^-1 B and D - B^T C, in the conformal metric of these rows."""
-        across = self._across(inverse, self.B)
+        across = self._across(inverse, self.B, self.D)
+        if isinstance(across, ColumnsOfPaths):
+            return across, across.schur
         return across, self.D - across.onto_border(self.B)
 
-    def _across(self, inverse: Solve, B: Border) -> Across:
+    def _across(self, inverse: Solve, B: Border, D: FloatArray) -> Across:
         """diag(L_s, L_s)^-1 B, by one right-hand side a column.
 
         The metric is conformal: what a column has in vertex rows and in wheel rows are real and imaginary
@@ -155,15 +166,13 @@ class ClosingRows:
             return Columns(np.ascontiguousarray(by_pairs(inverse, whole).T), self._closure)
         wheel = whole[1::2]
         if len(self._paths) == len(self._closure.gap):
-            return self._of_paths(inverse(wheel[:, asked % 2 == 0]))
+            path, part = np.divmod(asked, 2)
+            across = ColumnsOfPaths(inverse(wheel[:, part == 0]), path, 1 - part, D)
+            return replace(across, schur=D - across.onto_border(B))
         both = np.zeros((len(self._asked), constraints.n, 2))
         both[asked, :, 1] = inverse(wheel).T
         both[0::2, :, 0], both[1::2, :, 0] = -both[1::2, :, 1], both[0::2, :, 1]
         return Columns(both[asked].reshape(self.size, self._n), self._closure)
-
-    def _of_paths(self, scale: FloatArray) -> ColumnsOfPaths:
-        path, part = np.divmod(np.flatnonzero(self._asked), 2)
-        return ColumnsOfPaths(scale, path, 1 - part)
 
     def _bordered(self, inner: Solve, across: Across, schur: FloatArray) -> Solve:
         try:

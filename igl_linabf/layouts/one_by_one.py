@@ -9,7 +9,7 @@ from ..surface import Topology
 from .boundary import Boundary
 
 EXACT = 1e-7  # residual of the constraints up to which triangles may be placed one after another
-MISFIT = 1e-5  # and how far a corner may then be off, over its triangle's shortest side
+MISFIT = 1e-4  # and how far a corner may then be off, over its triangle's shortest side
 
 
 def one_by_one(boundary: Boundary, at: Iterate, topology: Topology) -> ComplexArray | None:
