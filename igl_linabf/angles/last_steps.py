@@ -42,7 +42,8 @@ def corrected_steps(
     paths, turned = state.problem.constraints.paths, _turned(state)
     for _ in range(most):
         cut_short = any(step.limited for step in state.steps)
-        below = SMALL if not turned else EARLY_BELOW if cut_short else np.inf
+        below = EARLY_BELOW if turned or (paths and not cut_short) else SMALL
+        below = np.inf if turned and not cut_short else below
         close = not paths or rtol is not None or cut_short
         if state.steps and rtol is None and state.at.residual.at_vertices < below:
             before = state.at
