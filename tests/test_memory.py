@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import subprocess
 import sys
-from importlib import import_module
 
 import numpy as np
 import pytest
 from conftest import bumps, load
 
 from igl_linabf import FallbackWarning, LinABF, MeshError, flatten
+from igl_linabf._runtime import reuse
 from igl_linabf.linalg import has_cholmod, memory
-
-recycling = import_module("igl_linabf._runtime.recycling")  # the room's face has a function of this name
 
 LIMITED = """
 import resource, sys
@@ -86,22 +84,22 @@ def test_what_is_free_is_within_what_there_is() -> None:
 
 
 def test_memory_of_arrays_is_used_again_once_nobody_holds_a_part_of_it(monkeypatch) -> None:
-    monkeypatch.setattr(recycling, "LEAST", 1)
-    with recycling.recycling():
-        array = recycling.unfilled((10, 1000))
+    monkeypatch.setattr(reuse, "LEAST", 1)
+    with reuse.recycling():
+        array = reuse.unfilled((10, 1000))
         array[:] = 7.0
         place, held = array.ctypes.data, array.T[5:, 3].view(np.int64)
         del array
-        other = recycling.unfilled(10_000)
+        other = reuse.unfilled(10_000)
         other[:] = 1.0
         assert other.ctypes.data != place
         assert (held.view(np.float64) == 7.0).all()
         del held
-        assert recycling.unfilled(9_500, np.float64).ctypes.data == place
-        assert recycling.unfilled(5_000, np.float64).ctypes.data != place  # it would waste half
-        kept = recycling.unfilled(10_000)
+        assert reuse.unfilled(9_500, np.float64).ctypes.data == place
+        assert reuse.unfilled(5_000, np.float64).ctypes.data != place  # it would waste half
+        kept = reuse.unfilled(10_000)
         kept[:] = 3.0
-    fresh = recycling.unfilled(10_000)
+    fresh = reuse.unfilled(10_000)
     fresh[:] = 0.0
     assert (kept == 3.0).all()
 
@@ -110,7 +108,7 @@ def test_memory_of_arrays_is_used_again_once_nobody_holds_a_part_of_it(monkeypat
 def test_what_used_memory_holds_does_not_matter(method, monkeypatch) -> None:
     V, F = load("cortex")
     expected = flatten(V, F, method)
-    monkeypatch.setattr(recycling, "LEAST", 1)
+    monkeypatch.setattr(reuse, "LEAST", 1)
     made = flatten(V, F, method)
     assert (made.uv == expected.uv).all()
     assert (made.angles == expected.angles).all()

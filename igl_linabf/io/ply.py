@@ -2,7 +2,6 @@
 
 import itertools
 import re
-import re
 from functools import cache
 from typing import Any, NamedTuple
 
