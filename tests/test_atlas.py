@@ -15,6 +15,7 @@ from test_cli import run
 
 from igl_linabf import (
     FallbackWarning,
+    LinABF,
     MeshError,
     Outcome,
     OutcomeWarning,
@@ -269,6 +270,18 @@ def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
     assert atlas.quality.flips + atlas.quality.overlaps > 0
     assert [str(w.message) for w in caught if w.category is OutcomeWarning] == atlas.troubles
     assert caught[0].filename == __file__
+
+
+@pytest.mark.parametrize("cuts_before", [1, 9])
+def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself(cuts_before: int) -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 3)
+    V /= np.linalg.norm(V, axis=1)[:, None]
+    dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > -0.7])  # L2 stretch 1.6
+    task = charting.Task(LinABF(), True, 6.0, False, False, None, None, True)
+    parts = charting._chart(dome, cuts_before, task, None)
+    assert isinstance(parts, list)
+    charts = charting.charts_of([piece for piece, _ in parts], task)
+    assert max(chart.quality.stretch_l2 for chart, _ in charts) < 1.2
 
 
 @pytest.mark.parametrize("suffix", ["obj", "glb", "ply"])

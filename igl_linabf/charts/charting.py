@@ -232,8 +232,12 @@ def _flattened(piece: Submesh, task: Task) -> Flattening:
 
 def _worth_of_map(piece: Submesh, result: Flattening, quality: Quality, splits: int, task: Task) -> IntArray:
     """Seams that the stretch of a map is worth, beyond what was expected of it."""
-    if not splits and len(piece.F) <= MEDIUM and quality.stretch_l2 > SMALL_STRETCH:  # it was one of many
-        seams = task.seams_of(piece, disks=True, gain=DISK_GAIN)
+    if splits < task.most_splits and len(piece.F) <= MEDIUM:
+        seams = _NO_SEAM
+        if not splits and quality.stretch_l2 > SMALL_STRETCH:  # it was one of many
+            seams = task.seams_of(piece, disks=True, gain=DISK_GAIN)
+        elif splits and quality.stretch_l2 > TIPPED:  # a part of a chart, whose seams were not for it
+            seams = _seams_worth(piece, task)
         if len(seams):
             return seams
     return _to_tips(piece, result, splits, task) if quality.stretch_l2 > TIPPED else _NO_SEAM
