@@ -170,10 +170,18 @@ def seams_of_panels(creased: Creased, trade: float) -> tuple[IntArray, BoolArray
     faces are of components where that cannot be: they have no seams.
     """
     surface, fold = creased.surface, creased.bend >= FOLD
-    m = len(surface.F)
-    panel = connected_labels(creased.faces[~fold], m)
     slit, handles = _slits(creased, fold)
     left = np.isin(creased.label, creased.label[handles])
+    seam = slit | _unfit(creased, fold, slit, trade) if fold.any() else slit
+    if seam.any():
+        seam |= _slits(creased, seam)[0]
+    seam &= ~left[creased.faces[:, 0]]
+    return surface.vertices[creased.ends[seam]], left
+
+
+def _unfit(creased: Creased, fold: BoolArray, slit: BoolArray, trade: float) -> BoolArray:
+    """The folds along which panels are not joined."""
+    panel = connected_labels(creased.faces[~fold], len(creased.surface.F))
     z = _laid_flat(creased, ~fold & ~slit)
     order = np.argsort(panel, kind="stable")
     start = np.searchsorted(panel[order], np.arange(int(panel.max()) + 2))
@@ -186,11 +194,9 @@ def seams_of_panels(creased: Creased, trade: float) -> tuple[IntArray, BoolArray
     a, b = creased.faces[fold].T
     fits = chart[panel[a]] == chart[panel[b]]
     fits &= (np.abs(z.ravel()[one] - z.ravel()[other]) <= FITS * extent[a]).all(axis=0)
-    seam = slit
+    seam = np.zeros_like(fold)
     seam[np.flatnonzero(fold)[~fits]] = True
-    seam |= _slits(creased, seam)[0]
-    seam &= ~left[creased.faces[:, 0]]
-    return surface.vertices[creased.ends[seam]], left
+    return seam
 
 
 def _slits(creased: Creased, cut: BoolArray) -> tuple[BoolArray, IntArray]:
