@@ -10,8 +10,9 @@ import pytest
 from conftest import load
 
 from igl_linabf.charts import cut, find_seams, seams, unwrap
-from igl_linabf.charts.coarse import clusters, contracted
+from igl_linabf.charts.coarse import CLUSTERED, Levels, clusters, contracted
 from igl_linabf.charts.cut_graph import closed_surface, shape
+from igl_linabf.charts.foreseen import coarse_mesh
 from igl_linabf.charts.growing import grown_seam, seam_cost
 from igl_linabf.charts.pieces import flattened
 from igl_linabf.flattening import Sketch
@@ -186,3 +187,22 @@ def test_large_bodies_of_many_handles_fall_into_sound_charts(
     parts = whole.cut_along(atlas.seams)
     assert len(parts) == len(atlas.charts)
     assert all(len(part.topology.loops) == 1 and not part.topology.genus for part in parts)
+
+
+def lattice(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Thin rods in three directions, with a handle through each of their squares."""
+    a, b, c = (np.mod(t, 1) - 0.5 for t in (x, y, z))
+    rods = np.minimum.reduce([np.hypot(a, b), np.hypot(b, c), np.hypot(c, a)]) - 0.06
+    return np.maximum(rods, np.abs(np.stack((x, y, z))).max(axis=0) - 1.9)
+
+
+def test_clusters_around_thin_handles_are_neighbours_by_one_edge() -> None:
+    """They are the vertices of a mesh then, on which overlaps are foreseen."""
+    whole = Submesh.checked_manifold(*level_set(lattice, 2.0, 56))
+    assert whole.topology.genus == 81
+    piece = closed_surface(whole)
+    levels = Levels.of(piece, CLUSTERED)
+    assert len(levels.coarse.key) == len(levels.coarse.ends)
+    mesh = coarse_mesh(levels.coarse, levels.label(piece.node[whole.F]))
+    assert mesh is not None
+    assert mesh.topology.genus == 81

@@ -28,7 +28,7 @@ REACH = 6.0  # mean distances to a root that a branch point's arcs may move
 WIDTH = 3.0  # the same, of the corridor on each side of a seam in which it is drawn tight
 FAR = 12_000  # nodes from which the roots of clusters are more than three edges apart, not two
 HOPS, FEW_HOPS = 3, 2
-MORE_ROOTS = 2  # times
+MORE_ROOTS = 4  # times
 SMALLEST_SHARE = 1e-3  # of the way that an edge across goes: the maximum principle then holds
 
 
@@ -236,8 +236,10 @@ def _simply_contracted(piece: ClosedSurface, hops: int) -> Contracted:
     forest = clusters(piece, hops)
     for _ in range(MORE_ROOTS):
         outline = _outline(piece, forest)
-        again = np.ones(len(outline.edge), dtype=bool)
-        again[outline.entry] = False
+        low, high = np.sort(outline.ends, axis=1).T
+        # at both edges of such a pair: the ends of the longer one may be roots already
+        _, pair, number = np.unique(low * len(outline.roots) + high, return_inverse=True, return_counts=True)
+        again = number[pair] > 1
         if not again.any():
             return contracted(piece, forest, outline)
         forest = _with_roots(piece, forest, piece.ends[outline.edge[again]].ravel())

@@ -82,12 +82,17 @@ def overlaps_and_tips(
     inside = mesh.cells[1]
     ends = nodes[mesh.topology.edges[inside]]
     edge, sides = piece.between(*ends.T), mesh.topology.sides[:, inside] % len(mesh.F)
-    right, left = _with_chips_joined(label, sides[:, ~np.isin(edge, seam)])[sides]
-    more = _up_to_holes(piece, seam, np.setdiff1d(edge[right != left], seam))
-    parts = mesh.cut_along(piece.ends[np.append(seam, more)])
-    if not all(len(part.topology.loops) == 1 and not part.topology.genus for part in parts):
-        return none, none
-    return np.append(ways, more), np.union1d(tips, np.intersect1d(piece.ends[more], piece.on(seam)))
+    of = _with_chips_joined(label, sides[:, ~np.isin(edge, seam)])
+    for _ in range(2):
+        right, left = of[sides]
+        more = _up_to_holes(piece, seam, np.setdiff1d(edge[right != left], seam))
+        parts = mesh.cut_along(piece.ends[np.append(seam, more)])
+        unsound = [part.faces for part in parts if len(part.topology.loops) != 1 or part.topology.genus]
+        if not unsound:
+            return np.append(ways, more), np.union1d(tips, np.intersect1d(piece.ends[more], piece.on(seam)))
+        faces = np.concatenate(unsound)
+        of[faces] = label[faces]  # chips that close a ring stay apart
+    return none, none
 
 
 def _up_to_holes(piece: ClosedSurface, seam: IntArray, more: IntArray) -> IntArray:
