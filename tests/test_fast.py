@@ -80,6 +80,18 @@ def triangles():
     return triangle, end, np.full(60, 1e-6), np.full(60, 1e-15)
 
 
+def test_triangles_lie_over_others_in_the_loops_as_in_numpy():
+    rng, found = np.random.default_rng(4), []
+    for _ in range(60):
+        some, others = (rng.normal(size=(n, 3, 2)) @ [1, 1j] for n in (1, 4))
+        some[0, 1] = some[0, 0] if rng.random() < 0.2 else some[0, 1]  # it has collapsed
+        others[0] = some[0, [1, 0, 0]] + [0, 0, 1j]  # it touches along a side
+        found.append(kernels.lie_over(some, others + 1.5))
+        with kernels.numpy_only():
+            assert kernels.lie_over(some, others + 1.5) == found[-1]
+    assert {True, False} == set(found)
+
+
 def squares_with_hinges():
     """Unit squares that are joined at sides, in turn; many would come over others."""
     rng, n = np.random.default_rng(3), 30
@@ -163,6 +175,7 @@ def cases():
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
         "overlapping": (*triangles(),),
+        "lie_over": (triangles()[0][:3] - 6, triangles()[0]),
         "assembled": squares_with_hinges(),
         "dot": tuple(rng.normal(size=(2, 40))),
         "turn": (rng.normal(size=40), 0.7, rng.normal(size=40)),

@@ -14,11 +14,12 @@ from itertools import islice, product
 
 import numpy as np
 
-from .._types import ComplexArray, FloatArray, IntArray
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..kernels import lie_over
 from ..layouts import energy_matrix, least_squares
 from ..linalg import NotPositiveDefiniteError, Solvers
-from ..measures import change_of, lie_over, quality_of
-from ..surface import Submesh, complex_positions, coordinates, flat_angles, placed_at, signed_double_areas
+from ..measures import change_of, quality_of
+from ..surface import Parts, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from .atlas import Chart
 from .pieces import of_own_size
 
@@ -76,11 +77,12 @@ def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
 
 @dataclass(frozen=True)
 class _Run:
-    """Edges in a row between a small chart and a host: their vertices in both, and their length."""
+    """Edges in a row between a small chart and a host: vertices in both, their places there, and length."""
 
     host: _Host
     own: IntArray
     of_host: IntArray
+    at: ComplexArray
     length: float
 
 
@@ -103,28 +105,46 @@ class _Candidate:
 
     def ways(self, runs: list[_Run]) -> Iterator[tuple[_Run, float, FloatArray]]:
         """Runs, widths and places: as the chart is where it fits, and then the others, ever narrower."""
-        others = []
-        for run in runs:
-            if (uv := _moved(self._flat, run.own, run.host.at(run))) is not None:
-                yield run, 1.0, uv
-            else:
-                others.append((run, self._least_shear(run.own, run.host.at(run))))
+        if not runs:
+            return
+        fits, moved = self._moved(runs)
+        for k in np.flatnonzero(fits).tolist():
+            z = moved[k]
+            z[runs[k].own] = runs[k].at
+            yield runs[k], 1.0, coordinates(z)
+        rest = [run for run, fit in zip(runs, fits, strict=True) if not fit]
+        others = list(zip(rest, self._least_shear(rest), strict=True)) if rest else []
         for width, (run, least) in islice(product(WIDTHS, others), MOST_TRIES):
             if least <= run.host.most_shear(width):
-                uv = self._laid_out(run.own, run.host.at(run), width)
+                uv = self._laid_out(run.own, run.at, width)
                 if uv is not None:
                     yield run, width, uv
 
-    def _least_shear(self, fixed: IntArray, at: FloatArray) -> float:
-        """The least mean angle distortion of any map with vertices in a row held.
+    def _moved(self, runs: list[_Run]) -> tuple[BoolArray, ComplexArray]:
+        """The map turned and shifted to the ends of each run, (#R, #V); where the others fit there, too."""
+        z, vertices = complex_positions(self._flat), Parts.of_sizes([len(run.own) for run in runs])
+        own, to = (np.concatenate(rows) for rows in zip(*((run.own, run.at) for run in runs), strict=True))
+        (first, last), (start, end) = ((x[vertices.start[:-1]], x[vertices.start[1:] - 1]) for x in (own, to))
+        apart = z[first] != z[last]
+        turn = np.divide(end - start, z[last] - z[first], out=np.zeros_like(start), where=apart)
+        moved = start[:, None] + (z - z[first][:, None]) * turn[:, None]
+        off = vertices.max(np.abs(moved[vertices.spread(np.arange(len(runs))), own] - to))
+        return apart & (off <= FITS * np.abs(moved - start[:, None]).max(axis=1)), moved
+
+    def _least_shear(self, runs: list[_Run]) -> list[float]:
+        """The least mean angle distortion of any map with the vertices of a run held, for each.
 
         Of angles b that have to change by d together, the relative errors have squares of d^2 / sum b^2 at
         least (Cauchy).
         """
-        z, inner = complex_positions(at), fixed[1:-1]
-        there = np.angle((z[:-2] - z[1:-1]) / (z[2:] - z[1:-1])) % (2 * np.pi)
+        z = np.concatenate([run.at for run in runs])
+        inner = np.concatenate([run.own[1:-1] for run in runs])
+        of = np.repeat(np.arange(len(runs)), [len(run.own) - 2 for run in runs])
+        middle = np.arange(1, len(inner) + 1) + 2 * of
+        there = np.angle((z[middle - 1] - z[middle]) / (z[middle + 1] - z[middle])) % (2 * np.pi)
         total, squares = self._angles
-        return float(np.sum((there - total[inner]) ** 2 / squares[inner])) / self._cot.size
+        least = np.bincount(of, (there - total[inner]) ** 2 / squares[inner], len(runs)) / self._cot.size
+        return list(least.tolist())
 
     @cached_property
     def _angles(self) -> tuple[FloatArray, FloatArray]:
@@ -132,12 +152,12 @@ class _Candidate:
         angle = np.arctan2(*self._piece.measured)
         return self._piece.topology.sum_at_vertices(angle), self._piece.topology.sum_at_vertices(angle**2)
 
-    def _laid_out(self, fixed: IntArray, at: FloatArray, width: float) -> FloatArray | None:
+    def _laid_out(self, fixed: IntArray, position: ComplexArray, width: float) -> FloatArray | None:
         """The map of least squares to a conformal one (LSCM) with some vertices held, or a narrower one.
 
         None if the piece is too thin for that.
         """
-        topology, position = self._piece.topology, complex_positions(at)
+        topology = self._piece.topology
         try:
             if topology.n > DENSE:
                 z, _ = least_squares(topology, self._cot, fixed, position, Solvers("auto"), width)
@@ -154,22 +174,6 @@ class _Candidate:
         return coordinates(z)
 
 
-class _Boxed:
-    """Triangles of a map, of which those near a place are found; as many searches as guests are few."""
-
-    def __init__(self, uv: FloatArray, F: IntArray) -> None:
-        self._uv, self._F = uv, F
-        a, b, c = (np.ascontiguousarray(uv[corner].T) for corner in F.T)
-        self._low, self._high = np.minimum(np.minimum(a, b), c), np.maximum(np.maximum(a, b), c)
-
-    def within(self, low: FloatArray, high: FloatArray) -> FloatArray:
-        """The corners, (#T, 3, 2), of those whose boxes meet the box from `low` to `high`."""
-        (u, v), (u_high, v_high) = self._low, self._high
-        rows = np.flatnonzero((u <= high[0]) & (u_high >= low[0]))
-        rows = rows[(v[rows] <= high[1]) & (v_high[rows] >= low[1])]
-        return np.asarray(self._uv[self._F[rows]])
-
-
 class _Host:
     """A chart that small ones may be joined to, and those that are."""
 
@@ -178,7 +182,9 @@ class _Host:
         self._chart, self._piece = chart, piece
         self._double_area = self._flat_area = float(piece.measured[0].sum())  # the map has the scale one
         self._squared = chart.quality.stretch_l2**2 * self._double_area
-        self._in_chart = [_Boxed(chart.result.uv, piece.F)]
+        self._z = complex_positions(chart.result.uv)
+        self._size = -int(np.frexp(np.abs(chart.result.uv).max())[1])  # squares of larger ones could overflow
+        self._in_chart = complex_positions(np.ldexp(chart.result.uv, self._size))[piece.F]
 
     def rim(self) -> tuple[IntArray, IntArray]:
         """Its boundary edges, (#E, 2), and their codes."""
@@ -193,14 +199,17 @@ class _Host:
             return EVEN if width == 1 else -1.0  # it is isometric: what does not fit shears too much
         return max(SHEARED * own, EVEN) if width == 1 else PRESSED
 
-    def at(self, run: _Run) -> FloatArray:
-        """Where the vertices of a run are."""
-        return self._chart.result.uv[run.of_host]
+    def run(self, own: IntArray, of_host: IntArray, length: float) -> _Run:
+        """A run beside it."""
+        return _Run(self, own, of_host, self._z[of_host], length)
 
     def takes(self, piece: Submesh, uv: FloatArray, run: _Run, width: float, most_stretch: float) -> bool:
         """Whether a chart, at this width, has room there beside this one; it is then a part of it."""
         double_area = signed_double_areas(complex_positions(uv), piece.topology.corner)
         if not (double_area > 0).all():
+            return False
+        own = complex_positions(np.ldexp(uv, self._size))[piece.F]
+        if lie_over(own, self._in_chart):
             return False
         changed = change_of(piece, uv)
         if not changed.angle_distortion.mean() <= self.most_shear(width):
@@ -212,14 +221,10 @@ class _Host:
         stretch = np.sqrt(squared * flat_area) / area
         if not stretch <= min(STRETCHED * self._chart.quality.stretch_l2, most_stretch):
             return False
-        own = uv[piece.F]
-        low, high = own.min(axis=(0, 1)), own.max(axis=(0, 1))
-        if lie_over(own, np.concatenate([boxed.within(low, high) for boxed in self._in_chart])):
-            return False
         of_host = np.full(len(piece.V), -1)
         of_host[run.own] = run.of_host
         self.guests.append(_Guest(piece, uv, of_host))
-        self._in_chart.append(_Boxed(uv, piece.F))
+        self._in_chart = np.concatenate((self._in_chart, own))
         self._squared, self._double_area, self._flat_area = squared, area, flat_area
         return True
 
@@ -306,7 +311,7 @@ class _Rims:
                 ends = slice(part.start, part.stop + 1)
                 if of_host[part.start] != of_host[part.stop]:
                     total = float(length[edges[part]].sum())
-                    found.append(_Run(self._hosts[of[k]], own[ends], of_host[ends], total))
+                    found.append(self._hosts[of[k]].run(own[ends], of_host[ends], total))
         return sorted(found, key=lambda run: (-run.length, run.host.index))
 
 
@@ -314,18 +319,6 @@ def _parts_of_run(number: int, closed: bool) -> list[slice]:
     """A run of so many edges, and if it is short, its parts: a chart joined along one lies elsewhere."""
     least, most = 1 if number <= SHORT else number, number - closed
     return [slice(i, j) for i in range(number) for j in range(i + least, min(i + most, number) + 1)]
-
-
-def _moved(flat: FloatArray, fixed: IntArray, at: FloatArray) -> FloatArray | None:
-    """A map turned and shifted so that some vertices come to where they are to be; None if none fits."""
-    z, to, ends = complex_positions(flat), complex_positions(at), fixed[[0, -1]]
-    if z[ends[0]] == z[ends[1]]:
-        return None
-    z = placed_at(z, (ends, at[[0, -1]]))
-    if np.abs(z[fixed] - to).max() > FITS * np.abs(z - to[0]).max():
-        return None
-    z[fixed] = to
-    return coordinates(z)
 
 
 def _codes(piece: Submesh, ends: IntArray) -> IntArray:

@@ -59,7 +59,7 @@ from .systems import (
     pulled,
     system_blocks,
 )
-from .triangle_pairs import overlapping
+from .triangle_pairs import MIN_DEPTH, lie_over, overlapping, solid_triangles
 from .triangles import (
     NEXT,
     PREV,

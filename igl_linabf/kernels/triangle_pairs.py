@@ -5,8 +5,11 @@ import shapely
 
 from .._types import ComplexArray, FloatArray, IntArray
 from .choice import inlined, with_loops
+from .maps import signed_double_areas
 
 LEAF = 8  # triangles at a leaf of the tree of boxes
+MIN_DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
+ROUNDING = 16 * np.finfo(float).eps  # of a corner, as a share of how far it is from the origin
 BLOCK_SIZE = 1 << 16  # triangles that are sought in the tree at a time, which bounds the memory
 
 
@@ -130,3 +133,69 @@ def overlapping(triangle: ComplexArray, end: IntArray, depth: FloatArray, roundi
                 pairs = pairs[reach > least]
         found.append(pairs)
     return np.concatenate(found)
+
+
+def solid_triangles(triangle: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
+    """Triangles, (#T, 3), all turned counter-clockwise; their heights, and the rounding of their corners."""
+    area = signed_double_areas(triangle.T.ravel(), np.arange(triangle.size).reshape(3, -1))
+    triangle[area < 0] = triangle[area < 0][:, [0, 2, 1]]
+    longest = np.abs(triangle - np.roll(triangle, 1, axis=1)).max(axis=1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        height = np.where(longest > 0, np.abs(area) / longest, 0.0)
+    return triangle, height, ROUNDING * np.abs(triangle).max(axis=1)
+
+
+@inlined
+def _solid(triangle: ComplexArray, inward: ComplexArray) -> tuple[float, float]:
+    """The height of a triangle that is turned counter-clockwise, and its rounding; and its sides' normals."""
+    one, other = triangle[1] - triangle[0], triangle[2] - triangle[0]
+    area = one.real * other.imag - one.imag * other.real
+    if area < 0:
+        triangle[1], triangle[2] = triangle[2], triangle[1]
+    longest, far = 0.0, 0.0
+    for k in range(3):
+        side, at = triangle[(k + 1) % 3] - triangle[k], triangle[k]
+        length = np.sqrt(side.real**2 + side.imag**2)
+        inward[k] = np.conj(side) / length if length > 0 else 0j
+        longest, far = max(longest, length), max(far, np.sqrt(at.real**2 + at.imag**2))
+    return (abs(area) / longest if longest > 0 else 0.0), ROUNDING * far
+
+
+def _lie_over(some: ComplexArray, others: ComplexArray) -> bool:
+    n = len(some)
+    pair, inward = np.empty((n + 1, 3), dtype=np.complex128), np.empty((n + 1, 3), dtype=np.complex128)
+    box, height, rounding = np.empty((n + 1, 4)), np.empty(n + 1), np.empty(n + 1)
+    around = np.array([np.inf, np.inf, -np.inf, -np.inf])
+    for j in range(n + len(others)):  # each of some comes to its row, and the others one by one to the last
+        at = min(j, n)
+        a, b, c = some[j] if j < n else others[j - n]
+        box[at, 0], box[at, 1] = min(a.real, b.real, c.real), min(a.imag, b.imag, c.imag)
+        box[at, 2], box[at, 3] = max(a.real, b.real, c.real), max(a.imag, b.imag, c.imag)
+        if j < n:
+            for k in range(2):
+                around[k] = min(around[k], box[at, k])
+                around[2 + k] = max(around[2 + k], box[at, 2 + k])
+        elif box[n, 0] > around[2] or box[n, 2] < around[0] or box[n, 1] > around[3] or box[n, 3] < around[1]:
+            continue
+        pair[at, 0], pair[at, 1], pair[at, 2] = a, b, c
+        height[at], rounding[at] = _solid(pair[at], inward[at])
+        if height[at] <= rounding[at]:
+            continue
+        for i in range(at):
+            if height[i] > rounding[i] and _touch(box, i, at):
+                least = MIN_DEPTH * min(height[i], height[at]) + max(rounding[i], rounding[at])
+                if _reaches(pair, inward, i, at, least) and _reaches(pair, inward, at, i, least):
+                    return True
+    return False
+
+
+@with_loops(_lie_over)
+def lie_over(some: ComplexArray, others: ComplexArray) -> bool:
+    """Whether one of some triangles, (#S, 3), overlaps another one of them, or one of others, (#O, 3)."""
+    x, y = others.real, others.imag
+    near = (x.min(axis=1) <= some.real.max()) & (x.max(axis=1) >= some.real.min())
+    near &= (y.min(axis=1) <= some.imag.max()) & (y.max(axis=1) >= some.imag.min())
+    triangle, height, rounding = solid_triangles(np.concatenate((some, others[near])))
+    solid = np.flatnonzero(height > rounding)
+    end = np.where(solid < len(some), len(solid), 0)
+    return len(overlapping(triangle[solid], end, MIN_DEPTH * height[solid], rounding[solid])) > 0

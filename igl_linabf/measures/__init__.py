@@ -6,11 +6,5 @@ and Hoppe 2001.
 """
 
 from .figures import Quality, quality, quality_of, quality_of_each, table
-from .overlapping import (
-    lie_over,
-    overlapping_pairs,
-    overlapping_pairs_of_chart,
-    overlapping_pairs_of_each,
-    overlaps,
-)
+from .overlapping import overlapping_pairs, overlapping_pairs_of_chart, overlapping_pairs_of_each, overlaps
 from .per_triangle import MEASURES, Change, Measure, change_of, distortion

@@ -9,7 +9,7 @@ import shapely
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import boundary_loops, overlapping
+from ..kernels import MIN_DEPTH, boundary_loops, overlapping, solid_triangles
 from ..surface import (
     Parts,
     Submesh,
@@ -22,7 +22,6 @@ from ..surface import (
 )
 from .winding import may_overlap, open_sides
 
-MIN_DEPTH = 1e-6  # of a triangle's height: what lies deeper than that in another one is an overlap
 LAST_CELL = 2**31 - 1  # along a side of the grid that the curve runs through
 # shifts and masks that put a bit between each two of a number
 SPREAD = tuple((k, (2**64 - 1) // (2**k + 1)) for k in (16, 8, 4, 2, 1))
@@ -173,18 +172,9 @@ def _wind_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) 
     return np.asarray(simple & (turns == 1))
 
 
-def lie_over(some: FloatArray, others: FloatArray) -> bool:
-    """Whether one of some triangles, (#S, 3, 2), overlaps another one, or one of the others, (#O, 3, 2)."""
-    corners = of_size_one(np.concatenate((some, others)).reshape(-1, 2))
-    triangle, height, rounding = _measured(complex_positions(corners).reshape(-1, 3))
-    solid = np.flatnonzero(height > rounding)
-    end = np.where(solid < len(some), len(solid), 0)
-    return len(overlapping(triangle[solid], end, MIN_DEPTH * height[solid], rounding[solid])) > 0
-
-
 def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
     """All overlapping pairs; within charts only if `chart` is given."""
-    triangle, height, rounding = _measured(complex_positions(uv)[F])
+    triangle, height, rounding = solid_triangles(complex_positions(uv)[F])
     face = np.flatnonzero(height > rounding)
     if not len(face):
         return _no_pairs()
@@ -196,16 +186,6 @@ def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
     pairs = face[overlapping(triangle[face], end, MIN_DEPTH * height[face], rounding[face])]
     key = np.minimum(pairs[:, 0], pairs[:, 1]) * len(F) + np.maximum(pairs[:, 0], pairs[:, 1])
     return np.column_stack(np.divmod(np.sort(key), len(F)))
-
-
-def _measured(triangle: ComplexArray) -> tuple[ComplexArray, FloatArray, FloatArray]:
-    """Triangles, (#T, 3), all turned counter-clockwise; their heights, and the rounding of their corners."""
-    area = signed_double_areas(triangle.T.ravel(), np.arange(triangle.size).reshape(3, -1))
-    triangle[area < 0] = triangle[area < 0][:, [0, 2, 1]]
-    longest = np.abs(triangle - np.roll(triangle, 1, axis=1)).max(axis=1)
-    with np.errstate(invalid="ignore", divide="ignore"):
-        height = np.where(longest > 0, np.abs(area) / longest, 0.0)
-    return triangle, height, 16 * np.finfo(float).eps * np.abs(triangle).max(axis=1)
 
 
 def _along_curve(z: ComplexArray) -> IntArray:
