@@ -179,6 +179,7 @@ def cases():
         "assembled": squares_with_hinges(),
         "dot": tuple(rng.normal(size=(2, 40))),
         "turn": (rng.normal(size=40), 0.7, rng.normal(size=40)),
+        "go": (rng.normal(size=40), 0.7, *rng.normal(size=(2, 40))),
         "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),
         "block_entries": (*at[:2], rng.random(pattern.n) < 0.2),
         "touched_cells": (*sides_on_grids(),),

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -31,6 +32,11 @@ class Visited:
     direction: Direction
     missing: FloatArray
 
+    @cached_property
+    def reached(self) -> FloatArray:
+        """The angles after the step, (3 #F,)."""
+        return np.add(self.alpha, self.direction.e).ravel()
+
 
 def accelerated(now: Visited, earlier: Sequence[Visited]) -> Direction:
     """The direction towards where the steps lead, were what is missing linear in the angles (Anderson 1965).
@@ -41,7 +47,6 @@ def accelerated(now: Visited, earlier: Sequence[Visited]) -> Direction:
     """
     if not earlier:
         return now.direction
-    e, x = now.direction.e, now.direction.x
     change = [past.missing - now.missing for past in earlier]
     size = np.sqrt([kernels.dot(d, d) for d in change])
     between = np.array([[kernels.dot(a, b) for a in change] for b in change]) / np.outer(size, size)
@@ -49,8 +54,8 @@ def accelerated(now: Visited, earlier: Sequence[Visited]) -> Direction:
     shares = -np.linalg.lstsq(between, along)[0] / size
     if not np.abs(shares).sum() < LONGEST:
         return now.direction
-    ahead, x = e.copy(), x.copy()
-    for share, past in zip(shares, earlier, strict=True):
-        ahead += share * (past.alpha - now.alpha + past.direction.e - e)
-        x += share * (past.direction.x - now.direction.x)
-    return replace(now.direction, e=ahead, x=x)
+    e, x = now.direction.e.ravel().copy(), now.direction.x.copy()
+    for share, past in zip(shares.tolist(), earlier, strict=True):
+        kernels.go(e, share, now.reached, past.reached)
+        kernels.go(x, share, now.direction.x, past.direction.x)
+    return replace(now.direction, e=e.reshape(now.alpha.shape), x=x)

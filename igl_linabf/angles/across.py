@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy import sparse
 
-from .._types import FloatArray, IntArray, Solve
+from .._types import BoolArray, FloatArray, IntArray, Solve
 from .loops import Closure
 
 Tall: TypeAlias = "FloatArray | sparse.csr_array"
@@ -58,6 +58,13 @@ class Border:
         """All `n` rows, dense."""
         made = np.zeros((n, self.values.shape[1]))
         made[self.rows] = self.values if isinstance(self.values, np.ndarray) else self.values.toarray()
+        return made
+
+    def second(self, n: int, columns: BoolArray) -> FloatArray:
+        """The second row of each of `n` pairs, dense, of some columns only."""
+        made = np.zeros((n, int(np.count_nonzero(columns))))
+        own = self.values[1::2][:, np.flatnonzero(columns)]
+        made[self.pairs] = own if isinstance(own, np.ndarray) else own.toarray()
         return made
 
     def at(self, index: IntArray) -> sparse.csr_array:

@@ -161,16 +161,16 @@ class ClosingRows:
         part of one complex number, and the other part of the gap has i times that.
         """
         constraints, asked = self._constraints, np.flatnonzero(self._asked)
-        whole = B.whole(self._n)
         if constraints.wheels < constraints.n:
+            whole = B.whole(self._n)
             return Columns(np.ascontiguousarray(by_pairs(inverse, whole).T), self._closure)
-        wheel = whole[1::2]
+        path, part = np.divmod(asked, 2)
         if len(self._paths) == len(self._closure.gap):
-            path, part = np.divmod(asked, 2)
-            across = ColumnsOfPaths(inverse(wheel[:, part == 0]), path, 1 - part, D)
+            wheel = B.second(constraints.n, part == 0)
+            across = ColumnsOfPaths(inverse(wheel), path, 1 - part, D)
             return replace(across, schur=D - across.onto_border(B))
         both = np.zeros((len(self._asked), constraints.n, 2))
-        both[asked, :, 1] = inverse(wheel).T
+        both[asked, :, 1] = inverse(B.second(constraints.n, part >= 0)).T
         both[0::2, :, 0], both[1::2, :, 0] = -both[1::2, :, 1], both[0::2, :, 1]
         return Columns(both[asked].reshape(self.size, self._n), self._closure)
 

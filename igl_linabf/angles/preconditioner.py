@@ -90,7 +90,10 @@ def corrected(conformal: Solve, slivers: SliverRows, S: Symmetric, closing: Clos
     local = slivers.analysis.factor(slivers.rows.lower(S)).solve
     if closing is not None:
         beside = sparse.hstack((beside, closing.B.at(index))).tocsr()
-    touched, at = np.unique(beside.indices, return_inverse=True)
+    found = np.zeros(beside.shape[1], dtype=bool)
+    found[beside.indices] = True
+    touched, place = np.flatnonzero(found), np.cumsum(found) - 1
+    at = place[beside.indices]
     beside = sparse.csr_array((beside.data, at, beside.indptr), shape=(len(index), len(touched)))
     below = beside.T
 

@@ -78,4 +78,4 @@ from .triangles import (
     row_sums,
     sum_by,
 )
-from .vectors import block_axpy, block_dots, dot, move, turn
+from .vectors import block_axpy, block_dots, dot, go, move, turn

@@ -65,6 +65,22 @@ def move(x: FloatArray, r: FloatArray, along: float, d: FloatArray, q: FloatArra
     return float(np.einsum("i,i->", r, r))
 
 
+def _go(x: FloatArray, share: float, a: FloatArray, b: FloatArray) -> None:
+    for i in range(len(x)):
+        x[i] += share * (b[i] - a[i])
+
+
+def _go_in_threads(x: FloatArray, share: float, a: FloatArray, b: FloatArray) -> None:
+    pieces = [slice(*piece) for piece in pieces_of(len(x))]
+    at_once(lambda piece: run(_go, x[piece], share, a[piece], b[piece]), pieces)
+
+
+@instead(_go_in_threads, _go)
+def go(x: FloatArray, share: float, a: FloatArray, b: FloatArray) -> None:
+    """Add a share of the way from a to b to x."""
+    x += share * (b - a)
+
+
 def _block_dots(start: IntArray, a: FloatArray, b: FloatArray) -> FloatArray:
     made = np.zeros(len(start) - 1)
     for k in range(len(made)):

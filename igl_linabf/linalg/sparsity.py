@@ -100,8 +100,8 @@ class Rows:
         place[index] = np.arange(n)
         i, j, source = matrix.among(place < n)
         row, column, source = place[np.append(i, j)], np.append(j, i), np.append(source, source)
-        order = np.argsort(row, kind="stable")
-        order = order[: np.searchsorted(row[order], n)]
+        own = np.flatnonzero(row < n)
+        order = own[np.argsort(row[own], kind="stable")]
         row, self._indices, self._source = row[order], column[order], source[order]
         self._indptr, self._shape = np.searchsorted(row, np.arange(n + 1)), (n, size)
         column = place[self._indices]
