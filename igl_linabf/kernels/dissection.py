@@ -5,6 +5,7 @@ across without a common vertex. Eliminated last, separators save minimum degree 
 threads order the parts, each of which fits the cache.
 """
 
+from collections import deque
 from typing import NamedTuple
 
 import numpy as np
@@ -19,21 +20,47 @@ from .minimum_degree import Numbers, in_postorder, linked, minimum_degree
 PART = 6_000  # vertices of a part about which minimum degree is as good
 TOGETHER = 64  # vertices at most that are in the same half of each cut, by two rounds of coarsening
 NEAR = 2  # edges from a cut within which its separator is looked for
+IN_ONE_THREAD = 3  # halvings of the whole graph, after which threads take the parts
 NONE, END = -1, -2  # instead of a path's vertex before or after another one
 
 
+class Cut(NamedTuple):
+    """A graph with cuts between parts, where separators are looked for.
+
+    Attributes
+    ----------
+    begin, ends : (n + 1,) int64, (#ends,) int32
+        Where the neighbours of each vertex begin, and these.
+    label : (n,) int32
+        The part of each vertex: its bits say in which half it is, from the first halving on.
+    last : (n,) int32
+        At which turn each vertex is eliminated, if it is in a separator that has been found; else 0.
+    place : (n,) int32
+        Work space: -1.
+    is_near : (n,) bool
+        Which vertices are listed as having been at a cut at some time.
+    """
+
+    begin: IntArray
+    ends: Numbers
+    label: Numbers
+    last: Numbers
+    place: Numbers
+    is_near: NDArray[np.bool_]
+
+
 @inlined
-def _other_half(g: Graph, v: int, label: Numbers, last: Numbers, shift: int) -> int:
+def _other_half(g: Cut, v: int, shift: int) -> int:
     """A neighbour in the other half of the same part, or -1."""
     for p in range(g.begin[v], g.begin[v + 1]):
         u = g.ends[p]
-        if not last[u] and label[u] >> shift == (label[v] >> shift) ^ 1:
+        if not g.last[u] and g.label[u] >> shift == (g.label[v] >> shift) ^ 1:
             return int(u)
     return -1
 
 
 @inlined
-def _reached(g: Graph, band: Numbers, place: Numbers, end: Numbers) -> NDArray[np.bool_]:
+def _reached(g: Cut, band: Numbers, end: Numbers) -> NDArray[np.bool_]:
     """Where a search comes to that starts at ends 1 of a band, crossing as many paths to ends 2 as there are.
 
     The paths have no common vertex. Entries 2 i and 2 i + 1 tell whether the search enters vertex i, and
@@ -61,7 +88,7 @@ def _reached(g: Graph, band: Numbers, place: Numbers, end: Numbers) -> NDArray[n
                     if before[i] != NONE and not seen[2 * i]:
                         to = 2 * i
                     while to < 0 and at[i] < g.begin[band[i] + 1] - g.begin[band[i]]:
-                        j = place[g.ends[g.begin[band[i]] + at[i]]]
+                        j = g.place[g.ends[g.begin[band[i]] + at[i]]]
                         at[i] += 1
                         if j >= 0 and not seen[2 * j]:
                             to = 2 * j
@@ -91,28 +118,53 @@ def _neighbours(indptr: IntArray, indices: IntArray) -> tuple[IntArray, Numbers]
     return begin[: n + 1], lists[: begin[n]].copy()
 
 
-def _separators(begin: IntArray, ends: Numbers, depth: int) -> Numbers:
+def _coarsened(begin: IntArray, ends: Numbers) -> tuple[Graph, Numbers]:
+    """The graph of clusters, and the cluster of each vertex."""
     n = len(begin) - 1
-    g = coarse = Graph(begin, ends, np.ones(len(ends), np.int32), np.ones(n, np.int32))
+    coarse = Graph(begin, ends, np.ones(len(ends), np.int32), np.ones(n, np.int32))
     of = np.arange(n).astype(np.int32)
     for _ in range(2):
         cluster, weight = stars(coarse, TOGETHER)
         coarse = contracted(coarse, cluster, weight)
         of = cluster[of]
-    label, last, place = halved_again(coarse, depth)[of], np.zeros(n, np.int32), np.full(n, -1, np.int32)
+    return coarse, of
+
+
+def _cut(begin: IntArray, ends: Numbers, coarse: Graph, of: Numbers, part: Numbers) -> tuple[Cut, Numbers]:
+    """The graph cut where its clusters are in different parts, and the vertices near there."""
+    n = len(of)
+    across = np.zeros(len(part), dtype=np.bool_)
+    for c in range(len(part)):
+        for p in range(coarse.begin[c], coarse.begin[c + 1]):
+            if part[coarse.ends[p]] != part[c]:
+                across[c] = True
     near, is_near, count = np.empty(n, dtype=np.int32), np.zeros(n, dtype=np.bool_), 0
     for v in range(n):
+        if not across[of[v]]:
+            continue
         for p in range(begin[v], begin[v + 1]):
-            if label[ends[p]] != label[v]:
+            if part[of[ends[p]]] != part[of[v]]:
                 near[count], is_near[v] = v, True
                 count += 1
                 break
-    band = np.empty(n, dtype=np.int32)
-    for shift in range(depth - 1, -1, -1):
+    place = np.full(n, -1, dtype=np.int32)
+    return Cut(begin, ends, part[of], np.zeros(n, np.int32), place, is_near), near[:count].copy()
+
+
+def _separated(g: Cut, listed: Numbers, high: int, low: int) -> Numbers:
+    """Find the separators of some cuts, `high` to `low`, near listed vertices; return these and new ones.
+
+    What other threads change meanwhile is behind separators that have been found.
+    """
+    begin, ends, label, last, place, is_near = g
+    n, count = len(label), len(listed)
+    near, band = np.empty(n, dtype=np.int32), np.empty(n, dtype=np.int32)
+    near[:count] = listed
+    for shift in range(high, low - 1, -1):
         m, ring = 0, 0
         for q in range(count):
             v = near[q]
-            if not last[v] and _other_half(g, v, label, last, shift) >= 0:
+            if not last[v] and _other_half(g, v, shift) >= 0:
                 band[m], place[v] = v, m
                 m += 1
         for _ in range(NEAR):
@@ -130,7 +182,7 @@ def _separators(begin: IntArray, ends: Numbers, depth: int) -> Numbers:
             for p in range(begin[v], begin[v + 1]):
                 if not last[ends[p]] and place[ends[p]] < 0:
                     end[i] |= 1 + (label[v] >> shift & 1)
-        seen = _reached(g, band[:m], place, end)
+        seen = _reached(g, band[:m], end)
         for i in range(m):
             v = band[i]
             if seen[2 * i] and not seen[2 * i + 1]:
@@ -139,14 +191,14 @@ def _separators(begin: IntArray, ends: Numbers, depth: int) -> Numbers:
             v = band[i]
             place[v] = -1
             if not last[v] and label[v] >> shift & 1 == seen[2 * i + 1]:
-                to = _other_half(g, v, label, last, shift)
+                to = _other_half(g, v, shift)
                 label[v] = label[to] if to >= 0 else ((label[v] >> shift) ^ 1) << shift
                 for p in range(begin[v], begin[v + 1]):
                     u = ends[p]
-                    if not is_near[u]:
+                    if not last[u] and not is_near[u]:
                         near[count], is_near[u] = u, True
                         count += 1
-    return last
+    return near[:count].copy()
 
 
 def _in_postorder(begin: IntArray, ends: Numbers, order: IntArray) -> IntArray:
@@ -244,7 +296,8 @@ def _pattern_of(parts: Parts, k: int) -> tuple[IntArray, IntArray]:
     return indptr, indices[:size]
 
 
-_found, _postordered = only_loops(_separators), only_loops(_in_postorder)
+_coarse, _halved, _at_cuts = only_loops(_coarsened), only_loops(halved_again), only_loops(_cut)
+_found, _postordered = only_loops(_separated), only_loops(_in_postorder)
 _in_parts, _part = only_loops(_parts), only_loops(_pattern_of)
 
 neighbours = only_loops(_neighbours)
@@ -259,7 +312,21 @@ def separators(begin: IntArray, ends: Numbers) -> Numbers:
 
     The graph is given by its `neighbours`. Those of turn 0 are in no separator.
     """
-    return _found(begin, ends, max(round(np.log2(max(len(begin) - 1, 1) / PART)), 0))
+    depth = max(round(np.log2(max(len(begin) - 1, 1) / PART)), 0)
+    first = min(depth, IN_ONE_THREAD)
+    rest, parts = depth - first, range(1 << first)
+    coarse, of = _coarse(begin, ends)
+    part = _halved(coarse, np.arange(len(coarse.weight), dtype=np.int32), first)
+    chosen = [np.flatnonzero(part == k).astype(np.int32) for k in parts]
+    labels = list(in_threads(lambda vertices: _halved(coarse, vertices, rest), chosen))
+    part <<= rest
+    for vertices, label in zip(chosen, labels, strict=True):
+        part[vertices] += label
+    cut, near = _at_cuts(begin, ends, coarse, of, part)
+    near = _found(cut, near, depth - 1, rest)
+    number = cut.label[near] >> rest
+    deque(in_threads(lambda k: _found(cut, near[number == k], rest - 1, 0), parts), maxlen=0)
+    return cut.last
 
 
 def dissected(indptr: IntArray, indices: IntArray) -> IntArray:

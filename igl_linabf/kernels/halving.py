@@ -222,11 +222,11 @@ def _halved(g: Graph) -> Numbers:
 
 
 @inlined
-def halved_again(g: Graph, depth: int) -> Numbers:
-    """The part of each vertex: its bits say in which half it is, from the first halving on."""
-    n = len(g.weight)
-    label, member, place = np.zeros(n, np.int32), np.arange(n).astype(np.int32), np.full(n, -1, np.int32)
-    start = np.array([0, n])
+def halved_again(g: Graph, chosen: Numbers, depth: int) -> Numbers:
+    """The part of each chosen vertex: its bits say in which half it is, from the first halving on."""
+    n, member = len(g.weight), chosen.copy()
+    label, place = np.zeros(n, np.int32), np.full(n, -1, np.int32)
+    start = np.array([0, len(chosen)])
     for _ in range(depth):
         starts = np.zeros(2 * len(start) - 1, dtype=np.int64)
         for part in range(len(start) - 1):
@@ -259,4 +259,4 @@ def halved_again(g: Graph, depth: int) -> Numbers:
                     low += 1
             starts[2 * part + 1], starts[2 * part + 2] = low, start[part + 1]
         start = starts
-    return label
+    return label[chosen]
