@@ -145,7 +145,12 @@ def test_separators_part_a_graph_and_save_fill(shape: tuple[int, int], monkeypat
     lower = sparse.tril(whole).tocsc()
     lower.sort_indices()
     pattern = lower.indptr, lower.indices
-    turn = kernels.separators(*kernels.neighbours(*pattern))
+    graph, turns = kernels.neighbours(*pattern), []
+    for threads in ("1", "2", "3"):
+        monkeypatch.setenv("OMP_NUM_THREADS", threads)
+        turns.append(kernels.separators(*graph))
+    turn = turns[0]
+    assert (turns[1] == turn).all() and (turns[2] == turn).all()
     assert turn.max() == round(np.log2(n / 400))
     for least in range(turn.max(), 0, -1):
         left = np.flatnonzero(turn < least)
