@@ -93,16 +93,17 @@ def parts_between(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> 
 def _separated(
     charts: list[Submesh], pairs: IntArray, most: int = MAX_OVERLAPS
 ) -> tuple[IntArray, list[Submesh]]:
-    seams, waiting, parts = [np.zeros((0, 2), dtype=np.int64)], list(charts), list[Submesh]()
+    seams, parts = [np.zeros((0, 2), dtype=np.int64)], list[Submesh]()
+    waiting = [(chart, pairs) for chart in charts]
     while waiting:
-        part = waiting.pop()
+        part, around = waiting.pop()
         check_planar(part.topology, part.vertices)
-        inside = pairs[np.isin(pairs, part.faces).all(axis=1)]
+        inside = around[np.isin(around, part.faces).all(axis=1)]
         local = part.cells[0][np.searchsorted(part.faces, inside)]
         local = local[local[:, 0] != local[:, 1]]  # no seam takes a polygon apart
         if len(local):
             seams.append(np.sort(part.vertices[_shortest_seam(part, local, most)], axis=1))
-            waiting += part.cut_along(seams[-1])
+            waiting += [(smaller, inside) for smaller in part.cut_along(seams[-1])]
         else:
             parts.append(part)
     return np.unique(np.concatenate(seams), axis=0), sorted(parts, key=lambda part: int(part.faces[0]))
@@ -212,7 +213,8 @@ def _sheets(pairs: IntArray, right: IntArray, left: IntArray, dual: _Dual, most:
     """
     neighbour, begin, m = dual.neighbour, dual.begin, len(dual.begin) - 1
     both = np.concatenate((pairs, pairs[:, ::-1]))
-    code = np.unique(both[:, 0] * m + both[:, 1])
+    code = np.sort(both[:, 0] * m + both[:, 1])
+    code = code[np.append(np.diff(code) != 0, True)]
     upper, lower = code // m, code % m
     starts, ends = [], []
     for k in range(int(np.diff(begin).max(initial=0))):
@@ -225,11 +227,12 @@ def _sheets(pairs: IntArray, right: IntArray, left: IntArray, dual: _Dual, most:
     mirror = np.searchsorted(code, lower * m + upper)
     i, j = np.concatenate(starts), np.concatenate(ends)
     i, j = np.concatenate((i, mirror[i])), np.concatenate((j, mirror[j]))
-    graph = sparse.csr_array((np.ones(len(i), dtype=np.int8), (i, j)), shape=(len(code), len(code)))
+    graph = sparse.csr_array((np.ones(len(i)), (i, j)), shape=(len(code), len(code)))
     label = connected_labels(np.column_stack((i, j)), len(code))
     label = np.minimum(label, label[mirror])
-    _, seeds, size = np.unique(label, return_index=True, return_counts=True)
-    sheets = []
+    size, seeds = np.bincount(label), np.full(len(code), len(code))
+    np.minimum.at(seeds, label, np.arange(len(code)))
+    size, seeds, sheets = size[size > 0], seeds[seeds < len(code)], list[IntArray]()
     for seed in seeds[np.argsort(-size, kind="stable")][:most]:
         reached = csgraph.breadth_first_order(graph, seed, return_predecessors=False)
         when = np.full((2, m), len(reached))
