@@ -320,6 +320,17 @@ def test_code_that_is_kept_is_the_code_that_was_asked_for(tmp_path, monkeypatch)
     assert files("newest").load(("int64",)) is None
 
 
+def test_loops_from_the_disk_give_the_same_bits_as_in_the_process_that_compiled_them(tmp_path):
+    code = (
+        f"import hashlib, sys; sys.path.insert(0, {os.path.dirname(__file__)!r})\n"
+        "from conftest import load; from igl_linabf import flatten\n"
+        "print(hashlib.md5(flatten(*load('cortex')).uv.tobytes()).hexdigest())"
+    )
+    first, second = (run(code, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2))
+    assert next(tmp_path.rglob("*.nbc"), None) is not None
+    assert first == second
+
+
 def grids(sizes, rng):
     """The Laplacians of grids with random weights and fixed surroundings, side by side."""
     parts = []

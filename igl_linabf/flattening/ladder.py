@@ -249,6 +249,7 @@ def drawn(
                 None if state.lin is None or problem.cut is not None else state.lin.laplacian,
                 problem.shape.corners[:2],
                 boundary if same else None,
+                in_turn=problem.cut is not None,  # the steps across the seam go on to convergence
             )
         except SingularSystemError as error:
             if problem.layout != "auto":  # a layout that is asked for is not replaced

@@ -158,7 +158,14 @@ def run(loops: Callable[..., T], *args: Any, **kwargs: Any) -> T:
 def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
     """The loops compiled: once for a machine, as the code is kept on disk; other threads run meanwhile."""
     # sums may be added up in the order that is fastest
-    options = {"nogil": True, "error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
+    options: dict[str, object] = {
+        "nogil": True,
+        "error_model": "numpy",
+        "fastmath": {"contract", "reassoc", "nsz"},
+    }
+    # a part that is called would be linked to its own code in the process that compiles both, and to a copy
+    # beside the loops in later ones: the two may round differently
+    options["forceinline"] = loops in _parts
     parts = {name: compiled(part) for name, part in _parts_of(loops).items()}
     if parts:
         name, code = f"{loops.__name__}_{_digest(loops)}", loops.__code__

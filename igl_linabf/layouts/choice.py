@@ -66,12 +66,14 @@ def lay_out(
     laplacian: Analysis | None = None,
     along: IntArray | None = None,
     boundary: Boundary | None = None,
+    in_turn: bool = False,
 ) -> Layout:
     """Lay out triangles' angles.
 
     `laplacian` is the analysis of the constraints' pattern, if it is known already. Where angle sums of
     the outer loop are prescribed, it is drawn with them, and stays as it is drawn. Without pins, the
-    second vertex of `along` is put to the right of the first. `boundary` is that loop, if known.
+    second vertex of `along` is put to the right of the first. `boundary` is that loop, if known. If
+    `in_turn`, angles that are flat to nearly all digits are laid out without a system.
     """
     check_pins(method, pinned)
     topology, alpha, cot = constraints.topology, at.alpha, at.cot
@@ -93,7 +95,7 @@ def lay_out(
         )
     try:
         if made == "boundary":
-            exact = one_by_one(boundary, at, topology)
+            exact = one_by_one(boundary, at, topology) if in_turn else None
             if exact is not None:
                 z, solver = exact, "triangles one by one"
             else:
