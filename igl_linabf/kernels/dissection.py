@@ -16,6 +16,7 @@ from .._types import IntArray
 from .choice import inlined, only_loops
 from .halving import Graph, contracted, halved_again, stars
 from .minimum_degree import Numbers, in_postorder, linked, minimum_degree
+from .supernodes import hang
 
 PART = 6_000  # vertices of a part about which minimum degree is as good
 TOGETHER = 64  # vertices at most that are in the same half of each cut, by two rounds of coarsening
@@ -202,7 +203,7 @@ def _separated(g: Cut, listed: Numbers, high: int, low: int) -> Numbers:
 
 
 def _in_postorder(begin: IntArray, ends: Numbers, order: IntArray) -> IntArray:
-    """The order with the children in its elimination tree (Liu 1986) right before each vertex."""
+    """The order with the children in its elimination tree right before each vertex."""
     n = len(order)
     place = np.empty(n, dtype=np.int32)
     for i in range(n):
@@ -210,13 +211,7 @@ def _in_postorder(begin: IntArray, ends: Numbers, order: IntArray) -> IntArray:
     parent, ancestor = np.full(n, -1, dtype=np.int32), np.full(n, -1, dtype=np.int32)
     for i in range(n):
         for p in range(begin[order[i]], begin[order[i] + 1]):
-            k = place[ends[p]]
-            while k >= 0 and k < i:
-                above = ancestor[k]
-                ancestor[k] = i
-                if above < 0:
-                    parent[k] = i
-                k = above
+            hang(place[ends[p]], i, parent, ancestor)
     made: IntArray = order[in_postorder(parent, np.full(n, -1, dtype=np.int32), np.ones(n, dtype=np.bool_))]
     return made
 

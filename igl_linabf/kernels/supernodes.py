@@ -94,18 +94,23 @@ def _by_rows(column: IntArray, row: Numbers, n: int) -> tuple[IntArray, Numbers]
 
 
 @inlined
+def hang(k: int, i: int, parent: Numbers | IntArray, ancestor: Numbers | IntArray) -> None:
+    """Hang the tree of column k below column i of the elimination tree (Liu 1986)."""
+    while k >= 0 and k < i:
+        above = ancestor[k]
+        ancestor[k] = i
+        if above < 0:
+            parent[k] = i
+        k = above
+
+
+@inlined
 def _tree(begin: IntArray, before: Numbers, n: int) -> IntArray:
-    """The parent of each column in the elimination tree (Liu 1986); -1 at roots."""
+    """The parent of each column in the elimination tree; -1 at roots."""
     parent, ancestor = np.full(n, -1, dtype=np.int64), np.full(n, -1, dtype=np.int64)
     for i in range(n):
         for p in range(begin[i], begin[i + 1]):
-            k = before[p]
-            while k >= 0 and k < i:
-                above = ancestor[k]
-                ancestor[k] = i
-                if above < 0:
-                    parent[k] = i
-                k = above
+            hang(before[p], i, parent, ancestor)
     return parent
 
 
