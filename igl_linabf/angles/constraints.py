@@ -230,9 +230,7 @@ class Residual:
 
 def largest(values: FloatArray) -> float:
     """The largest absolute value; 0 of none."""
-    return float(
-        max(values.max(initial=0.0), -values.min(initial=0.0))
-    )  # without an array of absolute values
+    return float(max(values.max(initial=0.0), -values.min(initial=0.0)))  # no array of absolute values
 
 
 def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None = None) -> Residual:

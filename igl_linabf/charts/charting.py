@@ -182,7 +182,7 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]
 def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Chart | list[_Cut]:
     """The flattened piece; or its parts, if it has to be cut further."""
     try:
-        result = _flattened(piece, task) if known is None else known[0]
+        result = _flattened(piece, task) if known is None else known.result
     except SingularSystemError:  # faces of no size beside others of the chart
         if parts := halves(piece):
             return _anew(parts)
@@ -197,7 +197,7 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         if parts := halves(piece):
             return _anew(parts)
         result, known = _opened(piece, result), None
-    pairs, cost = overlapping_pairs_of_chart(piece.topology, result.uv) if known is None else known[1], 0.0
+    pairs, cost = overlapping_pairs_of_chart(piece.topology, result.uv) if known is None else known.pairs, 0.0
     if len(pairs) and task.bijective and not result.holes:
         result, cost = _made_bijective(piece, result)
         pairs, known = overlapping_pairs_of_chart(piece.topology, result.uv), None
@@ -211,7 +211,7 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         parts = parts or parts_between(piece, piece.faces[pairs])
         if len(parts) > 1:
             return list(zip(parts, kept_maps(piece, result, parts, pairs, without_tips), strict=True))
-    quality = quality_of(piece, result.uv, len(pairs)) if known is None else known[2]
+    quality = quality_of(piece, result.uv, len(pairs)) if known is None else known.quality
     weighed = task.weighs_stretch and not (known is not None and known.without_tips)
     if weighed and len(seams := _worth_of_map(piece, result, quality, splits, task)):
         return _anew(piece.cut_along(seams))

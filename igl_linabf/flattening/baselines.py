@@ -30,6 +30,7 @@ from ..surface import (
     Pins,
     centred,
     complex_positions,
+    constrain,
     coordinates,
     flat_angles,
     flipped_faces,
@@ -50,7 +51,7 @@ def lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
 def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
     """`igl.spectra.lscm`: the spectral, pin-free conformal map of Mullen et al. 2008."""
     start = perf_counter()
-    if pinned is not None and len(pinned[0]) > 2:
+    if constrain(pinned):
         raise MeshError(
             f"scp is only moved to its pins, and there are {len(pinned[0])}: pin two vertices, or use lscm"
         )

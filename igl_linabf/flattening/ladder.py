@@ -34,7 +34,7 @@ from ..angles import (
 from ..errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
 from ..layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_boundary, lay_out
 from ..linalg import SolverName, Solvers, check_memory, factor_bytes
-from ..surface import Mesh, Pins, chords_of, flipped_faces, span
+from ..surface import Mesh, Pins, chords_of, constrain, flipped_faces, span
 from .ears import Ears
 from .in_plane import converge_in_plane
 from .result import Rung, RungName, Status
@@ -164,7 +164,7 @@ def posed(
         if ears is not None:
             mesh, pinned = ears.rest, None
             shape = shape_of(mesh, shape.name, None)
-        held = pinned is not None and len(pinned[0]) > 2
+        held = constrain(pinned)
         least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1 or held
         check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 16) if least_squares else 0)
     with timed("assembly"):
@@ -384,7 +384,7 @@ def feasible(tol: float, residual_tol: float = 0.0) -> Stage:
 def _abf_drawn(
     problem: Problem, stage: RungName, result: AbfResult, residual_tol: float, layout: Layout | None = None
 ) -> Candidate:
-    if problem.layout != "auto" or (problem.pinned is not None and len(problem.pinned[0]) > 2):
+    if problem.layout != "auto" or constrain(problem.pinned):
         layout = None
     held = np.flatnonzero(result.held.any(axis=0))
     remark = f"; some angles of faces {some(held)} are held at a hundredth of their initial value"

@@ -14,7 +14,7 @@ from .._types import FloatArray
 from ..errors import MeshError, OutcomeWarning, stack_level
 from ..layouts import LayoutName
 from ..linalg import SolverName
-from ..surface import Mesh, pins, planar, scatter
+from ..surface import Mesh, constrain, pins, planar, scatter
 from .methods import ABF, ABF_TOL, TOL, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
 from .shapes import BoundaryName, shape_of
@@ -355,7 +355,7 @@ def flattened(
         shape = shape_of(mesh, boundary, corners)
         if shape.name != "free" and not chosen.shapes:
             raise ValueError(f"the method {chosen.name!r} has a free boundary: use 'linabf' or 'abf'")
-        if shape.name != "free" and pinned is not None and len(pinned[0]) > 2:
+        if shape.name != "free" and constrain(pinned):
             raise MeshError(
                 f"{len(pinned[0])} vertices are pinned, and the boundary has a shape: pin two, to move the "
                 "whole map, or leave the boundary free"

@@ -18,6 +18,7 @@ from ..surface import (
     centred,
     compact,
     complex_positions,
+    constrain,
     coordinates,
     face_array,
     flipped_faces,
@@ -83,7 +84,7 @@ def lay_out(
     solver, made = "none", method
     holes = len(topology.holes)
     if method == "auto":
-        held = pinned is not None and len(pinned[0]) > 2
+        held = constrain(pinned)
         drawn = boundary.gap <= GAP or prescribed
         if holes:
             drawn = drawn and _draws_holes(constraints, at.residual)
@@ -211,7 +212,7 @@ def check_method(method: str) -> None:
 
 def check_pins(method: LayoutName, pinned: Pins | None) -> None:
     """Raise if the layout cannot hold so many pins."""
-    if pinned is not None and len(pinned[0]) > 2 and method in ("boundary", "greedy"):
+    if constrain(pinned) and method in ("boundary", "greedy"):
         raise MeshError(
             f"layout={method!r} is only moved to its pins, and there are {len(pinned[0])}: pin two vertices, "
             "or use layout='least-squares' or 'auto'"

@@ -10,7 +10,7 @@ import numpy as np
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import centred
 from ..linalg import Solvers
-from ..surface import Disks, Mesh, Parts, Pins, complex_positions, signed_double_areas
+from ..surface import Disks, Mesh, Parts, Pins, complex_positions, constrain, signed_double_areas
 from .choice import placed
 from .isometric_energy import Rest
 from .newton import MAX_STEPS, Charts, Hessians, Springs, descend
@@ -65,11 +65,11 @@ def isometric(
     z, slimmed = _unfolded(mesh, field.charts, z, weight)
     z, (steps,) = descend(field.charts, z, weight, field.hessians)
     stalled, missed = bool(steps < MAX_STEPS), 0.0
-    if pinned is None or len(pinned[0]) == 2:
-        made = placed(mesh.topology, z, mesh.area, pinned)
-    else:
+    if constrain(pinned):
         made, z, more, missed = _drawn_to_pins(field, z, weight, pinned)
         steps += more
+    else:
+        made = placed(mesh.topology, z, mesh.area, pinned)
     energy = float(field.charts.energy(z, weight)[0])
     return IsometricMap(made, slimmed, int(steps), stalled, energy, missed)
 

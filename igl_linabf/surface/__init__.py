@@ -11,6 +11,7 @@ from .arrays import (
     Pins,
     check_finite,
     compact,
+    constrain,
     face_array,
     map_array,
     pins,

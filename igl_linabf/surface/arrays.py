@@ -1,5 +1,7 @@
 """Checks of the caller's arrays, and their conversion to one form."""
 
+from typing import TypeGuard
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -84,6 +86,11 @@ def check_finite(V: FloatArray, vertices: IntArray, name: str = "V") -> None:
             f"the coordinates in {name} of vertices {some(vertices[bad])} are NaN or infinite "
             f"(the first: {V[bad[0]].tolist()}): repair them, or remove their faces"
         )
+
+
+def constrain(pinned: Pins | None) -> TypeGuard[Pins]:
+    """Whether pins constrain the shape of a map: more than two, which no move of the whole map meets."""
+    return pinned is not None and len(pinned[0]) > 2
 
 
 def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given: int) -> Pins | None:
