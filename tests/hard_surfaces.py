@@ -49,6 +49,14 @@ def cone(n: int, height: float) -> Surface:
     return V, np.vstack((np.column_stack((i, j, full)), np.column_stack((j, i, full + 1))))
 
 
+def pencil(n: int, height: float, tip: float) -> Surface:
+    """A cylinder with a cone on top; where the two meet is no sharp crease."""
+    (V, F), (_, top) = prism(n, height), cone(n, 1)
+    apex = np.array([[0, 0, height + tip]])
+    lid = (n <= F).all(axis=1)
+    return np.vstack((V, apex)), np.vstack((F[~lid], np.where(top[:n] == n, 2 * n, top[:n] + n)))
+
+
 def plate_with_holes(n: int = 6) -> Surface:
     """A plate with n bores side by side, closed: genus n; its planes are all slivers between the rims."""
     import shapely
@@ -71,6 +79,8 @@ DEVELOPABLE: dict[str, Callable[[], Surface]] = {
     "cuboid": lambda: box(1, 1, 2),
     "cuboid, fine": lambda: box(1, 1, 2, 3),
     "cube": lambda: box(1, 1, 1, 4),
+    "cone of few sides": lambda: cone(16, 1),
+    "pencil": lambda: pencil(24, 8, 3),
     "plank": lambda: box(1, 1, 40),
     "plate": lambda: box(10, 10, 0.1, 3),
     "prism": lambda: prism(3, 3, 2),

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import bends, lengths, normals
 from ..surface import NEXT, PREV, Parts, Submesh, sum_by
 
@@ -11,6 +11,8 @@ UNSURE = 100.0  # times the noise: faces of less height have a normal that means
 NEIGHBOURS = 8  # slivers in a row that take over the normal of the next face
 STRAIGHT, ROUNDING = 0.1, 1e-5  # radians
 SOFT, SHARP = np.deg2rad([15.0, 40.0])  # bends from which an edge begins to be a crease, and is one
+TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
+OUTSTANDING = 4.0  # times the curvature of any neighbour: that of the apex of a coarse cone, on soft creases
 
 
 def extent(V: FloatArray) -> float:
@@ -102,3 +104,21 @@ def angle_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) 
     turned = NOISE * extent(component.V) / np.maximum(length, np.finfo(float).tiny)
     a, b = node[component.topology.edges].T
     return np.asarray(np.bincount(a, turned, minlength=n) + np.bincount(b, turned, minlength=n))
+
+
+def tips(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolArray) -> BoolArray:
+    """Which vertices off sharp creases are a tip, as a cone's apex is.
+
+    On a coarse ball all vertices are as curved, and on soft creases. There a tip stands out from its
+    neighbours.
+    `bent` is the size of the curvature of the vertices, and `ends` are those of the edges.
+    """
+    tip = (bent > TIP) & ~on_sharp
+    unsure = tip & on_soft
+    if unsure.any():
+        a, b = np.concatenate((ends, ends[:, ::-1])).T
+        rows = np.flatnonzero(unsure[a] & ~on_sharp[b])
+        around = np.zeros(len(bent))
+        np.maximum.at(around, a[rows], bent[b[rows]])
+        tip &= ~on_soft | (bent >= OUTSTANDING * around)
+    return np.asarray(tip)

@@ -10,9 +10,10 @@ from functools import cached_property
 
 import numpy as np
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Submesh
 from .coarse import DIRECT, handles_of_clusters
+from .creases import TIP, tips
 from .cut_graph import ClosedSurface, join
 from .expected import expected_stretch
 from .pieces import distortion
@@ -27,7 +28,6 @@ HARD_LARGE = 0.8  # the same, of a surface of many vertices, on which comparing 
 MOST_HANDLES = 8  # of such a surface
 ANGULAR = 0.5  # share of the curvature that is on sharp creases then
 LEVELS = (0.0, 0.02, 0.2)  # radians of curvature at a crease, from which on a net goes through it
-TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
 SHARP_SHARE = 0.15  # of its length: what a sharp crease counts, beyond what is free
 LEFT = 0.05  # of stretch and shear that a net may leave; more is a smooth surface with some creases, of which
 MUCH = 0.1  # a net has to save so much more
@@ -84,22 +84,26 @@ class Nets:
         ]
 
     @cached_property
-    def creased(self) -> bool:
-        """Whether all that is curved is on sharp creases, or a tip."""
+    def _cornered(self) -> BoolArray:
+        """The nodes on sharp creases, and the tips."""
         piece = self.piece
         sharp, soft = np.zeros((2, piece.n), dtype=bool)
         sharp[piece.ends[piece.sharp == 1]] = True
         soft[piece.ends[piece.sharp > 0]] = True
-        return not ((self._bent > 0) & ~sharp & (soft | (self._bent <= TIP))).any()
+        return sharp | tips(self._bent, piece.ends, sharp, soft)
+
+    @cached_property
+    def creased(self) -> bool:
+        """Whether all that is curved is on sharp creases, or a tip."""
+        return not ((self._bent > 0) & ~self._cornered).any()
 
     @cached_property
     def angular(self) -> bool:
-        """Whether most of what is curved is on sharp creases, as corners are.
+        """Whether most of what is curved is on sharp creases, as corners are, or a tip.
 
         On a smooth surface whose triangles were split into coplanar ones it is not, though each lies flat.
         """
-        sharp = np.unique(self.piece.ends[self.piece.sharp == 1])
-        return float(self._bent[sharp].sum()) >= ANGULAR * float(self._bent.sum())
+        return float(self._bent[self._cornered].sum()) >= ANGULAR * float(self._bent.sum())
 
     def expected(self, seam: Seam) -> float:
         """L2 stretch to expect, and the shear of coarse faces at vertices that are pressed flat."""

@@ -25,9 +25,9 @@ from ..surface import (
     face_components,
     sum_by,
 )
-from .creases import NOISE, SHARP, SOFT, all_bends, extents_of, flat_shares, sharpness
+from .creases import NOISE, SHARP, SOFT, all_bends, extents_of, flat_shares, sharpness, tips
 from .cut_graph import closed_surface, join
-from .nets import HARD, NEAR_CREASED, SHARP_SHARE, TIP
+from .nets import HARD, NEAR_CREASED, SHARP_SHARE
 
 FOLD = np.deg2rad(5.0)  # bend from which on an edge is a crease between panels
 EVEN, STEEP = 1e-3, 0.05  # radians that a plane may bend at an edge; and at one of a sliver, by rounding
@@ -140,7 +140,7 @@ class Creased:
         on_sharp, on_soft = np.zeros((2, len(surface.V)), dtype=bool)
         on_sharp[ends[self.sharp]] = True
         on_soft[ends[self.bend > SOFT]] = True
-        smooth = (bent > 0) & ~on_sharp & (on_soft | (bent <= TIP))
+        smooth = (bent > 0) & ~on_sharp & ~tips(bent, ends, on_sharp, on_soft)
         made = np.bincount(of_vertex[smooth], minlength=number) == 0
         if not made.any():
             return np.zeros(number, dtype=bool)
