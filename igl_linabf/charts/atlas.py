@@ -32,7 +32,7 @@ class Chart:
         Its flattening before packing; vertices and faces are numbered within the chart.
     quality : Quality
     splits : int
-        How many times the surface was split for overlaps or flips to get this chart.
+        How many times it was cut further after it had been flattened: for overlaps, flips or stretch.
     overlapping : int
         Pairs of its faces that still overlap.
     cost : float
@@ -75,7 +75,8 @@ class Atlas:
         The largest `|log(a / b)|` of the lengths a and b of the two sides of a seam edge in the map. With
         cones it is that of rounding.
     splits : int
-        How many charts were split because they overlapped themselves.
+        How many charts there are beyond one for each component: parts of what would overlap itself or be
+        stretched too far, panels of hard surfaces, and what given seams part.
     fill : float
         Share of the pages that the charts cover.
     quality : Quality
@@ -188,7 +189,7 @@ class Atlas:
         return side_by_side([("", picture), ("", html_table(rows) + "".join(lines))])
 
     def _lines(self) -> list[str]:
-        splits = f"{self.splits} split{'s' * (self.splits != 1)} for overlaps"
+        splits = f"{self.splits} split{'s' * (self.splits != 1)}"
         seams = f"{len(self.seams):,} seam edges, {self.seam_length:.4g} long"
         filled = f"{seams}; {splits}; {self.fill:.0%} of the square filled"
         matching = []
