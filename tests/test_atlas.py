@@ -263,6 +263,7 @@ def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
     name: str, method: str, says: str, monkeypatch
 ) -> None:
     monkeypatch.setattr(charting, "MAX_SPLITS", 0)
+    monkeypatch.setattr(charting, "halves", lambda _: [])
     V, F = spiral() if name == "spiral" else load(name)
     with pytest.warns(OutcomeWarning, match=rf"chart 0 .* {says}") as caught:
         atlas = unwrap(V, F, np.zeros((0, 2), dtype=int), method)
@@ -270,6 +271,14 @@ def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
     assert atlas.quality.flips + atlas.quality.overlaps > 0
     assert [str(w.message) for w in caught if w.category is OutcomeWarning] == atlas.troubles
     assert caught[0].filename == __file__
+
+
+def test_what_still_overlaps_after_all_rounds_of_splitting_is_halved(monkeypatch) -> None:
+    monkeypatch.setattr(charting, "MAX_SPLITS", 0)
+    V, F = spiral()
+    atlas = unwrap(V, F, np.zeros((0, 2), dtype=int))
+    assert atlas.good and len(atlas.charts) > 1
+    assert len(overlaps(atlas.TC, atlas.FTC)) == 0
 
 
 @pytest.mark.parametrize("cuts_before", [1, 9])

@@ -211,6 +211,8 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         parts = parts or parts_between(piece, piece.faces[pairs])
         if len(parts) > 1:
             return list(zip(parts, kept_maps(piece, result, parts, pairs, without_tips), strict=True))
+    elif len(pairs) and (parts := halves(piece)):
+        return _anew(parts)
     quality = quality_of(piece, result.uv, len(pairs)) if known is None else known.quality
     weighed = task.weighs_stretch and not (known is not None and known.without_tips)
     if weighed and len(seams := _worth_of_map(piece, result, quality, splits, task)):
