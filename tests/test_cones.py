@@ -250,6 +250,16 @@ def test_position_scale_and_numbering(name: str) -> None:
     assert np.abs(angles_of(b) - angles_of(a)[order]).max() <= 1e-7
 
 
+@pytest.mark.parametrize("name", ["pial", "double_torus", "closed__igl_3holes.off", "crown"])
+def test_the_factor_that_gave_the_cones_their_angles_changes_no_map(name: str) -> None:
+    V, F = load(name)
+    cones = find_cones(V, F, 8)
+    known = unwrap(V, F, cones=cones)
+    anew = unwrap(V, F, cones=cones, cone_angles=known.cone_angles)
+    assert known.quality.angle_distortion == pytest.approx(anew.quality.angle_distortion, rel=5e-3)
+    assert known.seam_mismatch <= 1e-6
+
+
 def test_converged_abf_with_cones() -> None:
     V, F = load("pial")
     cones = find_cones(V, F, 12)

@@ -19,6 +19,7 @@ from igl_linabf.linalg import (
     SmallBlocks,
     Solvers,
     SuperLU,
+    Within,
     choice,
     conjugate_gradients,
 )
@@ -315,6 +316,19 @@ def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: boo
         twice = analysis.factor(2 * good)
         assert np.allclose(2 * full @ twice.solve(b[:, 0]), b[:, 0])
         assert np.allclose(full @ factored.solve(b), b)  # not changed under another's hands
+
+
+@pytest.mark.parametrize("kind", [*WITH_CHOLMOD, IglCholesky, SuperLU])
+def test_the_analysis_of_a_larger_matrix_serves_for_some_of_its_rows(kind) -> None:
+    rng = np.random.default_rng(0)
+    graph = sparse.random_array((60, 60), density=0.1, rng=rng)
+    whole = (graph @ graph.T + sparse.eye_array(60)).tocsc()
+    inside, b = rng.random(60) < 0.8, rng.random((60, 2))
+    own = whole[inside][:, inside]
+    analysis = Within(kind(sparse.tril(whole).tocsc()), sparse.tril(whole).tocsc(), inside)
+    for make in (analysis.factor, analysis.preconditioner, analysis.for_one_solve):
+        x = make(sparse.tril(own).tocsc()).solve(b[inside])
+        assert np.abs(own @ x - b[inside]).max() <= 1e-12
 
 
 @pytest.mark.parametrize("kind", [SuperLU, IglCholesky, *([solver.Cholmod] if solver.has_cholmod() else [])])

@@ -131,6 +131,7 @@ def constraints_of(
     sums: FloatArray | None = None,
     paths: Sequence[ClosedPath] = (),
     circles: Sequence[int] = (),
+    left_out: int | None = None,
 ) -> Constraints:
     """A row for each interior vertex, one for each hole as a virtual vertex, and one for each prescribed sum.
 
@@ -148,14 +149,20 @@ def constraints_of(
         Further paths that are to close.
     circles : sequence of int
         Loops of which all sums are given, those of inscribed polygons.
+    left_out : int, optional
+        On a closed surface, the vertex whose rows are left out; by default the one of most curvature.
     """
     if sums is None and not paths:
-        return topology.once("constraints", lambda: _constraints(topology, None, (), ()))
-    return _constraints(topology, sums, paths, circles)
+        return topology.once("constraints", lambda: _constraints(topology, None, (), (), None))
+    return _constraints(topology, sums, paths, circles, left_out)
 
 
 def _constraints(
-    topology: Topology, sums: FloatArray | None, paths: Sequence[ClosedPath], circles: Sequence[int]
+    topology: Topology,
+    sums: FloatArray | None,
+    paths: Sequence[ClosedPath],
+    circles: Sequence[int],
+    ground: int | None,
 ) -> Constraints:
     inside = topology.interior
     sums = np.full(topology.n, np.nan) if sums is None else sums
@@ -166,7 +173,7 @@ def _constraints(
     left_out = np.zeros(topology.n, dtype=bool)
     if not topology.loops:
         # the wheel constraints sum to zero, angle by angle, and the vertex constraints as below
-        left_out[np.argmax(np.abs(sums - 2 * np.pi))] = True
+        left_out[np.argmax(np.abs(sums - 2 * np.pi)) if ground is None else ground] = True
     elif given[topology.loops[0]].all() and topology.n_outer == 1:
         # the angles of all vertices sum to those of all triangles (Gauss-Bonnet); holes turn anyway
         left_out[topology.loops[0][0]] = True

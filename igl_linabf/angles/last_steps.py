@@ -65,13 +65,15 @@ def _turned(state: State) -> bool:
 def step_by_same_factor(state: State, rtol: float, *, close: bool = False) -> State:
     """A step with the factor that is known, if the last one was not cut short; `close`: also of paths.
 
-    Where paths turn, a step is cut short near cones only. So the factor serves on, unless that step took many
-    inner steps.
+    One that the first step began with serves on if that took few inner steps. Where paths turn, a step is cut
+    short near cones only. So the factor serves on, unless that step took many inner steps.
     """
     last = state.steps[-1] if state.steps else None
     same = last is None or last.kind != "step" or not last.limited
     if last is not None and _turned(state):
         same = same or last.inner_steps <= FEW_INNER
+    if len(state.steps) == 1:
+        same = same and state.steps[0].inner_steps <= MANY_INNER
     lin = linearise(
         state.problem, state.at, reuse=state.lin, close=close, close_paths=close, same_factor=same
     )

@@ -82,6 +82,18 @@ class Linearised:
     how: str = "none"
     fallback: str = ""
 
+    @classmethod
+    def preconditioned(
+        cls,
+        problem: AngleProblem,
+        system: System,
+        laplacian: Analysis,
+        inverse: Factored,
+        across: Across | None = None,
+    ) -> Linearised:
+        """Not solved with itself: what preconditions a first step."""
+        return cls(problem, system, NO_ROWS, None, laplacian=laplacian, inverse=inverse, across=across)
+
     @property
     def without_factors(self) -> Linearised:
         """The same without what only its own solves need; columns of closing rows may serve others."""

@@ -6,11 +6,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import sparse
 
 from .._runtime import timed
 from .._types import FloatArray, IntArray
-from ..linalg import Symmetric
 from .closure import ClosingRows
 from .iterates import AngleProblem, Iterate
 from .linearised import Linearised
@@ -74,8 +72,7 @@ class Turnings:
             by_vertex = np.where(rows[:, None] >= 0, columns.vertex_rows(rows)[:, turn], 0.0)
         # in an equilateral triangle K is sqrt(3) / 2 on angles that sum to zero
         share = np.sqrt(3) / 2 * np.mean(1 / at.alpha**2) / at.alpha.size
-        none = Symmetric(sparse.csr_array((0, 0)))
-        lin = Linearised(problem, system, none, None, laplacian=laplacian, inverse=inverse, across=columns)
+        lin = Linearised.preconditioned(problem, system, laplacian, inverse, columns)
         return cls(gap[turn] - gap[scale] @ closed, by_vertex, share * norm), lin
 
     @classmethod

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from .cut_graph import ClosedSurface
+from ..linalg import Factored, Within
+from .cut_graph import SMALLEST_WEIGHT, ClosedSurface
 from .expected import MAX_LOG_SCALE, expected_stretch
+
+RAISED = 0.15  # share of the weights that are, above which they differ too much from cotangents
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,8 +30,8 @@ class ConeScale:
     Attributes
     ----------
     piece : ClosedSurface
-    solve : callable
-        L^-1 with zero at the ground, for (n,) or (n, k).
+    factored : Factored
+        L with zero at the ground.
     first : int
         The node that is the ground; -1 where the boundary is.
     bare : (n,) float64
@@ -41,7 +43,7 @@ class ConeScale:
     """
 
     piece: ClosedSurface
-    solve: Callable[[FloatArray], FloatArray]
+    factored: Factored
     first: int
     bare: FloatArray
     others: IntArray
@@ -51,13 +53,14 @@ class ConeScale:
     def of(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
         """Without cones; on a closed surface with one, where the scale is farthest from its mean."""
         if piece.holes:
-            first, ground = -1, np.arange(piece.holes)
-        else:
-            first = _farthest(piece) if first is None else first
-            ground = np.array([first])
-        solve = piece.zero_at_nodes.solver(ground)
+            first = -1
+        elif first is None:
+            first = _farthest(piece)
+        ground = _ground(piece, first)
+        factored, bare = piece.zero_at_nodes.factored(ground), -piece.curvature
+        bare[ground] = 0.0
         none = np.zeros(0, dtype=np.int64)
-        return cls(piece, solve, first, solve(-piece.curvature), none, np.zeros((0, piece.n)))
+        return cls(piece, factored, first, factored.solve(bare), none, np.zeros((0, piece.n)))
 
     @classmethod
     def at(cls, piece: ClosedSurface, nodes: IntArray) -> ConeScale:
@@ -70,13 +73,26 @@ class ConeScale:
         """With more cones."""
         unit = np.zeros((self.piece.n, len(nodes)))
         unit[nodes, np.arange(len(nodes))] = 1.0
-        green = np.concatenate((self.green, self.solve(unit).T))
+        green = np.concatenate((self.green, self.factored.solve(unit).T))
         return replace(self, others=np.append(self.others, nodes), green=green)
 
     @property
     def nodes(self) -> IntArray:
         """All cones."""
         return self.others if self.first < 0 else np.append(self.first, self.others)
+
+    @cached_property
+    def known(self) -> tuple[Within, Factored | None] | None:
+        """The Laplacian over the nodes that are not at the ground, if it was factored: analysis and factor.
+
+        The factor is none where many weights were raised: conjugate gradients would take longer with it.
+        """
+        zero, raised = self.piece.zero_at_nodes, self.piece.weight <= SMALLEST_WEIGHT
+        if not self.factored.exact:
+            return None
+        analysis = Within(zero.analysis, zero.lower, zero.free(_ground(self.piece, self.first)))
+        few = np.count_nonzero(raised) <= RAISED * len(raised)
+        return analysis, analysis.restricted(self.factored) if few else None
 
     @cached_property
     def curvature(self) -> FloatArray:
@@ -94,6 +110,11 @@ class ConeScale:
     def stretch(self) -> float:
         """The L2 stretch that is expected of the map."""
         return expected_stretch(self.piece, self.log_scale)
+
+
+def _ground(piece: ClosedSurface, first: int) -> IntArray:
+    """The nodes at which the scale is zero without any cone."""
+    return np.arange(piece.holes) if first < 0 else np.array([first])
 
 
 def _farthest(piece: ClosedSurface) -> int:

@@ -13,10 +13,11 @@ from .._runtime import advance, part
 from .._types import FloatArray, IntArray
 from ..angles import Turnings
 from ..errors import MeshError, some
-from ..flattening import Flattening, Method, Turned, flatten_with_cones
+from ..flattening import Flattening, KnownLaplacian, Method, Turned, flatten_with_cones
 from ..measures import overlapping_pairs_of_chart, quality_of
 from ..surface import Cleaned, Submesh, check_finite, planar_mesh
 from .atlas import Chart
+from .cone_scale import ConeScale
 from .cone_seams import paths_across, seam_through
 from .cones import CONE_TRADE, ConePiece, angles_of, found_on
 from .overlap_seams import MAX_SPLITS, seams_between
@@ -106,13 +107,16 @@ class Placed:
         The component's vertices.
     sums : (#C,) float64
         Their angle sums.
+    scale : ConeScale or None
+        What these follow from, if there are cones and their sums are not given.
     quarters : QuarterTurns or None
-        Those, if there are cones and their sums are in quarter turns.
+        Those, if they are in quarter turns.
     """
 
     place: ConePiece
     own: IntArray
     sums: FloatArray
+    scale: ConeScale | None
     quarters: QuarterTurns | None
 
 
@@ -218,9 +222,18 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
 
     checked = perf_counter() - start
     turned = Turned(chosen.own, quarters) if quarter and paths else None
-    made = flatten_with_cones(mesh, component.topology, sums, paths, turned, method)
+    made = flatten_with_cones(mesh, component.topology, sums, paths, turned, method, _known(chosen))
     seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
     return cut, replace(made, seconds=seconds), angles
+
+
+def _known(chosen: Placed) -> KnownLaplacian | None:
+    """The Laplacian that gave the cones their angles."""
+    if chosen.scale is None or chosen.scale.known is None:
+        return None
+    first = chosen.scale.first
+    left_out = None if first < 0 else int(chosen.place.vertices(np.array([first]))[0])
+    return KnownLaplacian(*chosen.scale.known, left_out)
 
 
 def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:

@@ -178,10 +178,10 @@ def _strain(place: ConePiece, scale: ConeScale) -> FloatArray:
 
 def angles_of(
     place: ConePiece, cones: IntArray, wanted: str | FloatArray | None
-) -> tuple[FloatArray, QuarterTurns | None]:
+) -> tuple[FloatArray, ConeScale | None, QuarterTurns | None]:
     """Angle sums of the cones of a component: as they are given, of one scale, or in quarter turns.
 
-    Quarter turns may be exchanged afterwards.
+    Also returns the scale that they follow from, and the quarter turns, which may be exchanged afterwards.
 
     Raises
     ------
@@ -189,7 +189,7 @@ def angles_of(
         They do not obey Gauss-Bonnet, or are not within what triangles can take.
     """
     component, total = place.component, place.closed_curvature
-    names, quarters = component.vertices[cones], None
+    names, scale, quarters = component.vertices[cones], None, None
     around = place.valence[place.piece.node[cones]]
     if isinstance(wanted, np.ndarray):
         angle = wanted
@@ -209,7 +209,7 @@ def angles_of(
                 f"{component.topology.characteristic}: give at least {max(needed, 2)}"
             )
         if not len(cones):
-            return np.zeros(0), None
+            return np.zeros(0), None, None
         scale = ConeScale.at(place.piece, place.piece.node[cones])
         curvature: FloatArray = scale.curvature
         if wanted == "quarter":
@@ -227,4 +227,4 @@ def angles_of(
             f"{np.pi * around[i]:.4g}: give larger cone_angles, more cones near vertices {some(names[bad])}, "
             "or let find_cones place them"
         )
-    return np.asarray(angle), quarters
+    return np.asarray(angle), scale, quarters

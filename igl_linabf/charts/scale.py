@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import entries, laplacian_entries
-from ..linalg import Analysis, factored_often
+from ..linalg import Analysis, Factored, factored_often
 
 
 def laplacian_of(ends: IntArray, weight: FloatArray, n: int) -> sparse.csc_array:
@@ -34,13 +34,14 @@ class ZeroAtNodes:
     """
 
     def __init__(self, lower: sparse.csc_array) -> None:
-        self._lower = lower
+        self.lower = lower
         self._row = lower.indices
         self._column = np.repeat(np.arange(lower.shape[1]), np.diff(lower.indptr))
 
     @cached_property
-    def _analysis(self) -> Analysis:
-        return factored_often(self._lower)
+    def analysis(self) -> Analysis:
+        """Of the pattern."""
+        return factored_often(self.lower)
 
     def solve(self, fixed: IntArray, r: FloatArray) -> FloatArray:
         """u for a right side (n,), of which the rows of the fixed nodes do not count."""
@@ -48,11 +49,18 @@ class ZeroAtNodes:
 
     def solver(self, fixed: IntArray) -> Callable[[FloatArray], FloatArray]:
         """`solve` for several right sides, (n,) or (n, k): the system is factored once."""
-        free = np.ones(self._lower.shape[0], dtype=bool)
-        free[fixed] = False
-        row, column = self._row, self._column
-        data = np.where(free[row] & free[column], self._lower.data, 0.0)
-        data[(row == column) & ~free[row]] = 1.0
-        lower = sparse.csc_array((data, row, self._lower.indptr), shape=self._lower.shape)
-        factored = self._analysis.factor(lower)
+        factored, free = self.factored(fixed), self.free(fixed)
         return lambda r: factored.solve(np.where(free, r.T, 0.0).T)
+
+    def free(self, fixed: IntArray) -> BoolArray:
+        """(n,) bool: the other nodes."""
+        free = np.ones(self.lower.shape[0], dtype=bool)
+        free[fixed] = False
+        return free
+
+    def factored(self, fixed: IntArray) -> Factored:
+        """The Laplacian with the identity at the fixed nodes."""
+        free, row, column = self.free(fixed), self._row, self._column
+        data = np.where(free[row] & free[column], self.lower.data, 0.0)
+        data[(row == column) & ~free[row]] = 1.0
+        return self.analysis.factor(sparse.csc_array((data, row, self.lower.indptr), shape=self.lower.shape))

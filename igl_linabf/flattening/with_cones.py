@@ -13,6 +13,7 @@ from ..angles import (
     ClosedPath,
     Linearised,
     State,
+    System,
     Turnings,
     active_set,
     constraints_of,
@@ -24,7 +25,7 @@ from ..angles import (
     step_by_same_factor,
     step_from_surface,
 )
-from ..linalg import NotPositiveDefiniteError
+from ..linalg import Analysis, Factored, NotPositiveDefiniteError, Solvers
 from ..surface import NEXT, PREV, Mesh, Topology
 from .ladder import (
     ACTIVE_SET_RTOL,
@@ -65,6 +66,24 @@ class Turned:
     chosen: Callable[[Turnings], tuple[FloatArray, FloatArray]]
 
 
+@dataclass(frozen=True, eq=False)
+class KnownLaplacian:
+    """The surface's Laplacian, which is factored already where cones were placed.
+
+    Attributes
+    ----------
+    analysis : Analysis
+        Over the interior vertices but `left_out`.
+    inverse : Factored or None
+    left_out : int or None
+        A vertex of a closed surface.
+    """
+
+    analysis: Analysis
+    inverse: Factored | None
+    left_out: int | None
+
+
 def flatten_with_cones(
     cut: Mesh,
     topology: Topology,
@@ -72,6 +91,7 @@ def flatten_with_cones(
     paths: Sequence[ClosedPath],
     turned: Turned | None,
     method: Method,
+    known: KnownLaplacian | None = None,
 ) -> Flattening:
     """Flatten a surface with prescribed angle sums.
 
@@ -89,6 +109,8 @@ def flatten_with_cones(
         By what they also turn; None if it is as it comes.
     method : Method
         Linear ABF or converged ABF.
+    known : KnownLaplacian, optional
+        It preconditions the first step, if the method leaves the choice of the solver.
 
     Raises
     ------
@@ -101,15 +123,29 @@ def flatten_with_cones(
 
     with stopwatch(*STAGES) as seconds:
         safeguard = method.safeguard if isinstance(method, LinABF) else True
-        asked = constraints_of(uncut, sums, paths)
+        known = known if Solvers(method.solver).shared else None
+        asked = constraints_of(uncut, sums, paths, left_out=None if known is None else known.left_out)
+        if known is not None:
+            asked.pattern.adopt(Solvers(method.solver), known.analysis)
         problem = posed(cut, None, method.layout, method.threshold, method.solver, safeguard, asked)
-        begun = problem.start
+        begun = _begun(problem, known)
         if turned is not None:
-            problem, begun = _turned(problem, turned)
+            problem, begun = _turned(problem, begun, turned)
         return report(problem, method.name, climb(problem, _stages(method, begun)), seconds)
 
 
-def _turned(problem: Problem, turned: Turned) -> tuple[Problem, State]:
+def _begun(problem: Problem, known: KnownLaplacian | None) -> State:
+    """The initial estimate, with what preconditions a step from there if that is known."""
+    start = problem.start
+    if known is None or known.inverse is None:
+        return start
+    system = System(problem.angles.constraints, start.at.alpha, cot=start.at.cot)
+    return replace(
+        start, lin=Linearised.preconditioned(problem.angles, system, known.analysis, known.inverse)
+    )
+
+
+def _turned(problem: Problem, begun: State, turned: Turned) -> tuple[Problem, State]:
     """The problem with prescribed turnings along its paths, and a state to go on from.
 
     Turnings change angles least where the surface is flat already. So the first step starts from its angles
@@ -119,7 +155,7 @@ def _turned(problem: Problem, turned: Turned) -> tuple[Problem, State]:
     try:
         turnings, lin = Turnings.of(problem.angles, turned.vertices)
     except NotPositiveDefiniteError:
-        after = step_by_same_factor(problem.start, ROUGH_RTOL)
+        after = step_by_same_factor(begun, ROUGH_RTOL)
         turnings = Turnings.measured(after.at, problem.angles.constraints.paths, turned.vertices)
         angles = _asking(problem.angles, turned, turnings)
         state = State(angles, angles.at(after.at.alpha), after.steps, after.lin)

@@ -11,3 +11,4 @@ from .memory import check_memory, factor_bytes
 from .multigrid import Multigrid
 from .small_blocks import SMALL, SmallBlocks
 from .sparsity import Pattern, Rows, Symmetric, held
+from .within import Within

@@ -54,6 +54,11 @@ class Solvers:
         """Whether Laplacians are factored by compiled loops, if there is memory."""
         return self.solver == "auto" and is_fast()
 
+    @property
+    def shared(self) -> bool:
+        """Whether factors that were made for other purposes do as well."""
+        return self.solver == "auto"
+
     def laplacian(self, lower: sparse.csc_array, small: bool = False) -> Analysis:
         """For the scalar Laplacians: the preconditioner and the harmonic layout; `small`: of small meshes."""
         compiled = self.compiled

@@ -175,6 +175,10 @@ class Pattern:
             self._analyses[solvers] = made
         return self._analyses[solvers]
 
+    def adopt(self, solvers: Solvers, analysis: Analysis) -> None:
+        """Take an analysis that is known from elsewhere."""
+        self._analyses[solvers] = analysis
+
     def begin_analysis(self, solvers: Solvers) -> None:
         """Let a thread analyse the pattern while there is other work; compiled loops let both run."""
         if self.n and solvers.compiled and not self._small and solvers not in self._analyses:
