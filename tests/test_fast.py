@@ -141,6 +141,7 @@ def cases():
         "angle_sums": (t.corner, alpha, np.where(rng.random(cot.shape) < 0.1, 1e70, cot), t.n),
         "row_sums": (t.corner, cot, e, t.n),
         "errors": (t.corner, w, d, cot, *rng.normal(size=(2, t.n))),
+        "projected": (w, d, cot),
         "conformal_errors": (t.corner, cot, *rng.normal(size=(2, t.n))),
         "cut_short": (alpha, e, 0.7),
         "pair_weights": (w, d),

@@ -84,13 +84,11 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     problem, lin = state.problem, state.lin
     kind: Kind = "feasible" if bounded else "anchored"
     anchor, rtol = problem.estimate, ANCHORED_RTOL
-    held, x = np.zeros(anchor.shape, dtype=bool), None
+    held, x, free = np.zeros(anchor.shape, dtype=bool), None, anchor**2
     past: tuple[Visited, ...] = ()
     best, stalled, before, slow = np.inf, 0, 0.0, False
     for k in range(MAX_ANCHORED):
-        at, weights = state.at, anchor**2
-        if held.any():
-            weights = np.where(held, HELD * weights, weights)
+        at, weights = state.at, np.where(held, HELD * free, free) if held.any() else free
         try:
             lin = linearise(problem, at, weights, lin, close=k > 0, same_factor=k > 0)
             raw = solve(lin, at, rtol, _gradient(state), x)

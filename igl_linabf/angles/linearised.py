@@ -295,7 +295,7 @@ def solve(
         b, system = at.residual, lin.system
         e0 = np.multiply(system.w, b.triangle / system.d, out=unfilled(system.w.shape))
         if gradient is not None:
-            e0 = e0 - system.projected(gradient)
+            e0 -= system.projected(gradient)
         rows = system.rows(e0)
         for own, sums in zip(rows.T, (b.vertex, b.wheel), strict=True):
             np.subtract(sums, own, out=own)

@@ -276,6 +276,16 @@ def errors(
     return projected(w, d, x + cot * (y[PREV] - y[NEXT]))
 
 
+def _projected(w: FloatArray, d: FloatArray, y: FloatArray, first: int, last: int, made: FloatArray) -> None:
+    for t in range(first, last):
+        y0, y1, y2 = y[0, t], y[1, t], y[2, t]
+        w0, w1, w2 = w[0, t], w[1, t], w[2, t]
+        made[0, t] = w0 * ((w1 * (y0 - y1) + w2 * (y0 - y2)) / d[t])
+        made[1, t] = w1 * ((w2 * (y1 - y2) + w0 * (y1 - y0)) / d[t])
+        made[2, t] = w2 * ((w0 * (y2 - y0) + w1 * (y2 - y1)) / d[t])
+
+
+@filled_by(_projected, lambda w, *_: unfilled(w.shape))
 def projected(w: FloatArray, d: FloatArray, y: FloatArray) -> FloatArray:
     """P y: (3, #F) angles that sum to zero in each triangle."""
     after, before = y[NEXT], y[PREV]
