@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from conftest import load
 
-from igl_linabf.charts import cut, find_seams, seams, unwrap
+from igl_linabf.charts import cut, find_seams, foreseen, seams, unwrap
 from igl_linabf.charts.coarse import CLUSTERED, Levels, clusters, contracted
 from igl_linabf.charts.cut_graph import closed_surface, shape
 from igl_linabf.charts.foreseen import coarse_mesh
@@ -131,6 +131,23 @@ def test_overlaps_of_large_surfaces_are_foreseen() -> None:
         overlapping += [sum(len(overlapping_pairs(flattened(p, Sketch()).uv, p.F)) for p in parts)]
     assert len(parts) <= 4
     assert overlapping[1] <= overlapping[0] / 20
+
+
+@pytest.mark.parametrize(("share", "cut"), [(0.1, False), (0.8, True)])
+def test_overlaps_are_cut_beforehand_only_if_most_of_the_map_is_to_be_made_again(
+    share: float, cut: bool
+) -> None:
+    """A strip along a spiral stair of a turn and a half, of which this share of the faces is in the turns."""
+    rows = 400
+    turns = int(share * rows)
+    t = np.append(np.linspace(-1, 0, rows - turns, endpoint=False), np.linspace(0, 3 * np.pi, turns + 1))
+    r, t = np.meshgrid(np.linspace(0.8, 1.2, 5), t)
+    on_stair = np.stack((r * np.cos(t), r * np.sin(t), 0.1 * t), axis=-1)
+    before = np.stack((r, t, 0.1 * t), axis=-1)
+    V = np.where(t[..., None] > 0, on_stair, before).reshape(-1, 3)
+    parts, uv = foreseen._parts(Submesh.checked(V, igl.triangulated_grid(5, rows + 1)[1]))
+    assert uv is not None
+    assert bool(parts) is cut
 
 
 def test_tall_fins_of_a_large_plate_are_foreseen_until_none_is_worth_a_seam() -> None:

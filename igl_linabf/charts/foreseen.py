@@ -9,10 +9,11 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, SingularSystemError
 from ..flattening import Sketch
-from ..measures import change_of, overlapping_pairs_of_chart
+from ..measures import Change, change_of, overlapping_pairs_of_chart
 from ..surface import NEXT, Submesh, cleaned_surface
 from .crease_cuts import parted
 from .cut_graph import ClosedSurface
+from .kept_maps import keeps_map
 from .overlap_seams import MAX_SPLITS, parts_between
 from .pieces import flattened
 from .tips import tips_of, worth_a_seam
@@ -137,7 +138,10 @@ def _with_chips_joined(label: IntArray, sides: IntArray) -> IntArray:
 
 
 def _parts(disk: Submesh) -> tuple[list[Submesh], FloatArray | None]:
-    """The parts of a disk whose map overlaps, none if it is sound; and this map, if no triangle flips."""
+    """The parts of a disk whose map overlaps, and this map, if no triangle flips.
+
+    There are none if it is sound, or if the largest part keeps the map: nothing is gained by cutting before.
+    """
     try:
         result = flattened(disk, Sketch())
     except (MeshError, SingularSystemError):
@@ -147,4 +151,12 @@ def _parts(disk: Submesh) -> tuple[list[Submesh], FloatArray | None]:
     if few or not len(pairs) or len(result.flipped) or result.holes:
         return [], None if len(result.flipped) else result.uv
     parts = parted(disk, result.uv, pairs) or parts_between(disk, disk.faces[pairs], AT_ONCE)
+    largest, stretch = max(len(part.F) for part in parts), _stretch(change_of(disk, result.uv))
+    if keeps_map(largest, len(disk.F), stretch):  # the fine map, too, which has fewer overlaps than this one
+        return [], result.uv
     return parts, result.uv
+
+
+def _stretch(changed: Change) -> float:
+    """The L2 stretch of a map."""
+    return float(np.sqrt(changed.double_area @ changed.squared_stretch / changed.double_area.sum()))

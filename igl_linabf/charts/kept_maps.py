@@ -56,12 +56,17 @@ def kept_maps(
     )
     for k, uv, over, quality in zip(asked, maps, own, measured, strict=True):
         exact = max(quality.stretch_l2, quality.conformal_distortion) <= EXACT
-        if exact or size[k] >= (KEPT if quality.stretch_l2 <= EVEN else WHOLE) * len(piece.F):
+        if exact or keeps_map(int(size[k]), len(piece.F), quality.stretch_l2):
             made = cut_out(result, piece, parts[k], uv)
             cut_off = f"a part of this map, {len(piece.F) - len(parts[k].F):,} faces were cut off"
             made = replace(made, message=f"{result.message}; {cut_off}")
             kept[k] = Known(made, over, quality, without_tips)
     return kept
+
+
+def keeps_map(part: int, whole: int, stretch: float) -> bool:
+    """Whether a part of so many faces keeps its part of a map, of this L2 stretch."""
+    return part >= (KEPT if stretch <= EVEN else WHOLE) * whole
 
 
 def _area_ratios(
