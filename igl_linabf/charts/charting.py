@@ -44,7 +44,7 @@ from .tips import TIPPED, seams_to_tips
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
 MANY = 8  # charts from which they are flattened and measured together
-SOME, TINY = 3, 4_000  # the same, if they have so few triangles
+TINY = 4_000  # triangles of all, up to which they always are
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 MAX_LEAF_ROUNDS = 8  # of more seams for that or for flips, before it is halved
 MANY_FLIPS, FEW_ROUNDS = 0.05, 2  # share of its faces that flip, and rounds then: no tips are to blame
@@ -168,7 +168,7 @@ def charts_of(pieces: list[Submesh], task: Task) -> list[tuple[Chart, Submesh]]:
 def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]:
     """Maps of many small pieces, and what is measured of them; None: to be found alone."""
     known: list[Known | None] = [None] * len(pieces)
-    if len(pieces) < (SOME if sum(len(piece.F) for piece in pieces) <= TINY else MANY):
+    if len(pieces) < MANY and sum(len(piece.F) for piece in pieces) > TINY:
         return known
     results = flatten_together([(piece.V, piece.F) for piece in pieces], method)
     good = [(i, result) for i, result in enumerate(results) if result is not None]

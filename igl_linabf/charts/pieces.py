@@ -8,7 +8,7 @@ import numpy as np
 from .._runtime import advance
 from .._types import FloatArray
 from ..errors import MeshError, SingularSystemError, some
-from ..flattening import Flattening, Method, Outcome, Sketch
+from ..flattening import Flattening, Method, Outcome, Sketch, flatten_together
 from ..measures import change_of
 from ..surface import Submesh, centred, complex_positions, coordinates, planar_mesh
 
@@ -70,9 +70,9 @@ def distortion(pieces: list[Submesh]) -> float:
     Infinite if a triangle flips.
     """
     total, stretch, shear = 0.0, 0.0, 0.0
-    for piece in pieces:
+    for piece, known in zip(pieces, flatten_together([(p.V, p.F) for p in pieces], Sketch()), strict=True):
         try:
-            result = flattened(piece, Sketch())
+            result = flattened(piece, Sketch()) if known is None else known
         except SingularSystemError:
             return np.inf
         if len(result.flipped):
