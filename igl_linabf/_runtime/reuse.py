@@ -77,10 +77,12 @@ def recycling() -> Iterator[None]:
 
 def unfilled(shape: int | tuple[int, ...], dtype: DTypeLike = np.float64) -> Array:
     """As `np.empty`, in memory that may have been another array's."""
+    memory = _memory.get()
+    if memory is None:
+        return np.empty(shape, dtype)
     kind = np.dtype(dtype)
     size = math.prod(shape if isinstance(shape, tuple) else (shape,)) * kind.itemsize
-    memory = _memory.get()
-    if memory is None or size < LEAST:
+    if size < LEAST:
         return np.empty(shape, dtype=kind)
     piece = memory.take(size)
     # of a buffer that is no array: so all views hold this array, and none of them the memory alone

@@ -7,8 +7,10 @@ import numpy as np
 from scipy import sparse
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import entries, laplacian_entries
-from ..linalg import Analysis, Factored, factored_often
+from ..kernels import entries, is_fast, laplacian_entries
+from ..linalg import Analysis, Factored, SmallBlocks, factored_often
+
+FEW = 3_000  # nodes up to which loops over columns, called once, take less time than those over supernodes
 
 
 def laplacian_of(ends: IntArray, weight: FloatArray, n: int) -> sparse.csc_array:
@@ -45,7 +47,13 @@ class ZeroAtNodes:
 
     def solve(self, fixed: IntArray, r: FloatArray) -> FloatArray:
         """u for a right side (n,), of which the rows of the fixed nodes do not count."""
-        return self.solver(fixed)(r)
+        if self._of_few is None:
+            return self.solver(fixed)(r)
+        return self._of_few.solved_inside(self.lower, self.free(fixed), r)
+
+    @cached_property
+    def _of_few(self) -> SmallBlocks | None:
+        return SmallBlocks(self.lower) if is_fast() and self.lower.shape[0] <= FEW else None
 
     def solver(self, fixed: IntArray) -> Callable[[FloatArray], FloatArray]:
         """`solve` for several right sides, (n,) or (n, k): the system is factored once."""

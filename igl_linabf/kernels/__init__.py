@@ -36,7 +36,7 @@ from .paths import (
 )
 from .places import placed
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
-from .small_systems import solved
+from .small_systems import solved, solved_inside
 from .supernodal import (
     Subtrees,
     Work,

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from .._types import FloatArray
-from .choice import compiled, inlined
-from .cholesky import Factor, Index
+from .._types import BoolArray, FloatArray, IntArray
+from .choice import compiled, inlined, run
+from .cholesky import Factor, Index, Symbolic, _factored
 
 Columns = tuple[Index, Index, Index, FloatArray, FloatArray]  # order, indptr, rows; entries of L, and 1 / D
 
@@ -49,6 +49,40 @@ def solved(factor: Factor, b: FloatArray) -> FloatArray:
     """Solve A x = b for two right sides, (n, 2)."""
     x: FloatArray = compiled(_solved)((*factor.symbolic[:3], factor.below, factor.inverse), b)
     return x
+
+
+def _solved_inside(
+    symbolic: tuple[Index, Index, Index, Index, Index, Index, Index, Index],
+    indptr: IntArray,
+    indices: IntArray,
+    data: FloatArray,
+    free: BoolArray,
+    r: FloatArray,
+) -> tuple[int, FloatArray]:
+    n = len(indptr) - 1
+    inside, diagonal, b = np.zeros(len(data)), np.ones(n), np.zeros((n, 2))
+    for j in range(n):
+        if free[j]:
+            diagonal[j], b[j, 0] = data[indptr[j]], r[j]
+            for p in range(indptr[j] + 1, indptr[j + 1]):
+                if free[indices[p]]:
+                    inside[p] = data[p]
+    bad, below, inverse = _factored(inside, diagonal, *symbolic)
+    x = np.empty((n, 2))
+    if bad < 0:
+        _substituted((*symbolic[:3], below, inverse), b, np.empty(2 * n), x)
+    return bad, x[:, 0].copy()
+
+
+def solved_inside(
+    symbolic: Symbolic, indptr: IntArray, indices: IntArray, data: FloatArray, free: BoolArray, r: FloatArray
+) -> tuple[int, FloatArray]:
+    """Solve A x = r in the rows that are `free`, with x = 0 in the others; A is given by its lower triangle.
+
+    The first row without a positive pivot, or -1; and x.
+    """
+    bad, x = run(_solved_inside, tuple(symbolic), indptr, indices, data, free, r)
+    return (-1 if bad < 0 else int(symbolic.order[bad])), x
 
 
 @inlined

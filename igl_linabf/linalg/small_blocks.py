@@ -2,9 +2,11 @@
 
 from functools import partial
 
+import numpy as np
 from scipy import sparse
 
 from .. import kernels
+from .._types import BoolArray, FloatArray
 from .factors import Analysis, Factored, NotPositiveDefiniteError, by_pairs_of_columns
 
 SMALL = 3_000  # triangles up to which a mesh's system is small: its ordering takes the square of them
@@ -28,3 +30,12 @@ class SmallBlocks(Analysis):
     def factor(self, lower: sparse.csc_array) -> Factored:
         pair = partial(kernels.solved, self.numeric(lower))
         return Factored(self.name, True, partial(by_pairs_of_columns, pair))
+
+    def solved_inside(self, lower: sparse.csc_array, free: BoolArray, r: FloatArray) -> FloatArray:
+        """The x with A x = r in the rows that are `free`, and 0 in the others."""
+        bad, x = kernels.solved_inside(
+            self._symbolic, lower.indptr, lower.indices, lower.data, free, np.ascontiguousarray(r)
+        )
+        if bad >= 0:
+            raise NotPositiveDefiniteError(bad)
+        return x
