@@ -51,23 +51,14 @@ def masks_in_turn():
     return 48, 3, first, shapes, every, start
 
 
-def sides_on_grids():
-    """Two closed outlines, one of which has level sides."""
+def turned_outlines():
+    """Two closed outlines, one with level sides, one that counts twice; small masks and large ones."""
     star = 12 + 10j + np.exp(2j * np.pi * np.arange(30) / 30) * (7 + 2 * np.cos(np.arange(30) * np.pi / 3))
     box = np.array([2, 9.3, 9.3 + 4j, 2 + 4j]) + 1.7j
     start, end = np.concatenate((star, box)), np.concatenate((np.roll(star, -1), np.roll(box, -1)))
-    shapes = np.array([[22, 24], [8, 12]])
-    cells = np.append(0, np.cumsum(shapes[:, 0] * (shapes[:, 1] + 1)))
-    return start, end, np.ones(34, dtype=np.int64), np.array([0, 30, 34]), shapes, cells, 0.8
-
-
-def touched_grids():
-    """Cells of three grids, a last column of which ends each row."""
-    columns, rows = np.array([9, 1, 14]), np.array([20, 3, 11])
-    touched = [np.random.default_rng(3).random((r, c + 1)) < 0.8 for r, c in zip(rows, columns, strict=True)]
-    for table in touched:
-        table[:, -1] = False
-    return np.concatenate([t.ravel() for t in touched]), np.cumsum([0, *(rows * (columns + 1))]), columns
+    turns = np.array([1, np.exp(0.7j), 5.1 * np.exp(1.9j), 1, 1j, 3 * np.exp(-1j)])
+    weight = np.repeat([2, 1], [30, 4])
+    return start, end, weight, np.array([0, 30, 34]), turns, np.array([0, 0, 0, 1, 1, 1]), 0.8
 
 
 def triangles():
@@ -183,9 +174,8 @@ def cases():
         "go": (rng.normal(size=40), 0.7, *rng.normal(size=(2, 40))),
         "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),
         "block_entries": (*at[:2], rng.random(pattern.n) < 0.2),
-        "touched_cells": (*sides_on_grids(),),
+        "drawn": (*turned_outlines(),),
         "placed": (*masks_in_turn(),),
-        "runs_in_blocks": (*touched_grids(),),
         "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
         "product_with_pairs": (*at[:2], block[:, 0], rng.normal(size=(pattern.n, 2))),
     }

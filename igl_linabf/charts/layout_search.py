@@ -30,6 +30,9 @@ SHARE = 0.62  # of a page that charts are expected to cover
 HALVINGS = 7  # of the interval of sides
 MOST_SIDE = 1e3  # of the least side: beyond it, gaps leave no room
 MOST_TRIALS = 8  # on the fine grid
+CLOSE = (
+    1.02  # times the side of the best coarse layout, up to which another one may be better on the fine grid
+)
 SLACK = 0.002  # share by which the page is larger at the next one, doubled each time
 
 Turns = Sequence[ComplexArray] | ComplexArray  # of each chart
@@ -123,9 +126,11 @@ def largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool 
     if len(shaped):
         found = _coarse(charts, shaped, spacing)
         if pages == 1 and len(shaped) == n:
+            close = sum(entry.reached <= CLOSE * found[0].reached for entry in _different(found))
+            tried = min(close, 2 if n <= SOME else 1)
             if thorough and 1 < n <= FEW:
-                return _fine(charts, [_moved(charts, found[0], spacing), *found], spacing, 3)
-            return _fine(charts, found, spacing, 2 if n <= SOME else 1)
+                return _fine(charts, [_moved(charts, found[0], spacing), *found], spacing, tried + 1)
+            return _fine(charts, found, spacing, tried)
         turns[shaped] = found[0].layout.turn[shaped, None]
     low = float(np.sqrt(charts.areas.sum() / pages)) / spacing.inner
     low = max(low, float(charts.sizes.min(axis=1).max()) / spacing.inner, charts.least_side / spacing.inner)

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from .._types import ComplexArray, FloatArray, IntArray
-from ..kernels import runs_in_blocks, touched_cells
+from ..kernels import drawn
 from ..surface import Parts, at_once
 
 AT_ONCE = 100_000  # sides of turned charts that are drawn at once
@@ -104,28 +104,16 @@ def _together(
     outlines: Sequence[Outline], turns: Sequence[ComplexArray], cells_per_unit: float, gap: float
 ) -> list[Masks]:
     half = gap / 2 * (1 + 1e-9) + 1e-9
-    number = np.array([len(by) for by in turns])
-    of_outline = Parts.of_sizes([len(outline.start) for outline in outlines])
-    sides = Parts.of_sizes(np.repeat(of_outline.sizes, number))
-    side = np.arange(sides.start[-1]) + sides.spread(
-        np.repeat(of_outline.start[:-1], number) - sides.start[:-1]
+    number = [len(by) for by in turns]
+    sides = Parts.of_sizes([len(outline.start) for outline in outlines])
+    start, end, weight = (
+        np.concatenate(arrays) for arrays in zip(*((o.start, o.end, o.weight) for o in outlines), strict=True)
     )
-    by = sides.spread(np.concatenate(turns) * cells_per_unit)
-    a = by * np.concatenate([outline.start for outline in outlines])[side]
-    b = by * np.concatenate([outline.end for outline in outlines])[side]
-    weight = np.concatenate([outline.weight for outline in outlines])[side]
-    low = np.empty(len(sides), dtype=np.complex128)
-    low.real, low.imag = sides.min(a.real) - half, sides.min(a.imag) - half
-    a, b = a - sides.spread(low), b - sides.spread(low)
-    columns, rows = ((sides.max(part) + half).astype(np.int64) + 1 for part in (a.real, a.imag))
-    shapes, cells = np.column_stack((rows, columns)), Parts.of_sizes(rows * (columns + 1))
-    touched = touched_cells(a, b, weight, sides.start, shapes, cells.start, half)
-    mask, blocks = runs_in_blocks(touched, cells.start, columns)
-    blocks = blocks[np.lexsort((-blocks[:, 2] * blocks[:, 3], mask))]
-    start = np.searchsorted(mask, np.arange(len(cells) + 1))
-    origin = low / cells_per_unit
+    of, by = np.repeat(np.arange(len(outlines)), number), np.concatenate(turns) * cells_per_unit
+    shapes, low, blocks, begin = drawn(start, end, weight, sides.start, by, of, half)
+    origin, reached = low / cells_per_unit, begin.tolist()
     made = []
     for directions, (i, j) in zip(turns, pairwise([0, *np.cumsum(number).tolist()]), strict=True):
-        own, begin = blocks[start[i] : start[j]], start[i : j + 1] - start[i]
-        made.append(Masks(directions, shapes[i:j], origin[i:j], own, begin))
+        own = blocks[reached[i] : reached[j]]
+        made.append(Masks(directions, shapes[i:j], origin[i:j], own, begin[i : j + 1] - begin[i]))
     return made

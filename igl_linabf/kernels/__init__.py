@@ -21,7 +21,7 @@ from .connectivity import (
 )
 from .development import developed
 from .dissection import dissected, neighbours, separators
-from .drawing import runs_in_blocks, touched_cells
+from .drawing import drawn
 from .graphs import above, far_apart, shortest_pairs
 from .maps import centred, changes, signed_double_areas
 from .minimum_degree import minimum_degree

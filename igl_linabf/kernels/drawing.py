@@ -1,54 +1,169 @@
-"""The cells of a grid that outlines in the plane touch."""
+"""The cells of a grid that outlines in the plane touch, as blocks of equal runs of cells."""
 
 import numpy as np
 
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from .choice import with_loops
+from .._types import Array, BoolArray, ComplexArray, FloatArray, IntArray
+from .choice import inlined, with_loops
+
+ONCE = 1 << 16  # a winding in a number that also counts sides, of which fewer reach a cell
+FEW = 24  # blocks that are sorted one by one
+
+Drawn = tuple[IntArray, ComplexArray, IntArray, IntArray]
 
 
-def _touched(
+@inlined
+def _marked(a: complex, b: complex, weight: int, rows: int, columns: int, half: float, change: Array) -> None:
+    """Add what a side changes from cell to cell: how often the outline winds, and the sides that are near."""
+    across, rise = b.real - a.real, b.imag - a.imag
+    low, high = min(a.imag, b.imag), max(a.imag, b.imag)
+    for row in range(int(np.ceil(low - 0.5)), int(np.ceil(high - 0.5))):
+        column = np.ceil(a.real + (row + 0.5 - a.imag) / rise * across - 0.5)
+        at = row * (columns + 1) + int(min(max(column, 0.0), columns))
+        change[at] += weight * ONCE if rise > 0 else -weight * ONCE
+    bottom, top = int(max(np.floor(low - half), 0)), int(min(np.floor(high + half), rows - 1))
+    for row in range(bottom, top + 1):
+        first, last = 0.0, 1.0
+        if bottom < top and rise != 0:
+            first = min(max((row - half - a.imag) / rise, 0.0), 1.0)
+            last = min(max((row + 1 + half - a.imag) / rise, 0.0), 1.0)
+        one, other = a.real + first * across, a.real + last * across
+        at = row * (columns + 1)
+        change[at + int(max(np.floor(min(one, other) - half), 0.0))] += 1
+        change[at + int(min(np.floor(max(one, other) + half), columns - 1.0)) + 1] -= 1
+
+
+@inlined
+def _in_blocks(rows: int, columns: int, change: Array, last: IntArray, blocks: IntArray) -> int:
+    """Fill `blocks` with those of the cells where the sum of changes is not 0; their number."""
+    size, at = 0, 0
+    last[: columns + 1] = -1  # the block that begins at each column
+    for row in range(rows):
+        now, begin, inside = 0, 0, False
+        for column in range(columns + 1):  # nothing touches the last one
+            now += change[at]
+            at += 1
+            if (now != 0) == inside:
+                continue
+            inside = not inside
+            if inside:
+                begin = column
+                continue
+            b = last[begin]
+            if b < 0 or blocks[b, 2] != column - begin or blocks[b, 0] + blocks[b, 3] != row:
+                b, last[begin] = size, size
+                blocks[b, 0], blocks[b, 1], blocks[b, 2], blocks[b, 3] = row, begin, column - begin, 0
+                size += 1
+            blocks[b, 3] += 1
+    return size
+
+
+@inlined
+def _largest_first(blocks: IntArray, to: IntArray) -> None:
+    """Fill `to` with the blocks by their numbers of cells, equal ones in their order."""
+    cells = blocks[:, 2] * blocks[:, 3]
+    if len(blocks) > FEW:
+        order = np.argsort(-cells, kind="mergesort")
+        for i in range(len(blocks)):
+            for j in range(4):
+                to[i, j] = blocks[order[i], j]
+        return
+    for k in range(len(blocks)):
+        i = k
+        while i > 0 and to[i - 1, 2] * to[i - 1, 3] < cells[k]:
+            for j in range(4):
+                to[i, j] = to[i - 1, j]
+            i -= 1
+        for j in range(4):
+            to[i, j] = blocks[k, j]
+
+
+def _drawn(
     start: ComplexArray,
     end: ComplexArray,
     weight: IntArray,
     sides: IntArray,
-    shapes: IntArray,
-    cells: IntArray,
+    turns: ComplexArray,
+    of: IntArray,
     half: float,
-) -> BoolArray:
-    wound, near = np.zeros(cells[-1], dtype=np.int32), np.zeros(cells[-1], dtype=np.int32)
-    for k in range(len(shapes)):
-        rows, columns = shapes[k, 0], shapes[k, 1]
-        for s in range(sides[k], sides[k + 1]):
-            x, y = start[s].real, start[s].imag
-            across, rise = end[s].real - x, end[s].imag - y
-            low, high = min(y, end[s].imag), max(y, end[s].imag)
-            for row in range(int(np.ceil(low - 0.5)), int(np.ceil(high - 0.5))):
-                column = np.ceil(x + (row + 0.5 - y) / rise * across - 0.5)
-                at = cells[k] + row * (columns + 1) + int(min(max(column, 0.0), columns))
-                wound[at] += weight[s] if rise > 0 else -weight[s]
-            for row in range(
-                int(max(np.floor(low - half), 0)), int(min(np.floor(high + half), rows - 1)) + 1
-            ):
-                first, last = 0.0, 1.0
-                if rise != 0:
-                    first = min(max((row - half - y) / rise, 0.0), 1.0)
-                    last = min(max((row + 1 + half - y) / rise, 0.0), 1.0)
-                one, other = x + first * across, x + last * across
-                left = int(max(np.floor(min(one, other) - half), 0.0))
-                right = int(min(np.floor(max(one, other) + half), columns - 1.0)) + 1
-                at = cells[k] + row * (columns + 1)
-                near[at + left] += 1
-                near[at + right] -= 1
-    touched, turns, number = np.empty(cells[-1], dtype=np.bool_), 0, 0
-    for at in range(len(touched)):
-        turns += wound[at]
-        number += near[at]
-        touched[at] = turns != 0 or number > 0
-    return touched
+) -> Drawn:
+    most = 0
+    for i in range(len(sides) - 1):
+        most = max(most, sides[i + 1] - sides[i])
+    a, b = np.empty(most, dtype=np.complex128), np.empty(most, dtype=np.complex128)
+    shapes, low = np.empty((len(turns), 2), dtype=np.int64), np.empty(len(turns), dtype=np.complex128)
+    change, last = np.empty(0, dtype=np.int32), np.empty(0, dtype=np.int64)
+    blocks, begin, size = (
+        np.empty((64 * len(turns), 4), dtype=np.int64),
+        np.zeros(len(turns) + 1, np.int64),
+        0,
+    )
+    own = np.empty((0, 4), dtype=np.int64)
+    for k in range(len(turns)):
+        first, number = sides[of[k]], sides[of[k] + 1] - sides[of[k]]
+        left, bottom, right, top = np.inf, np.inf, -np.inf, -np.inf
+        for s in range(number):
+            z = turns[k] * start[first + s]
+            a[s], b[s] = z, turns[k] * end[first + s]
+            left, right = min(left, z.real), max(right, z.real)
+            bottom, top = min(bottom, z.imag), max(top, z.imag)
+        corner = complex(left - half, bottom - half)
+        columns, rows = int(right - corner.real + half) + 1, int(top - corner.imag + half) + 1
+        cells = rows * (columns + 1)
+        if cells > len(change):
+            change = np.empty(2 * cells, dtype=np.int32)
+        if columns >= len(last):
+            last = np.empty(2 * (columns + 1), dtype=np.int64)
+        change[:cells] = 0
+        for s in range(number):
+            _marked(a[s] - corner, b[s] - corner, weight[first + s], rows, columns, half, change)
+        if cells > 2 * len(own):
+            own = np.empty((cells, 4), dtype=np.int64)
+        found = _in_blocks(rows, columns, change, last, own)
+        if size + found > len(blocks):
+            blocks = np.concatenate((blocks, np.empty((size + found, 4), dtype=np.int64)))
+        _largest_first(own[:found], blocks[size : size + found])
+        size += found
+        shapes[k, 0], shapes[k, 1], low[k], begin[k + 1] = rows, columns, corner, size
+    return shapes, low, blocks[:size].copy(), begin
 
 
-@with_loops(_touched)
-def touched_cells(
+@with_loops(_drawn)
+def drawn(
+    start: ComplexArray,
+    end: ComplexArray,
+    weight: IntArray,
+    sides: IntArray,
+    turns: ComplexArray,
+    of: IntArray,
+    half: float,
+) -> Drawn:
+    """The blocks of cells that turned outlines, widened by `half` to all four sides, touch.
+
+    Outline i has the sides from sides[i] to sides[i + 1], each with a weight. Mask k is that of outline
+    of[k], which ascends, times turns[k], in the smallest grid from its lower left corner.
+
+    Returns rows and columns (#M, 2), the corners (#M,), the blocks (#B, 4), those of a mask by size, and
+    where each mask's begin (#M + 1,).
+    """
+    number = np.diff(sides)[of]
+    begin = np.concatenate(([0], np.cumsum(number)))
+    side = np.arange(begin[-1]) + np.repeat(sides[:-1][of] - begin[:-1], number)
+    by = np.repeat(turns, number)
+    a, b = by * start[side], by * end[side]
+    low = np.empty(len(turns), dtype=np.complex128)
+    low.real, low.imag = (np.minimum.reduceat(x, begin[:-1]) - half for x in (a.real, a.imag))
+    a, b = a - np.repeat(low, number), b - np.repeat(low, number)
+    columns, rows = (
+        (np.maximum.reduceat(x, begin[:-1]) + half).astype(np.int64) + 1 for x in (a.real, a.imag)
+    )
+    shapes, cells = np.column_stack((rows, columns)), np.append(0, np.cumsum(rows * (columns + 1)))
+    touched = _touched(a, b, weight[side], begin, shapes, cells, half)
+    mask, blocks = _runs_in_blocks(touched, cells, columns)
+    blocks = blocks[np.lexsort((-blocks[:, 2] * blocks[:, 3], mask))]
+    return shapes, low, blocks, np.searchsorted(mask, np.arange(len(turns) + 1))
+
+
+def _touched(
     start: ComplexArray,
     end: ComplexArray,
     weight: IntArray,
@@ -119,34 +234,7 @@ def _rows(first: IntArray, end: IntArray) -> tuple[IntArray, IntArray]:
 
 
 def _runs_in_blocks(touched: BoolArray, cells: IntArray, columns: IntArray) -> tuple[IntArray, IntArray]:
-    number, before = 0, False
-    for at in range(len(touched)):
-        number += touched[at] and not before
-        before = touched[at]
-    mask, blocks = np.empty(number, dtype=np.int64), np.empty((number, 4), dtype=np.int64)
-    last, size = np.full(columns.max() + 1, -1, dtype=np.int64), 0  # the block that begins at each column
-    for k in range(len(columns)):
-        first = size
-        for row in range((cells[k + 1] - cells[k]) // (columns[k] + 1)):
-            at, begin = cells[k] + row * (columns[k] + 1), 0
-            while begin < columns[k]:
-                end = begin
-                while touched[at + end]:
-                    end += 1
-                if end > begin:
-                    b = last[begin]
-                    if b < first or blocks[b, 2] != end - begin or blocks[b, 0] + blocks[b, 3] != row:
-                        b, last[begin], mask[size] = size, size, k
-                        blocks[b, 0], blocks[b, 1], blocks[b, 2], blocks[b, 3] = row, begin, end - begin, 0
-                        size += 1
-                    blocks[b, 3] += 1
-                begin = end + 1
-    return mask[:size], blocks[:size]
-
-
-@with_loops(_runs_in_blocks)
-def runs_in_blocks(touched: BoolArray, cells: IntArray, columns: IntArray) -> tuple[IntArray, IntArray]:
-    """Blocks of the cells that `touched_cells` gives: the grid of each; row, column, length, height.
+    """Blocks of the cells that `_touched` gives: the grid of each; row, column, length, height.
 
     Equal runs of cells, one above the other, are a block. They are sorted by grid, row and column.
     """
