@@ -18,7 +18,7 @@ from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import lie_over
 from ..layouts import energy_matrix, least_squares
 from ..linalg import NotPositiveDefiniteError, Solvers
-from ..measures import change_of, quality_of
+from ..measures import change_of, quality_of_each
 from ..surface import Parts, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from .atlas import Chart
 from .pieces import of_own_size
@@ -70,9 +70,11 @@ def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
         ):
             taken.add(i)
     larger = {host.index: host for hosts in of_piece.values() for host in hosts if host.guests}
-    return [
-        larger[i].joined(entry) if i in larger else entry for i, entry in enumerate(made) if i not in taken
-    ]
+    joined = {i: host.joined(made[i]) for i, host in larger.items()}
+    measured = quality_of_each([(piece, chart.result.uv, 0) for _, chart, piece in joined.values()])
+    for (i, (key, chart, piece)), quality in zip(joined.items(), measured, strict=True):
+        joined[i] = key, replace(chart, quality=quality), piece
+    return [joined.get(i, entry) for i, entry in enumerate(made) if i not in taken]
 
 
 @dataclass(frozen=True)
@@ -199,9 +201,9 @@ class _Host:
             return EVEN if width == 1 else -1.0  # it is isometric: what does not fit shears too much
         return max(SHEARED * own, EVEN) if width == 1 else PRESSED
 
-    def run(self, own: IntArray, of_host: IntArray, length: float) -> _Run:
-        """A run beside it."""
-        return _Run(self, own, of_host, self._z[of_host], length)
+    def at(self, vertices: IntArray) -> ComplexArray:
+        """Where these are in its map."""
+        return np.asarray(self._z[vertices])
 
     def takes(self, piece: Submesh, uv: FloatArray, run: _Run, width: float, most_stretch: float) -> bool:
         """Whether a chart, at this width, has room there beside this one; it is then a part of it."""
@@ -229,7 +231,7 @@ class _Host:
         return True
 
     def joined(self, entry: Made) -> Made:
-        """The chart with all that it took."""
+        """The chart with all that it took; its quality is still that of the chart alone."""
         key, chart, piece = entry
         V, uv, F, angles = [piece.V], [chart.result.uv], [piece.F], [chart.result.angles]
         faces, vertices = [piece.faces], [piece.vertices]
@@ -267,11 +269,7 @@ class _Host:
             repaired=np.sort(place[chart.result.repaired]),
             message=f"{chart.result.message}; {number:,} faces of small charts are joined to it",
         )
-        return (
-            key,
-            replace(chart, faces=whole.faces, result=result, quality=quality_of(whole, flat, overlaps=0)),
-            whole,
-        )
+        return key, replace(chart, faces=whole.faces, result=result), whole
 
 
 class _Rims:
@@ -307,18 +305,19 @@ class _Rims:
             edges = (k + np.arange(number)) % len(loop)
             own = np.append(loop[edges], following[edges[-1]])
             of_host = np.append(start[edges], end[edges[-1]])
-            for part in _parts_of_run(number, bool(own[0] == own[-1])):
-                ends = slice(part.start, part.stop + 1)
-                if of_host[part.start] != of_host[part.stop]:
-                    total = float(length[edges[part]].sum())
-                    found.append(self._hosts[of[k]].run(own[ends], of_host[ends], total))
+            host, names = self._hosts[of[k]], of_host.tolist()
+            at, upto = host.at(of_host), np.concatenate(([0.0], np.cumsum(length[edges]))).tolist()
+            for i, j in _parts_of_run(number, bool(own[0] == own[-1])):
+                if names[i] != names[j]:
+                    part = slice(i, j + 1)
+                    found.append(_Run(host, own[part], of_host[part], at[part], upto[j] - upto[i]))
         return sorted(found, key=lambda run: (-run.length, run.host.index))
 
 
-def _parts_of_run(number: int, closed: bool) -> list[slice]:
+def _parts_of_run(number: int, closed: bool) -> list[tuple[int, int]]:
     """A run of so many edges, and if it is short, its parts: a chart joined along one lies elsewhere."""
     least, most = 1 if number <= SHORT else number, number - closed
-    return [slice(i, j) for i in range(number) for j in range(i + least, min(i + most, number) + 1)]
+    return [(i, j) for i in range(number) for j in range(i + least, min(i + most, number) + 1)]
 
 
 def _codes(piece: Submesh, ends: IntArray) -> IntArray:
