@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from conftest import load
+from nasty_meshes import voxels
 from scipy.spatial import cKDTree
 
 from igl_linabf import ABF, Atlas, LinABF, MeshError, find_cones, find_seams, quality, texture_seams, unwrap
@@ -315,6 +316,28 @@ def test_a_torus_needs_no_cone() -> None:
     atlas = unwrap(V, F, cones=0)
     assert len(atlas.cones) == 0 and atlas.seam_mismatch <= 1e-6
     assert "converged" in str(atlas.charts[0].result)
+
+
+@pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # of the fewest cones
+def test_cones_that_are_found_have_angles_that_triangles_can_have() -> None:
+    holes = np.ones((9, 9, 1), dtype=bool)
+    holes[1::2, 1::2] = False
+    V, F = igl.upsample(*voxels(holes), 1)
+    assert igl.euler_characteristic(F) == 2 - 2 * 16
+    cones = find_cones(V, F)
+    for how in (None, "quarter"):
+        assert unwrap(V, F, cones=cones, cone_angles=how).quality.stretch_l2 < 10
+    with pytest.raises(MeshError, match=r"too few.*give at least \d+$") as error:
+        find_cones(V, F, 4)
+    enough = int(str(error.value).split()[-1])
+    assert len(unwrap(V, F, cones=enough).cones) == enough <= len(cones)
+
+
+def test_quarter_turns_that_cones_have_little_room_for_are_spread_over_all_of_them() -> None:
+    V, F = load("closed__igl_3holes.off")
+    cones = find_cones(V, F)[:2]
+    with pytest.raises(MeshError, match=r"give more cones near vertices .*, or other cone_angles$"):
+        unwrap(V, F, cones=cones, cone_angles="quarter")
 
 
 def test_cones_of_a_repaired_mesh_are_those_of_the_given_vertices() -> None:

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._runtime import advance, part
 from .._types import FloatArray, IntArray
 from ..angles import Turnings
-from ..errors import MeshError, some
+from ..errors import MeshError, SingularSystemError, some
 from ..flattening import Flattening, KnownLaplacian, Method, Turned, flatten_with_cones
 from ..measures import overlapping_pairs_of_chart, quality_of
 from ..surface import Cleaned, Submesh, check_finite, planar_mesh
@@ -222,7 +222,14 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
 
     checked = perf_counter() - start
     turned = Turned(chosen.own, quarters) if quarter and paths else None
-    made = flatten_with_cones(mesh, component.topology, sums, paths, turned, method, _known(chosen))
+    try:
+        made = flatten_with_cones(mesh, component.topology, sums, paths, turned, method, _known(chosen))
+    except SingularSystemError as error:
+        other = "leave out cone_angles='quarter'" if quarter else "cut along seams instead"
+        raise SingularSystemError(
+            f"no map with the {len(angles)} cones {some(component.vertices[chosen.own])} was found: give "
+            f"more cones, or {other} ({error})"
+        ) from error
     seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
     return cut, replace(made, seconds=seconds), angles
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -9,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import advance
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from ..surface import Submesh
 from .cone_scale import ConeScale
@@ -17,7 +18,7 @@ from .cut_graph import ClosedSurface, closed_surface
 from .quarter_turns import QUARTER, QuarterTurns
 
 CONE_TRADE = 30.0
-MAX_CONES = 100  # on a component, if they are to be found
+MAX_CONES = 100  # on a component of few handles, if they are to be found
 IN_VAIN = 4  # cones in a row that do not pay, before no more are tried
 USABLE, IN_VAIN_AT_FIRST = 3.0, 30  # and as long as stretch and price together are not below that
 NARROW = np.pi / 3  # angle of a cone below which another one helps it
@@ -46,7 +47,7 @@ def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float
         as many as pay.
     trade : float
         How many cones lowering the L2 stretch by 1 is worth. Large: cones are added as long as the
-        expected stretch falls, at most 100 a component.
+        expected stretch falls, at most 100 a component of few handles.
 
     Returns
     -------
@@ -57,7 +58,7 @@ def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float
     ------
     MeshError
         The arrays are malformed, the surface is not an oriented manifold, or a face is degenerate; or
-        `n` is too small for a component.
+        `n` is too small for a component: no triangles would have the angles.
     ValueError
         `trade` is not positive.
 
@@ -110,6 +111,11 @@ class ConePiece:
         total = self.closed_curvature
         return 0 if total is None or total == 0 else 3 if total > 0 else 1
 
+    @property
+    def limit(self) -> int:
+        """Number of cones at most, if they are to be found."""
+        return max(MAX_CONES, 2 * abs(self.component.topology.characteristic))
+
     def vertices(self, nodes: IntArray) -> IntArray:
         """The component's vertices of nodes that are no holes."""
         return self.inner[nodes - self.piece.holes]
@@ -134,40 +140,99 @@ def found_on(place: ConePiece, n: int | None, trade: float) -> IntArray:
 
 def _grown(place: ConePiece, n: int | None, trade: float) -> IntArray:
     """Add cones one by one; return the nodes of those of least cost, or the first `n`."""
-    scale = ConeScale.of(place.piece)
-    best, least, in_vain = scale.nodes, np.inf, 0
-    if n is None and place.closed_curvature == 0:
-        best, least = best[:0], scale.stretch
-    most = min(MAX_CONES if n is None else n, len(place.inner))
-    while True:
-        strain = _strain(place, scale)
-        bad = bool(len(strain)) and strain.max() > 0
-        if n is None and len(scale.nodes) >= place.fewest:
-            cost = scale.stretch + len(scale.nodes) / trade + _price(place, scale, bad)
+    if n is not None:
+        return _first(place, n)
+    best, least, in_vain = np.zeros(0, dtype=np.int64), np.inf, 0
+    for scale in _growing(place, place.limit):
+        if place.closed_curvature == 0 and len(scale.nodes) == 1:
+            least = scale.stretch  # that of no cones
+        if len(scale.nodes) >= place.fewest:
+            cost = scale.stretch + len(scale.nodes) / trade + _price(place, scale)
             in_vain = 0 if cost < least else in_vain + 1
             if cost < least:
                 best, least = scale.nodes, cost
-        advance("cones", 0.1)
-        patience = IN_VAIN if least < USABLE else IN_VAIN_AT_FIRST
-        if len(scale.nodes) >= most or in_vain >= patience:
+        if np.isfinite(least) and in_vain >= (IN_VAIN if least < USABLE else IN_VAIN_AT_FIRST):
             break
+    return best if np.isfinite(least) else _first(place, place.limit)
+
+
+def _first(place: ConePiece, n: int) -> IntArray:
+    """The nodes of the first `n` cones, which can have angles of one scale, or quarter turns.
+
+    Raises
+    ------
+    MeshError
+        They can have neither.
+    """
+    *_, scale = _growing(place, n)
+    angle = 2 * np.pi - scale.curvature
+    beyond = np.flatnonzero(~_within(angle, place.valence[scale.nodes]))
+    if len(beyond):
+        turns = _quarters_of(place, scale).for_stretch
+        if not _within(np.asarray(2 * np.pi - turns * QUARTER), place.valence[scale.nodes]).all():
+            more = _growing(place, max(place.limit, 2 * n))
+            enough = (len(s.nodes) for s in more if len(s.nodes) > n and _possible(place, s))
+            raise MeshError(_too_few(place, scale, beyond[0], next(enough, None)))
+    return scale.nodes
+
+
+def _too_few(place: ConePiece, scale: ConeScale, beyond: int, enough: int | None) -> str:
+    """The message: a cone's angle is beyond what its triangles can have, and how many cones would do."""
+    angle, around = 2 * np.pi - scale.curvature[beyond], place.valence[scale.nodes[beyond]]
+    (vertex,) = place.component.vertices[place.vertices(scale.nodes[[beyond]])]
+    help_ = "cut along seams instead: leave out cones" if enough is None else f"give at least {enough}"
+    return (
+        f"{len(scale.nodes)} cones are too few for the component of faces {some(place.component.faces)}, of "
+        f"Euler characteristic {place.component.topology.characteristic}: the angle sum at vertex {vertex} "
+        f"would be {angle:.4g} rad, and must be within 0 and {around} pi = {np.pi * around:.4g}: {help_}"
+    )
+
+
+def _growing(place: ConePiece, most: int) -> Iterator[ConeScale]:
+    """With the fewest cones, and then with one more at a time, up to a number of them."""
+    scale = ConeScale.of(place.piece)
+    while True:
+        advance("cones", 0.1)
+        yield scale
         far = np.abs(scale.log_scale)
         far[scale.nodes] = 0.0
-        if bad:
+        strain = _strain(place, scale)
+        if len(strain) and strain.max() > 0:
             _, _, source = place.piece.search(scale.nodes)
             near = np.where(source == scale.nodes[np.argmax(strain)], far, 0.0)
             far = near if near.any() else far
-        if not far.any():
-            break
+        if len(scale.nodes) >= min(most, len(place.inner)) or not far.any():
+            return
         scale = scale.with_cones(np.array([np.argmax(far)]))
-    return scale.nodes if n is not None or not np.isfinite(least) else best
 
 
-def _price(place: ConePiece, scale: ConeScale, strained: bool) -> float:
+def _price(place: ConePiece, scale: ConeScale) -> float:
     """What strained cones cost: as much as usable stretch; or all, if no triangles have such angles."""
-    angle = 2 * np.pi - scale.curvature
-    possible = ((angle > 0) & (angle < np.pi * place.valence[scale.nodes])).all()
-    return np.inf if not possible else USABLE if strained else 0.0
+    if not _possible(place, scale):
+        return np.inf
+    return USABLE if (_strain(place, scale) > 0).any() else 0.0
+
+
+def _possible(place: ConePiece, scale: ConeScale) -> bool:
+    """Whether triangles can have the angles of one scale at all cones; and quarter turns, too."""
+    total, around = place.closed_curvature, place.valence[scale.nodes]
+    room = total is None or least_quarters(around).sum() <= round(total / QUARTER)
+    return bool(room and _within(2 * np.pi - scale.curvature, around).all())
+
+
+def _within(angle: FloatArray, around: IntArray) -> BoolArray:
+    """Whether so many triangles can have these angles together."""
+    return np.asarray((angle > 0) & (angle < np.pi * around))
+
+
+def least_quarters(around: IntArray) -> IntArray:
+    """The least curvature of a cone of so many triangles, in quarter turns."""
+    least = 4 - np.floor(QUARTERS_OF_TRIANGLE * around).astype(np.int64)
+    return np.asarray(np.minimum(least, MOST_QUARTERS))
+
+
+def _quarters_of(place: ConePiece, scale: ConeScale) -> QuarterTurns:
+    return QuarterTurns(scale, least_quarters(place.valence[scale.nodes]), MOST_QUARTERS)
 
 
 def _strain(place: ConePiece, scale: ConeScale) -> FloatArray:
@@ -213,18 +278,17 @@ def angles_of(
         scale = ConeScale.at(place.piece, place.piece.node[cones])
         curvature: FloatArray = scale.curvature
         if wanted == "quarter":
-            least = 4 - np.floor(QUARTERS_OF_TRIANGLE * around).astype(np.int64)
-            quarters = QuarterTurns(scale, np.minimum(least, MOST_QUARTERS), MOST_QUARTERS)
+            quarters = _quarters_of(place, scale)
             curvature = np.asarray(quarters.for_stretch * QUARTER)
         angle = 2 * np.pi - curvature
-    bad = np.flatnonzero(~((angle > 0) & (angle < np.pi * around)))
+    bad = np.flatnonzero(~_within(angle, around))
     if len(bad):
         i = bad[0]
-        given = "would be" if wanted is None else "is"
+        given, other = ("would be", "your own") if wanted is None else ("is", "other")
         raise MeshError(
             f"the angle sum of {len(bad)} of {len(cones)} cones is outside of what triangles can have: at "
             f"vertex {names[i]} it {given} {angle[i]:.4g} rad, and must be within 0 and {around[i]} pi = "
-            f"{np.pi * around[i]:.4g}: give larger cone_angles, more cones near vertices {some(names[bad])}, "
-            "or let find_cones place them"
+            f"{np.pi * around[i]:.4g}: give more cones near vertices {some(names[bad])}, or {other} "
+            "cone_angles"
         )
     return np.asarray(angle), scale, quarters

@@ -71,6 +71,7 @@ class QuarterTurns:
             while beyond := int(k.sum()) - round(float(exact.sum())):  # change those that round worst
                 sign = -1 if beyond > 0 else 1
                 able = (k > least) if beyond > 0 else (k < self.most)
+                able |= not able.any()  # more than there is room for is spread over all of them
                 k[np.argmax(np.where(able, sign * (exact - k), -np.inf))] += sign
         k, (lower, upper) = self._in_slots(k), self._bounds
         weight, bare, green = self._sampled
@@ -105,6 +106,7 @@ class QuarterTurns:
         single = single[(single != 0).any(axis=1)]
         single = single[np.argsort(self._log_squared(base + single), kind="stable")[:SINGLE]]
         double = [single[i] + single[: i + 1] for i in range(len(single))]
+        lower, upper = np.minimum(lower, base), np.maximum(upper, base)
         able = base + np.concatenate((0 * base[None], single, *double))
         able = able[((able >= lower) & (able <= upper)).all(axis=1)]
 
