@@ -1,7 +1,8 @@
 """Linear ABF of many small disks, each from its vertices to its map at once: loops only, for numba.
 
 All arrays of a small disk stay in the processor's caches if it is done before the next one begins. Without
-numba, `flattening.many` takes the same steps for all disks at a time, and so it does for those with slivers.
+numba, `flattening.many` takes the same steps for all disks at a time, and so it does for those with too many
+slivers.
 """
 
 from typing import NamedTuple
@@ -13,12 +14,14 @@ from .choice import inlined, only_loops
 from .cholesky import _analysed, _factored
 from .connectivity import _boundary_loops, _in_one_piece, _undirected
 from .maps import _centred, _signed_double_areas
+from .small_slivers import _at_slivers
 from .small_systems import _errors_by_gradients, _substituted
 from .systems import _conformal_weights, _disparity, _pair_weights
 from .triangles import _angle_sums, _arctangent, _cotangents, _cut_short, _products
 
 ALONE, THIN, STILL, STEPPED = 0, 1, 2, 3  # what became of a disk
 FIGURES = 13
+MOST_SLIVERS = 600  # rows of slivers: the ordering of what is factored there takes the square of them
 
 
 class Limits(NamedTuple):
@@ -232,19 +235,30 @@ def _flat_disk(
             d[t] = w[0, t] + w[1, t] + w[2, t]
         disparity, conformal = np.empty(m), np.empty((3, m))
         _disparity(w, d, cot, 0, m, disparity)
+        sliver = np.zeros(rows + 1, dtype=np.bool_)
         for t in range(m):
-            if disparity[t] > limits.disparity and min(row[0, t], row[1, t], row[2, t]) < rows:
-                return THIN
+            if disparity[t] > limits.disparity:
+                sliver[row[0, t]] = sliver[row[1, t]] = sliver[row[2, t]] = True
+        sliver[rows] = False
+        if np.count_nonzero(sliver) > MOST_SLIVERS:
+            return THIN
         _conformal_weights(w, d, cot, 0, m, conformal)
         _entered(ends, sides, conformal, weight, diagonal)
         bad, entries, inverse = _factored(weight, diagonal, *symbolic)
         if bad >= 0:
             return ALONE
         fans, factor = (row, _pair_weights(w, d), cot), (order, begin, below, entries, inverse)
+        slivers = (np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), factor)
+        if sliver.any():
+            positive, slivers = _at_slivers(fans, sliver)
+            if not positive:
+                return ALONE
         step, cut = np.empty((3, m)), np.empty(m, dtype=np.bool_)
         for k in range(2):
             e0 = w * (missing / d)
-            steps, converged = _errors_by_gradients(fans, factor, e0, b, limits.rtol, limits.most_steps)
+            steps, converged = _errors_by_gradients(
+                fans, factor, slivers, e0, b, limits.rtol, limits.most_steps
+            )
             _cut_short(alpha, e0, limits.reach, 0, m, step, cut)
             if not converged or cut.any():
                 return ALONE
@@ -310,7 +324,7 @@ flat_disks = only_loops(_flat_disks)
 flat_disks.__doc__ = """The states of disks; maps (#V, 2), angles (#F, 3) and figures of those that are flat.
 
 A disk is ALONE if linear ABF's step and chord are not enough for it, or something is wrong with it; THIN if
-it has slivers; STILL if its angles were flat from the start; or STEPPED. Figures are the largest residuals of
-vertices, triangles and wheels at the start, after the step and after the chord; the inner steps of the two;
-the gap; the ratio of area scales.
+it has many slivers; STILL if its angles were flat from the start; or STEPPED. Figures are the largest
+residuals of vertices, triangles and wheels at the start, after the step and after the chord; the inner steps
+of the two; the gap; the ratio of area scales.
 """

@@ -7,6 +7,8 @@ from .choice import compiled, inlined, run
 from .cholesky import Factor, Index, Symbolic, _factored
 
 Columns = tuple[Index, Index, Index, FloatArray, FloatArray]  # order, indptr, rows; entries of L, and 1 / D
+Fans = tuple[Index, FloatArray, FloatArray]  # the row of each corner, `pair_weights`, cotangents; all (3, #F)
+Slivers = tuple[IntArray, IntArray, Columns]  # triangles at rows of slivers, these, and the factor of S there
 
 
 @inlined
@@ -113,22 +115,58 @@ def _fan_add(
     at[c, k + 1] += p - q
 
 
+@inlined
+def _fans_product(fans: Fans, near: IntArray, at: FloatArray) -> None:
+    """Fill `at[:, 2 : 4]` with S times `at[:, : 2]`, as far as these triangles give it."""
+    row, pair, cot = fans
+    at[:, 2:] = 0.0
+    for t in near:
+        u, v, w = _fan_errors(t, row, pair, cot, at, 0)
+        _fan_add(t, row, cot, u, v, w, at, 2)
+
+
+@inlined
+def _corrected(
+    fans: Fans, factor: Columns, slivers: Slivers, r: FloatArray, z: FloatArray, work: FloatArray
+) -> None:
+    """Fill z, (#rows, 2), with what the factor gives of r, with S^-1 at slivers before and after it."""
+    near, own, local = slivers
+    n, at = len(r), np.zeros((len(r) + 1, 4))
+    right, first, last = np.zeros((2 * len(own), 2)), np.empty((2 * len(own), 2)), np.empty((2 * len(own), 2))
+    for i in range(len(own)):
+        right[2 * i, 0], right[2 * i + 1, 0] = r[own[i], 0], r[own[i], 1]
+    space = np.empty(right.size)
+    _substituted(local, right, space, first)
+    for i in range(len(own)):
+        at[own[i], 0], at[own[i], 1] = first[2 * i, 0], first[2 * i + 1, 0]
+    _fans_product(fans, near, at)
+    left = r - at[:n, 2:]
+    _substituted(factor, left, work, z)
+    for i in range(len(own)):
+        z[own[i], 0] += first[2 * i, 0]
+        z[own[i], 1] += first[2 * i + 1, 0]
+    at[:n, :2] = z
+    _fans_product(fans, near, at)
+    for i in range(len(own)):
+        for j in range(2):
+            right[2 * i + j, 0] = r[own[i], j] - at[own[i], 2 + j]
+    _substituted(local, right, space, last)
+    for i in range(len(own)):
+        z[own[i], 0] += last[2 * i, 0]
+        z[own[i], 1] += last[2 * i + 1, 0]
+
+
 X, P, Q = 0, 2, 4  # columns of what conjugate gradients keep: of a row, all is in one cache line
 
 
 @inlined
 def _errors_by_gradients(
-    fans: tuple[Index, FloatArray, FloatArray],
-    factor: Columns,
-    e: FloatArray,
-    b: FloatArray,
-    rtol: float,
-    most: int,
+    fans: Fans, factor: Columns, slivers: Slivers, e: FloatArray, b: FloatArray, rtol: float, most: int
 ) -> tuple[int, bool]:
     """Add P M^T x to e, S x = b - M e by conjugate gradients; the steps, and whether they converged.
 
-    S = M P M^T, and the factor is that of the preconditioner. `fans` have the row of each corner, (3, #F),
-    #rows for none, the `pair_weights` and the cotangents; b is (#rows, 2).
+    S = M P M^T, and the factor is that of the preconditioner, which is corrected at `slivers`, if there are
+    any. The row of a corner without one is #rows; b is (#rows, 2).
     """
     row, pair, cot = fans
     n, m = len(b), len(row[0])
@@ -147,7 +185,10 @@ def _errors_by_gradients(
             converged = True
         if converged or not np.isfinite(norm):
             break
-        _substituted(factor, rest, work, z)
+        if len(slivers[0]):
+            _corrected(fans, factor, slivers, rest, z, work)
+        else:
+            _substituted(factor, rest, work, z)
         rho = 0.0
         for i in range(n):
             rho += rest[i, 0] * z[i, 0] + rest[i, 1] * z[i, 1]

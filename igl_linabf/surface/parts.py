@@ -42,8 +42,10 @@ class Parts:
         return slice(None) if bool(self.sizes.all()) else np.flatnonzero(self.sizes)
 
     def _reduced(self, ufunc: np.ufunc, values: Array) -> Array:
-        made = np.zeros((*values.shape[:-1], len(self)), dtype=values.dtype)
         begin = self.start[:-1][self._filled]
+        if 0 < len(begin) == len(self):
+            return np.asarray(ufunc.reduceat(values, begin, axis=-1))
+        made = np.zeros((*values.shape[:-1], len(self)), dtype=values.dtype)
         if len(begin):
             made[..., self._filled] = ufunc.reduceat(values, begin, axis=-1)
         return made
