@@ -115,6 +115,12 @@ def cases():
     graph = sparse.csr_array((np.tile(length, 2), (t.edges.T.ravel(), t.edges[:, ::-1].T.ravel())))
     ways = graph.indptr, graph.indices, graph.data
     one, other = t.sides
+    some = np.flatnonzero(rng.random(pattern.n) < 0.2)
+    number = np.full(pattern.n, -1)
+    number[some] = np.arange(len(some))
+    rows = kernels.block_rows(*at[:2], number)
+    of = np.repeat(some, np.diff(rows[0]))
+    own = kernels.blocks_of_rows(block, *rows[1:], of)
     twin = np.full(cot.size, -1)
     twin[one], twin[other[other >= 0]] = other, one[other >= 0]
     return {
@@ -173,8 +179,11 @@ def cases():
         "turn": (rng.normal(size=40), 0.7, rng.normal(size=40)),
         "go": (rng.normal(size=40), 0.7, *rng.normal(size=(2, 40))),
         "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),
-        "block_entries": (*at[:2], rng.random(pattern.n) < 0.2),
         "drawn": (*turned_outlines(),),
+        "block_rows": (*at[:2], number),
+        "blocks_of_rows": (block, *rows[1:], of),
+        "without_rows": (*rows[:2], own, rng.normal(size=2 * len(some)), rng.normal(size=2 * pattern.n + 3)),
+        "left_at_rows": (*rows[:2], own, some, *rng.normal(size=(2, 2 * pattern.n + 3))),
         "placed": (*masks_in_turn(),),
         "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
         "product_with_pairs": (*at[:2], block[:, 0], rng.normal(size=(pattern.n, 2))),

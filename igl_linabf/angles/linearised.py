@@ -34,7 +34,8 @@ from .iterates import REACH, AngleProblem, Iterate, Kind, Step
 from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_inverse
 from .reduced import System
 
-NO_ROWS = Symmetric(sparse.csr_array((0, 0)))
+_NONE = np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))
+NO_ROWS = Symmetric(sparse.csr_array((0, 0)), _NONE)
 
 
 @dataclass(frozen=True, eq=False)

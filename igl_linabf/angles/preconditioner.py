@@ -8,8 +8,7 @@ from functools import partial
 import numpy as np
 from scipy import sparse
 
-from .._runtime import unfilled
-from .._types import FloatArray, IntArray, Solve
+from .._types import FloatArray, Solve
 from ..linalg import Analysis, Factored, Rows, Solvers, Symmetric
 from .across import Across, by_pairs
 from .closure import ClosingRows
@@ -61,50 +60,43 @@ class SliverRows:
 
     Attributes
     ----------
-    index : (#s,) int64
     rows : Rows or None
         These rows of S; None if there are no slivers.
     analysis : Analysis or None
     """
 
-    index: IntArray
-    rows: Rows | None
-    analysis: Analysis | None
+    rows: Rows | None = None
+    analysis: Analysis | None = None
 
     @classmethod
     def of(cls, system: System, S: Symmetric, solvers: Solvers) -> SliverRows:
-        rows = system.sliver_rows()
-        index = np.sort(np.concatenate((2 * rows, 2 * rows + 1)))
-        if not len(index):
-            return cls(index, None, None)
-        own = Rows(S, index)
-        return cls(index, own, solvers.whole(own.lower(S)))
+        pairs = system.sliver_rows()
+        if not len(pairs):
+            return cls()
+        rows = Rows(S, pairs)
+        return cls(rows, solvers.whole(rows.of(S).lower()))
 
 
 def corrected(conformal: Solve, slivers: SliverRows, S: Symmetric, closing: ClosingRows | None) -> Solve:
     """The `conformal` preconditioner with S^-1 on the rows of slivers before and after it (Schwarz)."""
-    index = slivers.index
     if slivers.rows is None or slivers.analysis is None:
         return conformal
-    beside = slivers.rows.of(S)  # S is symmetric: its columns as well
-    local = slivers.analysis.factor(slivers.rows.lower(S)).solve
-    if closing is not None:
-        beside = sparse.hstack((beside, closing.B.at(index))).tocsr()
-    found = np.zeros(beside.shape[1], dtype=bool)
-    found[beside.indices] = True
-    touched, place = np.flatnonzero(found), np.cumsum(found) - 1
-    at = place[beside.indices]
-    beside = sparse.csr_array((beside.data, at, beside.indptr), shape=(len(index), len(touched)))
-    below = beside.T
+    beside, pairs = slivers.rows.of(S), slivers.rows.pairs  # S is symmetric: its columns as well
+    local = slivers.analysis.factor(beside.lower()).solve
+    index, n = (2 * pairs[:, None] + np.arange(2)).ravel(), S.size
+    border = None if closing is None else closing.B.at(index)
 
     def apply(r: FloatArray) -> FloatArray:
         first = local(r[index])
-        left = unfilled(r.shape)
-        left[:] = r
-        left[touched] -= below @ first
+        left = beside.taken_off(first, r)
+        if border is not None:
+            left[n:] -= border.T @ first
         z = conformal(left)
         z[index] += first
-        z[index] += local(r[index] - beside @ z[touched])
+        rest = beside.left(r, z)
+        if border is not None:
+            rest -= border @ z[n:]
+        z[index] += local(rest)
         return z
 
     return apply

@@ -37,6 +37,7 @@ from .paths import (
 from .places import placed
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved, solved_inside
+from .some_rows import block_rows, blocks_of_rows, left_at_rows, without_rows
 from .supernodal import (
     Subtrees,
     Work,
@@ -49,7 +50,6 @@ from .supernodal import (
 from .supernodes import Supernodes, subtrees, supernodes
 from .systems import (
     at_edges,
-    block_entries,
     block_product,
     conformal_weights,
     disparity,

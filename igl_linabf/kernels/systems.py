@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from .._runtime import at_once, unfilled
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from .._types import ComplexArray, FloatArray, IntArray
 from .choice import filled_by, inlined, instead, pieces_of, run, with_loops
 from .triangles import NEXT, PREV, sum_by
 
@@ -336,26 +336,3 @@ def product_with_pairs(indptr: IntArray, indices: IntArray, data: FloatArray, x:
     """A x of a symmetric matrix, by its lower triangle in CSC, and two columns x, (n, 2)."""
     lower = sparse.csc_array((data, indices, indptr), shape=(len(x), len(x)))
     return np.asarray(lower @ x + lower.T @ x - lower.diagonal()[:, None] * x)
-
-
-def _block_entries(indptr: IntArray, indices: IntArray, chosen: BoolArray) -> Entries:
-    found = 0
-    for i in range(len(indptr) - 1):
-        for k in range(indptr[i], indptr[i + 1]):
-            found += chosen[i] or chosen[indices[k]]
-    made = np.empty((3, found), dtype=np.int64)
-    found = 0
-    for i in range(len(indptr) - 1):
-        for k in range(indptr[i], indptr[i + 1]):
-            if chosen[i] or chosen[indices[k]]:
-                made[0, found], made[1, found], made[2, found] = i, indices[k], k
-                found += 1
-    return made[0], made[1], made[2]
-
-
-@with_loops(_block_entries)
-def block_entries(indptr: IntArray, indices: IntArray, chosen: BoolArray) -> Entries:
-    """Row, column and place of the entries of a matrix, as in CSR, that are in `chosen` rows or columns."""
-    row = np.repeat(np.arange(len(indptr) - 1), np.diff(indptr))
-    found = np.flatnonzero(chosen[row] | chosen[indices])
-    return row[found], np.asarray(indices[found], dtype=np.int64), found

@@ -10,5 +10,6 @@ from .krylov import MAX_CG_STEPS, block_conjugate_gradients, conjugate_gradients
 from .memory import check_memory, factor_bytes
 from .multigrid import Multigrid
 from .small_blocks import SMALL, SmallBlocks
-from .sparsity import Pattern, Rows, Symmetric, held
+from .some_rows import Rows
+from .sparsity import Pattern, Symmetric, held
 from .within import Within

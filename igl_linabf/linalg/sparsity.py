@@ -7,38 +7,37 @@ import numpy as np
 from scipy import sparse
 
 from .._runtime import Begun, begun
-from .._types import Array, BoolArray, FloatArray, IntArray
-from ..kernels import block_entries, block_product, entries, is_fast, laplacian_entries, pulled, system_blocks
+from .._types import Array, FloatArray, IntArray
+from ..kernels import block_product, entries, is_fast, laplacian_entries, pulled, system_blocks
 from ..surface import Topology, sum_by
 from .choice import Solvers
 from .factors import Analysis
 from .multigrid import Multigrid
 from .small_blocks import SMALL
 
+Blocks = tuple[IntArray, IntArray, FloatArray]
+
 
 class Symmetric:
-    """The matrix U + U^T, of which only the upper triangle U, with half the diagonal, is kept."""
+    """The matrix U + U^T, of which only the upper triangle U, with half the diagonal, is kept.
 
-    def __init__(self, upper: sparse.csr_array) -> None:
-        self.upper, self._lower = upper, upper.T
+    Parameters
+    ----------
+    upper : csr_array
+    blocks : (int array, int array, (#blocks, 4) float64)
+        The same as 2 by 2 blocks: indptr and indices, as in CSR, and the blocks.
+    """
+
+    def __init__(self, upper: sparse.csr_array, blocks: Blocks) -> None:
+        self.upper, self._lower, self.blocks = upper, upper.T, blocks
 
     @property
     def size(self) -> int:
         """Number of rows."""
         return int(self.upper.shape[0])
 
-    @property
-    def values(self) -> FloatArray:
-        """The entries of U, (nnz,)."""
-        return np.asarray(self.upper.data)
-
     def matvec(self, x: FloatArray) -> FloatArray:
         return np.asarray(self.upper @ x + self._lower @ x)
-
-    def among(self, chosen: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
-        """Row, column and place in `values` of entries of U, of all in `chosen` rows or columns at least."""
-        entries = self.upper.tocoo()
-        return entries.row, entries.col, np.arange(self.upper.nnz)
 
     def lower(self) -> sparse.csc_array:
         """Its lower triangle."""
@@ -50,34 +49,17 @@ class Symmetric:
 
 
 class Blocked(Symmetric):
-    """The same, kept as 2 by 2 blocks for the compiled product.
+    """The same, kept as 2 by 2 blocks alone for the compiled product."""
 
-    Parameters
-    ----------
-    indptr, indices : int arrays
-        Of the blocks of U, as in CSR.
-    block : (#blocks, 4) float64
-    """
-
-    def __init__(self, indptr: IntArray, indices: IntArray, block: FloatArray) -> None:
-        self._indptr, self._indices, self._block, self._n = indptr, indices, block, len(indptr) - 1
+    def __init__(self, blocks: Blocks) -> None:
+        self.blocks = blocks
 
     @property
     def size(self) -> int:
-        return 2 * self._n
-
-    @property
-    def values(self) -> FloatArray:
-        return self._block.ravel()
+        return 2 * len(self.blocks[0]) - 2
 
     def matvec(self, x: FloatArray) -> FloatArray:
-        return block_product(self._indptr, self._indices, self._block, x)
-
-    def among(self, chosen: BoolArray) -> tuple[IntArray, IntArray, IntArray]:
-        i, j, place = block_entries(self._indptr, self._indices, chosen[::2] | chosen[1::2])
-        down, across = np.arange(4) // 2, np.arange(4) % 2
-        both = (2 * i[:, None] + down, 2 * j[:, None] + across, 4 * place[:, None] + np.arange(4))
-        return both[0].ravel(), both[1].ravel(), both[2].ravel()
+        return block_product(*self.blocks, x)
 
     def lower(self) -> sparse.csc_array:
         return self._by_entries.lower()
@@ -87,38 +69,9 @@ class Blocked(Symmetric):
 
     @cached_property
     def _by_entries(self) -> Symmetric:
-        blocks = (self._block.reshape(-1, 2, 2), self._indices, self._indptr)
-        return Symmetric(sparse.bsr_array(blocks, shape=(2 * self._n, 2 * self._n)).tocsr())
-
-
-class Rows:
-    """Some rows of symmetric matrices of one pattern: found once, filled many times."""
-
-    def __init__(self, matrix: Symmetric, index: IntArray) -> None:
-        n, size = len(index), matrix.size
-        place = np.full(size, n)
-        place[index] = np.arange(n)
-        i, j, source = matrix.among(place < n)
-        row, column, source = place[np.append(i, j)], np.append(j, i), np.append(source, source)
-        own = np.flatnonzero(row < n)
-        order = own[np.argsort(row[own], kind="stable")]
-        row, self._indices, self._source = row[order], column[order], source[order]
-        self._indptr, self._shape = np.searchsorted(row, np.arange(n + 1)), (n, size)
-        column = place[self._indices]
-        among = np.flatnonzero(column <= row)
-        key, self._sum = np.unique(column[among] * n + row[among], return_inverse=True)
-        self._among = self._source[among]
-        self._lower = (key % n, np.searchsorted(key, n * np.arange(n + 1)))
-
-    def of(self, matrix: Symmetric) -> sparse.csr_array:
-        """These rows of `matrix`; entries of its diagonal blocks come in two parts."""
-        data = matrix.values[self._source]
-        return sparse.csr_array((data, self._indices, self._indptr), shape=self._shape)
-
-    def lower(self, matrix: Symmetric) -> sparse.csc_array:
-        """Lower triangle of what these rows and columns of `matrix` have in common."""
-        data = np.bincount(self._sum, matrix.values[self._among], len(self._lower[0]))
-        return sparse.csc_array((data, *self._lower), shape=self._shape[:1] * 2)
+        indptr, indices, block = self.blocks
+        upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(self.size, self.size))
+        return Symmetric(upper.tocsr(), self.blocks)
 
 
 def held(lower: sparse.csc_array, first: int) -> sparse.csc_array:
@@ -199,11 +152,12 @@ class Pattern:
         """S of 2 by 2 blocks, as `system_blocks` has it."""
         at, t = (self._indptr, self._indices, self.slot), self._topology
         block = system_blocks(at, self.ends, t.sides, t.corner, self._row, wheels, w, d, cot)
+        blocks = self._indptr, self._indices, block
         if is_fast():
-            return Blocked(self._indptr, self._indices, block)
+            return Blocked(blocks)
         indices, indptr, number = self._blocks
         data = block.ravel()[number]
-        return Symmetric(sparse.csr_array((data, indices, indptr), shape=(2 * self.n, 2 * self.n)))
+        return Symmetric(sparse.csr_array((data, indices, indptr), shape=(2 * self.n, 2 * self.n)), blocks)
 
     @cached_property
     def _blocks(self) -> tuple[IntArray, IntArray, IntArray]:
