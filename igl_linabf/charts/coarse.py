@@ -134,11 +134,12 @@ def clusters(piece: ClosedSurface, hops: int) -> Forest:
     Each hole is a root with no other node.
     """
     holes, graph = np.arange(piece.holes), piece.graph
-    chance = np.random.default_rng(0).permutation(piece.n)
-    peak = np.round(np.log2(np.maximum(np.abs(piece.curvature), LEAST_PEAK)))
+    by_chance = np.argsort(np.random.default_rng(0).permutation(piece.n))
+    peak = np.round(np.log2(np.maximum(np.abs(piece.curvature), LEAST_PEAK))).astype(np.int16)
+    order = by_chance[np.argsort(peak[by_chance], kind="stable")][::-1]
     closed = np.zeros(piece.n, dtype=bool)
     closed[holes] = True
-    is_root = far_apart(graph.indptr, graph.indices, np.lexsort((chance, peak))[::-1], hops, closed)
+    is_root = far_apart(graph.indptr, graph.indices, order, hops, closed)
     is_root[holes] = False
     distance, before, root = piece.search(np.flatnonzero(is_root), holes)
     distance[holes], before[holes], root[holes] = 0, -1, holes
@@ -270,12 +271,16 @@ def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[I
     closed = np.bincount(strip, outer.sum(axis=1)) == 0
     if closed.any():  # two clusters are the whole sphere: their edges stay
         return edge, sides
-    shortest_first = np.argsort(way[edge], kind="stable")
-    best = np.full(int(strip.max()) + 1, -1)
-    best[strip[shortest_first[::-1]]] = shortest_first[::-1]  # the last one written stays
+    size = int(strip.max()) + 1
+    length, least = way[edge], np.full(size, np.inf)
+    np.minimum.at(least, strip, length)
+    shortest = np.flatnonzero(length == least[strip])[::-1]
+    best, beside = np.empty(size, dtype=np.int64), np.empty((size, 2), dtype=np.int64)
+    best[strip[shortest]] = shortest  # the last one written stays, here and below
     at, side = np.nonzero(outer)
-    by_strip = np.argsort(strip[at], kind="stable")
-    return edge[best], sides[at[by_strip], side[by_strip]].reshape(-1, 2)
+    of, faces = strip[at], sides[at, side]
+    beside[of[::-1], 0], beside[of, 1] = faces[::-1], faces
+    return edge[best], beside
 
 
 def _flow(

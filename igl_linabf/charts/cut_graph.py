@@ -178,7 +178,9 @@ class ClosedSurface:
 
     def on(self, seam: IntArray) -> IntArray:
         """The nodes on a seam, and the holes."""
-        return np.union1d(self.ends[seam], np.arange(self.holes))
+        passed = np.zeros(self.n, dtype=bool)
+        passed[: self.holes], passed[self.ends[seam]] = True, True
+        return np.flatnonzero(passed)
 
     def without(self, seam: IntArray, others: IntArray) -> IntArray:
         """The edges of a seam that are not among others."""

@@ -63,6 +63,8 @@ def overlaps_and_tips(
         for part, rounds in waiting:
             number += 1
             label[part.faces] = number
+            if len(part.F) < CHIP * len(mesh.F):
+                continue
             parts, uv = _parts(part)
             if parts:
                 shared, times = np.unique(np.concatenate([p.vertices for p in parts]), return_counts=True)

@@ -1,6 +1,7 @@
 """The Laplace systems of a surface with zero at some nodes: one pattern, analysed once for all of them."""
 
 from collections.abc import Callable
+from copy import copy
 from functools import cached_property
 
 import numpy as np
@@ -39,6 +40,7 @@ class ZeroAtNodes:
         self.lower = lower
         self._row = lower.indices
         self._column = np.repeat(np.arange(lower.shape[1]), np.diff(lower.indptr))
+        self._diagonal = np.flatnonzero(self._row == self._column)
 
     @cached_property
     def analysis(self) -> Analysis:
@@ -68,7 +70,7 @@ class ZeroAtNodes:
 
     def factored(self, fixed: IntArray) -> Factored:
         """The Laplacian with the identity at the fixed nodes."""
-        free, row, column = self.free(fixed), self._row, self._column
-        data = np.where(free[row] & free[column], self.lower.data, 0.0)
-        data[(row == column) & ~free[row]] = 1.0
-        return self.analysis.factor(sparse.csc_array((data, row, self.lower.indptr), shape=self.lower.shape))
+        free, lower = self.free(fixed), copy(self.lower)  # the same pattern, which SciPy need not check again
+        lower.data = lower.data * (free[self._row] & free[self._column])
+        lower.data[self._diagonal[fixed]] = 1.0
+        return self.analysis.factor(lower)

@@ -25,10 +25,9 @@ class Smoothing:
     def __init__(self, component: Submesh, edges: IntArray, length: FloatArray) -> None:
         n = len(component.V)
         indptr, indices, _ = entries(edges.T, n)
-        upper = sparse.csr_array((np.ones(len(indices)), indices, indptr), shape=(n, n))
-        self._around = (upper + upper.T.tocsr()).tocsr()
-        self._around.data[:] = 1  # on the diagonal, too
-        self._number = self._around.sum(axis=1)
+        # both triangles have the diagonal
+        self._upper = sparse.csr_array((np.ones(len(indices)), indices, indptr), shape=(n, n))
+        self._number = np.diff(indptr) + np.bincount(indices, minlength=n) - 1.0
         self._length = float(np.median(length)) if len(length) else np.inf
 
     def steps(self, reach: float, most: int) -> int:
@@ -38,7 +37,7 @@ class Smoothing:
     def of(self, values: NDArray[Any], steps: int) -> FloatArray:
         """Smoothed values of the vertices."""
         for _ in range(steps):
-            values = self._around @ values / self._number
+            values = (self._upper @ values + self._upper.T @ values - values) / self._number
         return np.asarray(values)
 
 
