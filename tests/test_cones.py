@@ -139,6 +139,33 @@ def test_a_period_that_flips_triangles_is_refused_with_one_that_does_not() -> No
     assert not unwrap(V, F, cones="auto", cone_angles="quarter", period=enough).quality.flips
 
 
+def test_a_period_is_that_of_the_surface_whatever_other_vertices_there_are() -> None:
+    V, F = load("closed__igl_fandisk.off")
+    given: dict[str, object] = {"cones": 10, "cone_angles": "quarter", "period": 1 / 100}
+    atlas = unwrap(V, F, **given)
+    among = unwrap(np.vstack((np.full((4321, 3), np.nan), V)), F + 4321, **given)
+    assert (among.cones == atlas.cones + 4321).all()
+    assert np.abs(among.TC - atlas.TC).max() < 1e-9
+
+
+def test_triangles_between_three_cones_have_a_period_too() -> None:
+    V, F = igl.icosahedron()
+    atlas = unwrap(V, F, cones=np.arange(12), cone_angles="quarter", period=1 / 100)
+    assert atlas.good
+    assert atlas.seam_mismatch < 1e-8
+
+
+def test_a_tube_without_vertices_inside_needs_no_cones() -> None:
+    i, j = np.arange(20), np.roll(np.arange(20), -1)
+    angle = 2 * np.pi * i / 20
+    low, high = (np.column_stack((r * np.cos(angle), r * np.sin(angle), 2.5 - r + 0 * i)) for r in (2, 1))
+    F = np.vstack((np.column_stack((i, j, j + 20)), np.column_stack((i, j + 20, i + 20))))
+    V = np.vstack((low, high))
+    atlas = unwrap(V, F, cones="auto", cone_angles="quarter")
+    assert atlas.good and not len(atlas.cones)
+    assert atlas.seam_mismatch < 1e-8
+
+
 @pytest.mark.parametrize("asked", [{}, {"cones": 4}, {"cones": 4, "cone_angles": "quarter", "period": 0.0}])
 def test_a_period_needs_quarter_cones(asked: dict[str, object]) -> None:
     V, F = load("pial")

@@ -50,7 +50,8 @@ def _moved(
     surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: float
 ) -> tuple[FloatArray, tuple[Chart, ...]]:
     """The texture coordinates for a period, and the charts with what is then measured of them."""
-    TC = periodic(surface, atlas.TC, atlas.FTC, period, atlas.cones)
+    cones = np.flatnonzero(np.isin(surface.vertices, atlas.cones))
+    TC = periodic(surface, atlas.TC, atlas.FTC, period, cones)
     parts = np.split(TC, np.cumsum([len(piece.V) for piece in pieces])[:-1])
     charts = []
     for chart, piece, uv in zip(atlas.charts, pieces, parts, strict=True):
@@ -129,7 +130,9 @@ def _stiffness(surface: Submesh, z: ComplexArray, FTC: IntArray, cones: IntArray
         graph = sparse.csr_array((length.ravel()[once], ends[:, once]), shape=(len(surface.V),) * 2)
         away = csgraph.dijkstra(graph, directed=False, indices=cones, min_only=True)
         away[~np.isfinite(away)] = 1.0  # components without cones
-        weight = weight / (away[surface.F].mean(axis=1)) ** 2
+        distance = away[surface.F].mean(axis=1)
+        distance = np.where(distance > 0, distance, length.mean(axis=0) / 3)  # all three corners are cones
+        weight = weight / distance**2
     i, j = corner[NEXT].ravel(), corner[PREV].ravel()
     w = weight.ravel()
     index = np.concatenate((i, j, i, j)), np.concatenate((i, j, j, i))

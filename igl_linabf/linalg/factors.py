@@ -185,12 +185,14 @@ class SuperLU(Analysis):
 
 def by_pairs_of_columns(pair: Solve, b: Array) -> Array:
     """The solutions for one (n,) or several (n, k) right-hand sides, by what solves for two of them."""
+    if not len(b):  # no vertex is inside
+        return b
     columns = b.reshape(len(b), -1)
     if columns.shape[1] % 2:
         columns = np.column_stack((columns, np.zeros(len(b))))
     pairs = [pair(columns[:, k : k + 2]) for k in range(0, columns.shape[1], 2)]
     x = pairs[0] if len(pairs) == 1 else np.hstack(pairs or [columns])
-    return x[:, : b.size // max(len(b), 1)].reshape(b.shape)
+    return x[:, : b.size // len(b)].reshape(b.shape)
 
 
 def mirrored(lower: sparse.csc_array) -> sparse.csc_array:
