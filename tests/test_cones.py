@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from conftest import load
-from nasty_meshes import voxels
+from nasty_meshes import joined, voxels
 from scipy.spatial import cKDTree
 
 from igl_linabf import ABF, Atlas, LinABF, MeshError, find_cones, find_seams, quality, texture_seams, unwrap
@@ -146,6 +146,16 @@ def test_a_period_is_that_of_the_surface_whatever_other_vertices_there_are() -> 
     among = unwrap(np.vstack((np.full((4321, 3), np.nan), V)), F + 4321, **given)
     assert (among.cones == atlas.cones + 4321).all()
     assert np.abs(among.TC - atlas.TC).max() < 1e-9
+
+
+def test_pieces_have_a_period_whatever_is_beside_them() -> None:
+    V, F = load("closed__igl_fandisk.off")
+    sheet = np.array([[9.0, 0, 0], [10, 0, 0], [9, 1, 0]]), np.array([[0, 1, 2]])
+    given: dict[str, object] = {"cones": "auto", "cone_angles": "quarter", "period": 1 / 500}
+    assert unwrap(*sheet, **given).good
+    atlas = unwrap(*joined((V, F), sheet, (V + np.array([0, 5, 0]), F)), **given)
+    assert atlas.good and atlas.seam_mismatch < 1e-8
+    assert (atlas.cones[: len(atlas.cones) // 2] + len(V) + 3 == atlas.cones[len(atlas.cones) // 2 :]).all()
 
 
 def test_triangles_between_three_cones_have_a_period_too() -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._types import ComplexArray, IntArray
 from ..errors import MeshError, some
-from ..surface import NEXT, PREV, Submesh
+from ..surface import NEXT, PREV, Submesh, connected_labels
 from .given_seams import rows_between_textures
 
 TURNED = 1e-3  # by how much the sides of a seam edge may be off a multiple of 90 degrees
@@ -121,25 +121,50 @@ def whole_shifts(
 ) -> tuple[ComplexArray, IntArray, ComplexArray]:
     """The new shift of each edge; the cones that it determines, and the displacements of their first copies.
 
+    Seams that do not touch have shifts of their own.
+    """
+    shift = np.zeros(len(sides.turn), dtype=np.complex128)
+    held, place = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.complex128)]
+    seam = connected_labels(sides.vertex, int(sides.vertex.max(initial=-1)) + 1)
+    own: dict[int, list[Fan]] = {}
+    for fan in fans:
+        own.setdefault(int(seam[fan.vertex]), []).append(fan)
+    order = np.argsort(seam[sides.vertex[:, 0]], kind="stable")
+    of_edge = seam[sides.vertex[order, 0]]
+    for edges in np.split(order, np.flatnonzero(np.diff(of_edge)) + 1) if len(order) else ():
+        label = int(seam[sides.vertex[edges[0], 0]])
+        shift[edges], cones, moved = _shifts_of_one(sides, edges, own[label], z, period)
+        held.append(cones)
+        place.append(moved)
+    return shift, np.concatenate(held), np.concatenate(place)
+
+
+def _shifts_of_one(
+    sides: SeamSides, edges: IntArray, fans: list[Fan], z: ComplexArray, period: float
+) -> tuple[ComplexArray, IntArray, ComplexArray]:
+    """`whole_shifts` of a connected seam.
+
     Shifts around a vertex that is no cone cancel. So on a tree of seam edges each such vertex determines the
     shift towards the root; all other edges have one that is to be chosen.
     """
     fan_of = {fan.vertex: fan for fan in fans}
-    order, above = _tree(sides, fans)
+    order, above = _tree(sides, edges, fans)
     on_tree = {above[v] for v in order if above[v] >= 0}
     bound = {above[v] for v in order if above[v] >= 0 and fan_of[v].turns_back}
-    choice = np.array([e for e in range(len(sides.turn)) if e not in bound], dtype=np.int64)
+    choice = np.array([e for e in edges.tolist() if e not in bound], dtype=np.int64)
     assert len(bound) <= len(on_tree)
-    rows = np.zeros((len(sides.turn), len(choice)), dtype=np.complex128)  # of shifts, by what is chosen
-    rows[choice, np.arange(len(choice))] = 1.0
+    row = dict(zip(edges.tolist(), range(len(edges)), strict=True))
+    rows = np.zeros((len(edges), len(choice)), dtype=np.complex128)  # of shifts, by what is chosen
+    rows[[row[e] for e in choice.tolist()], np.arange(len(choice))] = 1.0
     for v in reversed(order):
         fan = fan_of[v]
         if fan.closing is None or not fan.turns_back:
             continue
-        total = sum((c * rows[e] for e, c in fan.closing[1] if e != above[v]), np.zeros(len(choice), complex))
+        others = (c * rows[row[e]] for e, c in fan.closing[1] if e != above[v])
+        total = sum(others, np.zeros(len(choice), complex))
         if above[v] >= 0:
             (own,) = (c for e, c in fan.closing[1] if e == above[v])
-            rows[above[v]] = -total / own
+            rows[row[above[v]]] = -total / own
         elif np.abs(total).max(initial=0.0) > 0:
             raise MeshError(
                 "the seam turns by multiples of 90 degrees along handles only, and its shifts cannot be "
@@ -147,7 +172,7 @@ def whole_shifts(
             )
     ends = [(fan, *fan.closing) for fan in fans if fan.closing is not None and not fan.turns_back]
     held = np.array([fan.vertex for fan, _, _ in ends], dtype=np.int64)
-    places = np.array([sum(c * rows[e] for e, c in sums) / (1 - by) for _, by, sums in ends])
+    places = np.array([sum(c * rows[row[e]] for e, c in sums) / (1 - by) for _, by, sums in ends])
     places = places.reshape(len(ends), len(choice))
     now = z[[fan.copies[0] for fan, _, _ in ends]]
     q = _nearest(
@@ -156,13 +181,13 @@ def whole_shifts(
     return period * np.round(rows @ q), held, period * (places @ q) - now
 
 
-def _tree(sides: SeamSides, fans: list[Fan]) -> tuple[list[int], dict[int, int]]:
+def _tree(sides: SeamSides, edges: IntArray, fans: list[Fan]) -> tuple[list[int], dict[int, int]]:
     """Seam vertices, each after the one above it on a tree, and the edge to that one; -1 at roots.
 
     Roots are cones or at the boundary, if there are such on a component of the seam.
     """
     beside: dict[int, list[tuple[int, int]]] = {fan.vertex: [] for fan in fans}
-    for e, (a, b) in enumerate(sides.vertex.tolist()):
+    for e, (a, b) in zip(edges.tolist(), sides.vertex[edges].tolist(), strict=True):
         beside[a].append((e, b))
         beside[b].append((e, a))
     order: list[int] = []
@@ -186,6 +211,8 @@ def _tree(sides: SeamSides, fans: list[Fan]) -> tuple[list[int], dict[int, int]]
 
 def _nearest(A: ComplexArray, b: ComplexArray) -> ComplexArray:
     """Complex integers q for which A q is near b: rounded one after the other, then changed one by one."""
+    if not A.shape[1]:
+        return np.zeros(0, dtype=np.complex128)
     Q, R = np.linalg.qr(A)
     y, q = Q.conj().T @ b, np.zeros(A.shape[1], dtype=np.complex128)
     for j in reversed(range(len(q))):
