@@ -26,7 +26,7 @@ from ..angles import (
     step_from_surface,
 )
 from ..linalg import Analysis, Factored, NotPositiveDefiniteError, Solvers
-from ..surface import NEXT, PREV, Mesh, Topology
+from ..surface import Mesh, Topology
 from .ladder import (
     ACTIVE_SET_RTOL,
     MAX_ACTIVE_SET,
@@ -186,13 +186,11 @@ def _scaled(problem: Problem, angles: AngleProblem, surface: FloatArray, lin: Li
     lengths, the wheel constraints hold, and the scale comes back along closed paths.
     """
     assert lin.inverse is not None
-    constraints, mesh = angles.constraints, problem.mesh
+    constraints = angles.constraints
     with timed("estimate"):
         missing = constraints.target - constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))
         u = np.append(-lin.inverse.solve(missing), 0.0)[constraints.row]
-        corners = mesh.V[mesh.topology.corner]
-        length = np.linalg.norm(corners[list(NEXT)] - corners[list(PREV)], axis=2)
-        alpha, impossible = rescaled(constraints.topology, length, u)
+        alpha, impossible = rescaled(constraints.topology, np.sin(surface), u)  # sides, up to their scale
         at = angles.at(np.where(impossible, angles.estimate, alpha))
     return State(angles, at, lin=lin)
 
