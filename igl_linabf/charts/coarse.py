@@ -176,7 +176,7 @@ def _outline(piece: ClosedSurface, forest: Forest) -> _Outline:
     place = np.empty(piece.n, dtype=np.int64)
     place[roots] = np.arange(len(roots))
     label = place[forest.root]
-    ends, m = label[piece.ends], piece.n_faces
+    ends = label[piece.ends]
     inner = ends[:, 0] == ends[:, 1]
     in_tree = np.zeros(len(ends), dtype=bool)
     a, b = piece.ends[piece.shortest].T
@@ -184,10 +184,8 @@ def _outline(piece: ClosedSurface, forest: Forest) -> _Outline:
     a, b = piece.ends.T
     way = forest.distance[a] + forest.distance[b] + piece.length
 
-    # faces that an edge within a cluster separates are one, short of an annulus
-    within = np.flatnonzero(inner & ~in_tree)
-    crossed = spanning_forest(piece.faces, within[np.argsort(-way[within], kind="stable")], m)
-    face = connected_labels(piece.faces[crossed], m)
+    crossed = _crossed(piece, np.flatnonzero(inner & ~in_tree), ends[:, 0], way)
+    face = connected_labels(piece.faces[crossed], piece.n_faces)
     keep = ~in_tree
     keep[crossed] = False
     edge = np.flatnonzero(keep)
@@ -196,6 +194,24 @@ def _outline(piece: ClosedSurface, forest: Forest) -> _Outline:
     used[sides] = True
     graph, entry = shortest_edges(ends[edge], way[edge], len(roots))
     return _Outline(label, roots, edge, ends[edge], (np.cumsum(used) - 1)[sides], way[edge], graph, entry)
+
+
+def _crossed(piece: ClosedSurface, within: IntArray, cluster: IntArray, way: FloatArray) -> IntArray:
+    """Of the edges within clusters those whose two faces become one: all, short of an annulus.
+
+    Around what is no disk the shortest ways stay.
+    """
+    crossed = spanning_forest(piece.faces, within, piece.n_faces)
+    if len(crossed) == len(within):
+        return crossed
+    left = np.zeros(len(cluster), dtype=bool)
+    left[within], left[crossed] = True, False
+    round_ = np.zeros(int(cluster.max()) + 1, dtype=bool)
+    round_[cluster[left]] = True
+    again = within[round_[cluster[within]]]
+    longest_first = again[np.argsort(-way[again], kind="stable")]
+    others = crossed[~round_[cluster[crossed]]]  # no face is beside edges within two clusters
+    return np.append(others, spanning_forest(piece.faces, longest_first, piece.n_faces))
 
 
 def contracted(piece: ClosedSurface, forest: Forest, outline: _Outline | None = None) -> Contracted:

@@ -30,9 +30,9 @@ def flattened(piece: Submesh, method: Method) -> Flattening:
 
 def on_part(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
     """The coordinates of a piece's map at the vertices of a part of it."""
-    own = np.empty((len(part.V), 2))
-    own[part.F] = uv[piece.F[np.searchsorted(piece.faces, part.faces)]]
-    return own
+    of = np.empty(len(part.V), dtype=np.int64)
+    of[part.F.ravel()] = piece.F[np.searchsorted(piece.faces, part.faces)].ravel()
+    return np.asarray(uv[of])
 
 
 def of_own_size(uv: FloatArray, piece: Submesh) -> FloatArray:

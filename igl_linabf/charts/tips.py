@@ -64,7 +64,8 @@ def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArr
     if not len(faces):
         return none
     surface = closed_surface(piece, hidden)
-    distance, before, _ = surface.search(np.arange(surface.holes))
+    farthest = (np.sqrt(total) - 1) * size * trade  # whose price is all that there is to save
+    distance, before, _ = surface.search(np.arange(surface.holes), limit=farthest)
     leaves = surface.node[piece.F[faces]].max(axis=1)  # nodes of loops come first
     price = distance[leaves] / size / trade
     chosen = worth_a_seam(saved, price, total)
