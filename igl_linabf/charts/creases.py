@@ -87,7 +87,7 @@ def extents_of(surface: Submesh, of: IntArray) -> FloatArray:
         return np.full(1, extent(surface.V))
     order = np.argsort(of, kind="stable")
     faces = Parts(np.searchsorted(of[order], np.arange(int(of.max()) + 2)))
-    corner = surface.V[surface.F[order]].transpose(2, 1, 0)
+    corner = np.ascontiguousarray(surface.V.T)[:, surface.F[order].T]
     return np.asarray((faces.max(corner.max(axis=1)) - faces.min(corner.min(axis=1))).max(axis=0))
 
 

@@ -219,15 +219,30 @@ def _slits(creased: Creased, cut: BoolArray) -> tuple[BoolArray, IntArray]:
     used, F = compact(F[rows], n)
     inner = None if surface.inner is None else surface.inner[rows]
     part = Submesh(surface.V[origin[used]], F, rows, used, n, inner)
-    for component in part.components() if len(part.F) else ():
-        if component.topology.genus or not component.topology.loops:
-            handles = np.append(handles, component.faces)
+    handles = rows[_with_handles(part)]
     piece = closed_surface(part)
     seam = join(piece, np.zeros(0, dtype=np.int64), piece.node[tip[used]])
     ends, n = origin[used[piece.edges[seam]]], len(surface.V)
-    known, given = (e.min(axis=1) * n + e.max(axis=1) for e in (creased.ends, ends))
+    known, given = (np.minimum(*e.T) * n + np.maximum(*e.T) for e in (creased.ends, ends))
     slit[np.searchsorted(known, given)] = True
     return slit, handles
+
+
+def _with_handles(part: Submesh) -> BoolArray:
+    """The faces of components that no seam opens to a disk from its boundary: with handles, or closed."""
+    label, topology = face_components(part.F, len(part.V)), part.topology
+    of_vertex = np.empty(len(part.V), dtype=np.int64)
+    of_vertex[part.F] = label[:, None]
+    vertices, edges, faces, loops = (
+        np.bincount(of, minlength=int(label.max()) + 1)
+        for of in (
+            of_vertex,
+            of_vertex[topology.edges[:, 0]],
+            label,
+            of_vertex[np.array([loop[0] for loop in topology.loops], dtype=np.int64)],
+        )
+    )
+    return np.asarray(((loops == 0) | (vertices - edges + faces + loops != 2))[label])
 
 
 def _laid_flat(creased: Creased, joined: BoolArray) -> ComplexArray:
@@ -258,7 +273,7 @@ def _in_planes(creased: Creased, joined: BoolArray) -> tuple[ComplexArray, IntAr
     surface, m = creased.surface, len(creased.surface.F)
     double_area, dot = surface.measured
     longest = np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
-    height = (double_area / longest)[creased.faces].min(axis=1)
+    height = np.minimum(*(double_area / longest)[creased.faces.T])
     noise = NOISE * creased.extent[creased.label[creased.faces[:, 0]]] / height
     flat = joined & (creased.bend <= np.minimum(np.maximum(EVEN, 4 * noise), STEEP))
     plane = connected_labels(creased.faces[flat], m)
@@ -273,7 +288,7 @@ def _in_planes(creased: Creased, joined: BoolArray) -> tuple[ComplexArray, IntAr
     first = np.unique(plane, return_index=True, return_inverse=True)
     origin = surface.V[surface.F[first[1][first[2]], 0]]
     axis = np.zeros((m, 3))
-    axis[np.arange(m), np.abs(normal).argmin(axis=1)] = 1.0
+    axis[np.arange(m), np.abs(normal.T).argmin(axis=0)] = 1.0
     u = np.cross(normal, axis)
     u /= np.linalg.norm(u, axis=1)[:, None]
     v = np.cross(normal, u)
@@ -291,7 +306,7 @@ def _motions(one: ComplexArray, other: ComplexArray) -> tuple[ComplexArray, Comp
 def _upright(z: ComplexArray, order: IntArray, panel: IntArray) -> ComplexArray:
     """The turn of each panel, by which its longest side comes to lie across."""
     side = np.roll(z, -1, axis=1) - z
-    longest = np.take_along_axis(side, np.abs(side).argmax(axis=1)[:, None], axis=1)[:, 0]
+    longest = side[np.arange(len(side)), np.abs(side.T).argmax(axis=0)]
     by_length = order[np.lexsort((np.abs(longest)[order], panel[order]))]
     last = by_length[np.append(np.diff(panel[by_length]) != 0, True)]
     return np.asarray(longest[last].conj() / np.abs(longest[last]))
@@ -301,7 +316,7 @@ def _longest(creased: Creased, z: ComplexArray, panel: IntArray) -> FloatArray:
     """The longest panel of each component, as it lies across."""
     order = np.argsort(panel, kind="stable")
     panels = Parts(np.searchsorted(panel[order], np.arange(int(panel.max()) + 2)))
-    x = z.real[order].T
+    x = np.ascontiguousarray(z.real.T)[:, order]
     long = panels.max(x.max(axis=0)) - panels.min(x.min(axis=0))
     longest = np.zeros(len(creased.extent))
     np.maximum.at(longest, creased.label[order[panels.start[:-1]]], long)
@@ -311,7 +326,7 @@ def _longest(creased: Creased, z: ComplexArray, panel: IntArray) -> FloatArray:
 def _depths(triangle: ComplexArray, extent: FloatArray) -> FloatArray:
     """By how much triangles may reach into each other; negative for those that are slivers."""
     side = np.roll(triangle, -1, axis=1) - triangle
-    height = -(side[:, 0].conj() * side[:, 2]).imag / np.maximum(np.abs(side).max(axis=1), 1e-300)
+    height = -(side[:, 0].conj() * side[:, 2]).imag / np.maximum(np.abs(side.T).max(axis=0), 1e-300)
     depth = np.maximum(DEPTH * height, np.minimum(SHALLOW * height, SINGLE * extent))
     return np.where(height > ROUNDING * extent, depth, -1.0)
 

@@ -229,7 +229,8 @@ def _side_keys(F: IntArray, n: int) -> IntArray:
 
 def _edge_keys(ends: IntArray, n: int) -> IntArray:
     """One number for each edge in either direction, its two vertices along the last axis."""
-    return np.asarray(ends.min(axis=-1) * n + ends.max(axis=-1))
+    a, b = ends[..., 0], ends[..., 1]
+    return np.asarray(np.minimum(a, b) * n + np.maximum(a, b))
 
 
 def _array(values: ArrayLike, kinds: str, message: str) -> np.ndarray:
