@@ -165,14 +165,15 @@ def test_triangles_between_three_cones_have_a_period_too() -> None:
     assert atlas.seam_mismatch < 1e-8
 
 
-def test_a_tube_without_vertices_inside_needs_no_cones() -> None:
+@pytest.mark.parametrize("method", ["linabf", "abf"])
+def test_a_tube_without_vertices_inside_turns_by_quarters_too(method: str) -> None:
     i, j = np.arange(20), np.roll(np.arange(20), -1)
     angle = 2 * np.pi * i / 20
     low, high = (np.column_stack((r * np.cos(angle), r * np.sin(angle), 2.5 - r + 0 * i)) for r in (2, 1))
     F = np.vstack((np.column_stack((i, j, j + 20)), np.column_stack((i, j + 20, i + 20))))
     V = np.vstack((low, high))
-    atlas = unwrap(V, F, cones="auto", cone_angles="quarter")
-    assert atlas.good and not len(atlas.cones)
+    atlas = unwrap(V, F, None, method, cones="auto", cone_angles="quarter", period=1 / 100)
+    assert atlas.good and not len(atlas.cones)  # other turns have no period
     assert atlas.seam_mismatch < 1e-8
 
 

@@ -166,4 +166,6 @@ Across = Columns | ColumnsOfPaths
 
 def by_pairs(inverse: Solve, r: FloatArray) -> FloatArray:
     """diag(L+, L)^-1 r, (2 #rows, k), the two rows of a vertex being next to each other."""
+    if not len(r):  # no vertex is inside
+        return r
     return inverse(r.reshape(len(r) // 2, -1)).reshape(r.shape)
