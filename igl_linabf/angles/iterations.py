@@ -49,9 +49,12 @@ class State:
         return State(self.problem, at, (*self.steps, step), direction.lin)
 
 
-def linear_step(state: State, rtol: float, *, close: bool = True) -> State:
-    """One step with the system at the present angles; with `close` it also closes the holes' loops."""
-    lin = linearise(state.problem, state.at, reuse=state.lin, close=close)
+def linear_step(state: State, rtol: float, *, close: bool = True, same_factor: bool = False) -> State:
+    """One step with the system at the present angles; with `close` it also closes the holes' loops.
+
+    With `same_factor`, the factor of the last system is the preconditioner.
+    """
+    lin = linearise(state.problem, state.at, reuse=state.lin, close=close, same_factor=same_factor)
     return state.advanced(solve(lin, state.at, rtol), "step")
 
 

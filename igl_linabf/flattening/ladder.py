@@ -279,7 +279,7 @@ def one_system(rtol: float | None, tol: float) -> Stage:
             # a chord that starts from cut-short steps ends with far smaller angles than a step
             if not state.steps[-1].limited:
                 if holes:  # least squares lays out, which draws no loop
-                    state = linear_step(state, enough)
+                    state = linear_step(state, enough, same_factor=True)
                     gap, allowed = float(np.abs(state.at.residual.closure.gap).max()), HOLE_GAP
                 else:
                     state = chord_step(state, enough, quick=rtol is None)
