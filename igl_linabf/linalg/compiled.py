@@ -21,7 +21,7 @@ Precision = type[np.float64] | type[np.float32]
 
 DIVIDED_FROM = 20_000  # rows from which threads save more time than they take to begin
 DISSECTED_FROM = 250_000  # rows from which separators save more time than they take to find
-SINGLE_FROM = 30_000  # rows from which a preconditioner is in single precision: half the memory to go through
+SINGLE_FROM = 250_000  # rows from which a preconditioner is in single precision: two thirds of the time
 REFINED_FROM = 1_000_000  # rows from which a solve, too, is by one, and memory counts
 ALL_DIGITS, MOST_TO_REFINE = 1e-10, 20  # relative residual, and steps at most
 SHARED_FROM = 1e8  # operations for a supernode above the subtrees from which threads share them
