@@ -15,6 +15,7 @@ import igl_linabf as il
 from igl_linabf import kernels
 from igl_linabf.angles import constraints_of
 from igl_linabf.charts.outlines import Outline, masks_of
+from igl_linabf.kernels import choice
 from igl_linabf.kernels.choice import compiled
 from igl_linabf.linalg import NotPositiveDefiniteError, SmallBlocks
 from igl_linabf.surface import planar
@@ -329,6 +330,20 @@ def test_loops_from_the_disk_give_the_same_bits_as_in_the_process_that_compiled_
     first, second = (run(code, NUMBA_CACHE_DIR=str(tmp_path)) for _ in range(2))
     assert next(tmp_path.rglob("*.nbc"), None) is not None
     assert first == second
+
+
+def test_code_is_found_on_the_disk_only_where_all_that_it_follows_from_is_the_same(monkeypatch):
+    def digest(part="SCALE * x", scale=0.5):
+        known = {"SCALE": scale}
+        exec(f"def part(x): return {part}\ndef loops(x): return part(x) + 1.0", known)
+        monkeypatch.setattr(choice, "_parts", {known["part"]})
+        return choice._digest(known["loops"])
+
+    own = digest()
+    assert digest() == own
+    assert own not in (digest("SCALE / x"), digest(scale=0.25))
+    monkeypatch.setattr(choice, "FASTMATH", ())
+    assert digest() != own
 
 
 def grids(sizes, rng):

@@ -11,10 +11,16 @@ from itertools import pairwise
 from types import FunctionType
 from typing import Any, ParamSpec, TypeVar
 
+import numpy as np
+
 from .._runtime import at_once
 
 P = ParamSpec("P")
 T = TypeVar("T")
+
+Number = (int, float, complex, np.generic)
+OPTIONS = {"nogil": True, "error_model": "numpy"}
+FASTMATH = ("contract", "reassoc", "nsz")  # sums may be added up in the order that is fastest
 
 DIVIDED_FROM = 250_000  # columns from which threads save more time than they take to begin
 PIECES = 16  # for any number of threads, so that the result is the same to the bit
@@ -157,25 +163,18 @@ def run(loops: Callable[..., T], *args: Any, **kwargs: Any) -> T:
 @cache
 def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
     """The loops compiled: once for a machine, as the code is kept on disk; other threads run meanwhile."""
-    # sums may be added up in the order that is fastest
-    options: dict[str, object] = {
-        "nogil": True,
-        "error_model": "numpy",
-        "fastmath": {"contract", "reassoc", "nsz"},
-    }
     # a part that is called would be linked to its own code in the process that compiles both, and to a copy
     # beside the loops in later ones: the two may round differently
-    options["forceinline"] = loops in _parts
+    options = {**OPTIONS, "fastmath": set(FASTMATH), "forceinline": loops in _parts}
     parts = {name: compiled(part) for name, part in _parts_of(loops).items()}
-    if parts:
-        name, code = f"{loops.__name__}_{_digest(loops)}", loops.__code__
-        loops = FunctionType(code, {**loops.__globals__, **parts}, name, loops.__defaults__)
-        loops.__qualname__ = name  # numba looks at the file of the loops alone, not at those of their parts
-    made: Any = _numba().njit(**options)(loops)
+    name = f"{loops.__name__}_{_digest(loops)}"
+    own = FunctionType(loops.__code__, {**loops.__globals__, **parts}, name, loops.__defaults__)
+    own.__qualname__ = name  # numba's own key leaves out parts, constants of other files, and options
+    made: Any = _numba().njit(**options)(own)
     with suppress(RuntimeError):  # there is no folder where the code could be kept
         from .kept import Kept
 
-        made._cache = Kept(loops)
+        made._cache = Kept(own)
     by_machine: Callable[..., Any] = made
     return by_machine
 
@@ -183,12 +182,25 @@ def compiled(loops: Callable[..., Any]) -> Callable[..., Any]:
 def _parts_of(loops: Callable[..., Any]) -> dict[str, Callable[..., Any]]:
     """The parts that loops call, by their names."""
     named = {name: loops.__globals__.get(name) for name in loops.__code__.co_names}
-    return {name: part for name, part in named.items() if part in _parts}
+    return {
+        name: value for name, value in named.items() if isinstance(value, FunctionType) and value in _parts
+    }
 
 
 @cache
 def _digest(loops: Callable[..., Any]) -> str:
-    """Of the code of all parts of loops."""
-    parts = _parts_of(loops).values()
-    codes = [(p.__code__.co_code, p.__code__.co_names, repr(p.__code__.co_consts), _digest(p)) for p in parts]
-    return sha256(repr(codes).encode()).hexdigest()[:8]
+    """Of all that code follows from: that of loops and of their parts, the constants named, the options."""
+    code, known = loops.__code__, loops.__globals__
+    numbers = [(name, known[name]) for name in code.co_names if isinstance(known.get(name), Number)]
+    parts = [(name, _digest(part)) for name, part in _parts_of(loops).items()]
+    made_of = (
+        code.co_code,
+        code.co_names,
+        code.co_consts,
+        numbers,
+        parts,
+        OPTIONS,
+        FASTMATH,
+        loops in _parts,
+    )
+    return sha256(repr(made_of).encode()).hexdigest()[:8]
