@@ -9,14 +9,14 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, SingularSystemError
 from ..flattening import Sketch
-from ..measures import Change, change_of, overlapping_pairs_of_chart
+from ..measures import change_of, overlapping_pairs_of_chart
 from ..surface import NEXT, Submesh, cleaned_surface
 from .crease_cuts import parted
 from .cut_graph import ClosedSurface
 from .kept_maps import keeps_map
 from .overlap_seams import MAX_SPLITS, parts_between
 from .pieces import flattened
-from .tips import tips_of, worth_a_seam
+from .tips import size_and_stretch, tips_of, worth_a_seam
 
 MANY = 300  # disks, beyond which the surface is parted when its map is known
 FEW = 0.02  # share of faces that overlap, up to which the part cut off is small: the other part keeps its map
@@ -114,14 +114,13 @@ def _tips(
 ) -> tuple[IntArray, IntArray]:
     """Nodes at tips of a part that are worth a seam from the nodes `walls`, and the edges of the seams."""
     changed = change_of(part, uv)
-    size = float(np.sqrt(changed.double_area.sum() / 2))
     faces, saved = tips_of(part.F, len(part.V), changed, SHRUNK)
     if not len(faces):
         return faces, faces
     distance, before, _ = piece.search(walls)
     corners = part.vertices[part.F[faces]]
     tip = corners[np.arange(len(faces)), distance[corners].argmax(axis=1)]
-    total = float(changed.double_area @ changed.squared_stretch) / (2 * size**2)
+    size, total = size_and_stretch(changed)
     chosen = tip[worth_a_seam(saved, distance[tip] / size / trade, total)]
     return chosen, piece.paths(before, chosen)
 
@@ -153,12 +152,9 @@ def _parts(disk: Submesh) -> tuple[list[Submesh], FloatArray | None]:
     if few or not len(pairs) or len(result.flipped) or result.holes:
         return [], None if len(result.flipped) else result.uv
     parts = parted(disk, result.uv, pairs) or parts_between(disk, disk.faces[pairs], AT_ONCE)
-    largest, stretch = max(len(part.F) for part in parts), _stretch(change_of(disk, result.uv))
-    if keeps_map(largest, len(disk.F), stretch):  # the fine map, too, which has fewer overlaps than this one
+    _, squared = size_and_stretch(change_of(disk, result.uv))
+    largest = max(len(part.F) for part in parts)
+    if keeps_map(largest, len(disk.F), float(np.sqrt(squared))):
+        # so would the fine map, which has fewer overlaps than this one
         return [], result.uv
     return parts, result.uv
-
-
-def _stretch(changed: Change) -> float:
-    """The L2 stretch of a map."""
-    return float(np.sqrt(changed.double_area @ changed.squared_stretch / changed.double_area.sum()))

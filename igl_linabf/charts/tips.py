@@ -34,6 +34,12 @@ def tips_of(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArr
     return np.asarray(small[first[by_saved]], dtype=np.int64), np.asarray(saved[by_saved], dtype=np.float64)
 
 
+def size_and_stretch(changed: Change) -> tuple[float, float]:
+    """The square root of a surface's area, and the squared L2 stretch of its map."""
+    double_area = float(changed.double_area.sum())
+    return float(np.sqrt(double_area / 2)), float(changed.double_area @ changed.squared_stretch) / double_area
+
+
 def worth_a_seam(saved: FloatArray, price: FloatArray, total: float) -> IntArray:
     """Which tips are worth the price of a seam to each, in L2 stretch; `total` is the whole's, squared."""
     chosen: list[int] = []
@@ -51,8 +57,7 @@ def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArr
     Cut to a tip, its faces are taken to keep their size.
     """
     none, changed = np.zeros((0, 2), dtype=np.int64), change_of(piece, uv)
-    size = float(np.sqrt(changed.double_area.sum() / 2))
-    total = float(changed.double_area @ changed.squared_stretch) / (2 * size**2)
+    size, total = size_and_stretch(changed)
     if trade == 0 or not TIPPED**2 < total < np.inf:
         return none
     faces, saved = tips_of(piece.F, len(piece.V), changed, SHRUNK)
