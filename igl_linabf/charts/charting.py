@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import part
+from .._runtime import advance, part
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..flattening import Flattening, Isometric, LinABF, Method, Outcome, Sketch, flatten_together, guaranteed
@@ -170,6 +170,7 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]
     known: list[Known | None] = [None] * len(pieces)
     if len(pieces) < MANY and sum(len(piece.F) for piece in pieces) > TINY:
         return known
+    advance("charts", 0.0)
     results = flatten_together([(piece.V, piece.F) for piece in pieces], method)
     good = [(i, result) for i, result in enumerate(results) if result is not None]
     pairs = overlapping_pairs_of_each([(result.uv, pieces[i].F) for i, result in good])

@@ -142,7 +142,7 @@ def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattenin
             for place, result in results:
                 made[place] = result
             left += others
-            advance("together", 0.1)
+            advance("layout", 0.1)
         places = left
     return made
 
