@@ -58,6 +58,11 @@ class Constraints:
         return len(self.target)
 
     @property
+    def empty(self) -> bool:
+        """Whether nothing is constrained: every vertex is on the boundary, and nothing is to close."""
+        return not self.n and not self.paths
+
+    @property
     def made_to_order(self) -> bool:
         """Whether other sums are asked for than 2 pi inside."""
         return bool((self.sums[~np.isnan(self.sums)] != 2 * np.pi).any())

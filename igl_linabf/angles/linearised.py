@@ -185,8 +185,8 @@ def linearise(
             closure = closure.of_paths(len(paths) if close_paths else 0)
         closing = ClosingRows(system, closure) if closure.asked.any() else None
     lin = Linearised(problem, system, S, closing)
-    if not problem.constraints.n and not problem.constraints.paths:
-        return lin  # every vertex is on the boundary, and nothing is to close: the estimate is flat
+    if problem.constraints.empty:
+        return lin  # the estimate is flat
     if reuse is not None:
         slivers = reuse.slivers if same_slivers else None
         lin = replace(
@@ -290,7 +290,7 @@ def solve(
     most : int, optional
         Steps of conjugate gradients after which what they reached is enough.
     """
-    if not lin.problem.constraints.n and not lin.problem.constraints.paths:
+    if lin.problem.constraints.empty:
         return Direction(np.zeros_like(at.alpha), np.empty(0), 0, lin)
     with timed("assembly"):
         b, system = at.residual, lin.system
