@@ -181,7 +181,7 @@ def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
 ) -> None:
     V, F = load(name)
     joined = unwrap(V, F)
-    monkeypatch.setattr("igl_linabf.charts.charting.with_small_joined", lambda made, most: made)
+    monkeypatch.setattr("igl_linabf.charts.charting.with_small_joined", lambda made, *_: made)
     apart = unwrap(V, F)
     assert min(len(chart.faces) for chart in apart.charts) < 10
     assert len(joined.charts) < len(apart.charts)
@@ -195,6 +195,17 @@ def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
         assert igl.doublearea(chart.result.uv, chart.result.F).sum() == pytest.approx(
             igl.doublearea(V, F[chart.faces]).sum()
         )
+
+
+def test_small_charts_are_joined_where_the_caller_has_no_seam() -> None:
+    V, F = load("holes__igl_beetle.off")
+    mine = find_seams(V, F)
+    begun = unwrap(V, F, mine, complete=True)
+    assert len(begun.charts) < len(unwrap(V, F, mine).charts)
+    apart = unwrap(V, F, mine).seams
+    for kept, atlas in ((mine, begun), (apart, unwrap(V, F, apart, complete=True))):
+        cut = {tuple(edge) for edge in np.sort(atlas.seams, axis=1).tolist()}
+        assert cut >= {tuple(edge) for edge in np.sort(kept, axis=1).tolist()}
 
 
 @pytest.mark.parametrize(

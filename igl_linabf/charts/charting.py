@@ -53,11 +53,12 @@ MAX_TIP_ROUNDS = 3  # of seams to shrunk tips
 LITTLE = 0.02  # share of its faces that overlap, up to which tips come first: many overlaps are at them
 NEEDLE = 1e-13  # area over squared length, up to which a map is made wider
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
+_NO_SEAM = np.zeros((0, 2), dtype=np.int64)
 
 
 @dataclass(frozen=True)
 class Task:
-    """Arguments of `unwrap`, whether more seams may be found, and whether small charts are joined."""
+    """Arguments of `unwrap`, and whether more seams may be found."""
 
     method: Method
     may_find_seams: bool
@@ -66,7 +67,6 @@ class Task:
     bijective: bool
     max_stretch: float | None
     hidden: FloatArray | None
-    joins: bool
 
     def seams_of(
         self,
@@ -111,18 +111,20 @@ class Task:
 
 def pieces_of(
     surface: Submesh, cleaned: Cleaned, seams: ArrayLike | None, F: IntArray, task: Task
-) -> list[Submesh]:
-    """The surface cut along the seams that are given, and those that are found."""
-    pieces = [surface]
+) -> tuple[list[Submesh], IntArray]:
+    """The surface cut along the seams that are given, and those that are found; and the ends of the given."""
+    pieces, given = [surface], _NO_SEAM
     if seams is not None:
         if surface.vertices is not cleaned.origin:
             mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned)
         else:
             mask = seam_mask(seams, surface.named_faces, surface.n_given)
+        face, k = np.nonzero(mask)
+        given = surface.named_faces[face[:, None], np.column_stack((k, (k + 1) % 3))]
         pieces = surface.cut(mask)
     if not task.may_find_seams:
-        return pieces
-    return [part for piece in pieces for part in piece.cut_along(_seams_worth(piece, task))]
+        return pieces, given
+    return [part for piece in pieces for part in piece.cut_along(_seams_worth(piece, task))], given
 
 
 def _seams_worth(piece: Submesh, task: Task) -> IntArray:
@@ -135,13 +137,15 @@ def _seams_worth(piece: Submesh, task: Task) -> IntArray:
     return np.concatenate(found)
 
 
-_NO_SEAM = np.zeros((0, 2), dtype=np.int64)
 _Cut = tuple[Submesh, Known | None]  # a piece, and its map, if it has one
 _Part = tuple[tuple[int, ...], Submesh, Known | None]  # its place among the pieces, too
 
 
-def charts_of(pieces: list[Submesh], task: Task) -> list[tuple[Chart, Submesh]]:
-    """Flatten the pieces, and the parts of those that are cut further; all that wait at once."""
+def charts_of(pieces: list[Submesh], given: IntArray, task: Task) -> list[tuple[Chart, Submesh]]:
+    """Flatten the pieces, and the parts of those that are cut further; all that wait at once.
+
+    No two charts are joined at edges that are `given` as seams.
+    """
     waiting: list[_Part] = [((i,), piece, None) for i, piece in enumerate(pieces)]
     total, reached, splits = sum(len(piece.F) for piece in pieces), 0, 0
     done: list[tuple[tuple[int, ...], Chart, Submesh]] = []
@@ -160,8 +164,8 @@ def charts_of(pieces: list[Submesh], task: Task) -> list[tuple[Chart, Submesh]]:
                 parts += [((*key, k), *smaller) for k, smaller in enumerate(made)]
         waiting, splits = parts, splits + 1
     done.sort(key=lambda entry: entry[0])  # parts stand where the piece was
-    if task.joins:
-        done = with_small_joined(done, task.most_stretch)
+    if task.may_find_seams:
+        done = with_small_joined(done, task.most_stretch, given)
     return [(chart, piece) for _, chart, piece in done]
 
 

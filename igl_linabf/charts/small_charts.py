@@ -40,8 +40,11 @@ Key = tuple[int, ...]  # the piece that a chart is a part of, and its place ther
 Made = tuple[Key, Chart, Submesh]
 
 
-def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
-    """The charts, of which small ones are parts of others of the same piece now, where that can be."""
+def with_small_joined(made: list[Made], most_stretch: float, kept: IntArray) -> list[Made]:
+    """The charts, of which small ones are parts of others of the same piece now, where that can be.
+
+    The edges `kept`, (#E, 2) of the caller's vertices, stay seams.
+    """
     split = [len(key) > 1 for key, _, _ in made]
     if not any(split):
         return made
@@ -59,7 +62,7 @@ def with_small_joined(made: list[Made], most_stretch: float) -> list[Made]:
     for i, (key, chart, piece) in enumerate(made):
         if split[i] and not small[i] and not chart.overlapping and chart.result.outcome.good:
             of_piece.setdefault(key[0], []).append(_Host(i, chart, piece))
-    rims = {k: _Rims(hosts) for k, hosts in of_piece.items()}
+    rims = {k: _Rims(hosts, kept) for k, hosts in of_piece.items()}
     taken = set[int]()
     for i in sorted(np.flatnonzero(small).tolist(), key=lambda i: area[i]):
         key, chart, piece = made[i]
@@ -180,7 +183,7 @@ class _Host:
     """A chart that small ones may be joined to, and those that are."""
 
     def __init__(self, index: int, chart: Chart, piece: Submesh) -> None:
-        self.index, self.guests = index, list[_Guest]()
+        self.index, self.guests, self.n_given = index, list[_Guest](), piece.n_given
         self._chart, self._piece = chart, piece
         self._double_area = self._flat_area = float(piece.measured[0].sum())  # the map has the scale one
         self._squared = chart.quality.stretch_l2**2 * self._double_area
@@ -273,12 +276,13 @@ class _Host:
 
 
 class _Rims:
-    """The boundaries of some hosts, in which each edge is found by its vertices."""
+    """The boundaries of some hosts but for the edges `kept`, in which each is found by its vertices."""
 
-    def __init__(self, hosts: list[_Host]) -> None:
+    def __init__(self, hosts: list[_Host], kept: IntArray) -> None:
         rims, codes = zip(*(host.rim() for host in hosts), strict=True)
         of = np.repeat(np.arange(len(hosts)), [len(rim) for rim in rims])
-        code = np.concatenate(codes)
+        n, code = hosts[0].n_given, np.concatenate(codes)
+        code[np.isin(code, np.concatenate((kept, kept[:, ::-1])) @ [n, 1])] = -1  # that of no edge
         order = np.argsort(code)
         self._hosts, self._of, self._code = hosts, of[order], code[order]
         self._rim = np.concatenate(rims)[order]

@@ -205,15 +205,15 @@ def unwrap(
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
     if not len(surface.F):
         return in_polygons(without_charts(cleaned, given), split)
-    finds, joins = seams is None or complete, seams is None
+    finds = seams is None or complete
     face = np.arange(len(given)) if split is None else split.face
     hidden = hiding(surface, hide, face)
-    task = Task(method_of(method), finds, trade, holes, bijective, max_stretch, hidden, joins)
+    task = Task(method_of(method), finds, trade, holes, bijective, max_stretch, hidden)
     with reporting(progress):
         if cones is None:
             with part("seams", SEAMS_END):
-                pieces = pieces_of(surface, cleaned, seams, given, task)
-            made = Coned(charts_of(pieces, task), *NO_CONES)
+                pieces, kept = pieces_of(surface, cleaned, seams, given, task)
+            made = Coned(charts_of(pieces, kept, task), *NO_CONES)
         else:
             wanted = Cones.checked(cones, cone_angles, surface, cleaned)
             made = coned(surface, wanted, task.method, (SEAMS_END, CHARTS_END))
