@@ -11,7 +11,7 @@ from numpy.testing import assert_allclose
 from scipy.spatial import cKDTree
 from test_cli import run
 
-from igl_linabf import MeshError, MeshWarning, clean, find_seams, unwrap
+from igl_linabf import MeshError, MeshWarning, clean, find_seams, texture_seams, unwrap
 from igl_linabf.charts.cut_graph import closed_surface
 from igl_linabf.charts.growing import grown_seam, shorter_seam
 from igl_linabf.charts.routes import rerouted
@@ -155,6 +155,9 @@ def test_the_seams_of_a_file_are_taken_of_unclean_meshes_too(name: str, tmp_path
     TC, FTC = read_texture(tmp_path / "b.obj")
     assert FTC.shape == F.shape
     assert_allclose(np.sort(igl.doublearea(TC, FTC)), np.sort(igl.doublearea(first.TC, first.FTC)), rtol=1e-6)
+    with pytest.warns(match="repaired"):
+        again = unwrap(V, F, texture_seams(F, first.FTC, V, first.TC, sides=True))
+    assert_allclose(igl.doublearea(again.TC, again.FTC), igl.doublearea(first.TC, first.FTC), rtol=1e-6)
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -7,7 +7,7 @@ Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the confor
 
 from .atlas import Atlas, Chart
 from .cones import find_cones
-from .given_seams import texture_seams, texture_sides
+from .given_seams import texture_seams
 from .overlap_seams import separating_seams
 from .packing import pack
 from .scaf import make_bijective

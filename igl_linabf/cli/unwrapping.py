@@ -11,7 +11,7 @@ import numpy as np
 
 from .._runtime import part
 from .._types import FloatArray
-from ..charts import Atlas, texture_sides, unwrap
+from ..charts import Atlas, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..io import SUFFIXES, WITH_IMAGES, MeshFile, written
 from ..textures import bake
@@ -38,7 +38,7 @@ def _unwrap(options: argparse.Namespace) -> int:
             raise MeshError(
                 f"{options.mesh} has no texture coordinates at all corners: it has no seams of them"
             )
-        seams = texture_sides(V, F, mesh.TC, mesh.FTC)
+        seams = texture_seams(F, mesh.FTC, V, mesh.TC, sides=True)
     elif options.seams != "auto":
         seams = _table(options.seams, np.int64, "integers: write two vertices on each line")
     cones = options.cones

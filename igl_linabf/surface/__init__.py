@@ -43,3 +43,4 @@ from .polygons import Faces, Polygons, Triangles
 from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface
 from .submesh import Submesh, cut_faces
 from .topology import Topology, check_planar, manifold_topology, planar_topology, topology_of, with_outer
+from .welding import in_one_place

@@ -5,15 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from .triangulation import SEARCHED, triangulated
 
+Kind = TypeVar("Kind", bound=np.generic)
 Faces = IntArray | tuple[IntArray, ...]  # (#F, k), or one array a face where their sizes differ
 
 
@@ -91,7 +92,7 @@ class Polygons:
         """The vertices of each polygon: (#F, k) if all have k corners, else a tuple of arrays."""
         return self.shape(self.corners)
 
-    def shape(self, values: IntArray) -> Faces:
+    def shape(self, values: NDArray[Kind]) -> NDArray[Kind] | tuple[NDArray[Kind], ...]:
         """Values at the corners, in the shape of the faces."""
         if len(self) and (self.sizes == self.sizes[0]).all():
             return values.reshape(len(self), -1)
