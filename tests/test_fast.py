@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -191,6 +192,11 @@ def cases():
     }
 
 
+def steps(walk, n):
+    """The edges of a walk over copies of n nodes, each by its ends."""
+    return [sorted(step) for step in pairwise((walk % n).tolist())]
+
+
 @pytest.mark.parametrize("name", cases())
 def test_the_loops_are_the_same_as_numpy(name):
     kernel, args, others = getattr(kernels, name), cases()[name], cases()[name]
@@ -202,6 +208,9 @@ def test_the_loops_are_the_same_as_numpy(name):
     made, expected = (x if isinstance(x, tuple) else () if x is None else (x,) for x in (fast, plain))
     if name in IN_ANY_ORDER:
         made, expected = ((np.unique(rows, axis=0),) for (rows,) in (made, expected))
+    if name == "shortest_odd_walk":  # the way back is as short
+        n = len(args[0]) - 1
+        made, expected = ((np.array(sorted(steps(walk, n))),) for (walk,) in (made, expected))
     # some change what they are given
     for a, b in zip((*made, *args), (*expected, *others), strict=True):
         if isinstance(a, tuple):
@@ -209,6 +218,39 @@ def test_the_loops_are_the_same_as_numpy(name):
         assert np.asarray(a).dtype == np.asarray(b).dtype and np.shape(a) == np.shape(b)
         largest = np.abs(b).max(initial=0, where=np.isfinite(b))
         np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11 * largest)
+
+
+@pytest.mark.parametrize("ways", [1, 3, 6])
+@pytest.mark.parametrize("to_the_rim", [0.1, 1.0, 10.0])
+def test_walks_that_cross_many_ways_are_as_short_as_those_of_numpy(ways, to_the_rim):
+    """On a square whose rim is one node: excursions from there are put together as is shortest."""
+    rng, k = np.random.default_rng(ways), 24
+    square = np.arange(k * k).reshape(k, k)
+    rim = np.unique(np.concatenate((square[0], square[-1], square[:, 0], square[:, -1])))
+    ends = np.concatenate(
+        [
+            np.stack(pair, axis=-1).reshape(-1, 2)
+            for pair in (
+                (square[:, 1:], square[:, :-1]),
+                (square[1:], square[:-1]),
+                (rim, np.full(len(rim), k * k)),
+            )
+        ]
+    )
+    length = np.append(rng.uniform(0.1, 1.1, len(ends) - len(rim)), np.full(len(rim), to_the_rim))
+    crossed = rng.random((ways, len(ends))) < rng.choice([0.005, 0.05, 0.2], (ways, 1))
+    flip = (1 << np.arange(ways)) @ (crossed & (ends[:, 1] < k * k))
+    indptr, indices, edge = kernels.shortest_pairs(ends, length, k * k + 1)
+    graph, n = (indptr, indices, length[edge], flip[edge]), k * k + 1
+    made = kernels.shortest_odd_walk(*graph, k * k, 1 << ways)
+    with kernels.numpy_only():
+        expected = kernels.shortest_odd_walk(*graph, k * k, 1 << ways)
+    known = {tuple(sorted(pair)): e for pair, e in zip(ends.tolist(), range(len(ends)), strict=True)}
+    own, other = ([known[tuple(step)] for step in steps(walk, n)] for walk in (made, expected))
+    assert length[own].sum() == pytest.approx(length[other].sum(), rel=1e-12)
+    assert np.bitwise_xor.reduce(flip[own]) == (1 << ways) - 1
+    assert made[0] == ((1 << ways) - 1) * n + k * k and made[-1] == k * k
+    assert (made[:-1] // n ^ made[1:] // n == flip[own]).all()
 
 
 def test_what_leads_away_from_all_targets_is_left_out_of_the_ways_to_them():

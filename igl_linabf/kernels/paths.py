@@ -263,49 +263,92 @@ def _begin(
     place[copy * n : (copy + 1) * n] = -1
 
 
+@inlined
+def _cheapen(cost: FloatArray, ways: int, length: float) -> None:
+    """Let sets of excursions, by the ways that they cross an odd number of times, gain one more to choose."""
+    for one in range(len(cost)):
+        other = one ^ ways
+        if one < other:
+            before = cost[one]
+            cost[one] = min(before, cost[other] + length)
+            cost[other] = min(cost[other], before + length)
+
+
+@inlined
+def _chosen(found: FloatArray) -> IntArray:
+    """Of excursions the shortest set that crosses all ways; by what each crosses, 0 at first."""
+    copies = len(found)
+    best, taken = np.full(copies, np.inf), np.zeros((copies, copies), dtype=np.bool_)
+    best[0] = 0.0
+    for ways in range(1, copies):
+        before = best.copy()
+        for copy in range(copies):
+            if before[copy ^ ways] + found[ways] < best[copy]:
+                best[copy], taken[ways, copy] = before[copy ^ ways] + found[ways], True
+    chosen, left, size = np.zeros(copies, dtype=np.int64), copies - 1, 1
+    for ways in range(copies - 1, 0, -1):
+        if taken[ways, left]:
+            chosen[size], size, left = ways, size + 1, left ^ ways
+    return chosen[: size if left == 0 else 0].copy()
+
+
 def _shortest_odd_walk(
     indptr: IntArray, indices: IntArray, length: FloatArray, flip: IntArray, start: int, copies: int
 ) -> IntArray:
-    n, size = len(indptr) - 1, 1
+    # The walk is a set of excursions that pass the start at their ends only. Two ways from the start to one
+    # node are an excursion, and none that is shorter than twice the least key of the heap is unknown.
+    n, size, last = len(indptr) - 1, 1, copies - 1
     distance, before = np.empty(copies * n), np.empty(copies * n, dtype=np.int64)
     place, heap = np.empty(copies * n, dtype=np.int64), np.empty(copies * n, dtype=np.int64)
     begun = np.zeros(copies, dtype=np.bool_)  # most copies are never reached
-    for copy in (0, copies - 1):
-        _begin(copy, n, begun, distance, before, place)
-    distance[start], heap[0], place[start] = 0.0, start, 0
-    # To the end it is as far from (c, v) as from the start to (all but c, v): so both halves are one search.
-    last, middle, least = copies - 1, np.int64(-1), np.inf
-    while size and 2 * distance[heap[0]] < least:
+    first, other_label = np.full(n, -1, dtype=np.int64), np.empty(copies * n, dtype=np.int64)
+    found, ends = np.full(copies, np.inf), np.empty((copies, 2), dtype=np.int64)
+    cost = np.full(copies, np.inf)
+    cost[0] = 0.0
+    _begin(0, n, begun, distance, before, place)
+    distance[start], heap[0], place[start], first[start], other_label[start] = 0.0, start, 0, start, -1
+    while size and 2 * distance[heap[0]] < cost[last]:
         node, size = _taken(heap, place, distance, size), size - 1
-        copy = node // n
+        copy, label = node // n, first[node % n]
+        while label >= 0 and (label == node or distance[label] + cost[copy ^ (label // n)] > distance[node]):
+            label = other_label[label]
+        if label >= 0:  # another way there, with excursions, does as much
+            continue
         for at in range(indptr[node - copy * n], indptr[node - copy * n + 1]):
-            other, way = copy ^ flip[at], distance[node] + length[at]
-            there = other * n + indices[at]
-            if not begun[other]:
-                _begin(other, n, begun, distance, before, place)
-                _begin(last - other, n, begun, distance, before, place)
-            if way < distance[there]:
+            vertex, other, way = indices[at], copy ^ flip[at], distance[node] + length[at]
+            there = other * n + vertex
+            if vertex != start:
+                if not begun[other]:
+                    _begin(other, n, begun, distance, before, place)
+                if way >= distance[there]:
+                    continue
+                if distance[there] == np.inf:
+                    other_label[there], first[vertex] = first[vertex], there
                 size = _reached(there, way, node, heap, place, distance, before, size)
-                rest = distance[(last - other) * n + indices[at]]
-                if way + rest < least:
-                    least, middle = way + rest, there
-    if middle < 0:
-        return np.full(1, last * n + start)
-    halves, steps = np.array([(last - 2 * (middle // n)) * n + middle, middle]), np.zeros(2, dtype=np.int64)
-    for half in range(2):
-        at = halves[half]
-        while before[at] >= 0:
-            at = before[at]
-            steps[half] += 1
-    walk = np.empty(steps[0] + steps[1] + 1, dtype=np.int64)
-    at = halves[0]
-    for k in range(steps[0], -1, -1):
-        walk[k] = (last - 2 * (at // n)) * n + at  # in the opposite copy
-        at = before[at]
-    at = halves[1]
-    for k in range(steps[0], len(walk)):
-        walk[k] = at
-        at = before[at]
+            label = first[vertex]
+            while label >= 0:
+                ways = other ^ (label // n)
+                if ways and way + distance[label] < found[ways]:
+                    found[ways], ends[ways, 0], ends[ways, 1] = way + distance[label], node, label
+                    _cheapen(cost, ways, found[ways])
+                label = other_label[label]
+    chosen, steps = _chosen(found), 1
+    for ways in chosen[1:]:
+        for end in range(2):
+            at = ends[ways, end]
+            while before[at] >= 0:
+                at, steps = before[at], steps + 1
+        steps += 1
+    walk = np.empty(steps, dtype=np.int64)
+    walk[0], at_copy, size = last * n + start, last, 1
+    for ways in chosen[1:]:
+        out, outward = ends[ways, 0], size
+        while before[out] >= 0:
+            walk[size], out, size = (at_copy ^ (out // n)) * n + out % n, before[out], size + 1
+        walk[outward:size] = walk[outward:size][::-1].copy()
+        back, at_copy = ends[ways, 1], at_copy ^ ways
+        while back >= 0:
+            walk[size], back, size = (at_copy ^ (back // n)) * n + back % n, before[back], size + 1
     return walk
 
 
