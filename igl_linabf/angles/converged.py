@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .. import kernels
 from .._runtime import advance
 from .._types import BoolArray, FloatArray
 from ..errors import SingularSystemError
@@ -26,6 +27,9 @@ MAX_FEASIBLE = 60  # steps of the feasible form at most
 LEAST_SHARE = 0.01  # of its initial value, below which the feasible form lets no angle fall
 AT_BOUND = 1 + 1e-6  # times that, below which an angle is at its bound
 MAX_RESTORING = 4  # restoring steps at most after each
+NEARLY = 4.0  # times the tolerance: share of all change of the angles that may be left to further steps
+FURTHER = 2.0  # times that, a last correction may change them
+LAST = 0.1  # of the tolerance: residual from which there is such a correction
 HELD = 1e-12  # weight of an angle that is held at its bound, relative to a free one's
 FORESEEN = 1e-4  # relative gain of the objective that may be left to further steps, times the tolerance
 ROUNDING = 1e-13  # relative gain of the objective below which it is rounding
@@ -74,7 +78,9 @@ def converge(state: State, tol: float) -> AbfResult:
         At the initial estimate alpha_0.
     tol : float
         The iterations end when the largest relative change of an angle that another step would bring, and
-        the largest residual, are at most this. Changes fall linearly: the next one's is foreseen.
+        the largest residual, are at most this. Changes fall linearly: the next one's is foreseen. They end
+        earlier where all further steps together would lower the objective by less than (`NEARLY` `tol`)^2
+        of itself: then corrections do the rest, which have no inner steps.
     """
     return _anchored(state, tol)
 
@@ -86,7 +92,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     anchor, rtol = problem.estimate, ANCHORED_RTOL
     held, x, free = np.zeros(anchor.shape, dtype=bool), None, anchor**2
     past: tuple[Visited, ...] = ()
-    best, stalled, before, slow = np.inf, 0, 0.0, False
+    best, stalled, before, size_before, slow = np.inf, 0, 0.0, 0.0, False
     for k in range(MAX_ANCHORED):
         at, weights = state.at, np.where(held, HELD * free, free) if held.any() else free
         try:
@@ -94,7 +100,8 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
             raw = solve(lin, at, rtol, _gradient(state), x)
         except SingularSystemError:
             break  # it left what double precision solves; the feasible form keeps away from there
-        change = _change(np.where(held, 0.0, raw.e) if bounded else raw.e, state)
+        e = np.where(held, 0.0, raw.e) if bounded else raw.e
+        change, size = _change(e, state), _size(e / anchor)
         direction = raw
         if slow:
             visited = Visited(at.alpha, raw, (raw.e / anchor).ravel())
@@ -109,9 +116,13 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         ahead = change * min(change / before, 1.0) if before else change
         if same and max(ahead, residual) <= tol:
             return AbfResult(state.at_rest(), True, held)
+        if same and not limited and not held.any():
+            ended = _ended(state, size, size_before, tol)
+            if ended is not None:
+                return AbfResult(ended.at_rest(), True, held)
         if limited or not same:
             past = ()  # after another set of constraints the steps lead elsewhere
-        before, held, reached = change, now, max(change, residual)
+        before, size_before, held, reached = change, size, now, max(change, residual)
         if not reached < SLOW * best:
             stalled, slow = stalled + 1, True
             if not limited and change < NEAR:
@@ -121,6 +132,34 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         if stalled > STALLED or (limited and k > 1 and not bounded):
             break
     return AbfResult(state.at_rest(), False, held)
+
+
+def _ended(state: State, size: float, before: float, tol: float) -> State | None:
+    """The state on the constraints, if anchored steps have nothing left to do but that.
+
+    Parameters
+    ----------
+    state : State
+        After an anchored step.
+    size, before : float
+        Relative change of all angles by that step, and by the one before; 0 if there was none.
+    tol : float
+    """
+    if not size < before:
+        return None
+    enough = NEARLY * tol * np.sqrt(objective(state))
+    if size**2 / (before - size) > enough:  # the sum of a geometric series
+        return None
+    made = conformal_steps(state, tol) if state.at.residual.largest > LAST * tol else state
+    # the correction is least in another norm, and leads away from the minimum where triangles are thin
+    moved = _size((made.at.alpha - state.at.alpha) / state.problem.estimate)
+    return made if made.at.residual.largest <= tol and moved <= FURTHER * enough else None
+
+
+def _size(change: FloatArray) -> float:
+    """The norm of relative changes that is that of the objective."""
+    flat = change.ravel()
+    return float(np.sqrt(kernels.dot(flat, flat)))
 
 
 def _within_bounds(state: State) -> State:
@@ -183,7 +222,7 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         gain = value - after
         # the gains fall like a geometric series: what is left of it is foreseen
         foreseen = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
-        if foreseen <= FORESEEN * tol * value and last < np.inf:
+        if foreseen <= max(FORESEEN * tol, (NEARLY * tol) ** 2) * value and last < np.inf:
             return AbfResult(state.at_rest(), True, held)
         if scale < LEAST_SCALE:
             break
