@@ -165,6 +165,7 @@ def cases():
         "ways_towards": (*ways, 3, np.arange(t.n) % 7 > 0, kernels.Rest(mesh.V, mesh.V[:0], 0.0, 20.0)),
         "shortest_pairs": (merged[t.edges] + 3, rng.permutation(len(t.edges)) * 1.0, 24),
         "far_apart": (*ways[:2], rng.permutation(t.n), 2, np.arange(t.n) % 9 == 4),
+        "arcs_between": (t.edges[::2], np.bincount(t.edges[::2].ravel(), minlength=t.n) != 2),
         "nodes_on_paths": (
             kernels.nearest_sources(*ways, np.arange(3), np.arange(t.n) >= 0, 20.0)[1],
             t.edges[9],

@@ -66,12 +66,15 @@ def _longest(piece: ClosedSurface, steps: Steps, branches: list[int]) -> list[in
     if len(branches) <= MOST_MOVED:
         return branches
     at = [np.concatenate([arc for arc, _ in arcs_at(piece, steps, branch)]) for branch in branches]
-    return [branches[k] for k in longest([piece.total(arcs) for arcs in at])]
+    return longest(branches, lambda k: piece.total(at[k]))
 
 
-def longest(lengths: list[float]) -> IntArray:
-    """The indices of those that are moved, in their order."""
-    return np.sort(np.argsort(-np.array(lengths), kind="stable")[:MOST_MOVED])
+def longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
+    """Those that are moved, in their order; of many by the length of the k-th one."""
+    if len(items) <= MOST_MOVED:
+        return items
+    lengths = np.array([length(k) for k in range(len(items))])
+    return [items[k] for k in np.sort(np.argsort(-lengths, kind="stable")[:MOST_MOVED]).tolist()]
 
 
 def in_groups(
@@ -115,7 +118,7 @@ def _moved(
         searches = [first, *(piece.search(sources[k], others, length - away[3 - k]) for k in (1, 2))]
         centre = int(np.argmin(sum(distance for distance, _, _ in searches)))
         ways = [piece.paths(before, [centre]) for _, before, _ in searches]
-        moved = np.unique(np.concatenate((rest, *ways)))
+        moved = piece.together(rest, *ways)
         shorter = piece.total(moved) < piece.total(seam) * SHORTER
         if shorter and shape(piece, moved) == kept and cost(moved) < cost(seam):
             return moved, {*tips, centre}
@@ -174,15 +177,17 @@ def arm(
     piece: ClosedSurface, steps: Steps, fixed: set[int], node: int, step: tuple[int, int], reach: float
 ) -> Arc:
     """The arc that begins with a step, up to a joint or so far."""
-    edges, nodes = [], [node]
-    while True:
-        edges.append(step[0])
-        nodes.append(step[1])
-        reach -= float(piece.length[step[0]])
-        there = steps[step[1]]
-        if is_joint(piece, steps, fixed, step[1]) or step[1] == node or reach <= 0:
-            return edges, nodes
-        step = there[0] if there[0][0] != step[0] else there[1]
+    (edge, at), edges, nodes, limited = step, [step[0]], [node, step[1]], reach < np.inf
+    while at != node and not is_joint(piece, steps, fixed, at):
+        if limited:
+            reach -= float(piece.length[edge])
+            if reach <= 0:
+                break
+        (one, there), (other, beyond) = steps[at]
+        edge, at = (one, there) if one != edge else (other, beyond)
+        edges.append(edge)
+        nodes.append(at)
+    return edges, nodes
 
 
 def is_joint(piece: ClosedSurface, steps: Steps, fixed: set[int], node: int) -> bool:

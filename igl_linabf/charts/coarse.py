@@ -78,7 +78,7 @@ class Contracted:
         fine, chosen = self.fine, self.edge[seam]
         ways = fine.paths(self.forest.before, fine.ends[chosen].ravel())
         tips = np.bincount(self.coarse.ends[seam].ravel(), minlength=self.coarse.n) == 1
-        return without_stubs(fine, np.union1d(chosen, ways), self.roots[tips])
+        return without_stubs(fine, fine.together(chosen, ways), self.roots[tips])
 
     def drawn(self, seam: IntArray, kept: IntArray) -> IntArray:
         """A seam of the coarse surface, drawn tight on the fine one between the roots of the nodes `kept`."""
@@ -255,8 +255,9 @@ def _simply_contracted(piece: ClosedSurface, hops: int) -> Contracted:
         outline = _outline(piece, forest)
         low, high = np.sort(outline.ends, axis=1).T
         # at both edges of such a pair: the ends of the longer one may be roots already
-        _, pair, number = np.unique(low * len(outline.roots) + high, return_inverse=True, return_counts=True)
-        again = number[pair] > 1
+        key = low * len(outline.roots) + high
+        ordered = np.sort(key)
+        again = np.isin(key, ordered[1:][ordered[1:] == ordered[:-1]])
         if not again.any():
             return contracted(piece, forest, outline)
         forest = _with_roots(piece, forest, piece.ends[outline.edge[again]].ravel())

@@ -182,6 +182,13 @@ class ClosedSurface:
         passed[: self.holes], passed[self.ends[seam]] = True, True
         return np.flatnonzero(passed)
 
+    def together(self, *seams: IntArray) -> IntArray:
+        """The edges of some seams, each once, ascending."""
+        taken = np.zeros(len(self.ends), dtype=bool)
+        for seam in seams:
+            taken[seam] = True
+        return np.flatnonzero(taken)
+
     def without(self, seam: IntArray, others: IntArray) -> IntArray:
         """The edges of a seam that are not among others."""
         kept = np.ones(len(self.ends), dtype=bool)
@@ -291,7 +298,7 @@ def _loops(piece: ClosedSurface, base: int) -> Loops:
     longest_first = outside[np.argsort(-loop[outside], kind="stable")]
     in_cotree[spanning_forest(piece.faces, longest_first, piece.n_faces)] = True
     across = np.flatnonzero(~in_tree & ~in_cotree)
-    seam = np.union1d(across, piece.paths(before, piece.ends[across].ravel()))
+    seam = piece.together(across, piece.paths(before, piece.ends[across].ravel()))
     return without_stubs(piece, seam, seam[:0]), across  # what all loops share on their way to the base
 
 
@@ -304,10 +311,13 @@ def without_stubs(piece: ClosedSurface, seam: IntArray, tips: IntArray) -> IntAr
 
 def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -> IntArray:
     """Join the holes, other nodes and the seam by a minimum spanning tree of shortest paths between them."""
-    on_seam = np.unique(piece.ends[seam])
-    terminals = np.union1d(on_seam, np.arange(piece.holes))
+    passed = np.zeros(piece.n, dtype=bool)
+    passed[piece.ends[seam]] = True
+    on_seam = np.flatnonzero(passed)
+    passed[: piece.holes] = True
     if others is not None:
-        terminals = np.union1d(terminals, others)
+        passed[others] = True
+    terminals = np.flatnonzero(passed)
     if len(terminals) == 0:
         return seam
     distance, before, source = piece.search(terminals)
@@ -318,7 +328,7 @@ def join(piece: ClosedSurface, seam: IntArray, others: IntArray | None = None) -
     between = np.flatnonzero(ends[:, 0] != ends[:, 1])
     bridge = spanning_forest(ends, between[np.argsort(way[between], kind="stable")], piece.n)
     paths = piece.paths(before, piece.ends[bridge].ravel())
-    return np.concatenate((seam, np.setdiff1d(np.union1d(bridge, paths), seam)))
+    return np.concatenate((seam, piece.without(piece.together(bridge, paths), seam)))
 
 
 def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
@@ -336,7 +346,7 @@ def opened(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, IntArray]:
     on[: piece.holes], on[piece.ends[seam]] = True, True
     nodes = int(np.count_nonzero(on))
     number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1 - (piece.n - nodes)
-    cycles = number + len(np.unique(seam)) - nodes  # two ways that have become one are no cycle
+    cycles = number + len(piece.together(seam)) - nodes  # two ways that have become one are no cycle
     if not cycles:  # a forest separates nothing
         return number, cycles, np.array([piece.n_faces])
     sides = piece.faces.copy()

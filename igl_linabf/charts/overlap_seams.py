@@ -82,7 +82,8 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
 
 def seams_between(charts: list[Submesh], pairs: IntArray) -> IntArray:
     """`separating_seams` of checked charts; faces and vertices are numbered as by the caller."""
-    return _separated(charts, pairs)[0]
+    seams, _ = _separated(charts, pairs)
+    return np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *seams]), axis=0)
 
 
 def parts_between(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> list[Submesh]:
@@ -92,21 +93,22 @@ def parts_between(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> 
 
 def _separated(
     charts: list[Submesh], pairs: IntArray, most: int = MAX_OVERLAPS
-) -> tuple[IntArray, list[Submesh]]:
-    seams, parts = [np.zeros((0, 2), dtype=np.int64)], list[Submesh]()
+) -> tuple[list[IntArray], list[Submesh]]:
+    seams, parts = list[IntArray](), list[Submesh]()
     waiting = [(chart, pairs) for chart in charts]
     while waiting:
         part, around = waiting.pop()
-        check_planar(part.topology, part.vertices)
-        inside = around[np.isin(around, part.faces).all(axis=1)]
-        local = part.cells[0][np.searchsorted(part.faces, inside)]
+        rows = np.minimum(np.searchsorted(part.faces, around), len(part.faces) - 1)
+        own = (part.faces[rows] == around).all(axis=1)
+        inside, local = around[own], part.cells[0][rows[own]]
         local = local[local[:, 0] != local[:, 1]]  # no seam takes a polygon apart
         if len(local):
+            check_planar(part.topology, part.vertices)
             seams.append(np.sort(part.vertices[_shortest_seam(part, local, most)], axis=1))
             waiting += [(smaller, inside) for smaller in part.cut_along(seams[-1])]
         else:
             parts.append(part)
-    return np.unique(np.concatenate(seams), axis=0), sorted(parts, key=lambda part: int(part.faces[0]))
+    return seams, sorted(parts, key=lambda part: int(part.faces[0]))
 
 
 def _pair_array(pairs: ArrayLike, m: int) -> IntArray:

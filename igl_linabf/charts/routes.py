@@ -28,7 +28,7 @@ def rerouted(piece: ClosedSurface, seam: IntArray, accepted: Callable[[IntArray]
         return moved if shape(piece, moved) == old and accepted(moved) else None
 
     arcs = _arcs(piece, seam)
-    return in_groups([arcs[k] for k in longest([piece.total(arc) for arc in arcs])], seam, tried)
+    return in_groups(longest(arcs, lambda k: piece.total(arcs[k])), seam, tried)
 
 
 def _arcs(piece: ClosedSurface, seam: IntArray) -> list[IntArray]:

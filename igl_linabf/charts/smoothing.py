@@ -35,9 +35,10 @@ class Smoothing:
         return int(np.clip(round((reach / self._length) ** 2), 1, most))
 
     def of(self, values: NDArray[Any], steps: int) -> FloatArray:
-        """Smoothed values of the vertices."""
+        """Smoothed values of the vertices, (#V,) or (#V, k)."""
+        number = self._number.reshape((-1,) + (1,) * (values.ndim - 1))
         for _ in range(steps):
-            values = (self._upper @ values + self._upper.T @ values - values) / self._number
+            values = (self._upper @ values + self._upper.T @ values - values) / number
         return np.asarray(values)
 
 

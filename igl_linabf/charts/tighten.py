@@ -1,14 +1,18 @@
 """A seam drawn tight: its arcs and branch points moved a little, to where it is shortest."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import Rest, lengths, ways_towards
-from .branches import Arc, Steps, arm, in_groups, is_joint, longest, replaced, steps_along
+from ..kernels import Rest, arcs_between, lengths, ways_towards
+from .branches import Arc, Steps, arm, in_groups, longest, replaced, steps_along
 from .cut_graph import SHORTER, ClosedSurface, opened
 
 LEFT = 0.7  # of its faces is what a part keeps at least when a seam moves: two arcs around it may meet
 ROUNDS = 1  # of straight arcs and balanced branch points
+
+Row = tuple[IntArray, IntArray]  # the edges of an arc, and its nodes from the first to the last
 
 
 class _Corridor:
@@ -35,9 +39,14 @@ class _Corridor:
         """Whether the seam has no cycle: it then opens the same whichever way its arcs go."""
         return not self._opened[1]
 
+    @property
+    def has_parts(self) -> bool:
+        """Whether the seam leaves several parts. Arcs that stay in their places leave as many."""
+        return len(self._opened[2]) > 1
+
     def accepts(self, moved: IntArray) -> bool:
-        """Whether no part has become small. Arcs that stay in their places leave as many parts."""
-        return len(self._opened[2]) == 1 or self.opens(moved)
+        """Whether no part has become small."""
+        return not self.has_parts or self.opens(moved)
 
     def opens(self, moved: IntArray) -> bool:
         """Whether a seam that has moved still opens what it opened, and no part has become small."""
@@ -96,7 +105,7 @@ class _Corridor:
             end = int(before[end])
         return [int(node) for node in self._nodes[nodes]]
 
-    def places(self, nodes: list[int]) -> IntArray:
+    def places(self, nodes: list[int] | IntArray) -> IntArray:
         return self._place[nodes]
 
 
@@ -123,17 +132,17 @@ def tightened(
         moved = _straight(corridor, moved, fixed)
         moved = _balanced(corridor, moved, fixed, reach)
     moved = _straight(corridor, moved, fixed)
-    return moved if corridor.is_tree or corridor.opens(moved) else seam
+    return moved if corridor.is_tree or corridor.has_parts or corridor.opens(moved) else seam
 
 
 def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
     """Each arc by the shortest path that the corridor and the other arcs allow."""
     piece = corridor.piece
 
-    def moved(arcs: list[Arc], seam: IntArray) -> IntArray | None:
+    def moved(arcs: list[Row], seam: IntArray) -> IntArray | None:
         closed, on, old = corridor.closed_at(piece.ends[seam]), _mask(piece, seam), seam
         for edges, nodes in arcs:
-            length, places = corridor.total(np.array(edges)), corridor.places(nodes)
+            length, places = corridor.total(edges), corridor.places(nodes)
             closed[places[1:]] = False
             _, before = corridor.search(int(places[0]), places[-1:], closed, length)
             way = corridor.way(before, int(places[-1]))
@@ -147,15 +156,14 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
                     and corridor.in_place(nodes[0], edges[0], new[-1], on)
                     and corridor.in_place(nodes[-1], edges[-1], new[0], on)
                 ):
-                    seam = np.concatenate((piece.without(seam, np.array(edges)), new))
-                    places, edges = corridor.places(way), new.tolist()
+                    seam = np.concatenate((piece.without(seam, edges), new))
+                    places, edges = corridor.places(way), new
                 on[edges] = True
             closed[places] = True
         return seam if seam is old or corridor.accepts(seam) else None
 
     arcs = [arc for arc in _arcs(piece, seam, fixed) if arc[1][0] != arc[1][-1] and len(arc[0]) > 1]
-    arcs = [arcs[k] for k in longest([corridor.total(np.array(edges)) for edges, _ in arcs])]
-    return in_groups(arcs, seam, moved)
+    return in_groups(longest(arcs, lambda k: corridor.total(arcs[k][0])), seam, moved)
 
 
 def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float) -> IntArray:
@@ -206,8 +214,11 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
 
     steps = steps_along(piece, seam)
     movable = [node for node in steps if node >= piece.holes and node not in fixed and len(steps[node]) == 3]
-    lengths = [sum(corridor.total(np.array(edges)) for edges, _ in arms_at(steps, node)) for node in movable]
-    return in_groups([movable[k] for k in longest(lengths)], seam, moved)
+
+    def length(k: int) -> float:
+        return sum(corridor.total(np.array(edges)) for edges, _ in arms_at(steps, movable[k]))
+
+    return in_groups(longest(movable, length), seam, moved)
 
 
 def _mask(piece: ClosedSurface, seam: IntArray) -> BoolArray:
@@ -216,14 +227,10 @@ def _mask(piece: ClosedSurface, seam: IntArray) -> BoolArray:
     return on
 
 
-def _arcs(piece: ClosedSurface, seam: IntArray, fixed: set[int]) -> list[Arc]:
+def _arcs(piece: ClosedSurface, seam: IntArray, fixed: set[int]) -> list[Row]:
     """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
-    steps, taken, arcs = steps_along(piece, seam), set[int](), list[Arc]()
-    joints = [node for node in steps if is_joint(piece, steps, fixed, node)]
-    for node in [*joints, *steps]:
-        for step in steps[node]:
-            if step[0] not in taken:
-                arc = arm(piece, steps, fixed, node, step, np.inf)
-                taken.update(arc[0])
-                arcs.append(arc)
-    return arcs
+    ends = piece.ends[seam]
+    joint = np.bincount(ends.ravel(), minlength=piece.n) != 2
+    joint[: piece.holes], joint[list(fixed)] = True, True
+    edges, nodes, start = arcs_between(ends, joint)
+    return [(seam[edges[i:j]], nodes[i + k : j + k + 1]) for k, (i, j) in enumerate(pairwise(start.tolist()))]

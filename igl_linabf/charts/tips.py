@@ -64,12 +64,14 @@ def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArr
     # in space the boundary is no farther than on the surface, and a map of stretch 1 has none to save
     least = (1 - CREASE_DISCOUNT) / (1.0 if hidden is None else HIDING) / size / trade
     rim = cKDTree(piece.V[np.concatenate(piece.topology.loops)])
-    worth = saved / 2 > least * rim.query(piece.V[piece.F[faces]])[0].min(axis=1, initial=np.inf)
-    faces, saved = faces[worth], saved[worth]
-    if not len(faces):
+    price = least * rim.query(piece.V[piece.F[faces]])[0].min(axis=1, initial=np.inf)
+    worth = saved / 2 > price
+    faces, saved, price = faces[worth], saved[worth], price[worth]
+    # of sqrt(total) - sqrt(left), where left is 1 at least
+    if not np.maximum(saved / (np.sqrt(total) + 1) - price, 0).sum() >= WORTH:
         return none
     surface = closed_surface(piece, hidden)
-    farthest = (np.sqrt(total) - 1) * size * trade  # whose price is all that there is to save
+    farthest = min(np.sqrt(total) - 1, saved.max() / 2) * size * trade  # whose price is all that it can save
     distance, before, _ = surface.search(np.arange(surface.holes), limit=farthest)
     leaves = surface.node[piece.F[faces]].max(axis=1)  # nodes of loops come first
     price = distance[leaves] / size / trade

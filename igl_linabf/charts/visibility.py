@@ -95,7 +95,7 @@ def valleys(
 ) -> FloatArray:
     """What a seam's length is multiplied by at each edge: less than 1 in concave valleys."""
     steps = smoothing.steps(REACH * size, MAX_STEPS)
-    turned, area = (smoothing.of(sums, steps) for sums in turned_at(component, edges, length, bend))
+    turned, area = smoothing.of(np.column_stack(turned_at(component, edges, length, bend)), steps).T
     depth = np.maximum(-turned / area * size, 0)
     depth = (depth[edges[:, 0]] + depth[edges[:, 1]]) / 2
     return np.asarray(1 - VALLEY_DISCOUNT * depth / (depth + VALLEY))
