@@ -158,18 +158,27 @@ def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tu
     used = np.flatnonzero(in_use)
     check_finite(positions[used], used)
     if weld is None:
-        try:
-            surface = Submesh.of_arrays(positions, faces).as_manifold()
-        except MeshError:
-            pass  # that is what is to be repaired
-        else:
-            soup = is_soup(surface.V, surface.F) and not _apart(surface.V)
-            tiny = _tiny(surface.V)[surface.F].all(axis=1).any()
-            if not (soup or tiny or _beyond(surface.V).any()):
-                return as_it_is(surface), surface
+        surface = _if_clean(positions, faces)
+        if surface is not None:
+            return as_it_is(surface), surface
     done = _repaired(positions, faces, used, weld)
     n = len(done.V)
     return done, Submesh(done.V, done.F, done.faces, np.arange(n), n)
+
+
+def _if_clean(V: FloatArray, F: IntArray) -> Submesh | None:
+    """The surface, if nothing is to be repaired."""
+    try:
+        surface = Submesh.of_arrays(V, F)
+        _ = surface.measured  # what follows is for faces with an area
+        if surface.sound_topology is None:
+            return None
+        surface.as_manifold()
+    except MeshError:  # that is what is to be repaired
+        return None
+    soup = is_soup(surface.V, surface.F) and not _apart(surface.V)
+    tiny = _tiny(surface.V)[surface.F].all(axis=1).any()
+    return None if soup or tiny or _beyond(surface.V).any() else surface
 
 
 def as_it_is(surface: Submesh) -> Cleaned:

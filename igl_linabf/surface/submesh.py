@@ -13,7 +13,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from .areas import measure
 from .arrays import check_finite, compact, face_array, map_array, scatter, sides_along, vertex_array
 from .components import connected_labels, face_components
-from .topology import NEXT, Topology, check_fans, topology_of
+from .topology import NEXT, Topology, check_fans, sound_topology, topology_of
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,7 +71,7 @@ class Submesh:
 
     def as_manifold(self) -> Submesh:
         """The same, checked to be an oriented manifold, of which each face has an area."""
-        measure(self.V, self.F.T, self.vertices)
+        _ = self.measured
         check_fans(self.F, self.topology.sides, self.vertices)
         return self
 
@@ -84,7 +84,12 @@ class Submesh:
     @cached_property
     def topology(self) -> Topology:
         """Connectivity, on first use; raises as `topology_of`."""
-        return topology_of(self.F, self.vertices)
+        return self.sound_topology or topology_of(self.F, self.vertices)
+
+    @cached_property
+    def sound_topology(self) -> Topology | None:
+        """The same; None where it raises for what is wrong at edges, which takes long to tell."""
+        return sound_topology(self.F, self.vertices)
 
     @cached_property
     def measured(self) -> tuple[FloatArray, FloatArray]:

@@ -127,11 +127,19 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
         An edge has more than two faces, or two of opposite orientation; or two fans of faces meet
         in a boundary vertex.
     """
+    made = sound_topology(F, vertices)
+    if made is None:
+        raise _unsound(F, undirected(transposed(F), len(vertices))[0], vertices)
+    return made
+
+
+def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
+    """As `topology_of`; None if an edge has more than two faces, or two of opposite orientation."""
     n = len(vertices)
     corner = transposed(F)
     edges, sides, sound = undirected(corner, n)
     if not sound:
-        raise _unsound(F, edges, vertices)
+        return None
     tail, head = edges[sides[1] < 0].T
     loops = _trace_loops(tail, head, n)
     if loops is None:
@@ -186,7 +194,7 @@ def faults(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, Bool
 def triangles_of(F: IntArray) -> tuple[IntArray, BoolArray]:
     """The number of each face's triangle, by its vertices; and which faces have that of one before them."""
     corners = np.sort(F, axis=1).T
-    order = np.lexsort(corners[::-1])
+    order = np.lexsort((corners[2], corners[0] * (int(F.max()) + 1) + corners[1]))
     ordered = corners[:, order]
     new = np.append(True, (ordered[:, 1:] != ordered[:, :-1]).any(axis=0))
     triangle, twin = np.empty(len(F), dtype=np.int64), np.empty(len(F), dtype=bool)
