@@ -98,6 +98,17 @@ def squares_with_hinges():
     return np.tile(square, (n, 1)), depth, 2 * np.arange(n + 1), hinges
 
 
+def pairs_of_faces(one, other, m):
+    """Pairs of faces in some overlaps, both ways around, one of which winds on; and the faces beside each."""
+    beside = np.column_stack((one, other))[other >= 0] % m
+    begin, neighbour, _ = kernels.shortest_pairs(beside, np.zeros(len(beside)), m)
+    k = np.arange(m)
+    apart = np.where(k < m // 2, 6, np.where(k < 3 * m // 4, m // 4, 0))
+    pairs = np.column_stack((k, k + apart))[(apart > 0) & (k + apart < m) & (k % 29 < 25)]
+    code = np.unique(np.concatenate((pairs @ [m, 1], pairs @ [1, m])))
+    return (*np.divmod(code, m), begin, neighbour)
+
+
 def cases():
     """Each kernel with what it may get: sharp angles, holes, vertices without a row."""
     mesh, t, alpha = topology_and_angles()
@@ -173,6 +184,7 @@ def cases():
         "without_leaves": (t.edges[rng.random(len(t.edges)) < 0.4], np.arange(t.n) % 5 == 0),
         "way_of_fewest": (*ways[:2], np.arange(t.n) % 50 == 3, np.arange(t.n) == t.n - 9),
         "shortest_odd_walk": (*ways, (graph.data > 1.9) + 2 * (graph.data < 1.1), 5, 4),
+        "overlap_sheets": (*pairs_of_faces(one, other, t.corner.shape[1]), 4),
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
         "overlapping": (*triangles(),),

@@ -7,13 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import lengths, shortest_odd_walk, shortest_pairs, way_of_fewest
-from ..surface import Submesh, Topology, check_planar, connected_labels, face_components
+from ..kernels import lengths, overlap_sheets, shortest_odd_walk, shortest_pairs, way_of_fewest
+from ..surface import Submesh, Topology, check_planar, face_components
 
 BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
 PART_COST = 0.1  # of the bounding box's diagonal: the length of seam that one part less is worth
@@ -137,7 +135,9 @@ def _shortest_seam(part: Submesh, pairs: IntArray, most: int) -> IntArray:
     right, left = cell[topology.sides[:, inner] % len(part.F)]  # the faces that such an edge separates
     most = min(most, max(1, int(np.log2(MAX_NODES / topology.n))))
     dual = _Dual(*shortest_pairs(np.column_stack((right, left)), np.zeros(len(inner)), m))
-    sheets = _sheets(pairs, right, left, dual, most)
+    code = np.sort(np.concatenate((pairs @ [m, 1], pairs @ [1, m])))
+    upper, lower = np.divmod(code[np.append(True, code[1:] != code[:-1])], m)
+    sheets = list(overlap_sheets(upper, lower, dual.begin, dual.neighbour, most))
     while not len(seam := _seam_between(V, topology, inner, right, left, dual, sheets)):
         # three single faces over each other: no closed line crosses all three ways an odd number of times
         sheets.pop()
@@ -204,51 +204,6 @@ def _pruned(walk: list[int], n: int, rim: int) -> list[int]:
             path.append(rim)
         arc = [node]
     return [*path, walk[-1] % n]
-
-
-def _sheets(pairs: IntArray, right: IntArray, left: IntArray, dual: _Dual, most: int) -> list[IntArray]:
-    """The two sheets of each of the `most` largest overlaps: faces marked 1 and 2, 0 elsewhere.
-
-    Pairs are neighbours if one face is the same, and the others are neighbours: so an overlap is
-    a component of them. Where it winds on, so that a face is over one and under another, its
-    sheets are grown from one pair on until they meet. Each sheet is connected.
-    """
-    neighbour, begin, m = dual.neighbour, dual.begin, len(dual.begin) - 1
-    both = np.concatenate((pairs, pairs[:, ::-1]))
-    code = np.sort(both[:, 0] * m + both[:, 1])
-    code = code[np.append(np.diff(code) != 0, True)]
-    upper, lower = code // m, code % m
-    starts, ends = [], []
-    for k in range(int(np.diff(begin).max(initial=0))):
-        here = np.flatnonzero(begin[upper] + k < begin[upper + 1])
-        key = neighbour[begin[upper[here]] + k] * m + lower[here]
-        place = np.minimum(np.searchsorted(code, key), len(code) - 1)
-        found = code[place] == key
-        starts.append(here[found])
-        ends.append(place[found])
-    mirror = np.searchsorted(code, lower * m + upper)
-    i, j = np.concatenate(starts), np.concatenate(ends)
-    i, j = np.concatenate((i, mirror[i])), np.concatenate((j, mirror[j]))
-    graph = sparse.csr_array((np.ones(len(i)), (i, j)), shape=(len(code), len(code)))
-    label = connected_labels(np.column_stack((i, j)), len(code))
-    label = np.minimum(label, label[mirror])
-    size, seeds = np.bincount(label), np.full(len(code), len(code))
-    np.minimum.at(seeds, label, np.arange(len(code)))
-    size, seeds, sheets = size[size > 0], seeds[seeds < len(code)], list[IntArray]()
-    for seed in seeds[np.argsort(-size, kind="stable")][:most]:
-        reached = csgraph.breadth_first_order(graph, seed, return_predecessors=False)
-        when = np.full((2, m), len(reached))
-        for side, faces in enumerate((upper[reached], lower[reached])):
-            np.minimum.at(when[side], faces, np.arange(len(reached)))
-        met = when.max(axis=0).min()  # where a face is first both; short of that is room for a seam
-        near = when < (met if met == len(reached) else 0.8 * met)
-        sheet = np.where(near[0], 1, np.where(near[1], 2, 0))
-        sheet[[upper[seed], lower[seed]]] = 1, 2
-        same = (sheet[right] == sheet[left]) & (sheet[right] > 0)
-        piece = connected_labels(np.column_stack((right[same], left[same])), m)
-        sheet[(piece != piece[upper[seed]]) & (piece != piece[lower[seed]])] = 0
-        sheets.append(sheet)
-    return sheets
 
 
 class _Dual(NamedTuple):

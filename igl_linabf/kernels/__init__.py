@@ -36,6 +36,7 @@ from .paths import (
     without_leaves,
 )
 from .places import placed
+from .sheets import overlap_sheets
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved, solved_inside
 from .some_rows import block_rows, blocks_of_rows, left_at_rows, without_rows
