@@ -30,9 +30,7 @@ SHARE = 0.62  # of a page that charts are expected to cover
 HALVINGS = 7  # of the interval of sides
 MOST_SIDE = 1e3  # of the least side: beyond it, gaps leave no room
 MOST_TRIALS = 8  # on the fine grid
-CLOSE = (
-    1.02  # times the side of the best coarse layout, up to which another one may be better on the fine grid
-)
+CLOSE = 1.02  # times the best coarse side, up to which a layout is tried on the fine grid
 SLACK = 0.002  # share by which the page is larger at the next one, doubled each time
 
 Turns = Sequence[ComplexArray] | ComplexArray  # of each chart

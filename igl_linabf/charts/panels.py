@@ -212,37 +212,23 @@ def _slits(creased: Creased, cut: BoolArray) -> tuple[BoolArray, IntArray]:
         np.bincount(of, minlength=int(label.max()) + 1)
         for of in (of_vertex, label, label[np.nonzero(sides)[0]], of_vertex[tip])
     )
-    wanted = (vertices - (3 * faces + rim) / 2 + faces != 1) | (tips > 0)
+    characteristic = vertices - (3 * faces + rim) // 2 + faces
+    wanted = (characteristic != 1) | (tips > 0)
     if not wanted.any():
         return slit, handles
     rows = np.flatnonzero(wanted[label])
     used, F = compact(F[rows], n)
     inner = None if surface.inner is None else surface.inner[rows]
     part = Submesh(surface.V[origin[used]], F, rows, used, n, inner)
-    handles = rows[_with_handles(part)]
+    first = used[np.array([loop[0] for loop in part.topology.loops], dtype=np.int64)]
+    loops = np.bincount(of_vertex[first], minlength=len(vertices))
+    handles = rows[((loops == 0) | (characteristic + loops != 2))[label[rows]]]
     piece = closed_surface(part)
     seam = join(piece, np.zeros(0, dtype=np.int64), piece.node[tip[used]])
     ends, n = origin[used[piece.edges[seam]]], len(surface.V)
     known, given = (np.minimum(*e.T) * n + np.maximum(*e.T) for e in (creased.ends, ends))
     slit[np.searchsorted(known, given)] = True
     return slit, handles
-
-
-def _with_handles(part: Submesh) -> BoolArray:
-    """The faces of components that no seam opens to a disk from its boundary: with handles, or closed."""
-    label, topology = face_components(part.F, len(part.V)), part.topology
-    of_vertex = np.empty(len(part.V), dtype=np.int64)
-    of_vertex[part.F] = label[:, None]
-    vertices, edges, faces, loops = (
-        np.bincount(of, minlength=int(label.max()) + 1)
-        for of in (
-            of_vertex,
-            of_vertex[topology.edges[:, 0]],
-            label,
-            of_vertex[np.array([loop[0] for loop in topology.loops], dtype=np.int64)],
-        )
-    )
-    return np.asarray(((loops == 0) | (vertices - edges + faces + loops != 2))[label])
 
 
 def _laid_flat(creased: Creased, joined: BoolArray) -> ComplexArray:
