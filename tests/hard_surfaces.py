@@ -57,6 +57,15 @@ def pencil(n: int, height: float, tip: float) -> Surface:
     return np.vstack((V, apex)), np.vstack((F[~lid], np.where(top[:n] == n, 2 * n, top[:n] + n)))
 
 
+def rock(roughness: float, times: int = 0) -> Surface:
+    """An ellipsoid of few triangles, smooth below and rough above."""
+    V, F = igl.upsample(*igl.icosahedron(), 2)
+    V = V / np.linalg.norm(V, axis=1)[:, None]
+    out = roughness * np.random.default_rng(0).random(len(V)) * np.clip(V[:, 2] + 0.6, 0, 1)
+    V = V * (1 + out)[:, None] * [1, 1, 1.7]
+    return igl.upsample(V, F, times) if times else (V, F)
+
+
 def plate_with_holes(n: int = 6) -> Surface:
     """A plate with n bores side by side, closed: genus n; its planes are all slivers between the rims."""
     import shapely

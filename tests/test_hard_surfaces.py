@@ -8,7 +8,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import load
-from hard_surfaces import DEVELOPABLE, box, plate_with_holes
+from hard_surfaces import DEVELOPABLE, box, plate_with_holes, rock
 from nasty_meshes import joined
 
 from igl_linabf import MeshError, OutcomeWarning, cut, find_seams, unwrap
@@ -142,3 +142,12 @@ def test_a_net_is_the_shortest_tree_through_the_corners() -> None:
     a, b = V[find_seams(V, F).T]
     assert np.linalg.norm(a - b, axis=1).sum() == pytest.approx(8)  # six short edges and a long one
     assert len(igl.boundary_loop_all(cut(V, F, find_seams(V, F))[1])) == 1
+
+
+@pytest.mark.parametrize("roughness", [0.4, 0.6])
+def test_facets_of_a_subdivided_body_are_no_planes_to_cut_apart(roughness: float) -> None:
+    coarse = unwrap(*rock(roughness))
+    for times in (1, 2):
+        fine = unwrap(*rock(roughness, times))
+        assert len(fine.charts) == len(coarse.charts)
+        assert fine.seam_length < 1.3 * coarse.seam_length

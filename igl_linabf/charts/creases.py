@@ -4,12 +4,13 @@ import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import bends, lengths, normals
-from ..surface import NEXT, PREV, Parts, Submesh, sum_by
+from ..surface import NEXT, PREV, Parts, Submesh, connected_labels, sum_by
 
 NOISE = 2.0**-23  # of the extent: what coordinates in single precision are off by
 UNSURE = 100.0  # times the noise: faces of less height have a normal that means nothing
 NEIGHBOURS = 8  # slivers in a row that take over the normal of the next face
 STRAIGHT, ROUNDING = 0.1, 1e-5  # radians
+TURN = 0.01  # radians by which the outline of a facet turns at its corners at least
 SOFT, SHARP = np.deg2rad([15.0, 40.0])  # bends from which an edge begins to be a crease, and is one
 TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
 OUTSTANDING = 4.0  # times the curvature of any neighbour: that of the apex of a coarse cone, on soft creases
@@ -58,8 +59,9 @@ def all_bends(component: Submesh, size: FloatArray | None = None) -> FloatArray:
 def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
     """The share of the area in faces with a neighbour nearly in their plane.
 
-    A normal may turn by `STRAIGHT` along a way as long as the surface is large. On smooth surfaces, fine or
-    coarse, that is about a tenth of the area. `bend` are its `all_bends`, if they are known.
+    Faces that make up one triangle, as those of a subdivided mesh do, count as this one. A normal may turn
+    by `STRAIGHT` along a way as long as the surface is large. On smooth surfaces, fine or coarse, that is
+    about a tenth of the area. `bend` are its `all_bends`, if they are known.
     """
     return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
 
@@ -72,13 +74,49 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
     double_area = surface.measured[0]
     total = sum_by(of, double_area, number)
     length = lengths(surface.V, topology.edges[inside])
-    way = double_area[sides].sum(axis=0) / np.maximum(length, np.finfo(float).tiny)
+    size = extents_of(surface, of)[of] if number > 1 else np.broadcast_to(extent(surface.V), m)
     if bend is None:
-        bend = all_bends(surface, extents_of(surface, of)[of] if number > 1 else None)
-    straight = np.abs(bend) < STRAIGHT * way / np.sqrt(total / 2)[of[sides[0]]] + ROUNDING
-    flat = np.zeros(m, dtype=bool)
-    flat[sides[:, straight]] = True
-    return np.asarray(sum_by(of, np.where(flat, double_area, 0.0), number) / total)
+        bend = all_bends(surface, size if number > 1 else None)
+    bend = np.abs(bend)
+    facet = _facets(surface, sides, bend, size)
+    area, between = double_area, np.arange(len(bend))
+    if facet is not None:
+        area = sum_by(facet, double_area, int(facet.max()) + 1)
+        between = np.flatnonzero(np.not_equal(*facet[sides]))
+        low, high = np.sort(facet[sides[:, between]], axis=0)
+        pair = np.unique(low * len(area) + high, return_inverse=True)[1]
+        length[between] = sum_by(pair, length[between], int(pair.max(initial=0)) + 1)[pair]
+    beside = sides[:, between] if facet is None else facet[sides[:, between]]
+    way = area[beside].sum(axis=0) / np.maximum(length[between], np.finfo(float).tiny)
+    straight = bend[between] < STRAIGHT * way / np.sqrt(total / 2)[of[sides[0, between]]] + ROUNDING
+    flat = np.zeros(len(area), dtype=bool)
+    flat[beside[:, straight]] = True
+    even = flat if facet is None else flat[facet]
+    return np.asarray(sum_by(of, np.where(even, double_area, 0.0), number) / total)
+
+
+def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArray) -> IntArray | None:
+    """The facet of each face: itself, or a triangle in one plane that it is a part of; None if all are faces.
+
+    `sides` are the faces at the edges, `bend` the angle there, `size` the extent of each face's body.
+    """
+    m, n = len(surface.F), len(surface.V)
+    double_area, dot = surface.measured
+    height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
+    noise = NOISE * size[sides[0]] / np.minimum(*height[sides])
+    in_plane = bend <= np.minimum(ROUNDING + 4 * noise, STRAIGHT / 2)
+    if not in_plane.any():
+        return None
+    plane = connected_labels(sides[:, in_plane].T, m)
+    several = np.flatnonzero(np.bincount(plane)[plane] > 1)
+    angle = np.arctan2(double_area[several], dot[:, several])
+    key, at = np.unique(plane[several] * n + surface.F[several].T, return_inverse=True)
+    turn = np.remainder(sum_by(at.reshape(3, -1), angle, len(key)) + TURN, np.pi)
+    corners = np.bincount(key[turn > 2 * TURN] // n, minlength=int(plane.max()) + 1)
+    triangle = corners == 3
+    if not triangle.any():
+        return None
+    return np.unique(np.where(triangle[plane], m + plane, np.arange(m)), return_inverse=True)[1]
 
 
 def extents_of(surface: Submesh, of: IntArray) -> FloatArray:
