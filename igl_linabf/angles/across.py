@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy import sparse
 
-from .._types import BoolArray, FloatArray, IntArray, Solve
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray, Solve
 from .loops import Closure
 
 Tall: TypeAlias = "FloatArray | sparse.csr_array"
@@ -60,10 +60,10 @@ class Border:
         made[self.rows] = self.values if isinstance(self.values, np.ndarray) else self.values.toarray()
         return made
 
-    def second(self, n: int, columns: BoolArray) -> FloatArray:
+    def second(self, n: int, columns: IntArray) -> FloatArray:
         """The second row of each of `n` pairs, dense, of some columns only."""
-        made = np.zeros((n, int(np.count_nonzero(columns))))
-        own = self.values[1::2][:, np.flatnonzero(columns)]
+        made = np.zeros((n, len(columns)))
+        own = self.values[1::2][:, columns]
         made[self.pairs] = own if isinstance(own, np.ndarray) else own.toarray()
         return made
 
@@ -86,16 +86,17 @@ class Columns:
         Its columns.
     closure : Closure
         What they were made for.
+    schur : (size, size) float64
+        D - B^T C in the metric of C.
     """
 
     each: FloatArray
     closure: Closure
+    schur: FloatArray
 
     def serves(self, closure: Closure) -> bool:
         """Whether these loops are drawn nearly as those that the columns were made for."""
-        q, known = closure.q, self.closure
-        same = np.array_equal(closure.asked, known.asked)
-        return same and float(np.abs(q - known.q).max()) <= ALIKE * float(np.abs(q).max())
+        return alike(closure, self.closure)
 
     def along(self, y: FloatArray) -> FloatArray:
         """C y."""
@@ -112,6 +113,59 @@ class Columns:
     def vertex_rows(self, rows: IntArray) -> FloatArray:
         """Some rows of C, those of vertex constraints."""
         return self.each[:, 2 * rows].T
+
+
+@dataclass(frozen=True, eq=False)
+class ColumnsOfGaps:
+    """The same where vertex rows and wheel rows have one inverse: two columns of a gap are a complex one.
+
+    A column has vertex rows for its real parts, and wheel rows for its imaginary ones. That of a gap's
+    imaginary part is `of_gap`, and that of its real part is i times it.
+
+    Attributes
+    ----------
+    of_gap : (#gaps, #rows) complex128
+    closure : Closure
+    schur : (size, size) float64
+    """
+
+    of_gap: ComplexArray
+    closure: Closure
+    schur: FloatArray
+
+    @cached_property
+    def _asked(self) -> BoolArray:
+        return self.closure.asked.ravel()
+
+    def _parts(self, products: ComplexArray) -> FloatArray:
+        """Products with all columns from those of `of_gap`, conjugate, (#gaps, ...)."""
+        both = np.stack((products.imag, products.real), axis=1)
+        return np.asarray(both.reshape(-1, *products.shape[1:])[self._asked])
+
+    def serves(self, closure: Closure) -> bool:
+        return alike(closure, self.closure)
+
+    def along(self, y: FloatArray) -> FloatArray:
+        every = np.zeros(len(self._asked))
+        every[self._asked] = y
+        return np.asarray((every[1::2] + 1j * every[0::2]) @ self.of_gap).view(np.float64)
+
+    def onto(self, r: FloatArray) -> FloatArray:
+        return self._parts((self.of_gap @ r.view(np.complex128).conj()).conj())
+
+    def onto_border(self, B: Border) -> FloatArray:
+        border = B.values[0::2] + 1j * B.values[1::2]
+        return self._parts(np.asarray((border.T @ self.of_gap[:, B.pairs].conj().T).T))
+
+    def vertex_rows(self, rows: IntArray) -> FloatArray:
+        chosen = self.of_gap[:, rows]
+        return np.stack((-chosen.imag, chosen.real), axis=1).reshape(-1, len(rows))[self._asked].T
+
+    @property
+    def each(self) -> Iterator[FloatArray]:
+        for column, asked in zip(self.of_gap, self.closure.asked, strict=True):
+            for part in np.flatnonzero(asked):
+                yield (column if part else 1j * column).view(np.float64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +215,14 @@ class ColumnsOfPaths:
             yield column.ravel()
 
 
-Across = Columns | ColumnsOfPaths
+Across = Columns | ColumnsOfGaps | ColumnsOfPaths
+
+
+def alike(closure: Closure, known: Closure) -> bool:
+    """Whether two closures ask for the same of loops that are drawn nearly alike."""
+    q = closure.q
+    same = np.array_equal(closure.asked, known.asked)
+    return same and float(np.abs(q - known.q).max()) <= ALIKE * float(np.abs(q).max())
 
 
 def by_pairs(inverse: Solve, r: FloatArray) -> FloatArray:

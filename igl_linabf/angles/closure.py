@@ -11,7 +11,7 @@ from scipy import linalg, sparse
 from .._types import BoolArray, FloatArray, IntArray, Solve
 from ..linalg import NotPositiveDefiniteError
 from ..surface import NEXT, PREV
-from .across import Across, Border, Columns, ColumnsOfPaths, Tall, by_pairs, tall
+from .across import Across, Border, Columns, ColumnsOfGaps, ColumnsOfPaths, Tall, by_pairs, tall
 from .loops import Closure
 from .reduced import System
 
@@ -106,7 +106,7 @@ class ClosingRows:
         NotPositiveDefiniteError
             The rows depend on each other.
         """
-        across = Columns(np.ascontiguousarray(inner(self.B.whole(self._n)).T), self._closure)
+        across = Columns(np.ascontiguousarray(inner(self.B.whole(self._n)).T), self._closure, self.D)
         return self._bordered(inner, across, self.D - across.onto_border(self.B))
 
     def preconditioner(
@@ -116,8 +116,8 @@ class ClosingRows:
 
         With C = diag(L_s, L_s)^-1 B of the conformal metric, the rows T - C^T M close the same paths, and in
         that metric they have nothing in common with M. So they are solved for apart, in their own metric: by
-        D - C^T B - B^T C + C^T S C, which is positive definite for any C. Where the scale of closed
-        paths is all there is, D - C^T B of the conformal metric is as good. Without `S`, the metric is the
+        D - C^T B - B^T C + C^T S C, which is positive definite for any C. Where the turning of closed paths
+        is free, D - C^T B of the conformal metric is as good. Without `S`, the metric is the
         conformal one of these rows. If that is K alone, S is diag(L, L) there, and this is exact. With `S`,
         columns that are `known` of an earlier system may serve as C. Returns C, too.
 
@@ -138,7 +138,7 @@ class ClosingRows:
             across = known
         else:
             across = self._across(inverse, *self._take(system.conformal)[:2])
-        if isinstance(across, ColumnsOfPaths) and across.kind.all():
+        if not self._closure.asked[len(self._closure.asked) - len(self._paths) :, 1].any():
             try:
                 return self._bordered(inner, across, across.schur), across
             except NotPositiveDefiniteError:
@@ -150,9 +150,7 @@ class ClosingRows:
     def conformal(self, inverse: Solve) -> tuple[Across, FloatArray]:
         """C = diag(L, L)^-1 B and D - B^T C, in the conformal metric of these rows."""
         across = self._across(inverse, self.B, self.D)
-        if isinstance(across, ColumnsOfPaths):
-            return across, across.schur
-        return across, self.D - across.onto_border(self.B)
+        return across, across.schur
 
     def _across(self, inverse: Solve, B: Border, D: FloatArray) -> Across:
         """diag(L_s, L_s)^-1 B, by one right-hand side a column.
@@ -160,19 +158,23 @@ class ClosingRows:
         The metric is conformal: what a column has in vertex rows and in wheel rows are real and imaginary
         part of one complex number, and the other part of the gap has i times that.
         """
-        constraints, asked = self._constraints, np.flatnonzero(self._asked)
+        constraints, asked = self._constraints, self._closure.asked
+        across: Across
         if constraints.wheels < constraints.n:
-            whole = B.whole(self._n)
-            return Columns(np.ascontiguousarray(by_pairs(inverse, whole).T), self._closure)
-        path, part = np.divmod(asked, 2)
-        if len(self._paths) == len(self._closure.gap):
-            wheel = B.second(constraints.n, part == 0)
+            whole = by_pairs(inverse, B.whole(self._n))
+            across = Columns(np.ascontiguousarray(whole.T), self._closure, D)
+        elif len(self._paths) == len(asked):
+            path, part = np.nonzero(asked)
+            wheel = B.second(constraints.n, np.flatnonzero(part == 0))
             across = ColumnsOfPaths(inverse(wheel), path, 1 - part, D)
-            return replace(across, schur=D - across.onto_border(B))
-        both = np.zeros((len(self._asked), constraints.n, 2))
-        both[asked, :, 1] = inverse(B.second(constraints.n, part >= 0)).T
-        both[0::2, :, 0], both[1::2, :, 0] = -both[1::2, :, 1], both[0::2, :, 1]
-        return Columns(both[asked].reshape(self.size, self._n), self._closure)
+        else:
+            of_gap = np.zeros((len(asked), constraints.n), dtype=np.complex128)
+            number = np.cumsum(self._asked).reshape(-1, 2) - 1
+            for made, parts, columns in zip(of_gap, asked, number, strict=True):
+                solved = inverse(B.second(constraints.n, columns[parts]))
+                made.view(np.float64).reshape(-1, 2)[:, parts] = solved
+            across = ColumnsOfGaps(of_gap, self._closure, D)
+        return replace(across, schur=D - across.onto_border(B))
 
     def _bordered(self, inner: Solve, across: Across, schur: FloatArray) -> Solve:
         try:
