@@ -11,7 +11,6 @@ from .._runtime import advance, part
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..flattening import Flattening, Isometric, LinABF, Method, Outcome, Sketch, flatten_together, guaranteed
-from ..kernels import products
 from ..measures import (
     Quality,
     change_of,
@@ -260,8 +259,7 @@ def _to_tips(piece: Submesh, result: Flattening, splits: int, task: Task) -> Int
 def _is_needle(piece: Submesh, result: Flattening) -> bool:
     """Whether double precision hardly tells the map from a line: no packing could turn it."""
     length = float((result.uv.max(axis=0) - result.uv.min(axis=0)).max())
-    double_area = products(piece.V, np.ascontiguousarray(piece.F.T))[0]
-    return float(double_area.sum()) <= NEEDLE * length**2
+    return float(piece.measured[0].sum()) <= NEEDLE * length**2
 
 
 def _opened(piece: Submesh, result: Flattening) -> Flattening:

@@ -84,18 +84,29 @@ class Nets:
         ]
 
     @cached_property
+    def _on_sharp(self) -> BoolArray:
+        """The nodes on sharp creases."""
+        on_sharp = np.zeros(self.piece.n, dtype=bool)
+        on_sharp[self.piece.ends[self.piece.sharp == 1]] = True
+        return on_sharp
+
+    @cached_property
+    def _perhaps_cornered(self) -> BoolArray:
+        """These, and the nodes that may be tips."""
+        return np.asarray(self._on_sharp | (self._bent > TIP))
+
+    @cached_property
     def _cornered(self) -> BoolArray:
         """The nodes on sharp creases, and the tips."""
-        piece = self.piece
-        sharp, soft = np.zeros((2, piece.n), dtype=bool)
-        sharp[piece.ends[piece.sharp == 1]] = True
-        soft[piece.ends[piece.sharp > 0]] = True
-        return sharp | tips(self._bent, piece.ends, sharp, soft)
+        on_soft = np.zeros(self.piece.n, dtype=bool)
+        on_soft[self.piece.ends[self.piece.sharp > 0]] = True
+        return self._on_sharp | tips(self._bent, self.piece.ends, self._on_sharp, on_soft)
 
     @cached_property
     def creased(self) -> bool:
         """Whether all that is curved is on sharp creases, or a tip."""
-        return not ((self._bent > 0) & ~self._cornered).any()
+        curved = self._bent > 0
+        return not (curved & ~self._perhaps_cornered).any() and not (curved & ~self._cornered).any()
 
     @cached_property
     def angular(self) -> bool:
@@ -103,7 +114,10 @@ class Nets:
 
         On a smooth surface whose triangles were split into coplanar ones it is not, though each lies flat.
         """
-        return float(self._bent[self._cornered].sum()) >= ANGULAR * float(self._bent.sum())
+        least = ANGULAR * float(self._bent.sum())
+        if float(self._bent[self._perhaps_cornered].sum()) < least:  # which takes less time to find
+            return False
+        return float(self._bent[self._cornered].sum()) >= least
 
     def expected(self, seam: Seam) -> float:
         """L2 stretch to expect, and the shear of coarse faces at vertices that are pressed flat."""

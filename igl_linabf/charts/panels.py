@@ -25,7 +25,7 @@ from ..surface import (
     face_components,
     sum_by,
 )
-from .creases import NOISE, SHARP, SOFT, all_bends, extents_of, flat_shares, sharpness, tips
+from .creases import NOISE, SHARP, SOFT, TIP, all_bends, extents_of, flat_shares, sharpness, tips
 from .cut_graph import closed_surface, join
 from .nets import HARD, NEAR_CREASED, SHARP_SHARE
 
@@ -140,7 +140,11 @@ class Creased:
         on_sharp, on_soft = np.zeros((2, len(surface.V)), dtype=bool)
         on_sharp[ends[self.sharp]] = True
         on_soft[ends[self.bend > SOFT]] = True
-        smooth = (bent > 0) & ~on_sharp & ~tips(bent, ends, on_sharp, on_soft)
+        smooth = (bent > 0) & ~on_sharp
+        made = np.bincount(of_vertex[smooth & (bent <= TIP)], minlength=number) == 0
+        if not made.any():
+            return np.zeros(number, dtype=bool)
+        smooth &= ~tips(bent, ends, on_sharp, on_soft)
         made = np.bincount(of_vertex[smooth], minlength=number) == 0
         if not made.any():
             return np.zeros(number, dtype=bool)
