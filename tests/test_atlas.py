@@ -297,7 +297,7 @@ def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself(cuts_before: 
     V, F = igl.upsample(*igl.icosahedron(), 3)
     V /= np.linalg.norm(V, axis=1)[:, None]
     dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > -0.7])  # L2 stretch 1.6
-    task = charting.Task(LinABF(), True, 6.0, False, False, None, None, True)
+    task = charting.Task(LinABF(), True, 6.0, False, False, None, None)
     parts = charting._chart(dome, cuts_before, task, None)
     assert isinstance(parts, list)
     charts = charting.charts_of([piece for piece, _ in parts], task)
