@@ -175,7 +175,7 @@ def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
     assert footprints(placed, charts, 256).max() == 1
     with pytest.raises(MeshError, match=r"density of 40 do not fit on a page of 256 x 256"):
         pack(charts, resolution=256, texel_density=40, pages=1)
-    with pytest.raises(MeshError, match=r"chart 3 takes 368\d x 284\d\): use a smaller density, a larger"):
+    with pytest.raises(MeshError, match=r"chart 3 takes 368\d x 284\d\): use a smaller density or a larger"):
         pack(charts, resolution=256, texel_density=600)
     with pytest.raises(ValueError, match="needs a resolution"):
         pack(charts, texel_density=40)

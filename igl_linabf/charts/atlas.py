@@ -174,7 +174,8 @@ class Atlas:
     def __repr__(self) -> str:
         troubles = f", {len(self.troubles)} with troubles" * bool(self.troubles)
         charts = f"{len(self.charts):,} chart{'s' * (len(self.charts) != 1)}"
-        return f"<Atlas of {len(self.FTC):,} triangles: {charts}{troubles}, {self.fill:.0%} filled>"
+        faces = f"{'triangle' if self.split is None else 'face'}{'s' * (len(self.FTC) != 1)}"
+        return f"<Atlas of {len(self.FTC):,} {faces}: {charts}{troubles}, {self.fill:.0%} filled>"
 
     def __str__(self) -> str:
         return "\n".join((aligned(self._rows()), *self._lines()))

@@ -128,10 +128,10 @@ def found_on(place: ConePiece, n: int | None, trade: float) -> IntArray:
     where = f"the component of faces {some(place.component.faces)}"
     if n is not None and (n < place.fewest or (n == 1 and place.closed_curvature == 0)):
         chi = place.component.topology.characteristic
-        least = max(place.fewest, 2)
+        least, cones = max(place.fewest, 2), "1 cone is" if n == 1 else f"{n} cones are"
         raise MeshError(
-            f"{where} is closed, of Euler characteristic {chi}, and {n} cones are too few for angles of 90 "
-            f"degrees and more at them: give at least {least}"
+            f"{where} is closed, of Euler characteristic {chi}, and {cones} too few for angles of 90 degrees "
+            f"and more at them: give at least {least}"
         )
     if n == 0 or not len(place.inner):
         return np.zeros(0, dtype=np.int64)

@@ -214,11 +214,14 @@ def _layout(charts: Charts, wish: Wish) -> Layout:
     largest = int(charts.sizes.min(axis=1).argmax())
     wide, high = charts.sizes[largest] * density
     allowed = "a page" if wish.pages in (None, 1) else f"{wish.pages} pages"
-    remedy, verb = "" if wish.pages is None else ", or more pages", "do" if n > 1 else "does"
+    remedy = "use a smaller density or a larger resolution"
+    if wish.pages is not None:
+        remedy = "use a smaller density, a larger resolution, or more pages"
+    verb = "do" if n > 1 else "does"
     raise MeshError(
         f"{n} chart{'s' * (n > 1)} at a texel density of {density:g} {verb} not fit on {allowed} of "
         f"{wish.resolution} x {wish.resolution} texels (chart {largest} takes {wide:.0f} x {high:.0f}): "
-        f"use a smaller density, a larger resolution{remedy}"
+        f"{remedy}"
     )
 
 

@@ -39,7 +39,7 @@ class Spacing:
                     f"margin is {margin!r}: give a share of the square's side, from 0 to {WIDEST}"
                 )
             return cls(margin, margin)
-        if not resolution >= 1:
+        if not (resolution >= 1 and resolution % 1 == 0):
             raise ValueError(f"resolution is {resolution!r}: give the texels along a page's side, like 1024")
         most = WIDEST * resolution
         if not 0 <= padding <= most:

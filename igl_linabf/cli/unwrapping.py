@@ -82,7 +82,7 @@ def _table(path: str, kind: type, what: str) -> Any:
         try:
             table: Any = np.loadtxt(path, dtype=kind, ndmin=2)
         except FileNotFoundError:
-            raise MeshError(f"there is no file {path}: name one of {what}") from None
+            raise MeshError(f"there is no file {path}: name a table of {what}") from None
         except ValueError:
             raise MeshError(f"{path} is no table of {what}") from None
     return table if table.size else table.reshape(0, 2)
