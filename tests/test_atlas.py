@@ -300,7 +300,7 @@ def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself(cuts_before: 
     task = charting.Task(LinABF(), True, 6.0, False, False, None, None)
     parts = charting._chart(dome, cuts_before, task, None)
     assert isinstance(parts, list)
-    charts = charting.charts_of([piece for piece, _ in parts], task)
+    charts = charting.charts_of([piece for piece, _ in parts], np.zeros((0, 2), dtype=np.int64), task)
     assert max(chart.quality.stretch_l2 for chart, _ in charts) < 1.2
 
 
