@@ -223,7 +223,7 @@ def closed_surface(
     every_length = lengths(V, topology.edges)
     true_length = every_length[inside]
     bend = (all_bends(component) if bend is None else bend)[np.searchsorted(every, inside)]
-    length = true_length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1))
+    length = seam_lengths(true_length, bend)
     double_area, dot = component.measured
     size = float(np.sqrt(double_area.sum() / 2))
     smoothing = cache(partial(Smoothing, component, edges, true_length))
@@ -259,6 +259,11 @@ def closed_surface(
         size=size,
         isometric=isometric,
     )
+
+
+def seam_lengths(length: FloatArray, bend: FloatArray) -> FloatArray:
+    """The lengths of edges for a seam, which shows less along bends."""
+    return np.asarray(length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1)))
 
 
 def open_handles(piece: ClosedSurface) -> IntArray:

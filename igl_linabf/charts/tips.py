@@ -7,14 +7,19 @@ turn by half a sphere, a map shrinks far more than that. A short seam to such a 
 import numpy as np
 from scipy.spatial import cKDTree
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, FloatArray, IntArray
+from ..kernels import bends, lengths, nearest_sources, nodes_on_paths, shortest_pairs
 from ..measures import Change, change_of
 from ..surface import Submesh, connected_labels
-from .cut_graph import CREASE_DISCOUNT, closed_surface
-from .visibility import HIDING
+from .creases import face_normals
+from .cut_graph import CREASE_DISCOUNT, seam_lengths
+from .smoothing import Smoothing
+from .visibility import HIDING, shown
 
 SHRUNK = 1 / 16  # of the area that a face at a tip has in the map, at most
 TIPPED = 1.2  # L2 stretch of a map from which on there may be tips that are worth a seam
+FIRST_WAY = 2.0  # times the distance in space: ways that are sought at first
+NEARLY_ALL = 0.4  # share of the vertices, from which on ways are sought among all
 WORTH = 0.008  # L2 stretch that seams have to save beyond their price: the chart is flattened again
 
 
@@ -61,22 +66,69 @@ def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArr
     if trade == 0 or not TIPPED**2 < total < np.inf:
         return none
     faces, saved = tips_of(piece.F, len(piece.V), changed, SHRUNK)
+    interior = piece.topology.interior
+    leaves = np.where(interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
     # in space the boundary is no farther than on the surface, and a map of stretch 1 has none to save
-    least = (1 - CREASE_DISCOUNT) / (1.0 if hidden is None else HIDING) / size / trade
+    shortest = (1 - CREASE_DISCOUNT) / (1.0 if hidden is None else HIDING)
     rim = cKDTree(piece.V[np.concatenate(piece.topology.loops)])
-    price = least * rim.query(piece.V[piece.F[faces]])[0].min(axis=1, initial=np.inf)
-    worth = saved / 2 > price
-    faces, saved, price = faces[worth], saved[worth], price[worth]
+    apart = rim.query(piece.V[piece.F[faces]])[0].min(axis=1, initial=np.inf)
+    unit = size * trade  # the length whose price is 1
+    worth = (saved / 2 > shortest * apart / unit) & (leaves >= 0)
+    leaves, saved, apart = leaves[worth], saved[worth], apart[worth]
     # of sqrt(total) - sqrt(left), where left is 1 at least
-    if not np.maximum(saved / (np.sqrt(total) + 1) - price, 0).sum() >= WORTH:
+    if not np.maximum(saved / (np.sqrt(total) + 1) - shortest * apart / unit, 0).sum() >= WORTH:
         return none
-    surface = closed_surface(piece, hidden)
-    farthest = min(np.sqrt(total) - 1, saved.max() / 2) * size * trade  # whose price is all that it can save
-    distance, before, _ = surface.search(np.arange(surface.holes), limit=farthest)
-    leaves = surface.node[piece.F[faces]].max(axis=1)  # nodes of loops come first
-    price = distance[leaves] / size / trade
-    chosen = worth_a_seam(saved, price, total)
+    farthest = np.minimum(np.sqrt(total) - 1, saved / 2) * unit  # whose price is all that each can save
+    length, before = _ways_from_the_rim(piece, leaves, hidden, shortest, apart, farthest)
+    chosen = worth_a_seam(saved, length / unit, total)
     left = np.sqrt(max(total - saved[chosen].sum(), 1.0))
-    if np.sqrt(total) - left - price[chosen].sum() < WORTH:
+    if np.sqrt(total) - left - length[chosen].sum() / unit < WORTH:
         return none
-    return piece.vertices[surface.edges[surface.paths(before, leaves[chosen])]]
+    passed = nodes_on_paths(before, leaves[chosen])
+    return piece.vertices[np.column_stack((passed, before[passed]))]
+
+
+def _ways_from_the_rim(
+    piece: Submesh,
+    leaves: IntArray,
+    hidden: FloatArray | None,
+    shortest: float,
+    apart: FloatArray,
+    farthest: FloatArray,
+) -> tuple[FloatArray, IntArray]:
+    """The lengths of the shortest ways from the boundary to some vertices, and the vertex before each.
+
+    What is farther than `farthest` may be given as longer. Ways are sought near the vertices first, which are
+    so far `apart` from the boundary in space. No way is shorter than `shortest` times its span in space.
+    """
+    rim, near = np.flatnonzero(~piece.topology.interior), np.zeros(len(piece.V), dtype=bool)
+    sought = np.minimum(FIRST_WAY * apart, farthest)
+    for leaf, reach in zip(leaves.tolist(), (sought / shortest).tolist(), strict=True):
+        near |= np.linalg.norm(piece.V - piece.V[leaf], axis=1) <= reach
+        if np.count_nonzero(near) > NEARLY_ALL * len(near):
+            near[:] = True
+            break
+    while True:
+        ends, length = _edges_near(piece, near, hidden)
+        indptr, indices, edge = shortest_pairs(ends, length, len(piece.V))
+        distance, before, _ = nearest_sources(indptr, indices, length[edge], rim, near, float(farthest.max()))
+        if near.all() or ((distance[leaves] <= sought) | (sought >= farthest)).all():
+            return distance[leaves], before
+        near[:] = True
+
+
+def _edges_near(piece: Submesh, near: BoolArray, hidden: FloatArray | None) -> tuple[IntArray, FloatArray]:
+    """The edges, by their vertices, between two that are near; and their lengths for a seam."""
+    topology = piece.topology
+    inside = piece.cells[1]
+    inside = inside[near[topology.edges[inside]].all(axis=1)]
+    bend = bends(
+        piece.V, topology.corner, np.ascontiguousarray(topology.sides[:, inside]), face_normals(piece)
+    )
+    ends = topology.edges[inside]
+    length = seam_lengths(lengths(piece.V, ends), bend)
+    if hidden is not None:
+        every = topology.edges[piece.cells[1]]
+        size = float(np.sqrt(piece.measured[0].sum() / 2))
+        length *= shown(piece, ends, hidden, Smoothing(piece, every, lengths(piece.V, every)), size)
+    return ends, length
