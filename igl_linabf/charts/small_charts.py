@@ -11,6 +11,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import islice, product
+from typing import NamedTuple
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from ..kernels import lie_over
 from ..layouts import energy_matrix, least_squares
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..measures import change_of, quality_of_each
-from ..surface import Parts, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
+from ..surface import Parts, Submesh, complex_positions, coordinates, flat_angles
 from .atlas import Chart
 from .pieces import of_own_size
 
@@ -68,9 +69,7 @@ def with_small_joined(made: list[Made], most_stretch: float, kept: IntArray) -> 
         key, chart, piece = made[i]
         runs = rims[key[0]].beside(piece) if key[0] in rims else []
         candidate = _Candidate(piece, chart.result.uv)
-        if any(
-            run.host.takes(piece, uv, run, width, most_stretch) for run, width, uv in candidate.ways(runs)
-        ):
+        if any(run.host.takes(piece, z, run, width, most_stretch) for run, width, z in candidate.ways(runs)):
             taken.add(i)
     larger = {host.index: host for hosts in of_piece.values() for host in hosts if host.guests}
     joined = {i: host.joined(made[i]) for i, host in larger.items()}
@@ -80,8 +79,7 @@ def with_small_joined(made: list[Made], most_stretch: float, kept: IntArray) -> 
     return [joined.get(i, entry) for i, entry in enumerate(made) if i not in taken]
 
 
-@dataclass(frozen=True)
-class _Run:
+class _Run(NamedTuple):
     """Edges in a row between a small chart and a host: vertices in both, their places there, and length."""
 
     host: _Host
@@ -96,7 +94,7 @@ class _Guest:
     """A small chart, its vertices' places and, on the run, their index in the host; else -1."""
 
     piece: Submesh
-    uv: FloatArray
+    z: ComplexArray
     of_host: IntArray
 
 
@@ -104,11 +102,11 @@ class _Candidate:
     """A small chart and its map, and the ways to lay it out beside others."""
 
     def __init__(self, piece: Submesh, flat: FloatArray) -> None:
-        self._piece, self._flat = piece, flat
+        self._piece, self._z = piece, complex_positions(flat)
         self._cot = np.divide(piece.measured[1], piece.measured[0])
         self._matrices = dict[float, ComplexArray]()
 
-    def ways(self, runs: list[_Run]) -> Iterator[tuple[_Run, float, FloatArray]]:
+    def ways(self, runs: list[_Run]) -> Iterator[tuple[_Run, float, ComplexArray]]:
         """Runs, widths and places: as the chart is where it fits, and then the others, ever narrower."""
         if not runs:
             return
@@ -116,18 +114,18 @@ class _Candidate:
         for k in np.flatnonzero(fits).tolist():
             z = moved[k]
             z[runs[k].own] = runs[k].at
-            yield runs[k], 1.0, coordinates(z)
+            yield runs[k], 1.0, z
         rest = [run for run, fit in zip(runs, fits, strict=True) if not fit]
         others = list(zip(rest, self._least_shear(rest), strict=True)) if rest else []
         for width, (run, least) in islice(product(WIDTHS, others), MOST_TRIES):
             if least <= run.host.most_shear(width):
-                uv = self._laid_out(run.own, run.at, width)
-                if uv is not None:
-                    yield run, width, uv
+                laid_out = self._laid_out(run.own, run.at, width)
+                if laid_out is not None:
+                    yield run, width, laid_out
 
     def _moved(self, runs: list[_Run]) -> tuple[BoolArray, ComplexArray]:
         """The map turned and shifted to the ends of each run, (#R, #V); where the others fit there, too."""
-        z, vertices = complex_positions(self._flat), Parts.of_sizes([len(run.own) for run in runs])
+        z, vertices = self._z, Parts.of_sizes([len(run.own) for run in runs])
         own, to = (np.concatenate(rows) for rows in zip(*((run.own, run.at) for run in runs), strict=True))
         (first, last), (start, end) = ((x[vertices.start[:-1]], x[vertices.start[1:] - 1]) for x in (own, to))
         apart = z[first] != z[last]
@@ -157,7 +155,7 @@ class _Candidate:
         angle = np.arctan2(*self._piece.measured)
         return self._piece.topology.sum_at_vertices(angle), self._piece.topology.sum_at_vertices(angle**2)
 
-    def _laid_out(self, fixed: IntArray, position: ComplexArray, width: float) -> FloatArray | None:
+    def _laid_out(self, fixed: IntArray, position: ComplexArray, width: float) -> ComplexArray | None:
         """The map of least squares to a conformal one (LSCM) with some vertices held, or a narrower one.
 
         None if the piece is too thin for that.
@@ -165,18 +163,18 @@ class _Candidate:
         topology = self._piece.topology
         try:
             if topology.n > DENSE:
-                z, _ = least_squares(topology, self._cot, fixed, position, Solvers("auto"), width)
-                return coordinates(z)
+                return least_squares(topology, self._cot, fixed, position, Solvers("auto"), width)[0]
             if width not in self._matrices:
                 self._matrices[width] = energy_matrix(topology, self._cot, width)
-            matrix = self._matrices[width]
-            free = np.delete(np.arange(topology.n), fixed)
+            is_free = np.ones(topology.n, dtype=bool)
+            is_free[fixed] = False
+            free, rows = np.flatnonzero(is_free), self._matrices[width][is_free]
             z = np.empty(topology.n, dtype=np.complex128)
             z[fixed] = position
-            z[free] = np.linalg.solve(matrix[np.ix_(free, free)], -matrix[np.ix_(free, fixed)] @ position)
+            z[free] = np.linalg.solve(rows[:, free], -rows[:, fixed] @ position)
         except (NotPositiveDefiniteError, np.linalg.LinAlgError):
             return None
-        return coordinates(z)
+        return z
 
 
 class _Host:
@@ -188,14 +186,18 @@ class _Host:
         self._double_area = self._flat_area = float(piece.measured[0].sum())  # the map has the scale one
         self._squared = chart.quality.stretch_l2**2 * self._double_area
         self._z = complex_positions(chart.result.uv)
-        self._size = -int(np.frexp(np.abs(chart.result.uv).max())[1])  # squares of larger ones could overflow
-        self._in_chart = complex_positions(np.ldexp(chart.result.uv, self._size))[piece.F]
+        size = -int(np.frexp(np.abs(chart.result.uv).max())[1])
+        self._unit = float(np.ldexp(1.0, size))  # squares of larger ones could overflow
+        self._in_chart = self._z[piece.F] * self._unit
 
     def rim(self) -> tuple[IntArray, IntArray]:
         """Its boundary edges, (#E, 2), and their codes."""
-        loops = self._piece.topology.loops
-        rim = np.concatenate([np.column_stack((loop, np.roll(loop, -1))) for loop in loops])
-        return rim, _codes(self._piece, rim)
+        loops = Parts.of_sizes([len(loop) for loop in self._piece.topology.loops])
+        end = np.arange(1, loops.start[-1] + 1)
+        end[loops.start[1:] - 1] = loops.start[:-1]
+        start = np.concatenate(self._piece.topology.loops)
+        rim = np.column_stack((start, start[end]))
+        return rim, _codes(self._piece, *rim.T)
 
     def most_shear(self, width: float) -> float:
         """The mean angle distortion that a chart joined to it may have at this width."""
@@ -208,15 +210,16 @@ class _Host:
         """Where these are in its map."""
         return np.asarray(self._z[vertices])
 
-    def takes(self, piece: Submesh, uv: FloatArray, run: _Run, width: float, most_stretch: float) -> bool:
+    def takes(self, piece: Submesh, z: ComplexArray, run: _Run, width: float, most_stretch: float) -> bool:
         """Whether a chart, at this width, has room there beside this one; it is then a part of it."""
-        double_area = signed_double_areas(complex_positions(uv), piece.topology.corner)
-        if not (double_area > 0).all():
+        own = z[piece.F]
+        double_area = ((own[:, 1] - own[:, 0]).conj() * (own[:, 2] - own[:, 0])).imag
+        if not double_area.min() > 0:
             return False
-        own = complex_positions(np.ldexp(uv, self._size))[piece.F]
+        own *= self._unit
         if lie_over(own, self._in_chart):
             return False
-        changed = change_of(piece, uv)
+        changed = change_of(piece, coordinates(z))
         if not changed.angle_distortion.mean() <= self.most_shear(width):
             return False
         own_area = float(changed.double_area.sum())
@@ -228,7 +231,7 @@ class _Host:
             return False
         of_host = np.full(len(piece.V), -1)
         of_host[run.own] = run.of_host
-        self.guests.append(_Guest(piece, uv, of_host))
+        self.guests.append(_Guest(piece, z, of_host))
         self._in_chart = np.concatenate((self._in_chart, own))
         self._squared, self._double_area, self._flat_area = squared, area, flat_area
         return True
@@ -246,10 +249,10 @@ class _Host:
             n += int(new.sum())
             F.append(index[guest.piece.F])
             V.append(guest.piece.V[new])
-            uv.append(guest.uv[new])
+            uv.append(coordinates(guest.z[new]))
             vertices.append(guest.piece.vertices[new])
             faces.append(guest.piece.faces)
-            angles.append(flat_angles(complex_positions(guest.uv), guest.piece.topology.corner).T)
+            angles.append(flat_angles(guest.z, guest.piece.topology.corner).T)
             inner += [] if guest.piece.inner is None else [guest.piece.inner]
         order = np.argsort(np.concatenate(faces))
         whole = Submesh(
@@ -290,27 +293,28 @@ class _Rims:
     def beside(self, piece: Submesh) -> list[_Run]:
         """Where a chart of one boundary loop lies beside hosts, and parts of that; the longest first."""
         loop = piece.topology.loops[0]
-        following = np.append(loop[1:], loop[0])
-        code = _codes(piece, np.column_stack((following, loop)))  # as the host goes along them
+        after = np.arange(1, len(loop) + 1)
+        after[-1] = 0
+        following = loop[after]
+        code = _codes(piece, following, loop)  # as the host goes along them
         place = np.minimum(np.searchsorted(self._code, code), len(self._code) - 1)
         beside = self._code[place] == code
         (end, start), of = self._rim[place].T, np.where(beside, self._of[place], -1)
         # edge k, from loop[k] to loop[k + 1], goes on in edge k + 1 if the host's vertex there is one
-        after = np.arange(1, len(loop) + 1) % len(loop)
         goes_on = beside & (of == of[after]) & (end == start[after])
         first = beside.copy()
         first[after] &= ~goes_on
-        length = np.linalg.norm(piece.V[following] - piece.V[loop], axis=1)
+        length, goes = np.linalg.norm(piece.V[following] - piece.V[loop], axis=1), goes_on.tolist()
         found = []
         for k in np.flatnonzero(first).tolist():
             number = 1
-            while goes_on[(k + number - 1) % len(loop)]:
+            while goes[(k + number - 1) % len(loop)]:
                 number += 1
-            edges = (k + np.arange(number)) % len(loop)
-            own = np.append(loop[edges], following[edges[-1]])
-            of_host = np.append(start[edges], end[edges[-1]])
+            edges = np.arange(k, k + number) % len(loop)
+            own = np.concatenate((loop[edges], following[edges[-1:]]))
+            of_host = np.concatenate((start[edges], end[edges[-1:]]))
             host, names = self._hosts[of[k]], of_host.tolist()
-            at, upto = host.at(of_host), np.concatenate(([0.0], np.cumsum(length[edges]))).tolist()
+            at, upto = host.at(of_host), [0.0, *np.cumsum(length[edges]).tolist()]
             for i, j in _parts_of_run(number, bool(own[0] == own[-1])):
                 if names[i] != names[j]:
                     part = slice(i, j + 1)
@@ -324,6 +328,5 @@ def _parts_of_run(number: int, closed: bool) -> list[tuple[int, int]]:
     return [(i, j) for i in range(number) for j in range(i + least, min(i + most, number) + 1)]
 
 
-def _codes(piece: Submesh, ends: IntArray) -> IntArray:
-    start, end = piece.vertices[ends].T
-    return np.asarray(start * piece.n_given + end)
+def _codes(piece: Submesh, start: IntArray, end: IntArray) -> IntArray:
+    return np.asarray(piece.vertices[start] * piece.n_given + piece.vertices[end])
