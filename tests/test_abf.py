@@ -136,6 +136,18 @@ def test_steps_in_the_plane_end_at_the_minimum_under_the_bounds(height: float) -
     assert stationarity(V, F, result.angles) <= 1e-6
 
 
+def test_steps_in_the_plane_keep_their_digits_where_lengths_differ_by_many() -> None:
+    V, F = load("stress__optcuts_golf.obj")
+    result = flatten(V, F, "abf")
+    areas = np.abs(igl.doublearea(result.uv, F))
+    assert areas.max() > 1e18 * areas.min()
+    assert result.outcome is Outcome.CONVERGED
+    assert "restoration" not in [step.kind for step in result.steps]
+    estimate = initial_estimate(planar(V, F).topology, corner_angles(planar(V, F))).T
+    assert (result.angles / estimate).min() >= LEAST_SHARE * (1 - 1e-6)
+    assert result.steps[-1].residual <= 1e-9
+
+
 def test_no_step_of_the_feasible_form_raises_the_objective() -> None:
     """From the minimum every direction goes uphill, and a step that is too long must be cut to nothing."""
     mesh = planar(*load("bumps"))

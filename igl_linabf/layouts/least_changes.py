@@ -85,7 +85,7 @@ def least_change(
     """
     plane = _Plane(topology.corner, estimate, bound)
     hessians = Hessians(topology.corner, topology.n, solvers)
-    z, last = start, np.inf
+    z, last = plane.centred(start), np.inf
     past: list[ComplexArray] = []
     held = np.zeros(estimate.shape, dtype=bool)
     alpha, value = plane.measured(z)
@@ -131,6 +131,11 @@ class _Plane:
     def sides(self, z: ComplexArray) -> ComplexArray:
         """(3, #F): the side opposite to each corner, counterclockwise."""
         return np.asarray(z[self.corner[PREV]] - z[self.corner[NEXT]])
+
+    def centred(self, z: ComplexArray) -> ComplexArray:
+        """The map moved so that the smallest triangle is at the origin, where positions have most digits."""
+        smallest = np.abs(self.sides(z)).max(axis=0).argmin()
+        return np.asarray(z - z[self.corner[0, smallest]])
 
     def measured(self, z: ComplexArray) -> tuple[FloatArray, float]:
         """The angles, negative in flipped triangles, and the objective."""
