@@ -142,7 +142,7 @@ class ClosingRows:
             try:
                 return self._bordered(inner, across, across.schur), across
             except NotPositiveDefiniteError:
-                pass  # by an inverse that is not exact
+                pass  # the inverse is not exact, or the scales s_t differ too much
         mixed = across.onto_border(self.B)
         schur = self.D - mixed - mixed.T + np.array([across.onto(S(c)) for c in across.each])
         return self._bordered(inner, across, schur), across

@@ -67,6 +67,11 @@ class Constraints:
         """Whether other sums are asked for than 2 pi inside."""
         return bool((self.sums[~np.isnan(self.sums)] != 2 * np.pi).any())
 
+    @property
+    def plain(self) -> bool:
+        """Whether nothing is asked for but a flat map."""
+        return not (self.made_to_order or self.paths or self.circles)
+
     @cached_property
     def pattern(self) -> Pattern:
         """The graph of the rows."""

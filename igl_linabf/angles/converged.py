@@ -18,6 +18,8 @@ from .linearised import Direction, linearise, solve
 ANCHORED_RTOL = 0.03  # relative reduction of what an anchored step's multipliers miss
 LEAST_RTOL = 0.003  # and at least, where they shake the angles about
 SLOW = 0.7  # share of the least change so far, above which they do, and steps are accelerated
+TOIL = 12  # inner steps of a slow step, above which steps in the plane take less time
+DIGITS = 1e-5  # tolerance for which positions in the plane mostly have enough digits
 NEAR = 1.0  # where the change is below that, by
 DEPTH = 2  # earlier ones
 FEASIBLE_RTOL = 0.01  # and of a feasible or restoring step's
@@ -93,6 +95,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     held, x, free = np.zeros(anchor.shape, dtype=bool), None, anchor**2
     past: tuple[Visited, ...] = ()
     best, stalled, before, size_before, slow = np.inf, 0, 0.0, 0.0, False
+    in_plane = problem.constraints.plain and tol >= DIGITS
     for k in range(MAX_ANCHORED):
         at, weights = state.at, np.where(held, HELD * free, free) if held.any() else free
         try:
@@ -129,7 +132,8 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
                 rtol = max(rtol / 3, LEAST_RTOL)
         else:
             best, stalled = reached, 0
-        if stalled > STALLED or (limited and k > 1 and not bounded):
+        toilsome = slow and in_plane and state.steps[-1].inner_steps > TOIL
+        if stalled > STALLED or (not bounded and (toilsome or (limited and k > 1))):
             break
     return AbfResult(state.at_rest(), False, held)
 

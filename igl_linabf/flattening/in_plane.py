@@ -39,7 +39,7 @@ def converge_in_plane(
         start from, or where the steps do not converge.
     """
     problem = state.problem
-    if problem.constraints is not own or own.made_to_order or own.paths or own.circles:
+    if problem.constraints is not own or not own.plain:
         return None
     for begin in (state, state.back_to_start()):
         try:

@@ -23,6 +23,8 @@ REACH = 0.9  # share of the way to a vanishing angle that a step may go
 MOST_BOUNDS = 200  # angles at most that a step keeps from falling further; for others it is shortened
 ROUNDS = 4  # in which these are found
 KEPT = 0.9  # share of its bound below which rounding and curvature may let no angle fall
+LESS = 0.9  # of what is missing to a bound may be left by a step that lets the objective rise
+AT_BOUND = 1e-6  # share of its bound that may be missing to an angle
 SUFFICIENT = 1e-4  # share of the promised fall that a step has to bring (Armijo)
 HALVINGS = 25
 FAR = 0.1  # scale of a step from which its gain tells of the next ones
@@ -101,9 +103,10 @@ def least_change(
         held = step.held
         promised = -float((here.gradient * step.e).sum())  # half the slope: what the model falls by
         done = LeastChange(z, alpha, held, k, promised / value)
-        if k == MAX_STEPS or promised <= enough * value:
+        broken = plane.broken(alpha)  # a step that brings angles back to their bounds may go uphill
+        if k == MAX_STEPS or (promised <= enough * value and broken <= AT_BOUND):
             return done
-        found = _searched(plane, here, step, value, promised)
+        found = _searched(plane, here, step, value, promised, broken)
         if found is None:
             return done
         past = [z, *past][:2]
@@ -136,6 +139,10 @@ class _Plane:
         """The map moved so that the smallest triangle is at the origin, where positions have most digits."""
         smallest = np.abs(self.sides(z)).max(axis=0).argmin()
         return np.asarray(z - z[self.corner[0, smallest]])
+
+    def broken(self, alpha: FloatArray) -> float:
+        """The largest share of its bound that is missing to an angle; negative where none is."""
+        return float((1 - alpha / self.bound).max())
 
     def measured(self, z: ComplexArray) -> tuple[FloatArray, float]:
         """The angles, negative in flipped triangles, and the objective."""
@@ -291,9 +298,12 @@ def _forces(system: FloatArray, wanted: FloatArray) -> FloatArray:
 
 
 def _searched(
-    plane: _Plane, here: _Linear, step: _BoundedStep, value: float, promised: float
+    plane: _Plane, here: _Linear, step: _BoundedStep, value: float, promised: float, broken: float
 ) -> tuple[ComplexArray, FloatArray, float, float] | None:
-    """Positions, angles, objective and scale of a step that lets it fall; None if none does."""
+    """Positions, angles, objective and scale of a step that lets it fall; None if none does.
+
+    Where bounds are `broken`, by the share that is missing to one, it may let that fall instead.
+    """
     scale = 1.0
     for _ in range(HALVINGS):
         z = here.z + scale * step.dz
@@ -304,7 +314,8 @@ def _searched(
             z = z + _complex(step.columns @ np.linalg.solve(step.system, missing))
             alpha, after = plane.measured(z)
         valid = bool((alpha > KEPT * np.minimum(plane.bound, here.alpha)).all())
-        if valid and after <= value - SUFFICIENT * scale * 2 * promised:
+        good = after <= value - SUFFICIENT * scale * 2 * promised and promised > 0
+        if valid and (good or (broken > AT_BOUND and plane.broken(alpha) <= LESS * broken)):
             return z, alpha, after, scale
         shorter = LONGEST
         if valid:  # where the parabola through both has its minimum
