@@ -23,6 +23,7 @@ from igl_linabf.angles import (
     residual,
 )
 from igl_linabf.angles.full_system import full_step
+from igl_linabf.angles.patches import FAR, within_patches
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import Topology, manifold_topology
 
@@ -142,6 +143,25 @@ def test_few_steps_reach_sums_wheels_and_closed_loops(kind: str) -> None:
         assert abs(b.turning[loop].sum() + 2 * np.pi) < 1e-8 and abs(b.log_ratio[loop].sum()) < 1e-8
     if kind == "closed":  # the sums rule the chord, too
         assert chord_step(linear_step(state, 0.1), 0.1).at.residual.largest < state.at.residual.largest / 3
+
+
+def test_steps_within_patches_change_only_the_angles_around_what_is_missing() -> None:
+    V, F = igl.triangulated_grid(120, 120)
+    V = V + 0.2 / 120 * np.random.default_rng(0).uniform(-1, 1, V.shape)
+    topology, alpha = manifold_topology(F, np.arange(len(V))), igl.internal_angles(V, F).T.copy()
+    problem = AngleProblem(constraints_of(topology), alpha, Solvers())
+    centre = int(np.argmin(np.linalg.norm(V[F].mean(axis=1) - 0.5, axis=1)))
+    alpha[:, centre] += alpha[:, centre].min() * np.array([1.0, -0.5, -0.5])
+    state = State(problem, problem.at(alpha))
+    made = within_patches(state)
+    assert made.steps[-1].kind == "patches"
+    assert made.at.residual.at_vertices < min(FAR, state.at.residual.at_vertices / 5)
+    changed = (made.at.alpha != alpha).any(axis=0)
+    away = np.linalg.norm(V[F].mean(axis=1) - V[F[centre]].mean(axis=0), axis=1)
+    assert changed[centre] and away[changed].max() < 0.1
+    everywhere = alpha + 0.1 * np.random.default_rng(0).uniform(-1, 1, alpha.shape)
+    state = State(problem, problem.at(everywhere))
+    assert within_patches(state) is state
 
 
 @pytest.mark.parametrize("kind", ["one hole", "part of a hole"])

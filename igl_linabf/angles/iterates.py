@@ -15,7 +15,7 @@ from .constraints import Constraints, Residual, residual
 
 REACH = 0.7  # share of the way to a vanishing angle that a triangle's step may go
 
-Kind = Literal["step", "chord", "conformal", "anchored", "feasible", "restoration"]
+Kind = Literal["step", "chord", "conformal", "patches", "anchored", "feasible", "restoration"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +75,9 @@ class Step:
     ----------
     kind : str
         "step": the system and the weights are those of the angles before the step. "chord": the
-        system of the last step. "conformal": a correction in the conformal metric. "anchored",
-        "feasible", "restoration": steps of converged ABF.
+        system of the last step. "conformal": a correction in the conformal metric. "patches":
+        steps within patches around what is missing most. "anchored", "feasible", "restoration": steps of
+        converged ABF.
     inner_steps : int
         Conjugate gradient steps; 0 if the system was factored.
     limited : int

@@ -14,6 +14,7 @@ from .acceleration import Visited, accelerated
 from .closure import ClosingRows
 from .iterations import State
 from .linearised import Direction, Linearised, errors, linearise, solve
+from .patches import within_patches
 from .preconditioner import conformal_inverse, laplacian_inverse
 from .reduced import System
 
@@ -42,8 +43,12 @@ def corrected_steps(
     paths, turned = state.problem.constraints.paths, _turned(state)
     for _ in range(most):
         cut_short = any(step.limited for step in state.steps)
+        made_up = bool(state.steps) and state.steps[-1].kind == "patches"
         below = EARLY_BELOW if turned or (paths and not cut_short) else SMALL
-        below = np.inf if turned and not cut_short else below
+        if turned and not cut_short:
+            below = np.inf
+        elif made_up:
+            below = SMALL
         close = not paths or rtol is not None or cut_short
         if state.steps and rtol is None and state.at.residual.at_vertices < below:
             before = state.at
@@ -68,16 +73,22 @@ def step_by_same_factor(state: State, rtol: float, *, close: bool = False) -> St
     One that the first step began with serves on if that took few inner steps. Where paths turn, a step is cut
     short near cones only. So the factor serves on, unless that step took many inner steps.
     """
-    last = state.steps[-1] if state.steps else None
+    steps = [step for step in state.steps if step.kind != "patches"]
+    last = steps[-1] if steps else None
     same = last is None or last.kind != "step" or not last.limited
     if last is not None and _turned(state):
         same = same or last.inner_steps <= FEW_INNER
-    if len(state.steps) == 1:
-        same = same and state.steps[0].inner_steps <= MANY_INNER
+    if len(steps) == 1:
+        same = same and steps[0].inner_steps <= MANY_INNER
     lin = linearise(
         state.problem, state.at, reuse=state.lin, close=close, close_paths=close, same_factor=same
     )
-    return state.advanced(solve(lin, state.at, rtol), "step")
+    return _made_up(state.advanced(solve(lin, state.at, rtol), "step"))
+
+
+def _made_up(state: State) -> State:
+    """The state after further steps within patches where paths turn and the last step was cut short."""
+    return within_patches(state) if state.steps[-1].limited and _turned(state) else state
 
 
 def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
@@ -87,7 +98,7 @@ def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
     """
     lin = linearise(state.problem, state.at, surface**2, state.lin, same_factor=True)
     direction = solve(lin, state.at, rtol, (state.at.alpha - surface) / surface**2)
-    state = state.advanced(direction, "step")
+    state = _made_up(state.advanced(direction, "step"))
     return state.at_rest() if direction.inner_steps > MANY_INNER else state
 
 
@@ -125,7 +136,7 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
             break
         made, visited = _corrected(state, conformal, earlier)
         left = made.at.residual.largest / missing
-        if left < IN_VAIN:
+        if left < IN_VAIN and not made.steps[-1].limited:
             state = made
             earlier = (*earlier[1 - REMEMBERED :], visited) if earlier or left > FAST else ()
         elif fresh:

@@ -17,6 +17,7 @@ WORTH = 0.999  # share of the squared stretch down to which an exchange has to b
 UNBOUND = 1 << 40
 FIDELITY = 10.0  # growth of the log stretch that is as bad as one of F/3nt by one
 SINGLE = 240  # exchanges that are tried in pairs
+OF_SINGLE = 40.0  # log scale whose powers single precision holds
 TOLD = 300  # of all exchanges, how many have their stretch told exactly
 
 
@@ -104,18 +105,24 @@ class QuarterTurns:
         unit = np.eye(len(base), dtype=np.int64)
         single = (unit[:, None] - unit[None]).reshape(-1, len(base))
         single = single[(single != 0).any(axis=1)]
-        single = single[np.argsort(self._log_squared(base + single), kind="stable")[:SINGLE]]
-        double = [single[i] + single[: i + 1] for i in range(len(single))]
-        lower, upper = np.minimum(lower, base), np.maximum(upper, base)
-        able = base + np.concatenate((0 * base[None], single, *double))
-        able = able[((able >= lower) & (able <= upper)).all(axis=1)]
+        likely = np.argsort(self._log_squared(base + single), kind="stable")[:SINGLE]
+        changed = np.concatenate((0 * base[None], single[likely]))
+        i, j = np.tril_indices(len(changed))  # two of these; the first one changes nothing
+        least, most = (np.clip(bound - base, -4, 4).astype(np.int8) for bound in (lower, upper))
+        both = changed.astype(np.int8)[i] + changed.astype(np.int8)[j]
+        able = ((both >= np.minimum(least, 0)) & (both <= np.maximum(most, 0))).all(axis=1)
+        i, j, both = i[able], j[able], both[able]
 
         # one quarter more of curvature is one less of the angle sum
-        turned = turnings.turned / QUARTER - self._of_nodes(able - base) @ turnings.by_vertex
+        by_change = self._of_nodes(changed) @ turnings.by_vertex
+        turned = turnings.turned / QUARTER - by_change[i] - by_change[j]
         missing = FIDELITY * distortion(turned, nearest_quarters(turned, turnings.cost), turnings.cost)
-        best = np.argsort(missing + self._log_squared(able) / 2, kind="stable")[:TOLD]
-        chosen = best[np.argmin(missing[best] + self._log_stretch(able[best]))]
-        return self._of_nodes(able[chosen]), nearest_quarters(turned[[chosen]], turnings.cost)[0]
+        one = self._log_squared(base + changed)
+        mixed = 4 * changed @ self._variance[1] @ changed.T  # of the quadratic form
+        squared = one[i] + one[j] - one[0] + 2 * mixed[i, j]
+        best = np.argsort(missing + squared / 2, kind="stable")[:TOLD]
+        chosen = best[np.argmin(missing[best] + self._log_stretch(base + both[best]))]
+        return self._of_nodes(base + both[chosen]), nearest_quarters(turned[[chosen]], turnings.cost)[0]
 
     def _in_slots(self, k: IntArray) -> IntArray:
         return np.append(0, k) if self._bounded else k
@@ -125,15 +132,20 @@ class QuarterTurns:
 
     def _log_squared(self, k: IntArray) -> FloatArray:
         """The logarithm of the squared stretch to first order, four times the variance of u."""
+        alone, square, mixed = self._variance
+        return np.asarray(4 * (alone + (k @ square * k).sum(axis=1) + 2 * k @ mixed))
+
+    @cached_property
+    def _variance(self) -> tuple[float, FloatArray, FloatArray]:
+        """The variance of u without the slots, its form in their curvatures, half of what is linear."""
         weight, bare, green = self._sampled
         bare, green = bare - weight @ bare, green - (green @ weight)[:, None]
-        square, mixed = (green * weight) @ green.T, (green * weight) @ bare
-        return np.asarray(4 * ((weight @ bare**2) + (k @ square * k).sum(axis=1) + 2 * k @ mixed))
+        return float(weight @ bare**2), (green * weight) @ green.T, (green * weight) @ bare
 
     def _log_stretch(self, k: IntArray) -> FloatArray:
         """The logarithm of the expected stretch, (n,) for (n, #slots)."""
-        weight, bare, green = self._sampled
-        scaled = np.exp(2 * np.clip(bare + k @ green, -MAX_LOG_SCALE, MAX_LOG_SCALE))
+        weight, bare, green = (part.astype(np.float32) for part in self._sampled)  # many exponentials
+        scaled = np.exp(2 * np.clip(bare + k.astype(np.float32) @ green, -OF_SINGLE, OF_SINGLE))
         return np.asarray(np.log((scaled @ weight) * ((1 / scaled) @ weight)) / 2)
 
 

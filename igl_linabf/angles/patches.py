@@ -1,0 +1,88 @@
+"""Steps within small patches, where a few triangles alone are far from what is asked."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from .._types import BoolArray, FloatArray, IntArray
+from ..errors import SingularSystemError
+from ..kernels import undirected
+from ..linalg import Solvers
+from ..surface import Topology
+from .constraints import Constraints
+from .iterates import AngleProblem, Step
+from .iterations import State
+from .linearised import advance, linearise, solve
+
+SMALL = 10_000  # rows of a surface up to which a step of it all takes as little time
+FAR = 0.1  # residual of a row from which a patch is laid around it
+RINGS = 4  # of triangles around such rows
+LARGEST = 1 / 8  # share of all rows that patches may have: they are solved directly
+NEAR = 0.02  # residual at which the steps within them end
+MOST = 4  # of these
+
+
+def within_patches(state: State) -> State:
+    """The state after steps within patches around the rows that miss most; the other angles stay.
+
+    A step that is cut short in few triangles leaves much there, and next to nothing elsewhere. Further steps
+    of the whole surface would only serve these. So they are taken there alone (nonlinear elimination, Cai and
+    Keyes 2002): what is missing comes to the rims of the patches, spread along them. Where patches would be
+    large, the surface is small, or nothing is gained, the state stays as it is.
+    """
+    before = state.at.residual
+    if len(before.vertex) < SMALL:
+        return state
+    inside = _patches(state.problem.constraints, np.maximum(np.abs(before.vertex), np.abs(before.wheel)))
+    if inside is None:
+        return state
+    faces, problem = _problem(state, inside)
+    at, cut = problem.start, 0
+    try:
+        for _ in range(MOST):
+            at, step = advance(problem, at, solve(linearise(problem, at), at, 0.0), "patches")
+            cut = step.limited
+            if at.residual.at_vertices <= NEAR:
+                break
+    except SingularSystemError:
+        return state
+    alpha = state.at.alpha.copy()
+    alpha[:, faces] = at.alpha
+    after = state.problem.at(alpha)
+    if not after.residual.at_vertices < before.at_vertices:
+        return state
+    made = Step("patches", 0, cut, after.residual.largest)
+    return replace(state, at=after, steps=(*state.steps, made))
+
+
+def _patches(constraints: Constraints, missing: FloatArray) -> BoolArray | None:
+    """(#V,) bool: the vertices inside of patches; None if there are none, or many."""
+    row, corner = constraints.row, constraints.topology.corner
+    own = (row >= 0) & (np.bincount(row + 1, minlength=constraints.n + 1)[row + 1] == 1)
+    inside = own & np.append(missing > FAR, False)[row]
+    for _ in range(RINGS if inside.any() else 0):
+        wider = np.zeros_like(inside)
+        wider[corner[:, inside[corner].any(axis=0)]] = True
+        inside = wider & own
+        if np.count_nonzero(inside) > LARGEST * constraints.n:
+            return None
+    return inside if inside.any() else None
+
+
+def _problem(state: State, inside: BoolArray) -> tuple[IntArray, AngleProblem]:
+    """The faces around some vertices, and the problem of the constraints at these vertices alone."""
+    constraints = state.problem.constraints
+    corner, row = constraints.topology.corner, constraints.row
+    faces = np.flatnonzero(inside[corner].any(axis=0))
+    used, place = np.unique(corner[:, faces], return_inverse=True)
+    corner = np.ascontiguousarray(place.reshape(3, -1))
+    edges, sides, _ = undirected(corner, len(used))
+    topology = Topology(len(used), corner, edges, sides, ())  # its rim is no boundary: it has no row
+    rows = np.sort(row[inside])
+    own = np.where(inside[used], np.searchsorted(rows, row[used]), -1)
+    wheels = int(np.searchsorted(rows, constraints.wheels))
+    target = constraints.target_at(state.at.residual.log_ratio)[rows]
+    here = Constraints(topology, own, target, constraints.sums[used], wheels)
+    return faces, AngleProblem(here, state.at.alpha[:, faces], Solvers("direct"))
