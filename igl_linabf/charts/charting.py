@@ -177,9 +177,11 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]
     results = flatten_together([(piece.V, piece.F) for piece in pieces], method)
     good = [(i, result) for i, result in enumerate(results) if result is not None]
     pairs = overlapping_pairs_of_each([(result.uv, pieces[i].F) for i, result in good])
-    measured = [(pieces[i], result.uv, len(over)) for (i, result), over in zip(good, pairs, strict=True)]
-    for (i, result), over, quality in zip(good, pairs, quality_of_each(measured), strict=True):
-        known[i] = Known(result, over, quality)
+    whole = [(i, result) for (i, result), over in zip(good, pairs, strict=True) if not len(over)]
+    measured = quality_of_each([(pieces[i], result.uv, 0) for i, result in whole])
+    figures = dict(zip((i for i, _ in whole), measured, strict=True))
+    for (i, result), over in zip(good, pairs, strict=True):
+        known[i] = Known(result, over, figures.get(i))
     return known
 
 
@@ -217,7 +219,9 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
             return list(zip(parts, kept_maps(piece, result, parts, pairs, without_tips), strict=True))
     elif len(pairs) and (parts := halves(piece)):
         return _anew(parts)
-    quality = quality_of(piece, result.uv, len(pairs)) if known is None else known.quality
+    quality = None if known is None else known.quality
+    if quality is None:
+        quality = quality_of(piece, result.uv, len(pairs))
     weighed = task.weighs_stretch and not (known is not None and known.without_tips)
     if weighed and len(seams := _worth_of_map(piece, result, quality, splits, task)):
         return _anew(piece.cut_along(seams))

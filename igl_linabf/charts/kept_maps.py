@@ -22,11 +22,14 @@ EXACT = 1 + 1e-4  # stretch and conformal distortion up to which any part does: 
 
 
 class Known(NamedTuple):
-    """A map, its pairs of overlapping faces, its figures; and whether no tip in it is worth a seam."""
+    """A map, its pairs of overlapping faces, its figures, and whether no tip in it is worth a seam.
+
+    A map that overlaps itself, and so is to be cut, may have no figures yet.
+    """
 
     result: Flattening
     pairs: IntArray
-    quality: Quality
+    quality: Quality | None
     without_tips: bool = False
 
 
