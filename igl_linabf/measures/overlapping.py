@@ -83,9 +83,8 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
     z = complex_positions(map_)
     suspect = ~_injective(z, F, chart)
     index = np.flatnonzero(suspect[chart])
-    if np.count_nonzero(suspect) == 1 and (rim := open_sides(F[index], len(z))) is not None:
-        tail, head = (F[index][:, columns].T.ravel()[rim] for columns in ([0, 1, 2], [1, 2, 0]))
-        index = index[may_overlap(z, F[index], tail, head)]
+    if np.count_nonzero(suspect) == 1:
+        return np.asarray(index[_within_chart(z, F[index])])
     return np.asarray(index[_search(map_, F[index], chart[index])]) if len(index) else _no_pairs()
 
 
@@ -118,7 +117,8 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
     asked = np.flatnonzero(~_injective(z, F, chart))
     found = [_no_pairs()] * len(maps)
     if len(asked) == 1:
-        found[asked[0]] = overlapping_pairs(*maps[asked[0]])
+        own = slice(*vertices.start[asked[0] : asked[0] + 2])
+        found[asked[0]] = _within_chart(z[own], maps[asked[0]][1])
     elif len(asked):
         rows = np.flatnonzero(np.isin(chart, asked))
         pairs = rows[_search(coordinates(z), F[rows], chart[rows])]
@@ -126,6 +126,15 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
         for i in np.unique(of).tolist():
             found[i] = pairs[of == i] - faces.start[i]
     return found
+
+
+def _within_chart(z: ComplexArray, F: IntArray) -> IntArray:
+    """All overlapping pairs of a chart, sought where its boundary winds around a place more than once."""
+    rim, index = open_sides(F, len(z)), np.arange(len(F))
+    if rim is not None:
+        tail, head = (F[:, columns].T.ravel()[rim] for columns in ([0, 1, 2], [1, 2, 0]))
+        index = np.flatnonzero(may_overlap(z, F, tail, head))
+    return np.asarray(index[_search(coordinates(z), F[index], None)]) if len(index) else _no_pairs()
 
 
 def _no_pairs() -> IntArray:
