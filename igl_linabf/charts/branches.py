@@ -178,17 +178,12 @@ def arm(
 ) -> Arc:
     """The arc that begins with a step, up to a joint or so far."""
     (edge, at), edges, nodes, limited = step, [step[0]], [node, step[1]], reach < np.inf
-    while at != node and not is_joint(piece, steps, fixed, at):
+    while at != node and at >= piece.holes and at not in fixed and len(there := steps[at]) == 2:
         if limited:
             reach -= float(piece.length[edge])
             if reach <= 0:
                 break
-        (one, there), (other, beyond) = steps[at]
-        edge, at = (one, there) if one != edge else (other, beyond)
+        edge, at = there[0] if there[0][0] != edge else there[1]
         edges.append(edge)
         nodes.append(at)
     return edges, nodes
-
-
-def is_joint(piece: ClosedSurface, steps: Steps, fixed: set[int], node: int) -> bool:
-    return len(steps[node]) != 2 or node < piece.holes or node in fixed

@@ -10,7 +10,6 @@ from .branches import Arc, Steps, arm, in_groups, longest, replaced, steps_along
 from .cut_graph import SHORTER, ClosedSurface, opened
 
 LEFT = 0.7  # of its faces is what a part keeps at least when a seam moves: two arcs around it may meet
-ROUNDS = 1  # of straight arcs and balanced branch points
 
 Row = tuple[IntArray, IntArray]  # the edges of an arc, and its nodes from the first to the last
 
@@ -127,16 +126,14 @@ def tightened(
         How far from a branch point its three arcs may move.
     """
     corridor, fixed = _Corridor(piece, near, seam), set(kept.tolist())
-    moved = seam
-    for _ in range(ROUNDS):
-        moved = _straight(corridor, moved, fixed)
-        moved = _balanced(corridor, moved, fixed, reach)
-    moved = _straight(corridor, moved, fixed)
+    straight = _straight(corridor, seam, fixed, seam[:0])
+    moved = _balanced(corridor, straight, fixed, reach)
+    moved = _straight(corridor, moved, fixed, straight)
     return moved if corridor.is_tree or corridor.has_parts or corridor.opens(moved) else seam
 
 
-def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
-    """Each arc by the shortest path that the corridor and the other arcs allow."""
+def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int], known: IntArray) -> IntArray:
+    """Each arc by the shortest path that the corridor and the other arcs allow; but for arcs of known edges."""
     piece = corridor.piece
 
     def moved(arcs: list[Row], seam: IntArray) -> IntArray | None:
@@ -162,7 +159,9 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int]) -> IntArray:
             closed[places] = True
         return seam if seam is old or corridor.accepts(seam) else None
 
-    arcs = [arc for arc in _arcs(piece, seam, fixed) if arc[1][0] != arc[1][-1] and len(arc[0]) > 1]
+    new = ~_mask(piece, known)
+    arcs = _arcs(piece, seam, fixed)
+    arcs = [arc for arc in arcs if arc[1][0] != arc[1][-1] and len(arc[0]) > 1 and new[arc[0]].any()]
     return in_groups(longest(arcs, lambda k: corridor.total(arcs[k][0])), seam, moved)
 
 
