@@ -133,7 +133,7 @@ def tightened(
 
 
 def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int], known: IntArray) -> IntArray:
-    """Each arc by the shortest path that the corridor and the other arcs allow; but for arcs of known edges."""
+    """Each arc, but those of known edges, by the shortest path that the corridor and the other arcs allow."""
     piece = corridor.piece
 
     def moved(arcs: list[Row], seam: IntArray) -> IntArray | None:
