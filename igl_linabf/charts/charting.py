@@ -165,7 +165,15 @@ def charts_of(pieces: list[Submesh], given: IntArray, task: Task) -> list[tuple[
     done.sort(key=lambda entry: entry[0])  # parts stand where the piece was
     if task.may_find_seams:
         done = with_small_joined(done, task.most_stretch, given)
-    return [(chart, piece) for _, chart, piece in done]
+    return _measured([(chart, piece) for _, chart, piece in done])
+
+
+def _measured(done: list[tuple[Chart, Submesh]]) -> list[tuple[Chart, Submesh]]:
+    """The charts with all their figures; of those that kept a map only some are known."""
+    rows = [i for i, (chart, _) in enumerate(done) if not chart.quality.faces]
+    table = [(done[i][1], done[i][0].result.uv, done[i][0].overlapping) for i in rows]
+    known = {i: replace(done[i][0], quality=q) for i, q in zip(rows, quality_of_each(table), strict=True)}
+    return [(known.get(i, chart), piece) for i, (chart, piece) in enumerate(done)]
 
 
 def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]:

@@ -11,8 +11,9 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..flattening import Flattening
-from ..measures import Quality, quality_of_each
+from ..measures import Quality, change_of, quality_of_each
 from ..surface import Parts, Submesh, complex_positions, signed_double_areas
+from .given import NO_QUALITY
 from .pieces import cut_out, of_own_size, on_part
 
 KEPT = 0.9  # share of its faces from which on the largest part keeps the map; others gain by a new one
@@ -50,13 +51,13 @@ def kept_maps(
     left = pairs[of[pairs[:, 0]] == of[pairs[:, 1]]]
     apart = np.ones(len(parts), dtype=bool)
     apart[of[left[:, 0]]] = False
-    large = size >= KEPT * len(piece.F)
-    asked = np.flatnonzero(large | (apart & (high <= EXACT**2 * low))).tolist()
+    large, even = size >= KEPT * len(piece.F), apart & (high <= EXACT**2 * low)
+    asked = np.flatnonzero(large | even).tolist()
     maps = [of_own_size(on_part(result.uv, piece, parts[k]), parts[k]) for k in asked]
     own = [np.searchsorted(rows[k], left[of[left[:, 0]] == k]) for k in asked]
-    measured = quality_of_each(
-        [(parts[k], uv, len(over)) for k, uv, over in zip(asked, maps, own, strict=True)]
-    )
+    table = [(parts[k], uv, len(over)) for k, uv, over in zip(asked, maps, own, strict=True)]
+    whole = iter(quality_of_each([entry for k, entry in zip(asked, table, strict=True) if even[k]]))
+    measured = [next(whole) if even[k] else decisive(*entry) for k, entry in zip(asked, table, strict=True)]
     for k, uv, over, quality in zip(asked, maps, own, measured, strict=True):
         exact = max(quality.stretch_l2, quality.conformal_distortion) <= EXACT
         if exact or keeps_map(int(size[k]), len(piece.F), quality.stretch_l2):
@@ -65,6 +66,19 @@ def kept_maps(
             made = replace(made, message=f"{result.message}; {cut_off}")
             kept[k] = Known(made, over, quality, without_tips)
     return kept
+
+
+def decisive(piece: Submesh, uv: FloatArray, overlaps: int) -> Quality:
+    """The figures of a map that decide what becomes of it. All others are those of no map, of no faces."""
+    changed = change_of(piece, uv)
+    weight = changed.double_area / changed.double_area.sum()
+    return replace(
+        NO_QUALITY,
+        stretch_l2=float(np.sqrt(weight @ changed.squared_stretch)),
+        conformal_distortion=float(weight @ changed.conformal),
+        angle_distortion=float(changed.angle_distortion.mean()),
+        overlaps=overlaps,
+    )
 
 
 def keeps_map(part: int, whole: int, stretch: float) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Literal
 
 import numpy as np
@@ -106,7 +107,7 @@ class Change:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.minor > 0, self.major / self.minor, np.inf)
 
-    @property
+    @cached_property
     def squared_stretch(self) -> FloatArray:
         """Square of the L2 stretch, with the map scaled to the area of the surface."""
         with np.errstate(divide="ignore", invalid="ignore"):
@@ -126,13 +127,13 @@ class Change:
             squared = (self.major**2 + self.minor**2) / self.scale / 2  # 0 / 0 in a map without area
             return np.where(self.minor > 0, (squared + self.squared_stretch) / 2, np.inf)
 
-    @property
+    @cached_property
     def edge_change(self) -> FloatArray:
         """(3, #F) float64: relative change of the sides' lengths, with the map scaled likewise."""
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(self.scale > 0, np.abs(self.sides / np.sqrt(self.scale) - 1), np.inf)
 
-    @property
+    @cached_property
     def log_area_ratio(self) -> FloatArray:
         """log(area in uv / area in 3-D), with the map scaled to the area of the surface."""
         with np.errstate(divide="ignore", invalid="ignore"):
