@@ -169,6 +169,7 @@ def cases():
         "centred": (z, t.corner, mesh.double_area, np.array([1.0, 3.0]), np.array([0, 9, len(z)]), start),
         "boundary_loops": (*t.edges[t.sides[1] < 0].T, t.n),
         "in_one_piece": (t.sides, t.corner.shape[1]),
+        "fans_around": (np.where(t.corner == 9, 3, t.corner), t.sides, t.n),
         "connected_labels": (t.edges[::3], t.n),
         "spanning_forest": (np.minimum(t.edges, t.n - 9), rng.permutation(len(t.edges))[::2], t.n),
         "above": (t.edges[kernels.spanning_forest(t.edges, np.arange(len(t.edges))[::3], t.n)], t.n),

@@ -23,6 +23,7 @@ from .connectivity import (
 from .development import developed
 from .dissection import dissected, neighbours, separators
 from .drawing import drawn
+from .fans import fans_around
 from .graphs import above, far_apart, shortest_pairs
 from .maps import centred, changes, signed_double_areas
 from .minimum_degree import minimum_degree

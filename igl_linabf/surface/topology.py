@@ -12,7 +12,7 @@ import numpy as np
 from .._runtime import transposed
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import NEXT, PREV, at_edges, boundary_loops, connected_labels, in_one_piece, sum_by, undirected
+from ..kernels import NEXT, PREV, at_edges, boundary_loops, fans_around, in_one_piece, sum_by, undirected
 from .components import vertex_components
 from .parts import Parts
 
@@ -260,19 +260,11 @@ def check_planar(topology: Topology, vertices: IntArray) -> None:
 
 def check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
     """Raise if the faces around a vertex form more than one edge-connected fan."""
-    m = len(F)
-    a, b = sides[:, sides[1] >= 0]
-    # half-edge (k, t) has its ends at corners k + 1 and k + 2; across an edge, end meets start
-    ka, ta, kb, tb = a // m, a % m, b // m, b % m
-    start, end = (np.column_stack((ta * 3 + (ka + i) % 3, tb * 3 + (kb - i) % 3)) for i in (1, 2))
-    label = connected_labels(np.concatenate((start, end)), 3 * m)
-    fan_vertex = np.empty(label.max() + 1, dtype=np.int64)
-    fan_vertex[label] = F.ravel()
-    fans = np.bincount(fan_vertex, minlength=len(vertices))
-    bad = np.flatnonzero(fans > 1)
+    number = fans_around(transposed(F), sides, len(vertices))
+    bad = np.flatnonzero(number > 1)
     if len(bad):
         raise MeshError(
             f"at vertices {some(vertices[bad])} several fans of faces meet in one point "
-            f"(a bowtie; {fans[bad[0]]} fans at the first): duplicate the vertex for each fan, "
+            f"(a bowtie; {number[bad[0]]} fans at the first): duplicate the vertex for each fan, "
             "as igl_linabf.clean does"
         )
