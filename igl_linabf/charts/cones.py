@@ -20,7 +20,7 @@ from .quarter_turns import QUARTER, QuarterTurns
 CONE_TRADE = 30.0
 MAX_CONES = 100  # on a component of few handles, if they are to be found
 IN_VAIN = 4  # cones in a row that do not pay, before no more are tried
-USABLE, IN_VAIN_AT_FIRST = 3.0, 30  # and as long as stretch and price together are not below that
+USABLE = 3.0  # stretch and price together above which more are tried all the same: limbs come one by one
 NARROW = np.pi / 3  # angle of a cone below which another one helps it
 WIDE = 0.75 * np.pi  # angle of a triangle at a cone above which another one helps it
 MOST_QUARTERS = 3  # of curvature at a cone
@@ -151,7 +151,7 @@ def _grown(place: ConePiece, n: int | None, trade: float) -> IntArray:
             in_vain = 0 if cost < least else in_vain + 1
             if cost < least:
                 best, least = scale.nodes, cost
-        if np.isfinite(least) and in_vain >= (IN_VAIN if least < USABLE else IN_VAIN_AT_FIRST):
+        if least < USABLE and in_vain >= IN_VAIN:
             break
     return best if np.isfinite(least) else _first(place, place.limit)
 
