@@ -11,6 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray, Solve
+from ..linalg import Symmetric
 from .loops import Closure
 
 Tall: TypeAlias = "FloatArray | sparse.csr_array"
@@ -110,6 +111,10 @@ class Columns:
         """C^T B."""
         return np.asarray((B.transposed @ self.each[:, B.rows].T).T)
 
+    def within(self, S: Symmetric) -> FloatArray:
+        """C^T S C."""
+        return np.array([self.onto(S.matvec(c)) for c in self.each])
+
     def vertex_rows(self, rows: IntArray) -> FloatArray:
         """Some rows of C, those of vertex constraints."""
         return self.each[:, 2 * rows].T
@@ -161,8 +166,10 @@ class ColumnsOfGaps:
         chosen = self.of_gap[:, rows]
         return np.stack((-chosen.imag, chosen.real), axis=1).reshape(-1, len(rows))[self._asked].T
 
-    @property
-    def each(self) -> Iterator[FloatArray]:
+    def within(self, S: Symmetric) -> FloatArray:
+        return np.array([self.onto(S.matvec(c)) for c in self._each()])
+
+    def _each(self) -> Iterator[FloatArray]:
         for column, asked in zip(self.of_gap, self.closure.asked, strict=True):
             for part in np.flatnonzero(asked):
                 yield (column if part else 1j * column).view(np.float64)
@@ -207,12 +214,9 @@ class ColumnsOfPaths:
     def vertex_rows(self, rows: IntArray) -> FloatArray:
         return np.where(self.kind == 0, self.scale[rows][:, self.path], 0.0)
 
-    @property
-    def each(self) -> Iterator[FloatArray]:
-        for path, kind in zip(self.path, self.kind, strict=True):
-            column = np.zeros((len(self.scale), 2))
-            column[:, kind] = self.scale[:, path]
-            yield column.ravel()
+    def within(self, S: Symmetric) -> FloatArray:
+        upper = S.upper_within(self.scale)[self.kind[:, None], self.path[:, None], self.kind, self.path]
+        return np.asarray(upper + upper.T)
 
 
 Across = Columns | ColumnsOfGaps | ColumnsOfPaths

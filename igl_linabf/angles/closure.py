@@ -9,7 +9,7 @@ import numpy as np
 from scipy import linalg, sparse
 
 from .._types import BoolArray, FloatArray, IntArray, Solve
-from ..linalg import NotPositiveDefiniteError
+from ..linalg import NotPositiveDefiniteError, Symmetric
 from ..surface import NEXT, PREV
 from .across import Across, Border, Columns, ColumnsOfGaps, ColumnsOfPaths, Tall, by_pairs, tall
 from .loops import Closure
@@ -110,7 +110,7 @@ class ClosingRows:
         return self._bordered(inner, across, self.D - across.onto_border(self.B))
 
     def preconditioner(
-        self, system: System, inverse: Solve, S: Solve | None, known: Across | None = None
+        self, system: System, inverse: Solve, S: Symmetric | None, known: Across | None = None
     ) -> tuple[Solve, Across]:
         """Solve the bordered system approximately, by the `inverse` of the Laplacians, (#rows, k).
 
@@ -144,7 +144,7 @@ class ClosingRows:
             except NotPositiveDefiniteError:
                 pass  # the inverse is not exact, or the scales s_t differ too much
         mixed = across.onto_border(self.B)
-        schur = self.D - mixed - mixed.T + np.array([across.onto(S(c)) for c in across.each])
+        schur = self.D - mixed - mixed.T + across.within(S)
         return self._bordered(inner, across, schur), across
 
     def conformal(self, inverse: Solve) -> tuple[Across, FloatArray]:

@@ -21,6 +21,7 @@ from .reduced import System
 SMALL = 0.12  # residual below which they begin: F/3nt stays the same within a thousandth
 EARLY_BELOW = 0.25  # and where angles change more than to a free boundary
 SLOW = 0.2  # share of the residual left by a correction, above which a new factor pays
+SLOW_OF_PATHS, MANY_PATHS = 0.4, 4  # and for so many paths, each with columns of a new factor to solve for
 STALE = 1.5  # if it is so many times the share that the first correction with the factor left
 IN_VAIN = 0.5  # and above which corrections do not help
 MAX_CORRECTIONS = 12
@@ -121,7 +122,8 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
     below : float
         Residual below which they begin.
     """
-    least_norm, conformal, slow = state.lin, None, SLOW
+    least_norm, conformal = state.lin, None
+    least = slow = SLOW_OF_PATHS if len(state.problem.constraints.paths) >= MANY_PATHS else SLOW
     earlier: tuple[Visited, ...] = ()
     if not state.at.residual.largest < below:
         return state
@@ -142,7 +144,7 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
         elif fresh:
             break
         if fresh:
-            slow = min(max(SLOW, STALE * left), IN_VAIN)
+            slow = min(max(least, STALE * left), IN_VAIN)
         if not left <= slow:
             conformal = None
     return replace(state, lin=least_norm)

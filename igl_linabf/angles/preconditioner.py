@@ -51,7 +51,7 @@ def conformal_inverse(
     """
     if closing is None:
         return partial(by_pairs, inverse), None
-    return closing.preconditioner(system, inverse, None if S is None else S.matvec, known)
+    return closing.preconditioner(system, inverse, S, known)
 
 
 @dataclass(frozen=True, eq=False)

@@ -39,6 +39,15 @@ class Symmetric:
     def matvec(self, x: FloatArray) -> FloatArray:
         return np.asarray(self.upper @ x + self._lower @ x)
 
+    def upper_within(self, C: FloatArray) -> FloatArray:
+        """C^T U_ab C, (2, k, 2, k), where U_ab has entry (a, b) of each block of U, and C is (n / 2, k)."""
+        indptr, indices, blocks = self.blocks
+        made = np.empty((2, C.shape[1], 2, C.shape[1]))
+        for a, b in np.ndindex(2, 2):
+            entries = np.ascontiguousarray(blocks[:, 2 * a + b])
+            made[a, :, b] = C.T @ (sparse.csr_array((entries, indices, indptr), shape=2 * C.shape[:1]) @ C)
+        return made
+
     def lower(self) -> sparse.csc_array:
         """Its lower triangle."""
         return sparse.tril(self.whole()).tocsc()
