@@ -205,8 +205,15 @@ def _assembled(triangle: ComplexArray, depth: FloatArray, start: IntArray, hinge
         if size[here] < size[there]:
             here, there, by = there, here, np.conj(by)
             to = -by * to
-        at_hinge = b if chart[b] == there else a  # which most often lies over something, and so comes first
-        fits, s = True, at_hinge
+        both[:] = extent[here]
+        s = there
+        while s >= 0:
+            _widened(both, grids[0][s], by * turn[s], by * shift[s] + to, along)
+            s = following[s]
+        page = hinges.page[h]
+        more = _taken(both, page) - _taken(extent[here], page) - _taken(extent[there], page)
+        at_hinge = b if chart[b] == there else a  # it comes second: it often lies over something, too
+        fits, s = more <= hinges.worth[h], there
         while fits and s >= 0:
             own_turn, own_shift = by * turn[s], by * shift[s] + to
             _moved_box(grids[0][s], own_turn, own_shift, near)
@@ -235,19 +242,13 @@ def _assembled(triangle: ComplexArray, depth: FloatArray, start: IntArray, hinge
                             triangle, depth, start, grids, s, r, back, -back * forth, moved, span
                         )
                 r = following[r]
-            s = there if s == at_hinge else following[s]
-            if s == at_hinge:
-                s = following[s]
+            if s == there and at_hinge != there:
+                s = at_hinge
+            else:
+                s = following[there] if s == at_hinge else following[s]
+                if s == at_hinge:
+                    s = following[s]
         if not fits:
-            continue
-        both[:] = extent[here]  # last, as it takes long and seldom is too much
-        s = there
-        while s >= 0:
-            _widened(both, grids[0][s], by * turn[s], by * shift[s] + to, along)
-            s = following[s]
-        page = hinges.page[h]
-        more = _taken(both, page) - _taken(extent[here], page) - _taken(extent[there], page)
-        if not more <= hinges.worth[h]:
             continue
         extent[here] = both
         s = there
