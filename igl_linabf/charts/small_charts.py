@@ -20,7 +20,7 @@ from ..kernels import lie_over
 from ..layouts import energy_matrix, least_squares
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..measures import change_of, quality_of_each
-from ..surface import Parts, Submesh, complex_positions, coordinates, flat_angles
+from ..surface import Parts, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from .atlas import Chart
 from .pieces import of_own_size
 
@@ -192,11 +192,9 @@ class _Host:
 
     def rim(self) -> tuple[IntArray, IntArray]:
         """Its boundary edges, (#E, 2), and their codes."""
-        loops = Parts.of_sizes([len(loop) for loop in self._piece.topology.loops])
-        end = np.arange(1, loops.start[-1] + 1)
-        end[loops.start[1:] - 1] = loops.start[:-1]
-        start = np.concatenate(self._piece.topology.loops)
-        rim = np.column_stack((start, start[end]))
+        loops = self._piece.topology.loops
+        start = np.concatenate(loops)
+        rim = np.column_stack((start, start[Parts.of_sizes([len(loop) for loop in loops]).following]))
         return rim, _codes(self._piece, *rim.T)
 
     def most_shear(self, width: float) -> float:
@@ -212,11 +210,10 @@ class _Host:
 
     def takes(self, piece: Submesh, z: ComplexArray, run: _Run, width: float, most_stretch: float) -> bool:
         """Whether a chart, at this width, has room there beside this one; it is then a part of it."""
-        own = z[piece.F]
-        double_area = ((own[:, 1] - own[:, 0]).conj() * (own[:, 2] - own[:, 0])).imag
+        double_area = signed_double_areas(z, piece.topology.corner)
         if not double_area.min() > 0:
             return False
-        own *= self._unit
+        own = z[piece.F] * self._unit
         if lie_over(own, self._in_chart):
             return False
         changed = change_of(piece, coordinates(z))
@@ -293,8 +290,7 @@ class _Rims:
     def beside(self, piece: Submesh) -> list[_Run]:
         """Where a chart of one boundary loop lies beside hosts, and parts of that; the longest first."""
         loop = piece.topology.loops[0]
-        after = np.arange(1, len(loop) + 1)
-        after[-1] = 0
+        after = Parts.of_sizes([len(loop)]).following
         following = loop[after]
         code = _codes(piece, following, loop)  # as the host goes along them
         place = np.minimum(np.searchsorted(self._code, code), len(self._code) - 1)

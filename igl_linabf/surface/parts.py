@@ -32,6 +32,13 @@ class Parts:
         return len(self.start) - 1
 
     @cached_property
+    def following(self) -> IntArray:
+        """Where the next element of the same part is, for each; the first one comes after the last."""
+        after = np.arange(1, self.start[-1] + 1)
+        after[self.start[1:][self._filled] - 1] = self.start[:-1][self._filled]
+        return after
+
+    @cached_property
     def sizes(self) -> IntArray:
         """(#parts,) int64."""
         return np.diff(self.start)

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
+from .parts import Parts
 from .triangulation import SEARCHED, triangulated
 
 Kind = TypeVar("Kind", bound=np.generic)
@@ -83,9 +84,7 @@ class Polygons:
     @cached_property
     def following(self) -> IntArray:
         """The next corner of the same polygon, (#C,)."""
-        after = np.arange(1, len(self.corners) + 1)
-        after[self.starts + self.sizes - 1] = self.starts
-        return after
+        return Parts.of_sizes(self.sizes).following
 
     @property
     def shaped(self) -> Faces:
