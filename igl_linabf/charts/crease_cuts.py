@@ -43,8 +43,7 @@ def _is_isometric(piece: Submesh, uv: FloatArray) -> bool:
     if not least < ISOMETRIC**2:  # 1 / s1^2 + 1 / s2^2 >= 2 / (s1 s2) of the singular values
         return False
     changed = change_of(piece, uv)
-    weight = changed.double_area / changed.double_area.sum()
-    stretch, shear = float(weight @ changed.squared_stretch) ** 0.5, float(weight @ changed.conformal)
+    stretch, shear = changed.mean(changed.squared_stretch) ** 0.5, changed.mean(changed.conformal)
     return bool(max(stretch, shear) < ISOMETRIC)
 
 

@@ -71,11 +71,10 @@ def kept_maps(
 def decisive(piece: Submesh, uv: FloatArray, overlaps: int) -> Quality:
     """The figures of a map that decide what becomes of it. All others are those of no map, of no faces."""
     changed = change_of(piece, uv)
-    weight = changed.double_area / changed.double_area.sum()
     return replace(
         NO_QUALITY,
-        stretch_l2=float(np.sqrt(weight @ changed.squared_stretch)),
-        conformal_distortion=float(weight @ changed.conformal),
+        stretch_l2=changed.mean(changed.squared_stretch) ** 0.5,
+        conformal_distortion=changed.mean(changed.conformal),
         angle_distortion=float(changed.angle_distortion.mean()),
         overlaps=overlaps,
     )

@@ -41,8 +41,7 @@ def tips_of(F: IntArray, n: int, changed: Change, shrunk: float) -> tuple[IntArr
 
 def size_and_stretch(changed: Change) -> tuple[float, float]:
     """The square root of a surface's area, and the squared L2 stretch of its map."""
-    double_area = float(changed.double_area.sum())
-    return float(np.sqrt(double_area / 2)), float(changed.double_area @ changed.squared_stretch) / double_area
+    return float(np.sqrt(changed.double_area.sum() / 2)), changed.mean(changed.squared_stretch)
 
 
 def worth_a_seam(saved: FloatArray, price: FloatArray, total: float) -> IntArray:

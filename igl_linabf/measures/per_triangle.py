@@ -96,6 +96,10 @@ class Change:
         """(3, #F) float64: squared relative errors, whose mean is the paper's F/3nt."""
         return np.asarray((self.angle_error / self.angle) ** 2)
 
+    def mean(self, values: FloatArray) -> float:
+        """Over the surface's area, of values of the faces, (#F,)."""
+        return float(self.double_area @ values) / float(self.double_area.sum())
+
     @property
     def flipped(self) -> BoolArray:
         """(#F,) bool: flipped or collapsed."""
