@@ -45,11 +45,10 @@ def corrected_steps(
     for _ in range(most):
         cut_short = any(step.limited for step in state.steps)
         made_up = bool(state.steps) and state.steps[-1].kind == "patches"
-        below = EARLY_BELOW if turned or (paths and not cut_short) else SMALL
         if turned and not cut_short:
             below = np.inf
-        elif made_up:
-            below = SMALL
+        else:
+            below = EARLY_BELOW if (turned and not made_up) or (paths and not cut_short) else SMALL
         close = not paths or rtol is not None or cut_short
         if state.steps and rtol is None and state.at.residual.at_vertices < below:
             before = state.at

@@ -10,7 +10,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import SingularSystemError
 from ..kernels import undirected
 from ..linalg import Solvers
-from ..surface import Topology
+from ..surface import Topology, compact
 from .constraints import Constraints
 from .iterates import AngleProblem, Step
 from .iterations import State
@@ -76,8 +76,8 @@ def _problem(state: State, inside: BoolArray) -> tuple[IntArray, AngleProblem]:
     constraints = state.problem.constraints
     corner, row = constraints.topology.corner, constraints.row
     faces = np.flatnonzero(inside[corner].any(axis=0))
-    used, place = np.unique(corner[:, faces], return_inverse=True)
-    corner = np.ascontiguousarray(place.reshape(3, -1))
+    used, F = compact(corner[:, faces].T, constraints.topology.n)
+    corner = np.ascontiguousarray(F.T)
     edges, sides, _ = undirected(corner, len(used))
     topology = Topology(len(used), corner, edges, sides, ())  # its rim is no boundary: it has no row
     rows = np.sort(row[inside])
