@@ -114,13 +114,17 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         if bounded:
             state = _within_bounds(state)
             now = (state.at.alpha <= AT_BOUND * LEAST_SHARE * anchor) & (~held | (raw.e < 0))
-        lin, x = state.lin, direction.x
+        lin, x = direction.lin.without_matrix, direction.x
+        state = replace(state, lin=lin)
+        del at, raw, direction, e  # the next matrix takes the place of theirs, and a last factor of this
         residual, limited, same = state.at.residual.largest, state.steps[-1].limited, (now == held).all()
         ahead = change * min(change / before, 1.0) if before else change
         if same and max(ahead, residual) <= tol:
             return AbfResult(state.at_rest(), True, held)
-        if same and not limited and not held.any():
-            ended = _ended(state, size, size_before, tol)
+        enough = NEARLY * tol * np.sqrt(objective(state))
+        if same and not limited and not held.any() and _left(size, size_before) <= enough:
+            lin, state = lin.without_factors, state.at_rest()
+            ended = _ended(state, enough, tol)
             if ended is not None:
                 return AbfResult(ended.at_rest(), True, held)
         if limited or not same:
@@ -138,22 +142,28 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     return AbfResult(state.at_rest(), False, held)
 
 
-def _ended(state: State, size: float, before: float, tol: float) -> State | None:
-    """The state on the constraints, if anchored steps have nothing left to do but that.
+def _left(size: float, before: float) -> float:
+    """Relative change of all angles by all further steps: the sum of a geometric series.
+
+    Parameters
+    ----------
+    size, before : float
+        That by the last step, and by the one before; 0 if there was none.
+    """
+    return size**2 / (before - size) if size < before else np.inf
+
+
+def _ended(state: State, enough: float, tol: float) -> State | None:
+    """The state on the constraints, unless going there changes more angles than further steps would.
 
     Parameters
     ----------
     state : State
         After an anchored step.
-    size, before : float
-        Relative change of all angles by that step, and by the one before; 0 if there was none.
+    enough : float
+        Relative change of all angles that further steps may leave.
     tol : float
     """
-    if not size < before:
-        return None
-    enough = NEARLY * tol * np.sqrt(objective(state))
-    if size**2 / (before - size) > enough:  # the sum of a geometric series
-        return None
     made = conformal_steps(state, tol) if state.at.residual.largest > LAST * tol else state
     # the correction is least in another norm, and leads away from the minimum where triangles are thin
     moved = _size((made.at.alpha - state.at.alpha) / state.problem.estimate)

@@ -98,7 +98,12 @@ class Linearised:
     @property
     def without_factors(self) -> Linearised:
         """The same without what only its own solves need; columns of closing rows may serve others."""
-        return replace(self, S=NO_ROWS, inverse=None, precondition=None, whole=None)
+        return replace(self.without_matrix, inverse=None)
+
+    @property
+    def without_matrix(self) -> Linearised:
+        """The same without what only its own solves need but the preconditioner's factor."""
+        return replace(self, S=NO_ROWS, precondition=None, whole=None)
 
     def product(self, x: FloatArray) -> FloatArray:
         """The system's matrix times x."""
