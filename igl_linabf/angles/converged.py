@@ -116,7 +116,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
             now = (state.at.alpha <= AT_BOUND * LEAST_SHARE * anchor) & (~held | (raw.e < 0))
         lin, x = direction.lin.without_matrix, direction.x
         state = replace(state, lin=lin)
-        del at, raw, direction, e  # the next matrix takes the place of theirs, and a last factor of this
+        del at, raw, direction, e  # their memory is for the next matrix, and the last factor
         residual, limited, same = state.at.residual.largest, state.steps[-1].limited, (now == held).all()
         ahead = change * min(change / before, 1.0) if before else change
         if same and max(ahead, residual) <= tol:
