@@ -12,6 +12,8 @@ from conftest import load
 from igl_linabf.charts import cut, find_seams, foreseen, seams, unwrap
 from igl_linabf.charts.coarse import CLUSTERED, Levels, clusters, contracted
 from igl_linabf.charts.cut_graph import closed_surface, shape
+from igl_linabf.charts.expected import log_scale
+from igl_linabf.charts.fine_tips import seam_to_fine_tips
 from igl_linabf.charts.foreseen import coarse_mesh
 from igl_linabf.charts.growing import grown_seam, seam_cost
 from igl_linabf.charts.pieces import flattened
@@ -145,7 +147,8 @@ def test_overlaps_are_cut_beforehand_only_if_most_of_the_map_is_to_be_made_again
     on_stair = np.stack((r * np.cos(t), r * np.sin(t), 0.1 * t), axis=-1)
     before = np.stack((r, t, 0.1 * t), axis=-1)
     V = np.where(t[..., None] > 0, on_stair, before).reshape(-1, 3)
-    parts, uv = foreseen._parts(Submesh.checked(V, igl.triangulated_grid(5, rows + 1)[1]))
+    strip = Submesh.checked(V, igl.triangulated_grid(5, rows + 1)[1])
+    parts, uv = foreseen._parts(strip, *foreseen._sketches([strip]))
     assert uv is not None
     assert bool(parts) is cut
 
@@ -163,6 +166,28 @@ def test_tall_fins_of_a_large_plate_are_foreseen_until_none_is_worth_a_seam() ->
     atlas = unwrap(V, F)
     assert atlas.good
     assert atlas.quality.stretch_l2 <= 4
+
+
+@pytest.mark.parametrize("height", [0.0, 0.8])
+def test_a_spike_that_clusters_do_not_show_gets_its_seam_beforehand(height: float) -> None:
+    """A ball of 20,480 triangles with a spike of some hundreds of them, cut from its back to four sides."""
+    V, F = igl.upsample(*igl.icosahedron(), 5)
+    V = V / np.linalg.norm(V, axis=1)[:, None]
+    spiked = Submesh.checked(V * (1 + height * np.exp((V @ [0.9, 0, 0.436] - 1) / 0.005))[:, None], F)
+    piece = closed_surface(spiked)
+    poles = [[-1, 0, 0], [0, 0, 1], [0, 0, -1], [0, 1, 0], [0, -1, 0]]
+    start, *ends = (int(np.argmax(spiked.V @ pole)) for pole in poles)
+    seam = piece.paths(piece.search(np.array([start]))[1], ends)
+    coarse = Levels.of(piece, CLUSTERED)
+    on = coarse.label(piece.on(seam))
+    u = log_scale(coarse.coarse, on, coarse.coarse.curvature)[coarse.label(np.arange(piece.n))]
+    more = seam_to_fine_tips(piece, seam, u, 6.0)
+    exact = seam_to_fine_tips(piece, seam, log_scale(piece, piece.on(seam), piece.curvature), 6.0)
+    assert bool(len(more)) is bool(len(exact)) is bool(height)
+    if height:
+        out = np.linalg.norm(piece.position, axis=1)
+        assert all(out[piece.ends[found]].max() > 0.95 * out.max() for found in (more, exact))
+        assert shape(piece, np.append(seam, more)) == shape(piece, seam) == (1, 0, 1)
 
 
 def level_set(

@@ -43,7 +43,7 @@ from .tips import TIPPED, seams_to_tips
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
 MANY = 8  # charts from which they are flattened and measured together
-TINY = 4_000  # triangles of all, up to which they always are
+TINY = 4_000  # triangles of the smallest in all, up to which these always are
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 MAX_LEAF_ROUNDS = 8  # of more seams for that or for flips, before it is halved
 MANY_FLIPS, FEW_ROUNDS = 0.05, 2  # share of its faces that flip, and rounds then: no tips are to blame
@@ -177,13 +177,14 @@ def _measured(done: list[tuple[Chart, Submesh]]) -> list[tuple[Chart, Submesh]]:
 
 
 def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]:
-    """Maps of many small pieces, and what is measured of them; None: to be found alone."""
+    """Maps of small pieces or of many, and what is measured of them; None: to be found alone."""
     known: list[Known | None] = [None] * len(pieces)
-    if len(pieces) < MANY and sum(len(piece.F) for piece in pieces) > TINY:
+    asked = _small_or_many(pieces)
+    if not asked:
         return known
     advance("charts", 0.0)
-    results = flatten_together([(piece.V, piece.F) for piece in pieces], method)
-    good = [(i, result) for i, result in enumerate(results) if result is not None]
+    results = flatten_together([(pieces[i].V, pieces[i].F) for i in asked], method)
+    good = [(i, result) for i, result in zip(asked, results, strict=True) if result is not None]
     pairs = overlapping_pairs_of_each([(result.uv, pieces[i].F) for i, result in good])
     whole = [(i, result) for (i, result), over in zip(good, pairs, strict=True) if not len(over)]
     measured = quality_of_each([(pieces[i], result.uv, 0) for i, result in whole])
@@ -191,6 +192,15 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]
     for (i, result), over in zip(good, pairs, strict=True):
         known[i] = Known(result, over, figures.get(i))
     return known
+
+
+def _small_or_many(pieces: list[Submesh]) -> list[int]:
+    """The pieces that are flattened together: all of many, or the smallest, of `TINY` triangles in all."""
+    if len(pieces) >= MANY:
+        return list(range(len(pieces)))
+    size = np.array([len(piece.F) for piece in pieces])
+    order = np.argsort(size, kind="stable")
+    return sorted(order[np.cumsum(size[order]) <= TINY].tolist())
 
 
 def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Chart | list[_Cut]:

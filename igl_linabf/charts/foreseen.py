@@ -8,7 +8,7 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, SingularSystemError
-from ..flattening import Sketch
+from ..flattening import Flattening, Sketch, flatten_together
 from ..measures import change_of, overlapping_pairs_of_chart
 from ..surface import NEXT, Submesh, cleaned_surface
 from .crease_cuts import parted
@@ -23,14 +23,14 @@ FEW = 0.02  # share of faces that overlap, up to which the part cut off is small
 AT_ONCE = 3  # overlaps that one seam parts: a map anew shows what is left of the others
 SHRUNK = 1 / 8  # of the area that a tip has in the map; on the surface itself faces shrink twice as much
 TIP_ROUNDS = 3  # of seams to the tips of a part
-MOST_BRIDGES = 4  # edges that are missing at each hole
+MOST_BRIDGES = 4  # edges that are missing at each hole and handle
 CHIP = 0.02  # share of a component's faces, below which a part is left to a neighbour: it overlaps little
 
 
 def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
     """The triangles of a closed surface, from the nodes at the corners of those that it came from.
 
-    Holes are open. None if the triangles are no oriented manifold, or edges are missing elsewhere.
+    Holes are open. None if the triangles are no oriented manifold, or many edges are missing.
     """
     different = (corners != np.roll(corners, 1, axis=1)).all(axis=1) & (corners >= piece.holes).all(axis=1)
     F = corners[different]
@@ -39,7 +39,7 @@ def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
     inner = ~np.isin(key, piece.key)  # a diagonal of a polygon
     proper = piece.ends[(piece.ends >= piece.holes).all(axis=1)]
     bridges = len(proper) - len(np.unique(key[~inner]))  # between two triangles at holes, or around a handle
-    if bridges > MOST_BRIDGES * piece.holes:
+    if bridges > MOST_BRIDGES * (piece.holes + piece.genus):
         return None
     cleaned, mesh = cleaned_surface(piece.position, F)  # a node beside two holes is in two fans
     if {repair.kind for repair in cleaned.repairs} - {"bowtie"}:
@@ -60,12 +60,14 @@ def overlaps_and_tips(
     label = np.zeros(len(mesh.F), dtype=np.int64)
     for _ in range(MAX_SPLITS):
         smaller = list[tuple[Submesh, int]]()
+        asked = [part for part, _ in waiting if len(part.F) >= CHIP * len(mesh.F)]
+        sketches = iter(_sketches(asked))
         for part, rounds in waiting:
             number += 1
             label[part.faces] = number
             if len(part.F) < CHIP * len(mesh.F):
                 continue
-            parts, uv = _parts(part)
+            parts, uv = _parts(part, next(sketches))
             if parts:
                 shared, times = np.unique(np.concatenate([p.vertices for p in parts]), return_counts=True)
                 walls.append(shared[times > 1])
@@ -138,14 +140,25 @@ def _with_chips_joined(label: IntArray, sides: IntArray) -> IntArray:
     return label
 
 
-def _parts(disk: Submesh) -> tuple[list[Submesh], FloatArray | None]:
+def _sketches(disks: list[Submesh]) -> list[Flattening | None]:
+    """Quick maps of disks, of small ones side by side; None where there is none."""
+    results = flatten_together([(disk.V, disk.F) for disk in disks], Sketch())
+    return [_sketch(disk) if known is None else known for disk, known in zip(disks, results, strict=True)]
+
+
+def _sketch(disk: Submesh) -> Flattening | None:
+    try:
+        return flattened(disk, Sketch())
+    except (MeshError, SingularSystemError):
+        return None
+
+
+def _parts(disk: Submesh, result: Flattening | None) -> tuple[list[Submesh], FloatArray | None]:
     """The parts of a disk whose map overlaps, and this map, if no triangle flips.
 
     There are none if it is sound, or if the largest part keeps the map: nothing is gained by cutting before.
     """
-    try:
-        result = flattened(disk, Sketch())
-    except (MeshError, SingularSystemError):
+    if result is None:
         return [], None
     pairs = overlapping_pairs_of_chart(disk.topology, result.uv)
     few = len(np.unique(pairs)) < FEW * len(disk.F)

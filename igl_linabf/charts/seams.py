@@ -21,6 +21,7 @@ from .coarse import CLUSTERED, DIRECT, DIRECT_HANDLES, Levels
 from .creases import all_bends, flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface
 from .expected import log_scale
+from .fine_tips import seam_to_fine_tips
 from .foreseen import coarse_mesh, overlaps_and_tips
 from .growing import (
     DRAWN_SHORTER,
@@ -317,7 +318,12 @@ def _best(
             more, ends = overlaps_and_tips(coarse, mesh, seam, trade * DRAWN_SHORTER)
             leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
             seam = np.append(seam, more)
-        return levels.drawn(seam, leaves)
+        drawn = levels.drawn(seam, leaves)
+        if not part_overlaps or trade == 0:
+            return drawn
+        of_clusters = log_scale(levels.coarse, levels.coarse.on(seam), levels.coarse.curvature)
+        u = of_clusters[levels.label(np.arange(piece.n))]
+        return np.append(drawn, seam_to_fine_tips(piece, drawn, u, trade))
     seam = grown_seam(piece, trade, holes)[0]
     if hard and (net := cheaper(seam)) is not None:
         return net

@@ -18,18 +18,18 @@ def may_overlap(z: ComplexArray, F: IntArray, tail: IntArray, head: IntArray) ->
     if not (signed_double_areas(z, F.T) > 0).all():
         return np.ones(len(F), dtype=bool)
     side = int(np.clip(np.sqrt(len(F)), 8, MOST_CELLS))
-    used = z[F]
-    low = complex(used.real.min(), used.imag.min())
-    scale = side / max(float(np.ptp(used.real)), float(np.ptp(used.imag)))
+    (left, right), (below, above) = ((_least(x[F.T]), -_least(-x[F.T])) for x in (z.real, z.imag))
+    low = complex(left.min(), below.min())
+    scale = side / max(float(right.max()) - low.real, float(above.max()) - low.imag)
     a, b = _short((z[tail] - low) * scale, (z[head] - low) * scale)
     marked = _passed(a, b, side) | (_winding(a, b, side) > 1)
     total = np.zeros((side + 1, side + 1), dtype=np.int64)
     total[1:, 1:] = marked.cumsum(axis=0).cumsum(axis=1)
-    used = (used - low) * scale
-    left, right = _cells(used.real.min(axis=1), used.real.max(axis=1), side)
-    below, above = _cells(used.imag.min(axis=1), used.imag.max(axis=1), side)
-    above, right = above + 1, right + 1
-    return np.asarray(total[above, right] - total[below, right] - total[above, left] + total[below, left] > 0)
+    first, last = _cells((left - low.real) * scale, (right - low.real) * scale, side)
+    lowest, highest = _cells((below - low.imag) * scale, (above - low.imag) * scale, side)
+    highest, last = highest + 1, last + 1
+    in_box = total[highest, last] - total[lowest, last] - total[highest, first] + total[lowest, first]
+    return np.asarray(in_box > 0)
 
 
 def open_sides(F: IntArray, n: int) -> IntArray | None:
@@ -39,6 +39,12 @@ def open_sides(F: IntArray, n: int) -> IntArray | None:
     if (code[1:] == code[:-1]).any():
         return None
     return np.flatnonzero(~np.isin(head * n + tail, code, assume_unique=True))
+
+
+def _least(values: FloatArray) -> FloatArray:
+    """Of the values at the three corners, (3, #F): row by row, which takes a quarter of the time."""
+    a, b, c = values
+    return np.asarray(np.minimum(np.minimum(a, b), c))
 
 
 def _short(start: ComplexArray, end: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
