@@ -274,6 +274,8 @@ def test_what_cannot_be_packed_is_refused() -> None:
         pack([(np.eye(2), triangle)])
     with pytest.raises(ValueError, match="margin"):
         pack([good], margin=0.2)
+    with pytest.raises(ValueError, match=r"resolution is \(512, 1024\): .* square page"):
+        pack([good], resolution=(512, 1024))
     with pytest.raises(MeshError, match="100 charts do not fit"):
         pack(stars(np.ones(100)), margin=0.1)
 

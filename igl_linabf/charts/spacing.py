@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 WIDEST = 0.1  # of the side between two charts
 
 
@@ -39,8 +41,10 @@ class Spacing:
                     f"margin is {margin!r}: give a share of the square's side, from 0 to {WIDEST}"
                 )
             return cls(margin, margin)
-        if not (resolution >= 1 and resolution % 1 == 0):
-            raise ValueError(f"resolution is {resolution!r}: give the texels along a page's side, like 1024")
+        if np.ndim(resolution) or not (resolution >= 1 and resolution % 1 == 0):
+            raise ValueError(
+                f"resolution is {resolution!r}: give the texels along a square page's side, like 1024"
+            )
         most = WIDEST * resolution
         if not 0 <= padding <= most:
             raise ValueError(
