@@ -30,11 +30,11 @@ BENIGN = {  # per cent by which F/3nt of one linear step may be away from conver
 }
 
 
-def cone(height: float) -> tuple[np.ndarray, np.ndarray]:
-    """A cone of radius 1/4 and `height` on a round plate: its tip has an angle deficit of some 5."""
+def cone(height: float, radius: float = 0.25, around: int = 20) -> tuple[np.ndarray, np.ndarray]:
+    """A cone on a round plate of so many rings: its tip has an angle deficit of some 5."""
     from high_curvature import rings, spike
 
-    return rings(20, lambda z: spike(np.abs(z), height, 0.25))
+    return rings(around, lambda z: spike(np.abs(z), height, radius))
 
 
 def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
@@ -133,6 +133,15 @@ def test_steps_in_the_plane_end_at_the_minimum_under_the_bounds(height: float) -
     assert 1 <= kinds.count("feasible") <= 20
     estimate = initial_estimate(planar(V, F).topology, corner_angles(planar(V, F))).T
     assert (result.angles / estimate).min() >= LEAST_SHARE * (1 - 1e-6)
+    assert stationarity(V, F, result.angles) <= 1e-6
+
+
+def test_few_steps_of_the_whole_surface_serve_a_few_triangles_near_their_bounds() -> None:
+    V, F = cone(1.5, radius=0.1, around=40)
+    result = flatten(V, F, ABF(tol=1e-9))
+    kinds = [step.kind for step in result.steps]
+    assert result.outcome is Outcome.CONVERGED
+    assert 1 <= kinds.count("feasible") <= 3  # seven without further steps in patches
     assert stationarity(V, F, result.angles) <= 1e-6
 
 

@@ -9,7 +9,7 @@ from scipy import sparse
 
 from .._runtime import advance
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..linalg import Analysis, Factored, NotPositiveDefiniteError, Solvers
+from ..linalg import Analysis, Factored, NotPositiveDefiniteError, Solvers, held
 from ..surface import NEXT, PREV, Parts
 from .isometric_energy import Rest
 
@@ -56,10 +56,14 @@ class Springs:
 
 
 class Hessians:
-    """The pattern of the energy's Hessian, x and y of each vertex side by side; analysed once."""
+    """The pattern of the energy's Hessian, x and y of each vertex side by side; analysed once.
 
-    def __init__(self, corner: IntArray, n: int, solvers: Solvers) -> None:
+    Only the first `free` vertices move, all of them if it is not given.
+    """
+
+    def __init__(self, corner: IntArray, n: int, solvers: Solvers, free: int | None = None) -> None:
         self._index, self._n = np.concatenate((2 * corner, 2 * corner + 1)).ravel(), n
+        self._moving = 2 * (n if free is None else free)
         sides = np.sort((corner[NEXT], corner[PREV]), axis=0)
         keys, edge = np.unique((sides[0] * n + sides[1]).ravel(), return_inverse=True)
         low, high = keys // n, keys % n
@@ -102,6 +106,7 @@ class Hessians:
         slope = np.asarray(np.bincount(self._index, by_corner.ravel(), 2 * self._n), dtype=np.float64)
         if springs is not None:
             slope += _interleaved(2 * springs.stiffness * (z - springs.to))
+        slope[self._moving :] = 0.0
         return slope
 
     def factored(self, rows: FloatArray, springs: Springs | None, damping: float = DAMPING) -> Factored:
@@ -115,7 +120,7 @@ class Hessians:
         while True:
             data[self._own] *= 1 + damping
             try:
-                return self._analysis.factor(self._lower(data))
+                return self._analysis.factor(held(self._lower(data), self._moving))
             except NotPositiveDefiniteError:
                 if damping > 1:
                     raise

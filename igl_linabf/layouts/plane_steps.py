@@ -1,0 +1,234 @@
+"""Converged ABF in the plane: the quadratic model over the positions, and its minimum under the bounds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import nnls
+
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..linalg import Factored
+from ..surface import NEXT, PREV
+from .newton import Hessians, Springs
+
+REACH = 0.9  # share of the way to a vanishing angle that a step may go
+MOST_BOUNDS = 200  # angles at most that a step keeps from falling further; for others it is shortened
+ROUNDS = 4  # in which these are found
+REGULAR = 1e-12  # of the diagonal of the bounds' system: they may depend on each other
+EPSILON = 2.0**-52
+
+
+@dataclass(frozen=True, eq=False)
+class Plane:
+    """The objective over the positions.
+
+    Attributes
+    ----------
+    corner : (3, #F) int64
+    estimate, bound : (3, #F) float64
+    free : int
+        So many vertices move, the first ones.
+    outside : float
+        The objective of triangles beyond, which do not move.
+    """
+
+    corner: IntArray
+    estimate: FloatArray
+    bound: FloatArray
+    free: int
+    outside: float = 0.0
+
+    def sides(self, z: ComplexArray) -> ComplexArray:
+        """(3, #F): the side opposite to each corner, counterclockwise."""
+        return np.asarray(z[self.corner[PREV]] - z[self.corner[NEXT]])
+
+    def centred(self, z: ComplexArray) -> ComplexArray:
+        """The map moved so that the smallest triangle is at the origin, where positions have most digits."""
+        smallest = np.abs(self.sides(z)).max(axis=0).argmin()
+        return np.asarray(z - z[self.corner[0, smallest]])
+
+    def part(self, faces: IntArray, corner: IntArray, free: int, alpha: FloatArray, value: float) -> Plane:
+        """That of some faces, with `corner` numbered anew; `alpha` and `value` are those of the whole map."""
+        estimate = self.estimate[:, faces]
+        inside = float((((alpha[:, faces] - estimate) / estimate) ** 2).sum())
+        return Plane(corner, estimate, self.bound[:, faces], free, value - inside)
+
+    def broken(self, alpha: FloatArray) -> float:
+        """The largest share of its bound that is missing to an angle; negative where none is."""
+        return float((1 - alpha / self.bound).max())
+
+    def measured(self, z: ComplexArray) -> tuple[FloatArray, float]:
+        """The angles, negative in flipped triangles, and the objective."""
+        side = self.sides(z)
+        turn = -side[NEXT] * side[PREV].conj()
+        alpha = np.arctan2(turn.imag, turn.real)
+        return alpha, self.outside + float((((alpha - self.estimate) / self.estimate) ** 2).sum())
+
+
+@dataclass(frozen=True, eq=False)
+class Linear:
+    """The angles as linear functions of the positions.
+
+    Attributes
+    ----------
+    rows : (3, 6, #F) float64
+        The slope of each angle by x of its triangle's corners, then by y.
+    gradient : (3, #F) float64
+        Half the objective's, by the angles.
+    """
+
+    plane: Plane
+    z: ComplexArray
+    alpha: FloatArray
+    inverse: ComplexArray
+    rows: FloatArray
+    gradient: FloatArray
+
+    @classmethod
+    def of(cls, plane: Plane, z: ComplexArray, alpha: FloatArray) -> Linear:
+        inverse = 1 / plane.sides(z)
+        slope = np.empty((3, 3, alpha.shape[1]), dtype=np.complex128)  # d alpha_k = Im sum slope[k, j] dz_j
+        for k in range(3):
+            slope[k, k] = inverse[NEXT[k]] + inverse[PREV[k]]
+            slope[k, PREV[k]] = -inverse[NEXT[k]]
+            slope[k, NEXT[k]] = -inverse[PREV[k]]
+        rows = np.concatenate((slope.imag, slope.real), axis=1)
+        return cls(plane, z, alpha, inverse, rows, (alpha - plane.estimate) / plane.estimate**2)
+
+    def springs(self) -> Springs | None:
+        """Two that are at rest: the objective does not change when a map is moved, turned or scaled.
+
+        None where vertices are fixed.
+        """
+        if self.plane.free < len(self.z):
+            return None
+        ends = [self.z.real.argmin(), self.z.real.argmax()]
+        stiffness = np.zeros(len(self.z))
+        corner, size = self.plane.corner, (np.abs(self.inverse) ** 2).max(axis=0)
+        for end in ends:
+            stiffness[end] = size[(corner == end).any(axis=0)].max()
+        return Springs(stiffness, self.z)
+
+    def change(self, dz: ComplexArray) -> FloatArray:
+        """Of the angles, (3, #F)."""
+        side = (self.plane.sides(dz) * self.inverse).imag
+        return np.asarray(side[NEXT] - side[PREV])
+
+    def slopes(self, index: IntArray) -> tuple[IntArray, FloatArray]:
+        """Of some angles, flat indices: the six positions that each depends on, and the slopes by them."""
+        k, t = np.divmod(index, self.alpha.shape[1])
+        corner = self.plane.corner[:, t]
+        return np.concatenate((2 * corner, 2 * corner + 1)), self.rows[k, :, t].T
+
+    def columns(self, index: IntArray) -> FloatArray:
+        """The same by all positions: (2 #V, #index)."""
+        place, slope = self.slopes(index)
+        made = np.zeros((2 * len(self.z), len(index)))
+        made[place, np.arange(len(index))] = slope
+        made[2 * self.plane.free :] = 0.0
+        return made
+
+    def changes(self, index: IntArray, columns: FloatArray) -> FloatArray:
+        """Of these angles by columns of positions, (#index, #columns)."""
+        place, slope = self.slopes(index)
+        return np.asarray((slope[:, :, None] * columns[place]).sum(axis=0))
+
+    def rounding(self) -> float:
+        """What rounding of the positions does to the objective, about."""
+        far = EPSILON * np.abs(self.z[self.plane.corner]).max(axis=0) * np.abs(self.inverse).max(axis=0)
+        return float(2 * np.sqrt(((self.gradient * far) ** 2).sum()))
+
+
+@dataclass(frozen=True, eq=False)
+class BoundedStep:
+    """A step, and what its bounds push: `columns` of positions for each of the bounds that it meets.
+
+    Attributes
+    ----------
+    dz : (#V,) complex128
+    e : (3, #F) float64
+        The angles' linear change.
+    held : (3, #F) bool
+    index : (#held,) int64
+    columns : (2 #V, #held) float64
+    system : (#held, #held) float64
+        The change of each of these angles by each of the columns.
+    """
+
+    dz: ComplexArray
+    e: FloatArray
+    held: BoolArray
+    index: IntArray
+    columns: FloatArray
+    system: FloatArray
+
+    def with_more(self, here: Linear, factor: Factored, more: IntArray) -> BoundedStep:
+        """The same with the columns of further bounds, too."""
+        index = np.concatenate((self.index, more))
+        columns = np.column_stack((self.columns, factor.solve(here.columns(more))))
+        return replace(self, index=index, columns=columns, system=here.changes(index, columns))
+
+    def pushed(self, by: FloatArray) -> ComplexArray:
+        """Changes of the positions that change these angles `by`."""
+        return complex_of(self.columns @ np.linalg.solve(_regular(self.system), by))
+
+
+def bounded_step(here: Linear, hessians: Hessians, factor: Factored, held: BoolArray) -> BoundedStep:
+    """The minimum of the quadratic model under the bounds (Lawson, Hanson 1974, for the multipliers).
+
+    Those of the last step and those that the step breaks so far come in.
+    """
+    least = np.maximum(-REACH * here.alpha, here.plane.bound - here.alpha).ravel()
+    free = -factor.solve(hessians.slope((here.gradient[:, None] * here.rows).sum(axis=0), None, here.z))
+    free_e = here.change(complex_of(free)).ravel()
+    index, columns, force = np.flatnonzero(held), np.empty((len(free), 0)), np.empty(0)
+    x, e, system = free, free_e, np.empty((0, 0))
+    more = index if len(index) else _broken(e, least, index)
+    index = index[:0]
+    for _ in range(ROUNDS):
+        if not len(more):
+            break
+        columns = np.column_stack((columns, factor.solve(here.columns(more))))
+        index = np.concatenate((index, more))
+        system = here.changes(index, columns)
+        force = _forces(system, least[index] - free_e[index])
+        x = free + columns @ force
+        e = here.change(complex_of(x)).ravel()
+        more = _broken(e, least, index)
+    at = force > 0
+    now = np.zeros(len(e), dtype=bool)
+    now[index[at]] = True
+    return BoundedStep(
+        complex_of(x),
+        e.reshape(here.alpha.shape),
+        now.reshape(here.alpha.shape),
+        index[at],
+        columns[:, at],
+        system[np.ix_(at, at)],
+    )
+
+
+def _broken(e: FloatArray, least: FloatArray, known: IntArray) -> IntArray:
+    """The bounds that a step breaks, the worst first where they are too many."""
+    broken = np.flatnonzero(e < least - 1e-6 * np.abs(least))
+    broken = np.setdiff1d(broken, known, assume_unique=True)
+    most = MOST_BOUNDS - len(known)
+    if len(broken) > most:
+        broken = np.sort(broken[np.argsort(e[broken] - least[broken], kind="stable")[:most]])
+    return broken
+
+
+def _forces(system: FloatArray, wanted: FloatArray) -> FloatArray:
+    """Forces of bounds, at least zero: the least f^T system f / 2 - f^T wanted."""
+    lower = np.linalg.cholesky(_regular(system))
+    return np.asarray(nnls(lower.T, np.linalg.solve(lower, wanted), maxiter=100 * len(wanted))[0])
+
+
+def _regular(system: FloatArray) -> FloatArray:
+    system = (system + system.T) / 2
+    return np.asarray(system + REGULAR * np.diag(np.diag(system)))
+
+
+def complex_of(x: FloatArray) -> ComplexArray:
+    return np.asarray(x[0::2] + 1j * x[1::2])
