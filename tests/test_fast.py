@@ -15,7 +15,7 @@ from scipy.sparse import linalg
 import igl_linabf as il
 from igl_linabf import kernels
 from igl_linabf.angles import constraints_of
-from igl_linabf.charts.outlines import Outline, masks_of
+from igl_linabf.charts.outlines import Outline, Row, masks_of
 from igl_linabf.kernels import choice
 from igl_linabf.kernels.choice import compiled
 from igl_linabf.linalg import NotPositiveDefiniteError, SmallBlocks
@@ -24,6 +24,7 @@ from igl_linabf.surface import planar
 pytest.importorskip("numba")
 
 IN_ANY_ORDER = {"overlapping"}
+FAN = np.stack((np.cos(np.pi / 4 * np.arange(8)), np.sin(np.pi / 4 * np.arange(8))))
 
 
 def topology_and_angles():
@@ -42,15 +43,8 @@ def masks_in_turn():
         start, end = np.concatenate(rims), np.concatenate([np.roll(rim, -1) for rim in rims])
         made.append(Outline(start, end, np.ones(len(start), dtype=np.int64), 3.0))
     masks = masks_of(made, [np.exp(2j * np.pi * np.arange(k) / k) for k in (8, 3, 4, 1, 2, 5)], 9.0, 0.5)
-    first = np.cumsum([0, *(len(one.turns) for one in masks)])
-    blocks = np.cumsum([0, *(len(one.blocks) for one in masks)])
-    start = np.concatenate(
-        [*(one.start[:-1] + k for one, k in zip(masks, blocks, strict=False)), blocks[-1:]]
-    )
-    shapes, every = (
-        np.concatenate(rows) for rows in zip(*((m.shapes, m.blocks) for m in masks), strict=True)
-    )
-    return 48, 3, first, shapes, every, start
+    row = Row.of(masks)
+    return 48, 3, row.spans, row.shapes, row.blocks, row.start
 
 
 def turned_outlines():
@@ -201,6 +195,11 @@ def cases():
         "without_rows": (*rows[:2], own, rng.normal(size=2 * len(some)), rng.normal(size=2 * pattern.n + 3)),
         "left_at_rows": (*rows[:2], own, some, *rng.normal(size=(2, 2 * pattern.n + 3))),
         "placed": (*masks_in_turn(),),
+        "divisions": (
+            mesh.V[:, :2],
+            *(t.edges, length, ~t.interior, np.array([[1.0, 0.0], [0.6, 0.8]]), np.array([0.1, -0.2]), FAN),
+        ),
+        "behind_least_cut": (t.edges, (1000 * length).astype(np.int64), t.n, 3, t.n - 9),
         "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
         "product_with_pairs": (*at[:2], block[:, 0], rng.normal(size=(pattern.n, 2))),
     }

@@ -11,10 +11,11 @@ from scipy.spatial import cKDTree
 
 from igl_linabf import MeshError, unwrap
 from igl_linabf.charts import pack
+from igl_linabf.charts.flat_charts import Cells, Flat
 from igl_linabf.charts.layout_search import largest_layout
 from igl_linabf.charts.outlines import masks_of
 from igl_linabf.charts.packing import Placed, Wish, _prepared
-from igl_linabf.surface import complex_positions, signed_double_areas
+from igl_linabf.surface import Submesh, complex_positions, signed_double_areas
 
 Chart = tuple[np.ndarray, np.ndarray]
 MARGIN = 0.005
@@ -294,6 +295,28 @@ def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam() -> None:
     size = np.sqrt(igl.doublearea(V, F).sum() / 2)
     assert 6 * gain > (cut.seam_length - whole.seam_length) / size > 0
     assert cut.fill > 1.5 * whole.fill
+
+
+def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
+    V, F = igl.triangulated_grid(12, 9)
+    hole = (np.abs(V[F].mean(axis=1) - [0.5, 0.4]) < 0.12).all(axis=1)
+    V, F = igl.remove_unreferenced(V, F[~hole])[:2]
+    bent = np.column_stack((V, np.sin(3 * V).sum(axis=1)))
+    chart = Flat(Submesh.checked(bent, F), V * [2, 1], 0)
+    lines = [([1, 0.3], 1.1), ([0.2, 1], 0.5), ([1, 1], 1.4)]
+    for cells in (chart.cells(), Cells.grouped(chart, 6)):
+        sides = np.array([cells.centre @ normal > at for normal, at in lines])
+        for side, outlines in zip(sides, cells.outlines(sides), strict=True):
+            parts = [(part.uv, part.piece.F) for part in chart.parts(side[cells.of])]
+            *_, packed = _prepared(parts, Wish.of(MARGIN, None, 2, None, None))
+            assert len(parts) > 1
+            for outline in outlines:  # a part may stand on another side of its rectangle
+                size = np.sort(np.ptp([outline.start.real, outline.start.imag], axis=1))
+                same = [np.allclose(np.sort(other), size) for other in packed.sizes]
+                of = packed.outlines[same.index(True)]
+                assert outline.area == pytest.approx(of.area)
+                assert len(outline.start) == len(of.start)
+    assert len(Cells.grouped(chart, 6).centre) < len(F) / 2
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.7, 3.3])

@@ -12,9 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import placed
-from ..surface import Parts
-from .outlines import Masks, Outline, masks_of
+from .outlines import Masks, Outline, Row, masks_of
 from .shelves import on_shelves
 from .spacing import Spacing
 
@@ -85,13 +83,8 @@ class Charts:
 
     def turns(self, directions: int) -> list[ComplexArray]:
         """Of each chart by equal steps, as many as are wanted or allowed; short rectangles stay upright."""
-        few = min(directions, 4)
         areas = self.areas
-        rectangular = areas > RECTANGULAR * self.sizes.prod(axis=1)
-        rectangular &= self.sizes.max(axis=1) < np.sqrt(areas.sum()) / 2  # or along a diagonal
-        steps = np.where(self.upright | rectangular, few, directions)
-        by = {n: np.exp(2j * np.pi * np.arange(n) / n) for n in (few, directions)}
-        return [by[n] for n in steps.tolist()]
+        return turns_of(areas, self.sizes, float(areas.sum()), directions, self.upright)
 
     def shaped(self) -> IntArray:
         """Those that are placed by their shape."""
@@ -100,6 +93,18 @@ class Charts:
             return np.arange(len(areas))
         largest = np.argsort(-areas, kind="stable")[:LARGEST]
         return np.asarray(largest[areas[largest] > SMALL * areas.sum()])
+
+
+def turns_of(
+    areas: FloatArray, sizes: FloatArray, total: float, directions: int, upright: bool
+) -> list[ComplexArray]:
+    """As `Charts.turns`, of charts that are a part of a layout of this area in total."""
+    few = min(directions, 4)
+    rectangular = areas > RECTANGULAR * sizes.prod(axis=1)
+    rectangular &= sizes.max(axis=1) < np.sqrt(total) / 2  # or along a diagonal
+    steps = np.where(upright | rectangular, few, directions)
+    by = {n: np.exp(2j * np.pi * np.arange(n) / n) for n in (few, directions)}
+    return [by[n] for n in steps.tolist()]
 
 
 def fixed_layout(charts: Charts, side: float, spacing: Spacing, pages: int | None) -> Layout | None:
@@ -147,15 +152,6 @@ def largest_layout(charts: Charts, spacing: Spacing, pages: int, thorough: bool 
     return best
 
 
-def coarse_fill(charts: Charts, spacing: Spacing) -> float:
-    """The share of one page that charts will cover, of which the small ones are expected to leave no more."""
-    shaped = charts.shaped()
-    if not len(shaped):
-        return SHARE
-    reached = _coarse(charts, shaped, spacing, quickly=True)[0].reached
-    return float(charts.areas[shaped].sum() / reached**2)
-
-
 @dataclass(frozen=True, eq=False)
 class _Grown:
     """A layout on one page, how it came about, and the side of the square that holds its charts.
@@ -165,6 +161,7 @@ class _Grown:
 
     layout: Layout
     order: IntArray
+    cells: int  # along the square's side, with a gap
     reached: float
 
     @property
@@ -172,14 +169,14 @@ class _Grown:
         return self.reached <= self.layout.side
 
 
-def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing, quickly: bool = False) -> list[_Grown]:
-    """Layouts on one page, the best one first; of one order only, if it is to be quick."""
+def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_Grown]:
+    """Layouts on one page, the best one first."""
     n = len(shaped)
-    turns = charts.turns(16 if n <= FEW and not quickly else 8)
+    turns = charts.turns(16 if n <= FEW else 8)
     areas, sizes = charts.areas[shaped], charts.sizes[shaped]
     keys = (areas, sizes.max(axis=1), sizes.prod(axis=1))
     all_shaped = n == len(charts.outlines)  # else the small ones fill what gaps these leave
-    tried = 1 if quickly or not all_shaped else 3 if n <= SOME else 2
+    tried = 1 if not all_shaped else 3 if n <= SOME else 2
     order_by = {tuple(np.argsort(-key, kind="stable").tolist()) for key in keys[:tried]}
     orders = [shaped[list(order)] for order in sorted(order_by)]
     found: list[_Grown] = []
@@ -196,24 +193,31 @@ def _moved(charts: Charts, start: _Grown, spacing: Spacing) -> _Grown:
     """A layout of a smaller square, after moves at random."""
     chance, n = np.random.default_rng(0), len(start.order)
     side = start.reached
-    masks = _masks(charts, start.order, charts.turns(DIRECTIONS), MIDDLE / side, spacing.gap * MIDDLE)
+    masks = _masks(charts, np.arange(n), charts.turns(DIRECTIONS), MIDDLE / side, spacing.gap * MIDDLE)
+    row, cells = Row.of(list(masks.values())), MIDDLE / side
     best = _grown(n, start.order, masks, side, MIDDLE, spacing)
-    held: dict[int, int] = {}  # the direction of charts that have but one
+    spans = row.spans  # of charts that are held in one direction, they are shorter
     share = charts.areas / charts.areas.sum()
+    least = max(int(one.shapes.max(axis=1).min()) for one in masks.values())  # no square has less
     for _ in range(min(MOST_MOVES, MOVED // n)):
-        order, now = best.order, held
+        if best.cells <= least:
+            break
+        order, now = best.order, spans.copy()
         if chance.random() < 0.5:
             at, to = chance.integers(n, size=2)
             order = np.insert(np.delete(order, at), to, order[at])
         else:
             chart = int(chance.choice(n, p=share) if chance.random() < 0.7 else chance.integers(n))
-            now = {key: k for key, k in held.items() if key != chart}
-            if chart not in held or chance.random() < 0.7:
-                now[chart] = int(chance.integers(len(masks[chart].turns)))
-        chosen = masks | {chart: masks[chart].only(k) for chart, k in now.items()}
-        tried = _grown(n, order, chosen, side, MIDDLE, spacing)
-        if tried.reached <= best.reached:  # an equal one may lead on
-            best, held = tried, now
+            held = np.ptp(now[chart]) < np.ptp(row.spans[chart])
+            now[chart] = row.spans[chart]
+            if not held or chance.random() < 0.7:
+                k = now[chart, 0] + chance.integers(np.ptp(now[chart]))
+                now[chart] = k, k + 1
+        if (order == best.order).all() and (now == spans).all():
+            continue
+        pages = _placed(n, order, row, now[order], cells, best.cells, 1)
+        if pages is not None:  # it takes no more cells; an equal one may lead on
+            best, spans = _grown_to(pages, order, side, MIDDLE, spacing), now
     return best
 
 
@@ -250,19 +254,6 @@ def _masks(charts: Charts, chosen: IntArray, turns: Turns, cells: float, gap: fl
     return dict(zip(which, made, strict=True))
 
 
-def _grown(
-    n: int, order: IntArray, masks: dict[int, Masks], side: float, grid: int, spacing: Spacing
-) -> _Grown:
-    """Some of `n` charts on one page whose gaps are those of a page of this side, which has `grid` cells."""
-    room, pages = ROOM, None
-    while pages is None:
-        pages = _placed(n, order, masks, grid / side, int(room * grid), 1)
-        room *= ROOM
-    extent = int(pages.extents.max()) - spacing.gap * grid
-    layout = Layout(pages.turn, pages.number, pages.corner, side)
-    return _Grown(layout, order, extent / grid * side / spacing.inner)
-
-
 @dataclass(frozen=True, eq=False)
 class _Pages:
     """Pages with charts on them; in units of the charts."""
@@ -274,31 +265,38 @@ class _Pages:
     corner: ComplexArray
 
 
+def _grown(
+    n: int, order: IntArray, masks: dict[int, Masks], side: float, grid: int, spacing: Spacing
+) -> _Grown:
+    """Some of `n` charts on one page whose gaps are those of a page of this side, which has `grid` cells."""
+    room, pages, row = ROOM, None, Row.of([masks[i] for i in order.tolist()])
+    while pages is None:
+        pages = _placed(n, order, row, row.spans, grid / side, int(room * grid), 1)
+        room *= ROOM
+    return _grown_to(pages, order, side, grid, spacing)
+
+
+def _grown_to(pages: _Pages, order: IntArray, side: float, grid: int, spacing: Spacing) -> _Grown:
+    cells = int(pages.extents.max())
+    layout = Layout(pages.turn, pages.number, pages.corner, side)
+    return _Grown(layout, order, cells, (cells - spacing.gap * grid) / grid * side / spacing.inner)
+
+
 def _placed(
-    n: int, order: IntArray, masks: dict[int, Masks], cells: float, side: int, most: int | None
+    n: int, order: IntArray, row: Row, spans: IntArray, cells: float, side: int, most: int
 ) -> _Pages | None:
     """Some of `n` charts one after the other, each on the first page that has room for it.
 
-    `cells` of the grid are one unit; `side` is in cells.
+    The spans are those of the masks that each may take. `cells` of the grid are one unit; `side` is in cells.
     """
-    turn, corner = np.ones(n, dtype=np.complex128), np.zeros(n, dtype=np.complex128)
-    number, own = np.zeros(n, dtype=np.int64), [masks[i] for i in order.tolist()]
-    if not own:
-        return _Pages(np.zeros((0, 2), dtype=np.int64), np.zeros((0, side, side), bool), turn, number, corner)
-    first = Parts.of_sizes([len(one.turns) for one in own])
-    blocks = Parts.of_sizes([len(one.blocks) for one in own])
-    start = np.concatenate([*(one.start[:-1] for one in own), blocks.start[-1:]])
-    start[:-1] += np.repeat(blocks.start[:-1], first.sizes)
-    shapes, every = (
-        np.concatenate(rows) for rows in zip(*((one.shapes, one.blocks) for one in own), strict=True)
-    )
-    most = len(own) if most is None else most
-    places, extents, taken = placed(side, most, first.start, shapes, every, start)
+    places, extents, taken = row.placed(side, most, spans)
     k, page, x, y = places.T
     if (k < 0).any():
         return None
-    turn[order], number[order] = np.concatenate([one.turns for one in own])[k], page
-    corner[order] = (x + 1j * y) / cells - np.concatenate([one.origin for one in own])[k]
+    turn, corner = np.ones(n, dtype=np.complex128), np.zeros(n, dtype=np.complex128)
+    number = np.zeros(n, dtype=np.int64)
+    turn[order], number[order] = row.turns[k], page
+    corner[order] = (x + 1j * y) / cells - row.origin[k]
     return _Pages(extents, taken, turn, number, corner)
 
 
@@ -309,7 +307,16 @@ def _on_pages(
     n, gap, cells = len(charts.outlines), spacing.gap * FIXED, FIXED / side
     inner = int(spacing.inner * FIXED + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
-    made = _placed(n, order, _masks(charts, order, turns, cells, gap), cells, inner, pages)
+    turn, number, corner = np.ones(n, np.complex128), np.zeros(n, np.int64), np.zeros(n, np.complex128)
+    made: _Pages | None = _Pages(
+        np.zeros((0, 2), np.int64), np.zeros((0, inner, inner), bool), turn, number, corner
+    )
+    if len(order):
+        row, most = (
+            Row.of(list(_masks(charts, order, turns, cells, gap).values())),
+            len(order) if pages is None else pages,
+        )
+        made = _placed(n, order, row, row.spans, cells, inner, most)
     if made is None:
         return None
     turn, number, corner, sheets = made.turn, made.number, made.corner, made.taken

@@ -5,52 +5,55 @@ lowering this by one is worth, as it is for the L2 stretch. The parts keep the c
 of its own area: so what is packed is what was tried.
 """
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..measures import overlapping_pairs_of_chart, quality_of
-from ..surface import Parts, Submesh, centres, complex_positions, connected_labels
+from ..kernels import behind_least_cut, divisions
+from ..measures import Quality, overlapping_pairs_of_chart, quality_of_each
+from ..surface import Parts, Submesh, complex_positions
 from .atlas import Chart
-from .packing import Wish, expected_fill
-from .pieces import cut_out, of_own_size, on_part
+from .flat_charts import OUTWARDS, Cells, Flat
+from .packing import Wish
+from .pieces import cut_out
 from .shelves import narrowest_turns
+from .trial_pages import Drawn, TrialPage
 
 MOST_CUTS, MOST_IDLE = 8, 1  # of all cuts, and of those in a row that do not pay yet
 DIRECTIONS, OFFSETS = 8, 7  # of the lines that are tried
-TRIED = 4  # of them are packed
+TRIED, SOUGHT = 8, 3  # of them are packed, and of these shifted to the shortest seam
+SHORTER = 0.8  # of the edges that a line crosses is how long the seam beside it is expected to be
+FULL = 0.82  # of a page, which charts do not cover more of
 LOOSE = 1.25  # of the area of their convex hulls is what charts take on a page
 SHORTEST = 0.7  # of a chart's diameter is the side of a page that has room for it
 GRID = 64  # squares along a chart, of which connected cells are taken as one to look for lines
 BAND = 0.04  # of the chart's width: within it the shortest seam is sought
 MIDDLE = 0.15  # the same, where a chart is halved that is larger than a page
 FITS = 0.98  # of a page's side is what cells of a grid leave to a chart
-OUTWARDS = np.stack((np.cos(np.pi / 16 * np.arange(32)), np.sin(np.pi / 16 * np.arange(32))))
 UNITS = 1 << 20  # of length: flows are integers
+
+Charts = list[tuple[Chart, Submesh]]  # each with its piece of the surface
 
 
 @dataclass(frozen=True, eq=False)
-class Flat:
-    """A chart with its map.
+class _State:
+    """Charts after some cuts.
 
     Attributes
     ----------
-    piece : Submesh
-    uv : (#V, 2) float64
-    parent : int
-        The chart that it is a part of.
+    charts : list of Flat
+    drawn : list of Drawn
+    size : float
+        The area of the page that they take, over their own.
+    worth : float
+        What the cuts gain.
     """
 
-    piece: Submesh
-    uv: FloatArray
-    parent: int
-
-
-Charts = list[tuple[Chart, Submesh]]  # each with its piece of the surface
+    charts: list[Flat]
+    drawn: list[Drawn]
+    size: float
+    worth: float
 
 
 def cut_for_fill(done: Charts, wish: Wish, trade: float) -> Charts:
@@ -58,31 +61,26 @@ def cut_for_fill(done: Charts, wish: Wish, trade: float) -> Charts:
 
     One cut alone may not pay where two do: so some more are tried before the best ones so far are taken.
     """
-
-    def filled(tried: list[Flat]) -> float:
-        return expected_fill([(chart.uv, chart.piece.F) for chart in tried], wish)
-
+    if trade == 0:
+        return done
     charts = _flat(done)
-    fill = filled(charts)
-    chosen, most, worth, idle = charts, 0.0, 0.0, 0
+    page = TrialPage(sum(chart.area for chart in charts), wish.spacing, wish.upright)
+    whole = [chart.cells().outlines(np.zeros((1, len(chart.centre)), dtype=bool)) for chart in charts]
+    if not all(outlines for (outlines,) in whole):
+        return done  # one has no area to be packed
+    drawn = page.drawn([outlines[0] for (outlines,) in whole])
+    state = _State(charts, drawn, page.reached(drawn), 0.0)
+    best, idle = state, 0
     for _ in range(MOST_CUTS):
-        best: tuple[float, float, list[Flat]] | None = None
-        for k, label, seam in _promising(charts, fill, trade):
-            parts = _parts(charts[k], label)
-            if len(parts) < 2:
-                continue
-            after = [*charts[:k], *parts, *charts[k + 1 :]]
-            then = filled(after)
-            gain = trade * (1 / fill - 1 / then) - seam
-            if best is None or gain > best[0]:
-                best = gain, then, after
-        if best is None or idle > MOST_IDLE:
+        after = _best_cut(state, page, trade, best.worth)
+        if after is None:
             break
-        gain, fill, charts = best
-        worth, idle = worth + gain, idle + 1
-        if worth > most:
-            chosen, most, idle = charts, worth, 0
-    return _parted(done, chosen)
+        state, idle = after, idle + 1
+        if state.worth > best.worth:
+            best, idle = state, 0
+        if idle > MOST_IDLE:
+            break
+    return _parted(done, best.charts)
 
 
 def cut_to_fit(done: Charts, wish: Wish) -> Charts:
@@ -92,14 +90,14 @@ def cut_to_fit(done: Charts, wish: Wish) -> Charts:
     waiting, small = _flat(done), list[Flat]()
     while waiting:
         chart = waiting.pop()
-        z = complex_positions(chart.uv)
+        z = chart.z
         turn = narrowest_turns(z, Parts.of_sizes([len(z)]))[0]
         wide, high = np.ptp((z * turn).real), np.ptp((z * turn).imag)
-        along = (complex_positions(_centres(chart)) * (turn if wide > high else 1j * turn)).real
+        along = (complex_positions(chart.centre) * (turn if wide > high else 1j * turn)).real
         longest = max(wide, high)
         if longest > most:
             along -= (along.min() + along.max()) / 2
-            parts = _parts(chart, _shortest_between(along, MIDDLE * longest, *_inner_edges(chart)))
+            parts = chart.parts(_shortest_between(along, MIDDLE * longest, chart.sides, chart.lengths))
         if longest <= most or len(parts) == 1:
             small.append(chart)
         else:
@@ -114,126 +112,100 @@ def _flat(done: Charts) -> list[Flat]:
 def _parted(done: Charts, parts: list[Flat]) -> Charts:
     """The charts as they are, or their parts, with their maps."""
     numbers = np.bincount([part.parent for part in parts])
+    new = [part for part in parts if numbers[part.parent] > 1]
+    overlaps = [
+        len(overlapping_pairs_of_chart(part.piece.topology, part.uv))
+        if done[part.parent][0].overlapping
+        else 0
+        for part in new
+    ]
+    table = [(part.piece, part.uv, count) for part, count in zip(new, overlaps, strict=True)]
+    measured = iter(quality_of_each(table))
     return [
-        (_part_of(*done[part.parent], part), part.piece) if numbers[part.parent] > 1 else done[part.parent]
+        (_part_of(*done[part.parent], part, next(measured)), part.piece)
+        if numbers[part.parent] > 1
+        else done[part.parent]
         for part in parts
     ]
 
 
-def _part_of(chart: Chart, piece: Submesh, part: Flat) -> Chart:
+def _part_of(chart: Chart, piece: Submesh, part: Flat, quality: Quality) -> Chart:
     result = cut_out(chart.result, piece, part.piece, part.uv)
     result = replace(result, message=f"{result.message}; one of the parts that its map is cut into")
-    overlapping = len(overlapping_pairs_of_chart(part.piece.topology, part.uv)) if chart.overlapping else 0
-    quality = quality_of(part.piece, part.uv)
-    return replace(chart, faces=part.piece.faces, result=result, quality=quality, overlapping=overlapping)
+    return replace(
+        chart, faces=part.piece.faces, result=result, quality=quality, overlapping=quality.overlaps
+    )
 
 
-def _centres(chart: Flat) -> FloatArray:
-    """Of the cells, in the map."""
-    return centres(chart.piece.cells[0], chart.uv[chart.piece.F].mean(axis=1))
+def _best_cut(state: _State, page: TrialPage, trade: float, best: float) -> _State | None:
+    """The charts after one more cut; None if none could be worth more than the best so far.
 
-
-def _inner_edges(chart: Flat) -> tuple[IntArray, IntArray, FloatArray]:
-    """The cells on both sides of each edge that may be cut, and its length on the surface."""
-    piece = chart.piece
-    cell, inside = piece.cells
-    right, left = cell[piece.topology.sides[:, inside] % len(piece.F)]
-    ends = piece.topology.edges[inside]
-    return right, left, np.linalg.norm(piece.V[ends[:, 0]] - piece.V[ends[:, 1]], axis=1)
-
-
-def _promising(charts: list[Flat], fill: float, trade: float) -> Iterator[tuple[int, BoolArray, float]]:
-    """Chart, side of each cell, and seam length over the square root of all area, of the best lines' cuts."""
-    areas = np.array([_area(chart.uv[chart.piece.F]) for chart in charts])
-    hulls = np.array([_hull(chart.uv) for chart in charts])
-    wide = np.array([_diameter(chart.uv) for chart in charts])
+    First it is asked how far out the parts reach that many lines leave, then what page those of the best
+    lines take, and last the same for the shortest seams beside the very best ones.
+    """
+    charts, size = state.charts, state.size
+    areas, hulls, wide = np.array([(chart.area, chart.hull, chart.diameter) for chart in charts]).T
     k = int(np.argmax(np.maximum(LOOSE * hulls, SHORTEST**2 * wide**2) - areas))
-    chart, total = charts[k], float(areas.sum())
-    right, left, length = _inner_edges(chart)
-    length = length / np.sqrt(total)
-    centre = _centres(chart)
-    a, b, across, spots = _coarse(right, left, length, centre)
-    rest_hull, rest_wide = float(np.delete(hulls, k).sum()), float(np.delete(wide, k).max(initial=0.0))
-    ranked: list[tuple[float, FloatArray, float, float]] = []
-    for angle in np.pi * np.arange(DIRECTIONS) / DIRECTIONS:
-        direction = np.array([np.cos(angle), np.sin(angle)])
-        along = spots @ direction
-        low, high = along.min(), along.max()
-        for share in (np.arange(OFFSETS) + 1) / (OFFSETS + 1):
-            at = low + share * (high - low)
-            side = along > at
-            same = side[a] == side[b]
-            label = connected_labels(np.column_stack((a[same], b[same])), len(spots))
-            hull, widest = rest_hull, rest_wide
-            for part in range(int(label.max()) + 1):
-                points = spots[label == part]
-                hull += _hull(points)
-                widest = max(widest, _diameter(points))
-            page = max(LOOSE * hull, SHORTEST**2 * widest**2, total)
-            gain = trade * (1 / fill - page / total) - float(across[~same].sum())
-            ranked.append((gain, direction, at, high - low))
-    ranked.sort(key=lambda entry: -entry[0])
-    for _, direction, at, width in ranked[:TRIED]:
-        side = _shortest_between(centre @ direction - at, BAND * width, right, left, length)
-        yield k, side, float(length[side[right] != side[left]].sum())
+    chart, unit = charts[k], float(np.sqrt(page.area))
+    cells = Cells.grouped(chart, GRID)
+    angle = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    direction = np.column_stack((np.cos(angle), np.sin(angle)))
+    along = cells.centre @ direction.T
+    low, width = along.min(axis=0), np.ptp(along, axis=0)
+    at = (low[:, None] + width[:, None] * (np.arange(OFFSETS) + 1) / (OFFSETS + 1)).ravel()
+    normal = np.repeat(direction, OFFSETS, axis=0)
+    hull, widest, cut = divisions(
+        cells.centre, cells.sides.T, cells.lengths, cells.outer, normal, at, OUTWARDS
+    )
+    hull += np.delete(hulls, k).sum()
+    widest = np.maximum(widest, np.delete(wide, k).max(initial=0.0))
+    pages = np.maximum(np.maximum(LOOSE * hull, SHORTEST**2 * widest**2) / page.area, 1.0)
+    seams = SHORTER * cut / unit
+    lines = np.argsort(trade * pages + cut / unit, kind="stable")[:TRIED]
+    lines = lines[state.worth + trade * (size - 1 / FULL) - seams[lines] > best]
+    if not len(lines):
+        return None
+    others = [*state.drawn[:k], *state.drawn[k + 1 :]]
+    parted = cells.outlines(normal[lines] @ cells.centre.T > at[lines, None])
+    costs: list[tuple[float, int]] = []
+    for line, drawn in zip(lines.tolist(), page.each_drawn(parted), strict=True):
+        if len(drawn) < 2:
+            continue
+        most = sorted(costs)[SOUGHT - 1][0] if len(costs) >= SOUGHT else np.inf
+        then = page.reached([*others, *drawn], (most - seams[line]) / trade)
+        costs.append((seams[line] + trade * then, line))
+    if not costs:
+        return None
+    sought = [line for _, line in sorted(costs)[:SOUGHT]]
+    beyond = normal[sought] @ chart.centre.T - at[sought, None]
+    bands = BAND * width[np.array(sought) // OFFSETS]
+    sides = np.stack(
+        [_shortest_between(*row, chart.sides, chart.lengths) for row in zip(beyond, bands, strict=True)]
+    )
+    seam = (sides[:, chart.sides[0]] != sides[:, chart.sides[1]]) @ chart.lengths / unit
+    after = list[tuple[float, int, float, list[Drawn]]]()
+    for i, parts in enumerate(page.each_drawn(chart.cells().outlines(sides))):
+        if len(parts) > 1:
+            then = page.reached([*others, *parts])
+            after.append((trade * then + seam[i], i, then, parts))
+    if not after:
+        return None
+    cost, i, then, parts = min(after)
+    drawn = [*state.drawn[:k], *parts, *state.drawn[k + 1 :]]
+    charts = [*charts[:k], *chart.parts(sides[i]), *charts[k + 1 :]]
+    return _State(charts, drawn, then, state.worth + trade * size - cost)
 
 
-def _coarse(
-    right: IntArray, left: IntArray, length: FloatArray, centre: FloatArray
-) -> tuple[IntArray, IntArray, FloatArray, FloatArray]:
-    """Connected cells of one square of a grid as one: the ends of edges, their lengths, the centres."""
-    if len(centre) <= GRID**2:
-        return right, left, length, centre
-    square = np.floor(centre / (np.ptp(centre, axis=0).max() / GRID)).astype(np.int64)
-    same = (square[right] == square[left]).all(axis=1)
-    of = connected_labels(np.column_stack((right[same], left[same])), len(centre))
-    return of[right[~same]], of[left[~same]], length[~same], centres(of, centre)
-
-
-def _shortest_between(
-    along: FloatArray, band: float, right: IntArray, left: IntArray, length: FloatArray
-) -> BoolArray:
+def _shortest_between(along: FloatArray, band: float, sides: IntArray, length: FloatArray) -> BoolArray:
     """Cells on one side of the shortest seam in a band around a line: a minimum cut."""
     within = np.abs(along) <= band
     m = int(np.count_nonzero(within))
     node = np.where(along < 0, m, m + 1)  # what is beyond the band is one node on each side
-    if len(np.unique(node[~within])) < 2:
+    outside = node[~within]
+    if not len(outside) or (outside == outside[0]).all():
         return along > 0
     node[within] = np.arange(m)
-    i, j = node[right], node[left]
-    capacity = np.maximum(np.rint(length / length.max() * UNITS).astype(np.int64), 1)
-    values, index = np.tile(capacity, 2), (np.append(i, j), np.append(j, i))
-    graph = sparse.csr_array((values, index), shape=(m + 2, m + 2))
-    graph.data = np.minimum(graph.data, np.iinfo(np.int32).max)
-    graph = graph.astype(np.int32)
-    flow = csgraph.maximum_flow(graph, m, m + 1).flow
-    left_over = sparse.csr_array(graph - flow)
-    left_over.data[left_over.data <= 0] = 0
-    left_over.eliminate_zeros()
-    side = np.ones(m + 2, dtype=bool)
-    side[csgraph.breadth_first_order(left_over, m, return_predecessors=False)] = False
-    return np.asarray(side[node])
-
-
-def _parts(chart: Flat, side: BoolArray) -> list[Flat]:
-    """The chart cut between its cells of two sides."""
-    piece = chart.piece
-    return [
-        Flat(part, of_own_size(on_part(chart.uv, piece, part), part), chart.parent)
-        for part in piece.divided(side[piece.cells[0]])
-    ]
-
-
-def _hull(points: FloatArray) -> float:
-    """The area of the convex hull of those points that are farthest out in 32 directions."""
-    x, y = points[(points @ OUTWARDS).argmax(axis=0)].T
-    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2
-
-
-def _diameter(points: FloatArray) -> float:
-    return float(np.linalg.norm(np.ptp(points, axis=0)))
-
-
-def _area(corner: FloatArray) -> float:
-    a, b = corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]
-    return float(np.abs(a[:, 0] * b[:, 1] - a[:, 1] * b[:, 0]).sum() / 2)
+    ends = node[sides]
+    apart = ends[0] != ends[1]
+    capacity = np.maximum(np.rint(length[apart] / length.max() * UNITS).astype(np.int64), 1)
+    return np.asarray(behind_least_cut(ends[:, apart].T, capacity, m + 2, m, m + 1)[node])

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from .._types import ComplexArray, FloatArray, IntArray
-from ..kernels import drawn
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..kernels import drawn, placed
 from ..surface import Parts, at_once
 
 AT_ONCE = 100_000  # sides of turned charts that are drawn at once
@@ -60,12 +60,48 @@ class Masks:
     blocks: IntArray
     start: IntArray
 
-    def only(self, k: int) -> Masks:
-        """That in one direction."""
-        blocks = self.blocks[self.start[k] : self.start[k + 1]]
-        one = slice(k, k + 1)
-        start = np.array([0, len(blocks)])
-        return Masks(self.turns[one], self.shapes[one], self.origin[one], blocks, start)
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """The masks of several charts one after the other, as `Masks` has those of one.
+
+    Attributes
+    ----------
+    spans : (#C, 2) int64
+        Chart i has the masks from spans[i, 0] to spans[i, 1].
+    turns, shapes, origin, blocks, start
+    """
+
+    spans: IntArray
+    turns: ComplexArray
+    shapes: IntArray
+    origin: ComplexArray
+    blocks: IntArray
+    start: IntArray
+
+    @classmethod
+    def of(cls, masks: Sequence[Masks]) -> Row:
+        """That of at least one chart."""
+        first = Parts.of_sizes([len(one.turns) for one in masks])
+        blocks = Parts.of_sizes([len(one.blocks) for one in masks])
+        start = np.concatenate([*(one.start[:-1] for one in masks), blocks.start[-1:]])
+        start[:-1] += np.repeat(blocks.start[:-1], first.sizes)
+        spans = np.column_stack((first.start[:-1], first.start[1:]))
+        turns, origin = (
+            np.concatenate([getattr(one, name) for one in masks]) for name in ("turns", "origin")
+        )
+        shapes, every = (
+            np.concatenate([getattr(one, name) for one in masks]) for name in ("shapes", "blocks")
+        )
+        return cls(spans, turns, shapes, origin, every, start)
+
+    def placed(
+        self, side: int, most: int, spans: IntArray | None = None
+    ) -> tuple[IntArray, IntArray, BoolArray]:
+        """`kernels.placed` of the charts in their order, or with other spans."""
+        return placed(
+            side, most, self.spans if spans is None else spans, self.shapes, self.blocks, self.start
+        )
 
 
 def outlines(z: ComplexArray, F: IntArray, vertices: Parts, faces: Parts, area: FloatArray) -> list[Outline]:

@@ -13,7 +13,7 @@ from scipy.spatial import ConvexHull
 from .._types import ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
 from ..surface import Parts, Submesh, complex_positions, coordinates, signed_double_areas
-from .layout_search import Charts, Layout, coarse_fill, fixed_layout, largest_layout
+from .layout_search import Charts, Layout, fixed_layout, largest_layout
 from .outlines import outlines
 from .shelves import areas, extents, narrowest_turns
 from .spacing import Spacing
@@ -176,9 +176,10 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
     ]
 
 
-def expected_fill(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> float:
-    """The share of one page that charts will cover, by a quick search."""
-    return coarse_fill(_prepared(maps, wish)[-1], wish.spacing)
+def quick_fill(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> float:
+    """The share of the pages that charts can cover, as a search without moves finds it."""
+    placed = pack_maps(maps, replace(wish, resolution=None))
+    return sum(chart.area for chart in placed) / (1 + max(chart.page for chart in placed))
 
 
 def _prepared(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Iterable
 from dataclasses import replace
 
 import numpy as np
@@ -28,7 +29,7 @@ from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, without_charts
 from .given_seams import textured_seams
 from .limbs import cut_for_fill, cut_to_fit
-from .packing import Wish, pack_maps
+from .packing import Wish, pack_maps, quick_fill
 from .period import with_period
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .seams import TRADE
@@ -36,6 +37,7 @@ from .visibility import Hiding, hiding
 
 MARGINS = 0.64  # share of the square that margins around all charts may take
 MOST_TO_CUT = 30  # charts, from which on none is cut to fill a page
+MOST_GAINED = 1.15  # times what a quick search fills is more than a thorough one mostly does
 
 
 def unwrap(
@@ -221,11 +223,12 @@ def unwrap(
             wish = replace(wish.in_units(2.0**cleaned.power), upright=cone_angles is not None)
             may_cut = resolution is not None and task.may_find_seams and cones is None
             charts = cut_to_fit(made.charts, wish) if may_cut and wish.side is not None else made.charts
-            atlas = replace(_packed(surface, charts, wish), cones=made.cones)
+            if may_cut and wish.side is None:
+                atlas = _full(surface, charts, wish, task)
+            else:
+                atlas = replace(_packed(surface, charts, wish), cones=made.cones)
             if period is not None:
                 atlas = with_period(surface, atlas, [piece for _, piece in charts], period)
-            if may_cut and wish.side is None:
-                atlas = _fuller(surface, atlas, charts, wish, task)
     atlas = replace(atlas, max_stretch=max_stretch, cone_angles=made.angles)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)
@@ -235,17 +238,32 @@ def unwrap(
     return atlas
 
 
-def _fuller(
-    surface: Submesh, atlas: Atlas, done: list[tuple[Chart, Submesh]], wish: Wish, task: Task
-) -> Atlas:
-    """The atlas, or one with charts of many limbs cut further, if the fuller page is worth its seams."""
+def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, task: Task) -> Atlas:
+    """The atlas, with charts of many limbs cut further if the fuller page is worth its seams."""
     parts = cut_for_fill(done, wish, task.trade) if len(done) <= MOST_TO_CUT else done
     if len(parts) == len(done):
-        return atlas
+        return _packed(surface, done, wish)
     fuller = _packed(surface, parts, wish)
+    longer = _boundary(piece for _, piece in parts) - _boundary(piece for _, piece in done)
     size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in done))
-    seam = (fuller.seam_length - atlas.seam_length) / size
-    return fuller if task.trade * (1 / atlas.fill - 1 / fuller.fill) > seam else atlas
+
+    def pays(fill: float) -> bool:
+        return bool(task.trade * (1 / fill - 1 / fuller.fill) > longer / 2 / size)
+
+    least = quick_fill([(chart.result.uv, piece.F) for chart, piece in done], wish)
+    if pays(least) and (len(done) == 1 or pays(least * MOST_GAINED)):
+        return fuller
+    atlas = _packed(surface, done, wish)
+    return fuller if pays(atlas.fill) else atlas
+
+
+def _boundary(pieces: Iterable[Submesh]) -> float:
+    """The length of the boundaries of pieces."""
+    length = 0.0
+    for piece in pieces:
+        a, b = piece.V[piece.topology.edges[piece.topology.sides[1] < 0].T]
+        length += float(np.linalg.norm(a - b, axis=1).sum())
+    return length
 
 
 def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> Atlas:

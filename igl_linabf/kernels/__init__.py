@@ -25,6 +25,8 @@ from .dissection import dissected, neighbours, separators
 from .drawing import drawn
 from .fans import fans_around
 from .graphs import above, far_apart, shortest_pairs
+from .least_cuts import behind_least_cut
+from .lines_across import divisions
 from .maps import centred, changes, signed_double_areas
 from .minimum_degree import minimum_degree
 from .paths import (

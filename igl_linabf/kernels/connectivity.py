@@ -31,7 +31,7 @@ def sort_part(keys: IntArray, begin: int, end: int) -> None:
 
 
 @inlined
-def _root(parent: IntArray, i: int) -> int:
+def root(parent: IntArray, i: int) -> int:
     """The root of node i in a forest (union-find), whose paths are halved on the way."""
     while parent[i] != i:
         parent[i] = parent[parent[i]]
@@ -293,7 +293,7 @@ def cycles(following: IntArray) -> list[list[int]]:
 def _connected_labels(edges: IntArray, n: int) -> IntArray:
     parent = np.arange(n)
     for e in range(len(edges)):
-        i, j = _root(parent, edges[e, 0]), _root(parent, edges[e, 1])
+        i, j = root(parent, edges[e, 0]), root(parent, edges[e, 1])
         parent[max(i, j)] = min(i, j)  # the first node of a component is its root
     label, count = np.empty(n, dtype=np.int64), 0
     for i in range(n):
@@ -318,7 +318,7 @@ def connected_labels(edges: IntArray, n: int) -> IntArray:
 def _spanning_forest(pairs: IntArray, order: IntArray, n: int) -> IntArray:
     parent, chosen, size = np.arange(n), np.empty(min(n, len(order)), dtype=np.int64), 0
     for e in order:
-        i, j = _root(parent, pairs[e, 0]), _root(parent, pairs[e, 1])
+        i, j = root(parent, pairs[e, 0]), root(parent, pairs[e, 1])
         if i != j:
             parent[max(i, j)] = min(i, j)
             chosen[size] = e

@@ -62,6 +62,8 @@ def _place(
                     best, mask, best_x, best_y = cost, k, x, y
                     break
                 x += step
+            if x == 0:  # it has a place there, or costs too much, and so does all that is further up
+                break
     return mask, best_x, best_y
 
 
@@ -80,9 +82,9 @@ def _take(ahead: IntArray, shape: IntArray, blocks: IntArray, x: int, y: int) ->
 
 
 def _placed(
-    side: int, most: int, first: IntArray, shapes: IntArray, blocks: IntArray, start: IntArray
+    side: int, most: int, spans: IntArray, shapes: IntArray, blocks: IntArray, start: IntArray
 ) -> Placed:
-    places, number = np.full((len(first) - 1, 4), -1, dtype=np.int64), 0
+    places, number = np.full((len(spans), 4), -1, dtype=np.int64), 0
     extents, ahead = np.zeros((0, 2), dtype=np.int64), np.empty((0, side, side), dtype=np.int16)
     for chart in range(len(places)):
         page = 0
@@ -98,7 +100,7 @@ def _placed(
                         ahead[page, row, column] = FREE + side - column
                 number += 1
             k, x, y = _place(
-                ahead[page], extents[page], shapes, blocks, start, first[chart], first[chart + 1]
+                ahead[page], extents[page], shapes, blocks, start, spans[chart, 0], spans[chart, 1]
             )
             if k >= 0:
                 _take(ahead[page], shapes[k], blocks[start[k] : start[k + 1]], x, y)
@@ -111,11 +113,11 @@ def _placed(
 
 @with_loops(_placed)
 def placed(
-    side: int, most: int, first: IntArray, shapes: IntArray, blocks: IntArray, start: IntArray
+    side: int, most: int, spans: IntArray, shapes: IntArray, blocks: IntArray, start: IntArray
 ) -> Placed:
     """Charts on square pages with `side` cells along a side; each has several masks, one of which is chosen.
 
-    Those of chart i are from `first[i]` to `first[i + 1]`; `shapes` are their rows and columns. Mask k has
+    Those of chart i are from `spans[i, 0]` to `spans[i, 1]`; `shapes` are their rows and columns. Mask k has
     the `blocks` from `start[k]` to `start[k + 1]`: the first row and column, the length and the number of
     rows of equal runs of cells, the largest ones first.
 
@@ -123,11 +125,11 @@ def placed(
     that are. If `most` pages have no room for a chart, or an empty one has none, it and those after it have
     places of -1.
     """
-    places, taken = np.full((len(first) - 1, 4), -1, dtype=np.int64), list[BoolArray]()
+    places, taken = np.full((len(spans), 4), -1, dtype=np.int64), list[BoolArray]()
     widths, heights = list[int](), list[int]()
     for chart in range(len(places)):
-        page, own = 0, slice(first[chart], first[chart + 1])
-        begin = start[first[chart] : first[chart + 1] + 1]
+        page = 0
+        first, after = spans[chart].tolist()
         while places[chart, 0] < 0:
             if page == len(taken):
                 if page == most or (page and not widths[-1]):
@@ -135,9 +137,16 @@ def placed(
                 taken.append(np.zeros((side, side), dtype=bool))
                 widths.append(0)
                 heights.append(0)
-            k, x, y = _best_place(taken[page], widths[page], heights[page], shapes[own], blocks, begin)
+            k, x, y = _best_place(
+                taken[page],
+                widths[page],
+                heights[page],
+                shapes[first:after],
+                blocks,
+                start[first : after + 1],
+            )
             if k >= 0:
-                k += int(first[chart])
+                k += first
                 for row, column, length, high in blocks[start[k] : start[k + 1]].tolist():
                     taken[page][y + row : y + row + high, x + column : x + column + length] = True
                 widths[page] = max(widths[page], x + int(shapes[k, 1]))
