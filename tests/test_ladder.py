@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 from fractions import Fraction
 
+import igl
 import numpy as np
 import pytest
 from conftest import CARRIED_HOLES, FOLDER, HOLES, STRESS, load, tree_cut
@@ -25,6 +26,19 @@ def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> int:
         (ax, ay), (bx, by), (cx, cy) = ([Fraction(x) for x in uv[v].tolist()] for v in face)
         count += (bx - ax) * (cy - ay) <= (by - ay) * (cx - ax)
     return count
+
+
+def test_what_a_correction_leaves_at_few_triangles_is_made_up_for_in_patches() -> None:
+    rng, n = np.random.default_rng(0), 60
+    V, F = igl.triangulated_grid(n, n)
+    V = np.column_stack((V + 0.45 / n * rng.uniform(-1, 1, V.shape), np.zeros(len(V))))
+    inside = np.flatnonzero((np.abs(V[:, :2] - 0.5) < 0.3).all(axis=1))
+    V[rng.choice(inside, 12, replace=False), 2] += 60 / n  # spikes
+    result = flatten(V, F)
+    kinds = [step.kind for step in result.steps]
+    assert kinds[kinds.index("patches") - 1] == "conformal"
+    assert set(kinds[kinds.index("patches") :]) == {"patches", "conformal"}  # no step of the whole surface
+    assert result.outcome is Outcome.CONVERGED and result.steps[-1].residual <= LinABF().tol
 
 
 @pytest.mark.parametrize("name", CLOSED)

@@ -27,6 +27,8 @@ IN_VAIN = 0.5  # and above which corrections do not help
 MAX_CORRECTIONS = 12
 FEW_INNER, MANY_INNER = 4, 8  # inner steps, up to which none pays after one cut short; above which one does
 FAST = 0.02  # share left, above which earlier corrections tell more than they cost
+RESTING = 0.5  # share of the last step's residual, above which a step brought little
+FAR = 0.1  # share of the residual before a correction in vain, from which a patch is laid around a row
 REMEMBERED = 3  # corrections with the same factor that say how the next one changes what is missing
 ROUGH_RTOL = 0.1  # relative residual to which a step is solved that others follow
 
@@ -87,8 +89,19 @@ def step_by_same_factor(state: State, rtol: float, *, close: bool = False) -> St
 
 
 def _made_up(state: State) -> State:
-    """The state after further steps within patches where paths turn and the last step was cut short."""
-    return within_patches(state) if state.steps[-1].limited and _turned(state) else state
+    """The state after further steps within patches, where the last one left much at few triangles.
+
+    That is where paths turn and it was cut short. Without paths, it is also where it brought little, and the
+    steps within patches have to lead to where corrections begin.
+    """
+    constraints, (*_, last) = state.problem.constraints, state.steps
+    if constraints.paths:
+        return within_patches(state) if last.limited and _turned(state) else state
+    before = [step.residual for step in state.steps[:-1] if step.kind == "step"]
+    if not constraints.plain or not (last.limited or (before and last.residual > RESTING * before[-1])):
+        return state
+    made = within_patches(state)
+    return made if made.at.residual.at_vertices < SMALL else state
 
 
 def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
@@ -110,7 +123,7 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
     constraints after one solve. This e is least in another norm, which does not matter where it is small.
 
     With a factor that is kept they are the iterations of a fixed point, which some of them foretell
-    (Anderson 1965).
+    (Anderson 1965). Where one leaves much at few triangles, steps within patches around these follow.
 
     Parameters
     ----------
@@ -141,7 +154,11 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
             state = made
             earlier = (*earlier[1 - REMEMBERED :], visited) if earlier or left > FAST else ()
         elif fresh:
-            break
+            # it may serve all but the few triangles that it changes most
+            made = within_patches(made, FAR * missing) if state.problem.constraints.plain else made
+            if made.steps[-1].limited or not made.at.residual.largest < IN_VAIN * missing:
+                break
+            state, left = made, np.inf
         if fresh:
             slow = min(max(least, STALE * left), IN_VAIN)
         if not left <= slow:

@@ -16,26 +16,27 @@ from .iterates import AngleProblem, Step
 from .iterations import State
 from .linearised import advance, linearise, solve
 
-SMALL = 10_000  # rows of a surface up to which a step of it all takes as little time
-FAR = 0.1  # residual of a row from which a patch is laid around it
+SMALL, SMALL_WITH_PATHS = 2_000, 10_000  # rows up to which a step of the whole surface takes as little time
+FAR = 0.1  # of a step that is followed by them
 RINGS = 4  # of triangles around such rows
 LARGEST = 1 / 8  # share of all rows that patches may have: they are solved directly
-NEAR = 0.02  # residual at which the steps within them end
+NEAR = 0.2  # share of that at which the steps within them end
 MOST = 4  # of these
 
 
-def within_patches(state: State) -> State:
+def within_patches(state: State, far: float = FAR) -> State:
     """The state after steps within patches around the rows that miss most; the other angles stay.
 
     A step that is cut short in few triangles leaves much there, and next to nothing elsewhere. Further steps
     of the whole surface would only serve these. So they are taken there alone (nonlinear elimination, Cai and
     Keyes 2002): what is missing comes to the rims of the patches, spread along them. Where patches would be
-    large, the surface is small, or nothing is gained, the state stays as it is.
+    large, the surface is small, or nothing is gained, the state stays as it is. `far` is the residual of a
+    row from which a patch is laid around it.
     """
     before = state.at.residual
-    if len(before.vertex) < SMALL:
+    if len(before.vertex) < (SMALL_WITH_PATHS if state.problem.constraints.paths else SMALL):
         return state
-    inside = _patches(state.problem.constraints, np.maximum(np.abs(before.vertex), np.abs(before.wheel)))
+    inside = _patches(state.problem.constraints, np.maximum(np.abs(before.vertex), np.abs(before.wheel)), far)
     if inside is None:
         return state
     faces, problem = _problem(state, inside)
@@ -44,7 +45,7 @@ def within_patches(state: State) -> State:
         for _ in range(MOST):
             at, step = advance(problem, at, solve(linearise(problem, at), at, 0.0), "patches")
             cut = step.limited
-            if at.residual.at_vertices <= NEAR:
+            if at.residual.at_vertices <= NEAR * far:
                 break
     except SingularSystemError:
         return state
@@ -57,11 +58,11 @@ def within_patches(state: State) -> State:
     return replace(state, at=after, steps=(*state.steps, made))
 
 
-def _patches(constraints: Constraints, missing: FloatArray) -> BoolArray | None:
+def _patches(constraints: Constraints, missing: FloatArray, far: float) -> BoolArray | None:
     """(#V,) bool: the vertices inside of patches; None if there are none, or many."""
     row, corner = constraints.row, constraints.topology.corner
     own = (row >= 0) & (np.bincount(row + 1, minlength=constraints.n + 1)[row + 1] == 1)
-    inside = own & np.append(missing > FAR, False)[row]
+    inside = own & np.append(missing > far, False)[row]
     for _ in range(RINGS if inside.any() else 0):
         wider = np.zeros_like(inside)
         wider[corner[:, inside[corner].any(axis=0)]] = True
