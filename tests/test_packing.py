@@ -301,6 +301,8 @@ def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
     V, F = igl.triangulated_grid(12, 9)
     hole = (np.abs(V[F].mean(axis=1) - [0.5, 0.4]) < 0.12).all(axis=1)
     V, F = igl.remove_unreferenced(V, F[~hole])[:2]
+    place = np.random.default_rng(0).permutation(len(V))
+    V, F = V[np.argsort(place)], place[F]
     bent = np.column_stack((V, np.sin(3 * V).sum(axis=1)))
     chart = Flat(Submesh.checked(bent, F), V * [2, 1], 0)
     lines = [([1, 0.3], 1.1), ([0.2, 1], 0.5), ([1, 1], 1.4)]
@@ -310,12 +312,11 @@ def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
             parts = [(part.uv, part.piece.F) for part in chart.parts(side[cells.of])]
             *_, packed = _prepared(parts, Wish.of(MARGIN, None, 2, None, None))
             assert len(parts) > 1
-            for outline in outlines:  # a part may stand on another side of its rectangle
-                size = np.sort(np.ptp([outline.start.real, outline.start.imag], axis=1))
-                same = [np.allclose(np.sort(other), size) for other in packed.sizes]
-                of = packed.outlines[same.index(True)]
-                assert outline.area == pytest.approx(of.area)
-                assert len(outline.start) == len(of.start)
+            for outline, other, size in zip(outlines, packed.outlines, packed.sizes, strict=True):
+                assert outline.area == pytest.approx(other.area)
+                assert len(outline.start) == len(other.start)
+                extent = np.ptp([outline.start.real, outline.start.imag], axis=1)
+                assert np.allclose(np.sort(extent), np.sort(size))  # it may stand on another side
     assert len(Cells.grouped(chart, 6).centre) < len(F) / 2
 
 

@@ -91,12 +91,13 @@ class Flat:
         return float(np.linalg.norm(np.ptp(self.uv, axis=0)))
 
     def parts(self, side: BoolArray) -> list["Flat"]:
-        """The chart cut between its cells of two sides, each part as large as its surface."""
+        """The chart cut between its cells of two sides, each part as large as its surface.
+
+        They are in the order of their first faces, as those of `Cells.outlines`.
+        """
         piece = self.piece
-        return [
-            Flat(part, of_own_size(on_part(self.uv, piece, part), part), self.parent)
-            for part in piece.divided(side[piece.cells[0]])
-        ]
+        parts = sorted(piece.divided(side[piece.cells[0]]), key=lambda part: int(part.faces[0]))
+        return [Flat(part, of_own_size(on_part(self.uv, piece, part), part), self.parent) for part in parts]
 
     def cells(self) -> "Cells":
         """All of them."""
