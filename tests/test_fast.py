@@ -125,6 +125,7 @@ def cases():
     some = np.flatnonzero(rng.random(pattern.n) < 0.2)
     number = np.full(pattern.n, -1)
     number[some] = np.arange(len(some))
+    row_inside = number < 0
     rows = kernels.block_rows(*at[:2], number)
     of = np.repeat(some, np.diff(rows[0]))
     own = kernels.blocks_of_rows(block, *rows[1:], of)
@@ -155,6 +156,7 @@ def cases():
         ),
         "at_edges": (cot, t.sides),
         "laplacian_entries": (at[0], at[2], pattern.ends, rng.normal(size=len(t.edges))),
+        "product_inside": (*at[:2], block[:, 0], row_inside, block[: pattern.n, 1]),
         "pulled": (pattern.ends, t.edges, rng.normal(size=len(t.edges)), outer, pattern.n),
         "disparity": (w, d, cot),
         "conformal_weights": (w, d, cot),

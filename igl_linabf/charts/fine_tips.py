@@ -7,6 +7,7 @@ with it get there in few steps, as a tip's curvature does not reach far.
 import numpy as np
 
 from .._types import FloatArray, IntArray
+from ..kernels import dot, move, product_inside, turn
 from ..surface import connected_labels
 from .cut_graph import ClosedSurface
 from .expected import MAX_LOG_SCALE, expected_stretch
@@ -52,25 +53,25 @@ def _log_scale(piece: ClosedSurface, on: IntArray, u: FloatArray) -> FloatArray:
     """`log_scale` with zero at the nodes `on`, by steps from `u` until none of them changes much."""
     lower, free = piece.laplacian, np.ones(piece.n, dtype=bool)
     free[on] = False
-    upper, diagonal = lower.T, lower.diagonal()
+    diagonal = lower.data[lower.indptr[:-1]]
 
     def flow(x: FloatArray) -> FloatArray:
-        return np.where(free, lower @ x + upper @ x - diagonal * x, 0.0)
+        return product_inside(lower.indptr, lower.indices, lower.data, free, x)
 
     u = np.where(free, u, 0.0)
     left = np.where(free, -piece.curvature, 0.0) - flow(u)
     scaled = left / diagonal
-    way, down = scaled, float(left @ scaled)
+    way, down = scaled.copy(), dot(left, scaled)
     for _ in range(MOST_STEPS):
         across = flow(way)
-        against = float(way @ across)
+        against = dot(way, across)
         if not against > 0:
             break
-        by = down / against * way
-        u, left = u + by, left - down / against * across
-        if np.abs(by).max() <= STILL:
+        by = down / against
+        move(u, left, by, way, across)
+        if by * max(way.max(), -way.min()) <= STILL:
             break
         scaled = left / diagonal
-        last, down = down, float(left @ scaled)
-        way = scaled + down / last * way
+        last, down = down, dot(left, scaled)
+        turn(way, down / last, scaled)
     return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)

@@ -29,9 +29,10 @@ class _Corridor:
         self._length = piece.length * piece.valley
         self._graph.data = self._length[self._graph.data]
         self._position = piece.position[self._nodes]
-        in_space = (piece.ends >= piece.holes).all(axis=1)  # a hole is in no one place
-        straight = lengths(piece.position, piece.ends[in_space])
-        self._share = float(np.min(self._length[in_space] / straight, initial=1.0, where=straight > 0))
+        in_space = near & (np.arange(piece.n) >= piece.holes)  # a hole is in no one place
+        inside = np.flatnonzero(in_space[piece.ends[:, 0]] & in_space[piece.ends[:, 1]])
+        straight = lengths(piece.position, piece.ends[inside])
+        self._share = float(np.min(self._length[inside] / straight, initial=1.0, where=straight > 0))
 
     @property
     def is_tree(self) -> bool:

@@ -60,6 +60,7 @@ from .systems import (
     disparity,
     laplacian_entries,
     pair_weights,
+    product_inside,
     product_with_pairs,
     pulled,
     system_blocks,

@@ -4,7 +4,7 @@ import numpy as np
 from scipy import sparse
 
 from .._runtime import at_once, unfilled
-from .._types import ComplexArray, FloatArray, IntArray
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from .choice import filled_by, inlined, instead, pieces_of, run, with_loops
 from .triangles import NEXT, PREV, sum_by
 
@@ -91,6 +91,36 @@ def laplacian_entries(indptr: IntArray, slot: IntArray, ends: IntArray, weight: 
     made = -sum_by(slot + 1, weight, indptr[-1] + 1)[1:]
     made[indptr[:-1]] = sum(sum_by(rows + 1, across, n + 1)[1:] for rows in ends)
     return made
+
+
+def _product_inside(
+    indptr: IntArray, indices: IntArray, data: FloatArray, inside: BoolArray, x: FloatArray
+) -> FloatArray:
+    made = np.zeros(len(x))
+    for j in range(len(x)):
+        if not inside[j]:
+            continue
+        total = data[indptr[j]] * x[j]
+        for at in range(indptr[j] + 1, indptr[j + 1]):
+            i = indices[at]
+            if inside[i]:
+                made[i] += data[at] * x[j]
+                total += data[at] * x[i]
+        made[j] += total
+    return made
+
+
+@with_loops(_product_inside)
+def product_inside(
+    indptr: IntArray, indices: IntArray, data: FloatArray, inside: BoolArray, x: FloatArray
+) -> FloatArray:
+    """The rows and columns `inside` of a symmetric matrix times x; 0 in the other rows.
+
+    The lower triangle is given as in CSC, each column with its diagonal first.
+    """
+    lower = sparse.csc_array((data, indices, indptr), shape=(len(x), len(x)))
+    x = np.where(inside, x, 0.0)
+    return np.where(inside, lower @ x + lower.T @ x - data[indptr[:-1]] * x, 0.0)
 
 
 def _pulled(ends: IntArray, edges: IntArray, weight: FloatArray, z: ComplexArray, n: int) -> FloatArray:
