@@ -307,8 +307,9 @@ def _flow(
 
     That is the Laplacian of finite volumes: if u is linear, what flows from one cluster to the next is right.
     """
-    across = np.flatnonzero(label[piece.bonds[:, 0]] != label[piece.bonds[:, 1]])
-    a, b = piece.bonds[across].min(axis=1), piece.bonds[across].max(axis=1)
+    one, other = piece.bonds.T
+    across = np.flatnonzero(label[one] != label[other])
+    a, b = np.minimum(one[across], other[across]), np.maximum(one[across], other[across])
     i, j = label[a], label[b]
     step, whole = piece.position[b] - piece.position[a], piece.position[roots[j]] - piece.position[roots[i]]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -18,7 +18,7 @@ OUTSTANDING = 4.0  # times the curvature of any neighbour: that of the apex of a
 
 def extent(V: FloatArray) -> float:
     """The longest side of the bounding box."""
-    return float(np.ptp(V, axis=0).max())
+    return max(float(np.ptp(x)) for x in V.T)  # a column at a time takes a tenth of the time
 
 
 def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArray:
@@ -79,18 +79,21 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
         bend = all_bends(surface, size if number > 1 else None)
     bend = np.abs(bend)
     facet = _facets(surface, sides, bend, size)
-    area, between = double_area, np.arange(len(bend))
+    area, (one, other), whole = double_area, sides, np.sqrt(total / 2)
+    whole = whole[of[one]] if number > 1 else np.broadcast_to(whole, len(bend))
     if facet is not None:
-        area = sum_by(facet, double_area, int(facet.max()) + 1)
-        between = np.flatnonzero(np.not_equal(*facet[sides]))
-        low, high = np.sort(facet[sides[:, between]], axis=0)
+        area, one, other = sum_by(facet, double_area, int(facet.max()) + 1), facet[one], facet[other]
+        between = np.flatnonzero(one != other)
+        one, other, length, bend, whole = (x[between] for x in (one, other, length, bend, whole))
+        large = np.bincount(facet) > 1  # the others have one edge in common
+        rows = np.flatnonzero(large[one] | large[other])
+        low, high = np.minimum(one[rows], other[rows]), np.maximum(one[rows], other[rows])
         pair = np.unique(low * len(area) + high, return_inverse=True)[1]
-        length[between] = sum_by(pair, length[between], int(pair.max(initial=0)) + 1)[pair]
-    beside = sides[:, between] if facet is None else facet[sides[:, between]]
-    way = area[beside].sum(axis=0) / np.maximum(length[between], np.finfo(float).tiny)
-    straight = bend[between] < STRAIGHT * way / np.sqrt(total / 2)[of[sides[0, between]]] + ROUNDING
+        length[rows] = sum_by(pair, length[rows], int(pair.max(initial=0)) + 1)[pair]
+    way = (area[one] + area[other]) / np.maximum(length, np.finfo(float).tiny)
+    straight = bend < STRAIGHT * way / whole + ROUNDING
     flat = np.zeros(len(area), dtype=bool)
-    flat[beside[:, straight]] = True
+    flat[one[straight]], flat[other[straight]] = True, True
     even = flat if facet is None else flat[facet]
     return np.asarray(sum_by(of, np.where(even, double_area, 0.0), number) / total)
 

@@ -254,6 +254,8 @@ def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
 def _shapes(surface: Submesh) -> list[Shape]:
     """The components, their numbers of boundary loops and handles."""
     components, topology = surface.components(), surface.topology
+    if len(components) == 1:
+        return [(surface, len(topology.loops), topology.genus)]
     label = np.empty(len(surface.V), dtype=np.int64)
     label[surface.F.ravel()] = np.repeat(face_components(surface.F, len(surface.V)), 3)
     loops, edges, vertices, faces = (
