@@ -24,7 +24,7 @@ MOST_CUTS, MOST_IDLE = 8, 1  # of all cuts, and of those in a row that do not pa
 DIRECTIONS, OFFSETS = 8, 7  # of the lines that are tried
 TRIED, SOUGHT = 8, 3  # of them are packed, and of these shifted to the shortest seam
 SHORTER = 0.8  # of the edges that a line crosses is how long the seam beside it is expected to be
-FULL = 0.82  # of a page, which charts do not cover more of
+FULL = 0.77  # of a page, which charts do not cover more of
 LOOSE = 1.25  # of the area of their convex hulls is what charts take on a page
 SHORTEST = 0.7  # of a chart's diameter is the side of a page that has room for it
 GRID = 64  # squares along a chart, of which connected cells are taken as one to look for lines
@@ -69,7 +69,7 @@ def cut_for_fill(done: Charts, wish: Wish, trade: float) -> Charts:
     if not all(outlines for (outlines,) in whole):
         return done  # one has no area to be packed
     drawn = page.drawn([outlines[0] for (outlines,) in whole])
-    state = _State(charts, drawn, page.reached(drawn), 0.0)
+    state = _State(charts, drawn, page.size(drawn), 0.0)
     best, idle = state, 0
     for _ in range(MOST_CUTS):
         after = _best_cut(state, page, trade, best.worth)
@@ -148,12 +148,7 @@ def _best_cut(state: _State, page: TrialPage, trade: float, best: float) -> _Sta
     k = int(np.argmax(np.maximum(LOOSE * hulls, SHORTEST**2 * wide**2) - areas))
     chart, unit = charts[k], float(np.sqrt(page.area))
     cells = Cells.grouped(chart, GRID)
-    angle = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
-    direction = np.column_stack((np.cos(angle), np.sin(angle)))
-    along = cells.centre @ direction.T
-    low, width = along.min(axis=0), np.ptp(along, axis=0)
-    at = (low[:, None] + width[:, None] * (np.arange(OFFSETS) + 1) / (OFFSETS + 1)).ravel()
-    normal = np.repeat(direction, OFFSETS, axis=0)
+    normal, at, bands = _lines_across(cells.centre)
     hull, widest, cut = divisions(
         cells.centre, cells.sides.T, cells.lengths, cells.outer, normal, at, OUTWARDS
     )
@@ -167,33 +162,56 @@ def _best_cut(state: _State, page: TrialPage, trade: float, best: float) -> _Sta
         return None
     others = [*state.drawn[:k], *state.drawn[k + 1 :]]
     parted = cells.outlines(normal[lines] @ cells.centre.T > at[lines, None])
-    costs: list[tuple[float, int]] = []
-    for line, drawn in zip(lines.tolist(), page.each_drawn(parted), strict=True):
-        if len(drawn) < 2:
-            continue
-        most = sorted(costs)[SOUGHT - 1][0] if len(costs) >= SOUGHT else np.inf
-        then = page.reached([*others, *drawn], (most - seams[line]) / trade)
-        costs.append((seams[line] + trade * then, line))
-    if not costs:
+    sought = lines[_cheapest(page, others, page.each_drawn(parted), seams[lines], trade, SOUGHT)[0]]
+    if not len(sought):
         return None
-    sought = [line for _, line in sorted(costs)[:SOUGHT]]
-    beyond = normal[sought] @ chart.centre.T - at[sought, None]
-    bands = BAND * width[np.array(sought) // OFFSETS]
     sides = np.stack(
-        [_shortest_between(*row, chart.sides, chart.lengths) for row in zip(beyond, bands, strict=True)]
+        [
+            _shortest_between(chart.centre @ normal[i] - at[i], bands[i], chart.sides, chart.lengths)
+            for i in sought.tolist()
+        ]
     )
-    seam = (sides[:, chart.sides[0]] != sides[:, chart.sides[1]]) @ chart.lengths / unit
-    after = list[tuple[float, int, float, list[Drawn]]]()
-    for i, parts in enumerate(page.each_drawn(chart.cells().outlines(sides))):
-        if len(parts) > 1:
-            then = page.reached([*others, *parts])
-            after.append((trade * then + seam[i], i, then, parts))
-    if not after:
+    seams = (sides[:, chart.sides[0]] != sides[:, chart.sides[1]]) @ chart.lengths / unit
+    parts = page.each_drawn(chart.cells().outlines(sides))
+    chosen, costs = _cheapest(page, others, parts, seams, trade, 1)
+    if not len(chosen):
         return None
-    cost, i, then, parts = min(after)
-    drawn = [*state.drawn[:k], *parts, *state.drawn[k + 1 :]]
-    charts = [*charts[:k], *chart.parts(sides[i]), *charts[k + 1 :]]
-    return _State(charts, drawn, then, state.worth + trade * size - cost)
+    i, cost = int(chosen[0]), float(costs[0])
+    return _State(
+        [*charts[:k], *chart.parts(sides[i]), *charts[k + 1 :]],
+        [*state.drawn[:k], *parts[i], *state.drawn[k + 1 :]],
+        (cost - float(seams[i])) / trade,
+        state.worth + trade * size - cost,
+    )
+
+
+def _lines_across(points: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+    """Normals and offsets of lines across points, in several directions; bands in which seams are sought."""
+    angle = np.pi * np.arange(DIRECTIONS) / DIRECTIONS
+    normal = np.column_stack((np.cos(angle), np.sin(angle)))
+    along = points @ normal.T
+    low, width = along.min(axis=0), np.ptp(along, axis=0)
+    at = low[:, None] + width[:, None] * (np.arange(OFFSETS) + 1) / (OFFSETS + 1)
+    return np.repeat(normal, OFFSETS, axis=0), at.ravel(), np.repeat(BAND * width, OFFSETS)
+
+
+def _cheapest(
+    page: TrialPage,
+    others: list[Drawn],
+    several: list[list[Drawn]],
+    seams: FloatArray,
+    trade: float,
+    number: int,
+) -> tuple[IntArray, FloatArray]:
+    """Which lists of parts, beside others, cost least by page and seam, the first one least; the costs."""
+    costs = list[tuple[float, int]]()
+    for i, size in enumerate(page.sizes(others, several)):
+        if len(several[i]) > 1:
+            most = costs[-1][0] if len(costs) == number else np.inf
+            cost = float(seams[i]) + trade * size((most - float(seams[i])) / trade)
+            costs = sorted([*costs, (cost, i)])[:number]
+    found, which = np.array(costs).reshape(-1, 2).T
+    return which.astype(np.int64), found
 
 
 def _shortest_between(along: FloatArray, band: float, sides: IntArray, length: FloatArray) -> BoolArray:

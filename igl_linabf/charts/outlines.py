@@ -95,13 +95,9 @@ class Row:
         )
         return cls(spans, turns, shapes, origin, every, start)
 
-    def placed(
-        self, side: int, most: int, spans: IntArray | None = None
-    ) -> tuple[IntArray, IntArray, BoolArray]:
-        """`kernels.placed` of the charts in their order, or with other spans."""
-        return placed(
-            side, most, self.spans if spans is None else spans, self.shapes, self.blocks, self.start
-        )
+    def placed(self, side: int, most: int, spans: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
+        """`kernels.placed` of charts in the order of their spans."""
+        return placed(side, most, spans, self.shapes, self.blocks, self.start)
 
 
 def outlines(z: ComplexArray, F: IntArray, vertices: Parts, faces: Parts, area: FloatArray) -> list[Outline]:

@@ -1,11 +1,13 @@
 """A coarse page on which charts are tried again and again: what stays the same is drawn once."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
+from .._types import IntArray
 from ..surface import Parts
 from .layout_search import ROOM, SHARE, turns_of
 from .outlines import Masks, Outline, Row, masks_of
@@ -65,15 +67,29 @@ class TrialPage:
         start = Parts.of_sizes([len(outlines) for outlines in several]).start.tolist()
         return [made[i:j] for i, j in pairwise(start)]
 
-    def reached(self, charts: Sequence[Drawn], most: float = np.inf) -> float:
-        """The page's area over that of the charts, the largest ones first; infinite if not below `most`."""
-        order = np.argsort([-chart.area for chart in charts], kind="stable").tolist()
-        row = Row.of([charts[i].masks for i in order])
+    def size(self, charts: Sequence[Drawn]) -> float:
+        """The page's area over that of the charts, the largest ones placed first."""
+        return next(self.sizes([], [charts]))(np.inf)
+
+    def sizes(
+        self, others: Sequence[Drawn], several: Sequence[Sequence[Drawn]]
+    ) -> Iterator[Callable[[float], float]]:
+        """For each of several lists of charts, `size` with the others; infinite if not below a limit."""
+        charts = [*others, *(chart for own in several for chart in own)]
+        row, areas = Row.of([chart.masks for chart in charts]), np.array([chart.area for chart in charts])
+        first = len(others)
+        for own in several:
+            which = np.append(np.arange(len(others)), np.arange(first, first + len(own)))
+            spans = row.spans[which[np.argsort(-areas[which], kind="stable")]]
+            first += len(own)
+            yield partial(self._size, row, spans)
+
+    def _size(self, row: Row, spans: IntArray, most: float) -> float:
         gap, inner = self.spacing.gap * CELLS, self.spacing.inner * self._cells * float(np.sqrt(self.area))
         limit = np.ceil(gap + inner * np.sqrt(max(most, 0.0))) - 1
         room = ROOM * CELLS
         while limit >= 1:
-            places, extents, _ = row.placed(int(min(room, limit)), 1)
+            places, extents, _ = row.placed(int(min(room, limit)), 1, spans)
             if (places[:, 0] >= 0).all():
                 return float(((extents.max() - gap) / inner) ** 2)
             if room >= limit:

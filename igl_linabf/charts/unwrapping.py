@@ -37,7 +37,6 @@ from .visibility import Hiding, hiding
 
 MARGINS = 0.64  # share of the square that margins around all charts may take
 MOST_TO_CUT = 30  # charts, from which on none is cut to fill a page
-MOST_GAINED = 1.15  # times what a quick search fills is more than a thorough one mostly does
 
 
 def unwrap(
@@ -246,15 +245,9 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, task:
     fuller = _packed(surface, parts, wish)
     longer = _boundary(piece for _, piece in parts) - _boundary(piece for _, piece in done)
     size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in done))
-
-    def pays(fill: float) -> bool:
-        return bool(task.trade * (1 / fill - 1 / fuller.fill) > longer / 2 / size)
-
-    least = quick_fill([(chart.result.uv, piece.F) for chart, piece in done], wish)
-    if pays(least) and (len(done) == 1 or pays(least * MOST_GAINED)):
-        return fuller
-    atlas = _packed(surface, done, wish)
-    return fuller if pays(atlas.fill) else atlas
+    quick = quick_fill([(chart.result.uv, piece.F) for chart, piece in done], wish)
+    pays = task.trade * (1 / quick - 1 / fuller.fill) > longer / 2 / size
+    return fuller if pays else _packed(surface, done, wish)
 
 
 def _boundary(pieces: Iterable[Submesh]) -> float:
