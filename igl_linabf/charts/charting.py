@@ -30,6 +30,7 @@ from ..surface import (
 )
 from .atlas import BEYOND_USE, ROUNDING, Chart
 from .crease_cuts import parted
+from .creases import extent
 from .given import sides_of_cleaned
 from .halving import halves
 from .kept_maps import Known, kept_maps
@@ -280,8 +281,7 @@ def _to_tips(piece: Submesh, result: Flattening, splits: int, task: Task) -> Int
 
 def _is_needle(piece: Submesh, result: Flattening) -> bool:
     """Whether double precision hardly tells the map from a line: no packing could turn it."""
-    length = float((result.uv.max(axis=0) - result.uv.min(axis=0)).max())
-    return float(piece.measured[0].sum()) <= NEEDLE * length**2
+    return float(piece.measured[0].sum()) <= NEEDLE * extent(result.uv) ** 2
 
 
 def _opened(piece: Submesh, result: Flattening) -> Flattening:

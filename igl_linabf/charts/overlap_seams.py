@@ -12,6 +12,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..kernels import lengths, overlap_sheets, shortest_odd_walk, shortest_pairs, way_of_fewest
 from ..surface import Submesh, Topology, check_planar, face_components
+from .creases import sides_of_box
 
 BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
 PART_COST = 0.1  # of the bounding box's diagonal: the length of seam that one part less is worth
@@ -156,7 +157,7 @@ def _seam_between(
     """The shortest seam that has the two sheets of each overlap on different sides; no edge if none does."""
     edges = topology.edges
     length = lengths(V, edges[inner])
-    spoke = PART_COST * np.linalg.norm(np.ptp(V, axis=0)) / 2
+    spoke = PART_COST * np.linalg.norm(sides_of_box(V)) / 2
     flip = np.zeros(len(inner), dtype=np.int64)
     barred = np.zeros(len(inner), dtype=bool)
     for k, sheet in enumerate(sheets):
