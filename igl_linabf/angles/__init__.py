@@ -15,6 +15,7 @@ from .iterations import State, active_set, chord_step, linear_step
 from .last_steps import ROUGH_RTOL, corrected_steps, step_by_same_factor, step_from_surface
 from .linearised import Direction, Linearised, advance, linearise, solve
 from .loops import ClosedPath, Closure, closure_of
+from .patches import within_patches
 from .reduced import SLIVER_OF_SMALL, System
 from .separately import MOST_STEPS, Separate, families_of, rows_of, step_and_chord
 from .to_order import prescribed_steps

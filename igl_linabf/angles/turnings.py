@@ -42,8 +42,12 @@ class Turnings:
     cost: FloatArray
 
     @classmethod
-    def of(cls, problem: AngleProblem, vertices: IntArray) -> tuple[Turnings, Linearised]:
-        """At the initial estimate; and a system whose factor preconditions the first step, too.
+    def of(
+        cls, problem: AngleProblem, vertices: IntArray, surface: FloatArray, known: Linearised | None
+    ) -> tuple[Turnings, Linearised]:
+        """At the angles of the surface, (3, #F); and a system whose factor preconditions the first step, too.
+
+        The factor is that of `known`, a system there, if that has one.
 
         Raises
         ------
@@ -53,14 +57,17 @@ class Turnings:
         asked = problem.constraints
         turning = replace(problem, constraints=asked.asking(turnings=np.zeros(len(asked.paths))))
         with timed("assembly"):
-            at = turning.start
+            at = turning.at(surface)
             system = System(turning.constraints, at.alpha, cot=at.cot, scaled=False)
             closing = ClosingRows(system, at.residual.closure, conformal=True)
+        laplacian, inverse = (None, None) if known is None else (known.laplacian, known.inverse)
+        if laplacian is None or inverse is None:
             lower = system.laplacian()
-        with timed("analysis"):
-            laplacian = asked.pattern.analysis(problem.solvers, lower)
+            with timed("analysis"):
+                laplacian = asked.pattern.analysis(problem.solvers, lower)
+            with timed("factor"):
+                inverse = laplacian.factor(lower)
         with timed("factor"):
-            inverse = laplacian.factor(lower)
             columns, schur = closing.conformal(inverse.solve)
             b, rows = at.residual, asked.row[vertices]
             change = columns.onto(np.column_stack((b.vertex, b.wheel)).ravel())

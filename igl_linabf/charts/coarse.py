@@ -240,6 +240,7 @@ def contracted(piece: ClosedSurface, forest: Forest, outline: _Outline | None = 
         noise=sum_by(label, piece.noise, n),
         area=sum_by(label, piece.area, n),
         bonds=bonds,
+        cotangent=weight,
         weight=weight,
         position=piece.position[roots],
         size=piece.size,

@@ -8,11 +8,10 @@ from functools import cached_property
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..linalg import Factored, Within
-from .cut_graph import SMALLEST_WEIGHT, ClosedSurface
+from ..linalg import Factored, NotPositiveDefiniteError, Within
+from .cut_graph import ClosedSurface
 from .expected import MAX_LOG_SCALE, expected_stretch
-
-RAISED = 0.15  # share of the weights that are, above which they differ too much from cotangents
+from .scale import ZeroAtNodes
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,6 +29,8 @@ class ConeScale:
     Attributes
     ----------
     piece : ClosedSurface
+    laplacian : ZeroAtNodes
+        L, of the cotangents; of raised ones where double precision does not hold these.
     factored : Factored
         L with zero at the ground.
     first : int
@@ -43,6 +44,7 @@ class ConeScale:
     """
 
     piece: ClosedSurface
+    laplacian: ZeroAtNodes
     factored: Factored
     first: int
     bare: FloatArray
@@ -56,11 +58,15 @@ class ConeScale:
             first = -1
         elif first is None:
             first = _farthest(piece)
-        ground = _ground(piece, first)
-        factored, bare = piece.zero_at_nodes.factored(ground), -piece.curvature
+        ground, laplacian, bare = _ground(piece, first), piece.zero_by_cotangents, -piece.curvature
+        try:
+            factored = laplacian.factored(ground)
+        except NotPositiveDefiniteError:
+            laplacian = piece.zero_at_nodes
+            factored = laplacian.factored(ground)
         bare[ground] = 0.0
         none = np.zeros(0, dtype=np.int64)
-        return cls(piece, factored, first, factored.solve(bare), none, np.zeros((0, piece.n)))
+        return cls(piece, laplacian, factored, first, factored.solve(bare), none, np.zeros((0, piece.n)))
 
     @classmethod
     def at(cls, piece: ClosedSurface, nodes: IntArray) -> ConeScale:
@@ -85,14 +91,14 @@ class ConeScale:
     def known(self) -> tuple[Within, Factored | None] | None:
         """The Laplacian over the nodes that are not at the ground, if it was factored: analysis and factor.
 
-        The factor is none where many weights were raised: conjugate gradients would take longer with it.
+        The factor is none where it is not that of the cotangents.
         """
-        zero, raised = self.piece.zero_at_nodes, self.piece.weight <= SMALLEST_WEIGHT
+        zero = self.laplacian
         if not self.factored.exact:
             return None
         analysis = Within(zero.analysis, zero.lower, zero.free(_ground(self.piece, self.first)))
-        few = np.count_nonzero(raised) <= RAISED * len(raised)
-        return analysis, analysis.restricted(self.factored) if few else None
+        same = zero is self.piece.zero_by_cotangents and zero is not self.piece.zero_at_nodes
+        return analysis, analysis.restricted(self.factored) if same else None
 
     @cached_property
     def curvature(self) -> FloatArray:
@@ -103,7 +109,11 @@ class ConeScale:
     @cached_property
     def log_scale(self) -> FloatArray:
         """u, (n,)."""
-        k = self.curvature if self.first < 0 else self.curvature[1:]
+        return self.log_scale_of(self.curvature)
+
+    def log_scale_of(self, curvature: FloatArray) -> FloatArray:
+        """u, (n,), where these are the curvatures of `nodes`, radians; it is zero at the ground only."""
+        k = curvature if self.first < 0 else curvature[1:]
         return np.clip(self.bare + k @ self.green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
     @property

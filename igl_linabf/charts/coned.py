@@ -28,6 +28,8 @@ GivenCones = Literal["auto"] | ArrayLike
 ConeAngles = Literal["quarter"] | ArrayLike | None
 
 
+FEW_THIN = 0.15  # share of edges across which cotangents are negative
+SMALL = 5_000  # nodes below which a factor for the first step's own metric takes little time
 NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angles
 
 
@@ -212,13 +214,15 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
     sums = np.where(component.topology.interior, 2 * np.pi, np.nan)
     sums[chosen.own] = angles
 
-    def quarters(turnings: Turnings) -> tuple[FloatArray, FloatArray]:
+    def quarters(turnings: Turnings) -> tuple[FloatArray, FloatArray, FloatArray | None]:
         nonlocal angles
         if chosen.quarters is None:
-            return angles, nearest_quarters(turnings.turned[None] / QUARTER, turnings.cost)[0] * QUARTER
+            whole = nearest_quarters(turnings.turned[None] / QUARTER, turnings.cost)[0]
+            return angles, whole * QUARTER, None
         k, whole = chosen.quarters.for_paths(turnings)
-        angles = np.asarray(2 * np.pi - k * QUARTER)
-        return angles, whole * QUARTER
+        curvature: FloatArray = np.asarray(k * QUARTER)
+        angles = 2 * np.pi - curvature
+        return angles, whole * QUARTER, chosen.quarters.scale.log_scale_of(curvature)[piece.node]
 
     checked = perf_counter() - start
     turned = Turned(chosen.own, quarters) if quarter and paths else None
@@ -240,7 +244,9 @@ def _known(chosen: Placed) -> KnownLaplacian | None:
         return None
     first = chosen.scale.first
     left_out = None if first < 0 else int(chosen.place.vertices(np.array([first]))[0])
-    return KnownLaplacian(*chosen.scale.known, left_out)
+    piece = chosen.place.piece
+    even = piece.n >= SMALL and piece.thin_share <= FEW_THIN
+    return KnownLaplacian(*chosen.scale.known, left_out, even)
 
 
 def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:

@@ -68,8 +68,8 @@ class ClosedSurface:
         Angle defects, what rounding adds to them, and vertex areas.
     bonds : (#B, 2) int64
         The nodes that the Laplacian joins: the ends of the edges, and of the diagonals of polygons.
-    weight : (#B,) float64
-        Of them there.
+    cotangent, weight : (#B,) float64
+        Of them there: half the sum of the cotangents; and the same, raised to a positive number.
     position : (n, 3) float64
         Of each node; that of a loop is any of its vertices.
     size : float
@@ -97,6 +97,7 @@ class ClosedSurface:
     noise: FloatArray
     area: FloatArray
     bonds: IntArray
+    cotangent: FloatArray
     weight: FloatArray
     position: FloatArray
     size: float
@@ -127,6 +128,18 @@ class ClosedSurface:
     def zero_at_nodes(self) -> ZeroAtNodes:
         """Solves Laplace systems."""
         return ZeroAtNodes(self.laplacian)
+
+    @property
+    def thin_share(self) -> float:
+        """Share of the bonds whose cotangents sum to zero or less: their triangles are thin."""
+        return float(np.mean(self.cotangent <= 0)) if len(self.cotangent) else 0.0
+
+    @cached_property
+    def zero_by_cotangents(self) -> ZeroAtNodes:
+        """The same of the cotangents themselves, as far as double precision holds them."""
+        if not (np.abs(self.cotangent) < LARGEST_WEIGHT).all():
+            return self.zero_at_nodes
+        return self.zero_at_nodes.of(laplacian_of(self.bonds, self.cotangent, self.n))
 
     @cached_property
     def valley(self) -> FloatArray:
@@ -254,6 +267,7 @@ def closed_surface(
         noise=angle_noise(component, every_length, node, n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
         bonds=node[topology.edges[every]],
+        cotangent=cotangent,
         weight=np.clip(cotangent, SMALLEST_WEIGHT, LARGEST_WEIGHT),
         position=V[vertex],
         size=size,

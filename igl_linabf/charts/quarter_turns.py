@@ -15,10 +15,10 @@ SAMPLES = 4000  # nodes from which the stretch of rounded curvatures is told
 MAX_EXCHANGES = 500  # of quarter turns between cones
 WORTH = 0.999  # share of the squared stretch down to which an exchange has to bring it
 UNBOUND = 1 << 40
-FIDELITY = 10.0  # growth of the log stretch that is as bad as one of F/3nt by one
-SINGLE = 240  # exchanges that are tried in pairs
+FIDELITY = 30.0  # growth of the log stretch that is as bad as one of F/3nt by one
+SINGLE = 160  # exchanges that are tried in pairs
 OF_SINGLE = 40.0  # log scale whose powers single precision holds
-TOLD = 300  # of all exchanges, how many have their stretch told exactly
+TOLD = 150  # of all exchanges, how many have their stretch told exactly
 
 
 @dataclass(frozen=True, eq=False)

@@ -47,6 +47,12 @@ class ZeroAtNodes:
         """Of the pattern."""
         return factored_often(self.lower)
 
+    def of(self, lower: sparse.csc_array) -> "ZeroAtNodes":
+        """The same with another matrix of the pattern."""
+        made = ZeroAtNodes(lower)
+        made.__dict__["analysis"] = self.analysis
+        return made
+
     def solve(self, fixed: IntArray, r: FloatArray) -> FloatArray:
         """u for a right side (n,), of which the rows of the fixed nodes do not count."""
         if self._of_few is None:

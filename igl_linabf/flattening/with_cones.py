@@ -24,6 +24,7 @@ from ..angles import (
     rescaled,
     step_by_same_factor,
     step_from_surface,
+    within_patches,
 )
 from ..linalg import Analysis, Factored, NotPositiveDefiniteError, Solvers
 from ..surface import Mesh, Topology
@@ -48,6 +49,7 @@ from .without_flips import injective_map
 
 SEAM_TOL = 1e-8  # residual of the angles of converged ABF at which the sides of the seams match
 MORE_STEPS = 3  # to that
+OBTUSE, WIDER = 2.0, 0.2  # largest angle of a triangle scaled conformally; or more than its own by so much
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,11 +61,12 @@ class Turned:
     vertices : (#C,) int64
         Vertices whose angle sums may be chosen for that.
     chosen : callable
-        Their angle sums, and what the paths turn by, radians; given `Turnings` of the sums so far.
+        Given `Turnings` of the sums so far: their angle sums; what the paths turn by, radians; and the
+        logarithm of the scale at all vertices with which the surface has these sums, if that is known.
     """
 
     vertices: IntArray
-    chosen: Callable[[Turnings], tuple[FloatArray, FloatArray]]
+    chosen: Callable[[Turnings], tuple[FloatArray, FloatArray, FloatArray | None]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,11 +80,15 @@ class KnownLaplacian:
     inverse : Factored or None
     left_out : int or None
         A vertex of a closed surface.
+    even : bool
+        Whether the surface is large, and few triangles are thin. Else a factor of the first step's own metric
+        preconditions that better.
     """
 
     analysis: Analysis
     inverse: Factored | None
     left_out: int | None
+    even: bool
 
 
 def flatten_with_cones(
@@ -128,16 +135,18 @@ def flatten_with_cones(
         if known is not None:
             asked.pattern.adopt(Solvers(method.solver), known.analysis)
         problem = posed(cut, None, method.layout, method.threshold, method.solver, safeguard, asked)
-        begun = _begun(problem, known)
+        begun = problem.start
+        if known is not None and (known.even or turned is not None):
+            begun = _begun(problem, known)
         if turned is not None:
             problem, begun = _turned(problem, begun, turned)
         return report(problem, method.name, climb(problem, _stages(method, begun)), seconds)
 
 
-def _begun(problem: Problem, known: KnownLaplacian | None) -> State:
-    """The initial estimate, with what preconditions a step from there if that is known."""
+def _begun(problem: Problem, known: KnownLaplacian) -> State:
+    """The initial estimate, with what preconditions a step from there if its factor is known."""
     start = problem.start
-    if known is None or known.inverse is None:
+    if known.inverse is None:
         return start
     system = System(problem.angles.constraints, start.at.alpha, cot=start.at.cot)
     return replace(
@@ -149,25 +158,28 @@ def _turned(problem: Problem, begun: State, turned: Turned) -> tuple[Problem, St
     """The problem with prescribed turnings along its paths, and a state to go on from.
 
     Turnings change angles least where the surface is flat already. So the first step starts from its angles
-    scaled conformally, and goes to those of least change from the surface itself.
+    scaled conformally, and goes to those of least change from the surface itself. Right at cones much is
+    missing all the same. So patches around these are flattened first.
     """
     surface = opened(corner_angles(problem.mesh))[0]
     try:
-        turnings, lin = Turnings.of(problem.angles, turned.vertices)
+        turnings, lin = Turnings.of(problem.angles, turned.vertices, surface, begun.lin)
     except NotPositiveDefiniteError:
         after = step_by_same_factor(begun, ROUGH_RTOL)
         turnings = Turnings.measured(after.at, problem.angles.constraints.paths, turned.vertices)
-        angles = _asking(problem.angles, turned, turnings)
+        angles, _ = _asking(problem.angles, turned, turnings)
         state = State(angles, angles.at(after.at.alpha), after.steps, after.lin)
         return replace(problem, angles=angles), state
-    angles = _asking(problem.angles, turned, turnings)
-    state = step_from_surface(_scaled(problem, angles, surface, lin), surface, ROUGH_RTOL)
-    return replace(problem, angles=angles), state
+    angles, log_scale = _asking(problem.angles, turned, turnings)
+    start = within_patches(_scaled(angles, surface, log_scale, lin))
+    return replace(problem, angles=angles), step_from_surface(start, surface, ROUGH_RTOL)
 
 
-def _asking(angles: AngleProblem, turned: Turned, turnings: Turnings) -> AngleProblem:
-    """The problem with the sums and the turnings that are chosen."""
-    sums, wanted = turned.chosen(turnings)
+def _asking(
+    angles: AngleProblem, turned: Turned, turnings: Turnings
+) -> tuple[AngleProblem, FloatArray | None]:
+    """The problem with the sums and the turnings that are chosen, and the logarithm of its scale."""
+    sums, wanted, log_scale = turned.chosen(turnings)
     asked = angles.constraints.sums.copy()
     changed = np.full(len(asked), np.nan)
     asked[turned.vertices] = changed[turned.vertices] = sums
@@ -176,22 +188,25 @@ def _asking(angles: AngleProblem, turned: Turned, turnings: Turnings) -> AnglePr
         estimate = initial_estimate(
             constraints.topology, angles.estimate, to_triangles=angles.safeguard, sums=changed
         )
-    return replace(angles, constraints=constraints, estimate=estimate)
+    return replace(angles, constraints=constraints, estimate=estimate), log_scale
 
 
-def _scaled(problem: Problem, angles: AngleProblem, surface: FloatArray, lin: Linearised) -> State:
+def _scaled(angles: AngleProblem, surface: FloatArray, u: FloatArray | None, lin: Linearised) -> State:
     """The angles of the surface scaled conformally, so that it is nearly flat but for the cones.
 
     With what is missing to the sums, r, the logarithm of the scale is u = -L^-1 r. As these are angles of
-    lengths, the wheel constraints hold, and the scale comes back along closed paths.
+    lengths, the wheel constraints hold, and the scale comes back along closed paths. Triangles right at cones
+    that cannot be scaled so, or become obtuse, keep their estimate.
     """
-    assert lin.inverse is not None
     constraints = angles.constraints
     with timed("estimate"):
-        missing = constraints.target - constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))
-        u = np.append(-lin.inverse.solve(missing), 0.0)[constraints.row]
-        alpha, impossible = rescaled(constraints.topology, np.sin(surface), u)  # sides, up to their scale
-        at = angles.at(np.where(impossible, angles.estimate, alpha))
+        if u is None:
+            assert lin.inverse is not None
+            sums = constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))
+            u = np.append(-lin.inverse.solve(constraints.target - sums), 0.0)[constraints.row]
+        alpha, bad = rescaled(constraints.topology, np.sin(surface), u)  # sides, up to their scale
+        bad |= alpha.max(axis=0) > np.maximum(OBTUSE, surface.max(axis=0) + WIDER)
+        at = angles.at(np.where(bad, angles.estimate, alpha))
     return State(angles, at, lin=lin)
 
 
