@@ -27,6 +27,7 @@ IN_VAIN = 0.5  # and above which corrections do not help
 MAX_CORRECTIONS = 12
 FEW_INNER, MANY_INNER = 4, 8  # inner steps, up to which none pays after one cut short; above which one does
 FAST = 0.02  # share left, above which earlier corrections tell more than they cost
+MOST_CUT_SHORT = 2  # steps, above which what they leave is not at few triangles alone
 RESTING = 0.5  # share of the last step's residual, above which a step brought little
 FAR = 0.1  # share of the residual before a correction in vain, from which a patch is laid around a row
 REMEMBERED = 3  # corrections with the same factor that say how the next one changes what is missing
@@ -91,14 +92,16 @@ def step_by_same_factor(state: State, rtol: float, *, close: bool = False) -> St
 def _made_up(state: State) -> State:
     """The state after further steps within patches, where the last one left much at few triangles.
 
-    That is where paths turn and it was cut short. Without paths, it is also where it brought little, and the
-    steps within patches have to lead to where corrections begin.
+    That is where paths turn and it was cut short. Without paths, it is also where it brought little, unless
+    steps are cut short again and again, and the steps within patches have to lead to where corrections begin.
     """
     constraints, (*_, last) = state.problem.constraints, state.steps
     if constraints.paths:
         return within_patches(state) if last.limited and _turned(state) else state
-    before = [step.residual for step in state.steps[:-1] if step.kind == "step"]
-    if not constraints.plain or not (last.limited or (before and last.residual > RESTING * before[-1])):
+    before = [step for step in state.steps[:-1] if step.kind == "step"]
+    resting = before and last.residual > RESTING * before[-1].residual
+    often = sum(step.limited > 0 for step in (*before, last)) > MOST_CUT_SHORT
+    if not constraints.plain or often or not (last.limited or resting):
         return state
     made = within_patches(state)
     return made if made.at.residual.at_vertices < SMALL else state
