@@ -47,6 +47,13 @@ def masks_in_turn():
     return 48, 3, row.spans, row.shapes, row.blocks, row.start
 
 
+def hulls():
+    """A box, all four sides of which are as good, and a pentagon; and the turns to their sides."""
+    box, five = 0.3j + np.array([0, 3, 3 + 1j, 1j]), 2 * np.exp(2j * np.pi * np.arange(5) / 5)
+    side = np.concatenate([np.roll(hull, -1) - hull for hull in (box, five)])
+    return np.concatenate((box, five)), side.conj() / np.abs(side)
+
+
 def turned_outlines():
     """Two closed outlines, one with level sides, one that counts twice; small masks and large ones."""
     star = 12 + 10j + np.exp(2j * np.pi * np.arange(30) / 30) * (7 + 2 * np.cos(np.arange(30) * np.pi / 3))
@@ -197,6 +204,7 @@ def cases():
         "without_rows": (*rows[:2], own, rng.normal(size=2 * len(some)), rng.normal(size=2 * pattern.n + 3)),
         "left_at_rows": (*rows[:2], own, some, *rng.normal(size=(2, 2 * pattern.n + 3))),
         "placed": (*masks_in_turn(),),
+        "narrowest": (*hulls(), np.array([0, 0, 4, 9, 9])),
         "divisions": (
             mesh.V[:, :2],
             *(t.edges, length, ~t.interior, np.array([[1.0, 0.0], [0.6, 0.8]]), np.array([0.1, -0.2]), FAN),

@@ -7,10 +7,9 @@ stands in its way, it goes on behind it: so the small ones fill the holes of the
 import numpy as np
 import shapely
 
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..surface import Parts, at_once, counted
-
-AT_ONCE = 1 << 20  # pairs of a turn and a point that are tried at once, which bounds the memory
+from .._types import BoolArray, ComplexArray, FloatArray
+from ..kernels import narrowest
+from ..surface import Parts
 
 
 def on_shelves(sizes: FloatArray, taken: BoolArray) -> FloatArray:
@@ -65,27 +64,8 @@ def narrowest_turns(z: ComplexArray, charts: Parts) -> ComplexArray:
     edge = (corner[1:] - corner[:-1])[same]
     hulls = Parts(np.searchsorted(chart[:-1][same], np.arange(len(charts) + 1)))
     corner, turns = corner[:-1][same], edge.conj() / np.abs(edge)
-    best = np.ones(len(charts), dtype=np.complex128)
-    for begin, end in at_once(hulls.sizes**2, AT_ONCE):
-        group = np.arange(begin, end)
-        rows, columns = _all_pairs(hulls, group)
-        turned = turns[rows] * corner[columns]
-        tries = Parts(np.append(np.flatnonzero(np.diff(rows, prepend=-1)), len(rows)))
-        spans = [tries.max(part) - tries.min(part) for part in (turned.real, turned.imag)]
-        tried, cost = rows[tries.start[:-1]], spans[0] * spans[1]
-        owner = np.repeat(group, hulls.sizes[group])
-        order = np.lexsort((np.arange(len(cost)), cost, owner))
-        first = np.flatnonzero(np.diff(owner[order], prepend=-1))
-        best[owner[order][first]] = turns[tried[order][first]]
-    return best
-
-
-def _all_pairs(hulls: Parts, group: IntArray) -> tuple[IntArray, IntArray]:
-    """Each hull point of the charts with each of the same chart."""
-    rows = np.arange(hulls.start[group[0]], hulls.start[group[-1] + 1])
-    chart = np.repeat(group, hulls.sizes[group])
-    row, within = counted(hulls.sizes[chart])
-    return rows[row], hulls.start[chart[row]] + within
+    best = narrowest(corner, turns, hulls.start)
+    return np.where(best < 0, 1, np.append(turns, 1)[best])
 
 
 def extents(z: ComplexArray, charts: Parts) -> tuple[ComplexArray, ComplexArray]:
