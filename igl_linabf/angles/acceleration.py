@@ -45,17 +45,26 @@ def accelerated(now: Visited, earlier: Sequence[Visited]) -> Direction:
     sum to the least, and goes to sum c_i (alpha_i + e_i). Where one mode of the errors falls slowly, it is
     gone after that. The linear constraints stay as they are.
     """
-    if not earlier:
-        return now.direction
-    change = [past.missing - now.missing for past in earlier]
-    size = np.sqrt([kernels.dot(d, d) for d in change])
-    between = np.array([[kernels.dot(a, b) for a in change] for b in change]) / np.outer(size, size)
-    along = np.array([kernels.dot(d, now.missing) for d in change]) / size
-    shares = -np.linalg.lstsq(between, along)[0] / size
-    if not np.abs(shares).sum() < LONGEST:
+    shares = shares_of([past.missing for past in earlier], now.missing)
+    if shares is None:
         return now.direction
     e, x = now.direction.e.ravel().copy(), now.direction.x.copy()
-    for share, past in zip(shares.tolist(), earlier, strict=True):
+    for share, past in zip(shares, earlier, strict=True):
         kernels.go(e, share, now.reached, past.reached)
         kernels.go(x, share, now.direction.x, past.direction.x)
     return replace(now.direction, e=e.reshape(now.alpha.shape), x=x)
+
+
+def shares_of(earlier: Sequence[FloatArray], now: FloatArray) -> list[float] | None:
+    """The coefficients of earlier visits by what was missing there, the rest being of the one now.
+
+    None where there are no earlier ones, or they are on no straight line.
+    """
+    if not earlier:
+        return None
+    change = [past - now for past in earlier]
+    size = np.sqrt([kernels.dot(d, d) for d in change])
+    between = np.array([[kernels.dot(a, b) for a in change] for b in change]) / np.outer(size, size)
+    along = np.array([kernels.dot(d, now) for d in change]) / size
+    shares: FloatArray = -np.linalg.lstsq(between, along)[0] / size
+    return shares.tolist() if np.abs(shares).sum() < LONGEST else None

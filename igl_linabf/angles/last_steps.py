@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .._runtime import timed
 from .._types import FloatArray
+from ..kernels import go
 from ..linalg import NotPositiveDefiniteError
-from .acceleration import Visited, accelerated
+from .acceleration import shares_of
 from .closure import ClosingRows
 from .iterations import State
 from .linearised import Direction, Linearised, errors, linearise, solve
@@ -32,6 +33,25 @@ RESTING = 0.5  # share of the last step's residual, above which a step brought l
 FAR = 0.1  # share of the residual before a correction in vain, from which a patch is laid around a row
 REMEMBERED = 3  # corrections with the same factor that say how the next one changes what is missing
 ROUGH_RTOL = 0.1  # relative residual to which a step is solved that others follow
+
+
+@dataclass(frozen=True, eq=False)
+class Visit:
+    """What a correction went by.
+
+    Attributes
+    ----------
+    missing : (n,) float64
+        To all constraints before it.
+    reached : (n,) float64
+        The sum of all multipliers up to the solution there.
+    taken : (n,) float64
+        Those by which it went, as earlier corrections say how the next one changes what is missing.
+    """
+
+    missing: FloatArray
+    reached: FloatArray
+    taken: FloatArray
 
 
 def corrected_steps(
@@ -139,7 +159,8 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
     """
     least_norm, conformal = state.lin, None
     least = slow = SLOW_OF_PATHS if len(state.problem.constraints.paths) >= MANY_PATHS else SLOW
-    earlier: tuple[Visited, ...] = ()
+    earlier: tuple[Visit, ...] = ()
+    gone: FloatArray | float = 0.0  # multipliers so far with the same factor
     if not state.at.residual.largest < below:
         return state
     for _ in range(MAX_CORRECTIONS):
@@ -148,14 +169,14 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
             break
         fresh = conformal is None
         if conformal is None:
-            conformal, earlier = conformal_system(state), ()
+            conformal, earlier, gone = conformal_system(state), (), 0.0
         if conformal is None:
             break
-        made, visited = _corrected(state, conformal, earlier)
+        made, visit = _corrected(state, conformal, gone, earlier)
         left = made.at.residual.largest / missing
         if left < IN_VAIN and not made.steps[-1].limited:
-            state = made
-            earlier = (*earlier[1 - REMEMBERED :], visited) if earlier or left > FAST else ()
+            state, gone = made, gone + visit.taken
+            earlier = (*earlier[1 - REMEMBERED :], visit) if earlier or left > FAST else ()
         elif fresh:
             # it may serve all but the few triangles that it changes most
             made = within_patches(made, FAR * missing) if state.problem.constraints.plain else made
@@ -169,20 +190,27 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
     return replace(state, lin=least_norm)
 
 
-def _corrected(state: State, conformal: Linearised, earlier: Sequence[Visited] = ()) -> tuple[State, Visited]:
-    """The state after a correction with a system of `conformal_system`, and what it went by."""
+def _corrected(
+    state: State, conformal: Linearised, gone: FloatArray | float, earlier: Sequence[Visit]
+) -> tuple[State, Visit]:
+    """The state after a correction with a system of `conformal_system`, and what it went by.
+
+    The errors are linear in the multipliers, as are those that led here: `gone` are their sum so far.
+    """
     assert conformal.precondition is not None
     b, closing = conformal.problem.constraints.ahead(state.at.residual), conformal.closing
     rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, each triangle's angles sum to pi
     if closing is not None:
         rhs = np.concatenate((rhs, -closing.gap(b.closure, b.vertex)))
     with timed("solve"):
-        x = conformal.precondition(rhs)
+        taken = conformal.precondition(rhs)
+        reached = gone + taken
+        shares = shares_of([visit.missing for visit in earlier], rhs)
+        for share, visit in zip(shares or (), earlier if shares else (), strict=True):
+            go(taken, share, reached, visit.reached)
     with timed("assembly"):
-        e = errors(conformal, x, conformal=True)
-        visited = Visited(state.at.alpha, Direction(e, x, 0, conformal), rhs)
-        direction = accelerated(visited, earlier)
-    return state.advanced(direction, "conformal"), visited
+        direction = Direction(errors(conformal, taken, conformal=True), taken, 0, conformal)
+    return state.advanced(direction, "conformal"), Visit(rhs, reached, taken)
 
 
 def conformal_system(state: State) -> Linearised | None:

@@ -40,10 +40,11 @@ def within_patches(state: State, far: float = FAR) -> State:
     if inside is None:
         return state
     faces, problem = _problem(state, inside)
-    at, cut = problem.start, 0
+    at, cut, lin = problem.start, 0, None
     try:
         for _ in range(MOST):
-            at, step = advance(problem, at, solve(linearise(problem, at), at, 0.0), "patches")
+            lin = linearise(problem, at, reuse=lin)
+            at, step = advance(problem, at, solve(lin, at, 0.0), "patches")
             cut = step.limited
             if at.residual.at_vertices <= NEAR * far:
                 break
@@ -61,22 +62,28 @@ def within_patches(state: State, far: float = FAR) -> State:
 def _patches(constraints: Constraints, missing: FloatArray, far: float) -> BoolArray | None:
     """(#V,) bool: the vertices inside of patches; None if there are none, or many."""
     row, corner = constraints.row, constraints.topology.corner
-    own = (row >= 0) & (np.bincount(row + 1, minlength=constraints.n + 1)[row + 1] == 1)
-    inside = own & np.append(missing > far, False)[row]
+    of_one = np.bincount(row + 1, minlength=constraints.n + 1)[1:] == 1
+    own = np.append(of_one, False).take(row, mode="wrap")
+    inside = own & np.append(missing > far, False).take(row, mode="wrap")
     for _ in range(RINGS if inside.any() else 0):
         wider = np.zeros_like(inside)
-        wider[corner[:, inside[corner].any(axis=0)]] = True
+        wider[corner[:, _touched(corner, inside)]] = True
         inside = wider & own
         if np.count_nonzero(inside) > LARGEST * constraints.n:
             return None
     return inside if inside.any() else None
 
 
+def _touched(corner: IntArray, inside: BoolArray) -> IntArray:
+    """The faces at some vertices."""
+    return np.flatnonzero(inside.take(corner).any(axis=0))
+
+
 def _problem(state: State, inside: BoolArray) -> tuple[IntArray, AngleProblem]:
     """The faces around some vertices, and the problem of the constraints at these vertices alone."""
     constraints = state.problem.constraints
     corner, row = constraints.topology.corner, constraints.row
-    faces = np.flatnonzero(inside[corner].any(axis=0))
+    faces = _touched(corner, inside)
     used, F = compact(corner[:, faces].T, constraints.topology.n)
     corner = np.ascontiguousarray(F.T)
     edges, sides, _ = undirected(corner, len(used))

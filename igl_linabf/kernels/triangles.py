@@ -322,14 +322,19 @@ def _cut_short(
     alpha: FloatArray, e: FloatArray, reach: float, first: int, last: int, made: FloatArray, cut: BoolArray
 ) -> None:
     for t in range(first, last):
-        times = np.inf
-        for k in range(3):
-            if e[k, t] < 0:
-                times = min(times, alpha[k, t] / -e[k, t])
-        cut[t] = times <= 1
-        share = min(reach * times, 1.0)
-        for k in range(3):
-            made[k, t] = e[k, t] * share
+        x, y, z = e[0, t], e[1, t], e[2, t]
+        a, b, c = alpha[0, t], alpha[1, t], alpha[2, t]
+        made[0, t], made[1, t], made[2, t] = x, y, z
+        cut[t] = False
+        if reach * a < -x or reach * b < -y or reach * c < -z:  # few: most do without a division
+            times = np.inf
+            for k in range(3):
+                if e[k, t] < 0:
+                    times = min(times, alpha[k, t] / -e[k, t])
+            cut[t] = times <= 1
+            share = min(reach * times, 1.0)
+            for k in range(3):
+                made[k, t] = e[k, t] * share
 
 
 @filled_by(_cut_short, lambda alpha, *_: (unfilled(alpha.shape), np.empty(alpha.shape[1], dtype=bool)))

@@ -41,12 +41,13 @@ class Within(Analysis):
 
     def restricted(self, factored: Factored) -> Factored:
         """A factor of a larger matrix for right-hand sides of the smaller one's rows, zero at the others."""
-        n, rows = self._pattern.shape[0], self._rows
+        rows = self._rows
+        place = np.full(self._pattern.shape[0], len(rows))
+        place[rows] = np.arange(len(rows))
 
         def solve(b: Array) -> Array:
-            every = np.zeros((n, *b.shape[1:]), dtype=b.dtype)
-            every[rows] = b
-            return np.asarray(factored.solve(every)[rows])
+            own = np.append(b, np.zeros((1, *b.shape[1:]), dtype=b.dtype), axis=0)
+            return np.asarray(factored.solve(own.take(place, axis=0)).take(rows, axis=0))
 
         return replace(factored, solve=solve)
 
