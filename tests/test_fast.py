@@ -181,6 +181,10 @@ def cases():
         "shortest_pairs": (merged[t.edges] + 3, rng.permutation(len(t.edges)) * 1.0, 24),
         "far_apart": (*ways[:2], rng.permutation(t.n), 2, np.arange(t.n) % 9 == 4),
         "arcs_between": (t.edges[::2], np.bincount(t.edges[::2].ravel(), minlength=t.n) != 2),
+        "opened": (
+            *(t.edges, t.sides.T % t.corner.shape[1], np.append(np.arange(len(t.edges) // 2), 3)),
+            *(5, t.n, t.corner.shape[1]),
+        ),
         "nodes_on_paths": (
             kernels.nearest_sources(*ways, np.arange(3), np.arange(t.n) >= 0, 20.0)[1],
             t.edges[9],

@@ -18,7 +18,8 @@ from ..kernels import (
     spanning_forest,
     without_leaves,
 )
-from ..surface import Submesh, connected_labels, sum_by
+from ..kernels import opened as opened_by
+from ..surface import Submesh, sum_by
 from .creases import all_bends, angle_noise, sharpness
 from .scale import ZeroAtNodes, laplacian_of
 from .smoothing import Smoothing
@@ -361,16 +362,7 @@ def shape(piece: ClosedSurface, seam: IntArray) -> Shape:
 
 def opened(piece: ClosedSurface, seam: IntArray) -> tuple[int, int, IntArray]:
     """`shape`, with the numbers of faces of the pieces, ascending."""
-    on = np.zeros(piece.n, dtype=bool)
-    on[: piece.holes], on[piece.ends[seam]] = True, True
-    nodes = int(np.count_nonzero(on))
-    number = int(connected_labels(piece.ends[seam], piece.n).max()) + 1 - (piece.n - nodes)
-    cycles = number + len(piece.together(seam)) - nodes  # two ways that have become one are no cycle
-    if not cycles:  # a forest separates nothing
-        return number, cycles, np.array([piece.n_faces])
-    sides = piece.faces.copy()
-    sides[seam] = 0  # a face is beside itself
-    return number, cycles, np.sort(np.bincount(connected_labels(sides, piece.n_faces)))
+    return opened_by(piece.ends, piece.faces, seam, piece.holes, piece.n, piece.n_faces)
 
 
 def shortest_edges(ends: IntArray, length: FloatArray, n: int) -> tuple[sparse.csr_array, IntArray]:

@@ -5,7 +5,7 @@ loops, which numba compiles where it is installed (the extra `fast`). For factor
 without numba, a library makes them.
 """
 
-from .arcs import arcs_between
+from .arcs import arcs_between, opened
 from .assembly import DEPTH, Hinges, assembled
 from .choice import fast_by, is_fast, numpy_only
 from .cholesky import Factor, analysed, factored

@@ -1,9 +1,10 @@
-"""The arcs of a graph: its edges in rows, from joint to joint."""
+"""Seams as graphs: their arcs, edges in rows from joint to joint, and the pieces that they open."""
 
 import numpy as np
 
 from .._types import BoolArray, IntArray
 from .choice import with_loops
+from .connectivity import connected_labels, root
 
 Arcs = tuple[IntArray, IntArray, IntArray]
 
@@ -74,3 +75,61 @@ def arcs_between(ends: IntArray, joint: BoolArray) -> Arcs:
             taken.update(edges[start[-1] :])
             start.append(len(edges))
     return np.array(edges, np.int64), np.array(nodes, np.int64), np.array(start)
+
+
+def _opened(
+    ends: IntArray, faces: IntArray, seam: IntArray, holes: int, n: int, n_faces: int
+) -> tuple[int, int, IntArray]:
+    on, parent = np.zeros(len(ends), dtype=np.bool_), np.full(n, -1, dtype=np.int64)
+    parent[:holes] = np.arange(holes)
+    number, cycles = holes, 0
+    for e in seam:
+        if on[e]:
+            continue
+        on[e] = True
+        for k in range(2):
+            if parent[ends[e, k]] < 0:
+                parent[ends[e, k]] = ends[e, k]
+                number += 1
+        i, j = root(parent, ends[e, 0]), root(parent, ends[e, 1])
+        parent[max(i, j)] = min(i, j)
+        number -= i != j
+        cycles += i == j
+    pieces = n_faces if cycles else 1  # a forest separates nothing
+    whole = np.full(1, n_faces)
+    if pieces == 1:
+        return number, cycles, whole
+    piece = np.arange(n_faces)
+    for e in range(len(faces)):
+        if not on[e]:
+            i, j = root(piece, faces[e, 0]), root(piece, faces[e, 1])
+            piece[max(i, j)] = min(i, j)
+            pieces -= i != j
+            if pieces == 1:
+                return number, cycles, whole
+    size = np.zeros(n_faces, dtype=np.int64)
+    for face in range(n_faces):
+        piece[face] = piece[piece[face]]  # the root of a lower face is known
+        size[piece[face]] += 1
+    return number, cycles, np.sort(size[size > 0])
+
+
+@with_loops(_opened)
+def opened(
+    ends: IntArray, faces: IntArray, seam: IntArray, holes: int, n: int, n_faces: int
+) -> tuple[int, int, IntArray]:
+    """What a seam, edges of a graph on a surface, opens: its components and cycles, and the pieces.
+
+    `ends` and `faces` are the nodes and the faces of each edge, (#E, 2); the first nodes, the holes, are on
+    the seam. The pieces are given by their numbers of faces, ascending.
+    """
+    on = np.zeros(n, dtype=bool)
+    on[:holes], on[ends[seam]] = True, True
+    nodes = int(np.count_nonzero(on))
+    number = int(connected_labels(ends[seam], n).max()) + 1 - (n - nodes)
+    cycles = number + len(np.unique(seam)) - nodes  # two ways that have become one are no cycle
+    if not cycles:
+        return number, cycles, np.array([n_faces])
+    sides = faces.copy()
+    sides[seam] = 0  # a face is beside itself
+    return number, cycles, np.sort(np.bincount(connected_labels(sides, n_faces)))
