@@ -35,16 +35,15 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
     double_area, dot = component.measured
     normal = normals(V, topology.corner)
     squared_side = dot[NEXT] + dot[PREV]  # opposite to each corner
-    longest = squared_side.argmax(axis=0)
     unsure = double_area < UNSURE * NOISE * (extent(V) if size is None else size) * np.sqrt(
         squared_side.max(axis=0)
     )
     if unsure.any():
         m = len(F)
         twin = np.full(3 * m, -1)
-        first, second = topology.sides[:, topology.sides[1] >= 0]
+        first, second = topology.sides_inside
         twin[first], twin[second] = second, first
-        other = twin[longest * m + np.arange(m)]
+        other = twin[squared_side.argmax(axis=0) * m + np.arange(m)]
         other = np.where(other < 0, np.arange(m), other % m)
         for _ in range(NEIGHBOURS):
             rows = np.flatnonzero(unsure & ~unsure[other])
@@ -57,8 +56,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
 def all_bends(component: Submesh, size: FloatArray | None = None) -> FloatArray:
     """Angle between `face_normals` at each edge of two faces; negative where the surface is concave."""
     topology = component.topology
-    inside = np.ascontiguousarray(topology.sides[:, topology.sides[1] >= 0])
-    return bends(component.V, topology.corner, inside, face_normals(component, size))
+    return bends(component.V, topology.corner, topology.sides_inside, face_normals(component, size))
 
 
 def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
@@ -74,11 +72,10 @@ def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
 def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) -> FloatArray:
     """`flat_share` of each component; `of` is the component of each face."""
     topology, m, number = surface.topology, len(surface.F), int(of.max()) + 1
-    inside = topology.sides[1] >= 0
-    sides = topology.sides[:, inside] % m
+    sides = topology.faces_inside.T
     double_area = surface.measured[0]
     total = sum_by(of, double_area, number)
-    length = lengths(surface.V, topology.edges[inside])
+    length = lengths(surface.V, topology.edges_inside)
     size = extents_of(surface, of)[of] if number > 1 else np.broadcast_to(extent(surface.V), m)
     if bend is None:
         bend = all_bends(surface, size if number > 1 else None)

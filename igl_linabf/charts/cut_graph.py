@@ -223,7 +223,7 @@ def closed_surface(
 
     `hidden` is as `hiding` returns it; `bend` are the `all_bends`, if they are known.
     """
-    V, F, topology = component.V, component.F, component.topology
+    V, topology = component.V, component.topology
     holes = len(topology.loops)
     node = np.full(len(V), -1)
     for i, loop in enumerate(topology.loops):
@@ -231,12 +231,13 @@ def closed_surface(
     n = holes + int(np.count_nonzero(node < 0))
     node[node < 0] = np.arange(holes, n)
     cell, inside = component.cells
-    edges = topology.edges[inside]
-    ends = node[edges]
-    every = np.flatnonzero(topology.sides[1] >= 0)
-    every_length = lengths(V, topology.edges)
+    edges, beside = topology.edges_inside, topology.faces_inside
+    every, bend = topology.inside, all_bends(component) if bend is None else bend
+    if component.inner is not None:
+        taken = np.searchsorted(every, inside)
+        edges, beside, bend = edges[taken], cell[beside[taken]], bend[taken]
+    ends, every_length = node[edges], lengths(V, topology.edges)
     true_length = every_length[inside]
-    bend = (all_bends(component) if bend is None else bend)[np.searchsorted(every, inside)]
     length = seam_lengths(true_length, bend)
     double_area, dot = component.measured
     size = float(np.sqrt(double_area.sum() / 2))
@@ -256,7 +257,7 @@ def closed_surface(
         node=node,
         edges=edges,
         ends=ends,
-        faces=cell[topology.sides[:, inside].T % len(F)],
+        faces=beside,
         true_length=true_length,
         length=length,
         shown=visible,
@@ -264,10 +265,10 @@ def closed_surface(
         sharp=sharpness(bend),
         graph=graph,
         entry=entry,
-        curvature=2 * np.pi - sum_by(corner, np.arctan2(double_area, dot), n),
+        curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
         noise=angle_noise(component, every_length, node, n),
         area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
-        bonds=node[topology.edges[every]],
+        bonds=node[topology.edges_inside],
         cotangent=cotangent,
         weight=np.clip(cotangent, SMALLEST_WEIGHT, LARGEST_WEIGHT),
         position=V[vertex],

@@ -49,30 +49,30 @@ class Creased:
 
     surface: Submesh
 
-    @cached_property
+    @property
     def label(self) -> IntArray:
         """The component of each face."""
-        return face_components(self.surface.F, len(self.surface.V))
+        return self.surface.label
 
     @cached_property
     def extent(self) -> FloatArray:
         """Of each component."""
         return extents_of(self.surface, self.label)
 
-    @cached_property
+    @property
     def inside(self) -> IntArray:
         """The edges with two faces."""
-        return np.flatnonzero(self.surface.topology.sides[1] >= 0)
+        return self.surface.topology.inside
 
-    @cached_property
+    @property
     def faces(self) -> IntArray:
         """The two faces of each of these, (#E, 2)."""
-        return np.asarray(self.surface.topology.sides[:, self.inside].T % len(self.surface.F))
+        return self.surface.topology.faces_inside
 
-    @cached_property
+    @property
     def ends(self) -> IntArray:
         """The vertices of each, (#E, 2)."""
-        return np.asarray(self.surface.topology.edges[self.inside])
+        return self.surface.topology.edges_inside
 
     def sides(self, rows: IntArray | BoolArray) -> tuple[IntArray, IntArray]:
         """Where the ends of such edges are among the corners of all faces, (2, #E) in either face."""
@@ -120,8 +120,7 @@ class Creased:
     def curvature(self) -> FloatArray:
         """The size of the angle defect at each vertex, beyond what rounding makes; zero on the boundary."""
         surface, n = self.surface, len(self.surface.V)
-        double_area, dot = surface.measured
-        size = np.abs(2 * np.pi - sum_by(surface.topology.corner, np.arctan2(double_area, dot), n))
+        size = np.abs(2 * np.pi - surface.angle_sums)
         size[np.concatenate([*surface.topology.loops, np.zeros(0, dtype=np.int64)])] = 0.0
         extent = NOISE * self.extent[self.label[self.faces[:, 0]]]
         turned = np.repeat(extent / np.maximum(self.length, np.finfo(float).tiny), 2)

@@ -7,16 +7,7 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
 from ..flattening import Isometric, Method, method_of
-from ..surface import (
-    Submesh,
-    compact,
-    cut_faces,
-    face_array,
-    face_components,
-    manifold_topology,
-    seam_mask,
-    vertex_array,
-)
+from ..surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
 from .coarse import CLUSTERED, DIRECT, DIRECT_HANDLES, Levels
 from .creases import all_bends, flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface
@@ -257,7 +248,7 @@ def _shapes(surface: Submesh) -> list[Shape]:
     if len(components) == 1:
         return [(surface, len(topology.loops), topology.genus)]
     label = np.empty(len(surface.V), dtype=np.int64)
-    label[surface.F.ravel()] = np.repeat(face_components(surface.F, len(surface.V)), 3)
+    label[surface.F.ravel()] = np.repeat(surface.label, 3)
     loops, edges, vertices, faces = (
         np.bincount(label[of], minlength=len(components))
         for of in (

@@ -14,15 +14,7 @@ from .._types import FloatArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, stack_level
 from ..flattening import Method, method_of
 from ..measures import Quality, quality_of
-from ..surface import (
-    Parts,
-    Submesh,
-    as_it_is,
-    cleaned_surface,
-    complex_positions,
-    face_components,
-    signed_double_areas,
-)
+from ..surface import Parts, Submesh, as_it_is, cleaned_surface, complex_positions, signed_double_areas
 from .atlas import Atlas, Chart
 from .charting import CHARTS_END, SEAMS_END, Task, charts_of, pieces_of
 from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
@@ -289,7 +281,7 @@ def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> 
         seams=surface.vertices[seams],
         seam_length=float(np.linalg.norm(surface.V[seams[:, 0]] - surface.V[seams[:, 1]], axis=1).sum()),
         seam_mismatch=mismatch,
-        splits=len(done) - int(face_components(surface.F, len(surface.V)).max() + 1),
+        splits=len(done) - int(surface.label.max() + 1),
         fill=sum(p.area for p in placed) / (int(pages.max()) + 1),
         page=pages,
         scale=abs(placed[0].ratio),

@@ -96,12 +96,14 @@ def _bends(V: FloatArray, corner: IntArray, sides: IntArray, normal: FloatArray)
     bend, m = np.empty(sides.shape[1]), corner.shape[1]
     for e in range(sides.shape[1]):
         s, t = sides[0, e], sides[1, e]
-        v, w = corner[s // m, s % m], corner[t // m, t % m]
+        i, j = np.int64(s >= m) + np.int64(s >= 2 * m), np.int64(t >= m) + np.int64(t >= 2 * m)
+        s, t = s - i * m, t - j * m  # no division, which takes as long as the rest
+        v, w = corner[i, s], corner[j, t]
         squared, rise = 0.0, 0.0
-        for j in range(3):
-            turned = normal[s % m, j] - normal[t % m, j]
+        for k in range(3):
+            turned = normal[s, k] - normal[t, k]
             squared += turned * turned
-            rise += (V[w, j] - V[v, j]) * turned
+            rise += (V[w, k] - V[v, k]) * turned
         angle = 2 * np.arcsin(min(np.sqrt(squared) / 2, 1.0))
         bend[e] = -angle if rise > 0 else angle
     return bend

@@ -100,13 +100,23 @@ class Submesh:
     def cells(self) -> tuple[IntArray, IntArray]:
         """The polygon of each triangle, from 0 on, and the edges with two faces that seams may take."""
         first, second = self.topology.sides
-        inside = np.flatnonzero(second >= 0)
+        inside = self.topology.inside
         if self.inner is None:
             return np.arange(len(self.F)), inside
         inner = self.inner[:, NEXT].T.ravel()  # half-edge (k, t) is the side k + 1 of t
         joined = inner[first[inside]] & inner[second[inside]]
         pairs = self.topology.sides[:, inside[joined]].T % len(self.F)
         return connected_labels(pairs, len(self.F)), inside[~joined]
+
+    @cached_property
+    def label(self) -> IntArray:
+        """The component of each face, numbered from 0."""
+        return face_components(self.F, len(self.V))
+
+    @cached_property
+    def angle_sums(self) -> FloatArray:
+        """At each vertex, radians."""
+        return self.topology.sum_at_vertices(np.arctan2(*self.measured))
 
     @property
     def named_faces(self) -> IntArray:
@@ -122,7 +132,7 @@ class Submesh:
 
     def components(self) -> list[Submesh]:
         """The components, in the order of their first vertices."""
-        label = face_components(self.F, len(self.V))
+        label = self.label
         number = int(label.max()) + 1
         if number == 1:
             return [self]
