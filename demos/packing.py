@@ -77,7 +77,7 @@ if __name__ == "__main__":
 
     together = pack_together([near, other], resolution=RESOLUTION, padding=2)
     assert np.isclose(together[0].scale, together[1].scale)
-    density = 1.5 * together[0].scale * RESOLUTION
+    density = 1.4 * together[0].scale * RESOLUTION
     dense = pack_together([near, other], resolution=RESOLUTION, padding=2, texel_density=density)
     pages = max(atlas.pages for atlas in dense)
     print(f"{density:.3f} texels per millimetre take {pages} pages")
