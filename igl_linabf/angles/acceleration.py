@@ -46,7 +46,7 @@ def accelerated(now: Visited, earlier: Sequence[Visited]) -> Direction:
     gone after that. The linear constraints stay as they are.
     """
     shares = shares_of([past.missing for past in earlier], now.missing)
-    if shares is None:
+    if not shares:
         return now.direction
     e, x = now.direction.e.ravel().copy(), now.direction.x.copy()
     for share, past in zip(shares, earlier, strict=True):
@@ -55,16 +55,16 @@ def accelerated(now: Visited, earlier: Sequence[Visited]) -> Direction:
     return replace(now.direction, e=e.reshape(now.alpha.shape), x=x)
 
 
-def shares_of(earlier: Sequence[FloatArray], now: FloatArray) -> list[float] | None:
+def shares_of(earlier: Sequence[FloatArray], now: FloatArray) -> list[float]:
     """The coefficients of earlier visits by what was missing there, the rest being of the one now.
 
-    None where there are no earlier ones, or they are on no straight line.
+    Empty where they are on no straight line.
     """
     if not earlier:
-        return None
+        return []
     change = [past - now for past in earlier]
     size = np.sqrt([kernels.dot(d, d) for d in change])
     between = np.array([[kernels.dot(a, b) for a in change] for b in change]) / np.outer(size, size)
     along = np.array([kernels.dot(d, now) for d in change]) / size
     shares: FloatArray = -np.linalg.lstsq(between, along)[0] / size
-    return shares.tolist() if np.abs(shares).sum() < LONGEST else None
+    return shares.tolist() if np.abs(shares).sum() < LONGEST else []

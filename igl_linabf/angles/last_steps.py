@@ -206,7 +206,7 @@ def _corrected(
         taken = conformal.precondition(rhs)
         reached = gone + taken
         shares = shares_of([visit.missing for visit in earlier], rhs)
-        for share, visit in zip(shares or (), earlier if shares else (), strict=True):
+        for share, visit in zip(shares, earlier if shares else (), strict=True):
             go(taken, share, reached, visit.reached)
     with timed("assembly"):
         direction = Direction(errors(conformal, taken, conformal=True), taken, 0, conformal)
