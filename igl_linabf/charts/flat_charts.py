@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ..kernels import lengths
 from ..surface import Parts, Submesh, centres, complex_positions, connected_labels, signed_double_areas
 from .outlines import Outline
 from .pieces import of_own_size, on_part
@@ -57,8 +58,7 @@ class Flat:
     @cached_property
     def lengths(self) -> FloatArray:
         """Of these edges, on the surface."""
-        V, (tail, head) = self.piece.V, self.ends.T
-        return np.asarray(np.linalg.norm(V[tail] - V[head], axis=1))
+        return lengths(self.piece.V, self.ends)
 
     @cached_property
     def rim(self) -> tuple[IntArray, IntArray]:

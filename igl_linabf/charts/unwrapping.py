@@ -13,6 +13,7 @@ from .._runtime import Progress, part, reporting
 from .._types import FloatArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, stack_level
 from ..flattening import Method, method_of
+from ..kernels import lengths
 from ..measures import Quality, quality_of
 from ..surface import Parts, Submesh, as_it_is, cleaned_surface, complex_positions, signed_double_areas
 from .atlas import Atlas, Chart
@@ -244,11 +245,8 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, task:
 
 def _boundary(pieces: Iterable[Submesh]) -> float:
     """The length of the boundaries of pieces."""
-    length = 0.0
-    for piece in pieces:
-        a, b = piece.V[piece.topology.edges[piece.topology.sides[1] < 0].T]
-        length += float(np.linalg.norm(a - b, axis=1).sum())
-    return length
+    rims = ((piece.V, piece.topology.edges[piece.topology.sides[1] < 0]) for piece in pieces)
+    return float(sum(lengths(V, rim).sum() for V, rim in rims))
 
 
 def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> Atlas:
@@ -279,7 +277,7 @@ def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> 
         chart=label,
         charts=tuple(chart for chart, _ in done),
         seams=surface.vertices[seams],
-        seam_length=float(np.linalg.norm(surface.V[seams[:, 0]] - surface.V[seams[:, 1]], axis=1).sum()),
+        seam_length=float(lengths(surface.V, seams).sum()),
         seam_mismatch=mismatch,
         splits=len(done) - int(surface.label.max() + 1),
         fill=sum(p.area for p in placed) / (int(pages.max()) + 1),
