@@ -307,16 +307,8 @@ def _on_pages(
     n, gap, cells = len(charts.outlines), spacing.gap * FIXED, FIXED / side
     inner = int(spacing.inner * FIXED + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
-    turn, number, corner = np.ones(n, np.complex128), np.zeros(n, np.int64), np.zeros(n, np.complex128)
-    made: _Pages | None = _Pages(
-        np.zeros((0, 2), np.int64), np.zeros((0, inner, inner), bool), turn, number, corner
-    )
-    if len(order):
-        row, most = (
-            Row.of(list(_masks(charts, order, turns, cells, gap).values())),
-            len(order) if pages is None else pages,
-        )
-        made = _placed(n, order, row, row.spans, cells, inner, most)
+    row = Row.of(list(_masks(charts, order, turns, cells, gap).values()))
+    made = _placed(n, order, row, row.spans, cells, inner, len(order) if pages is None else pages)
     if made is None:
         return None
     turn, number, corner, sheets = made.turn, made.number, made.corner, made.taken

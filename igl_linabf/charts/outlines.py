@@ -61,6 +61,15 @@ class Masks:
     start: IntArray
 
 
+NO_MASKS = Masks(
+    np.empty(0, np.complex128),
+    np.empty((0, 2), np.int64),
+    np.empty(0, np.complex128),
+    np.empty((0, 4), np.int64),
+    np.zeros(1, np.int64),
+)
+
+
 @dataclass(frozen=True, eq=False)
 class Row:
     """The masks of several charts one after the other, as `Masks` has those of one.
@@ -81,12 +90,13 @@ class Row:
 
     @classmethod
     def of(cls, masks: Sequence[Masks]) -> Row:
-        """That of at least one chart."""
+        """That of these charts."""
+        masks = (NO_MASKS, *masks)
         first = Parts.of_sizes([len(one.turns) for one in masks])
         blocks = Parts.of_sizes([len(one.blocks) for one in masks])
         start = np.concatenate([*(one.start[:-1] for one in masks), blocks.start[-1:]])
         start[:-1] += np.repeat(blocks.start[:-1], first.sizes)
-        spans = np.column_stack((first.start[:-1], first.start[1:]))
+        spans = np.column_stack((first.start[1:-1], first.start[2:]))
         turns, origin = (
             np.concatenate([getattr(one, name) for one in masks]) for name in ("turns", "origin")
         )

@@ -64,8 +64,7 @@ def narrowest_turns(z: ComplexArray, charts: Parts) -> ComplexArray:
     edge = (corner[1:] - corner[:-1])[same]
     hulls = Parts(np.searchsorted(chart[:-1][same], np.arange(len(charts) + 1)))
     corner, turns = corner[:-1][same], edge.conj() / np.abs(edge)
-    best = narrowest(corner, turns, hulls.start)
-    return np.where(best < 0, 1, np.append(turns, 1)[best])
+    return np.append(turns, 1)[narrowest(corner, turns, hulls.start)]  # -1, of no hull, is the last
 
 
 def extents(z: ComplexArray, charts: Parts) -> tuple[ComplexArray, ComplexArray]:

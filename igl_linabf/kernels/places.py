@@ -156,7 +156,7 @@ def placed(
         if places[chart, 0] < 0:
             break
     extents = np.column_stack((widths, heights)).astype(np.int64)
-    return places, extents, np.array(taken).reshape(-1, side, side)
+    return places, extents, np.array(taken, dtype=bool).reshape(-1, side, side)
 
 
 def _best_place(
