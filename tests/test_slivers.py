@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import warnings
 from fractions import Fraction
+from typing import Any
 
 import igl
 import numpy as np
 import pytest
+import pyvista
 from conftest import Surface, load
 
-from igl_linabf import MeshError, MeshWarning, flatten, quality
+from igl_linabf import MeshError, MeshWarning, flatten, quality, unwrap
 from igl_linabf.angles import CAP_ANGLE, System, constraints_of
 from igl_linabf.surface import planar_topology
 
@@ -111,3 +114,53 @@ def test_what_other_methods_cannot_flatten_is_said(name: str) -> None:
     V, F = with_points("caps", 1e-10, 40)
     with pytest.raises(MeshError, match="double precision"):
         flatten(V, F, name)
+
+
+@pytest.mark.parametrize("eps", [1e-8, 1e-10, 1e-12, 1e-13])
+def test_caps_do_not_hold_the_isometric_map_back(eps: float) -> None:
+    V, F = load("bumps")
+    expected = quality(V, F, flatten(V, F, "isometric").uv).stretch_l2
+    V, F = with_points("caps", eps, 40)
+    with pytest.warns(MeshWarning, match="rad of pi"):
+        result = flatten(V, F, "isometric")
+    assert result.outcome.good
+    assert quality(V, F, result.uv).stretch_l2 < expected + 1e-3
+
+
+def lone(height: float, kind: str, centre: float) -> Surface:
+    """A disk, and a thin triangle of side 1 that touches nothing, turned at random."""
+    V, F = load("bumps")
+    foot = 0.4 if kind == "cap" else 0.0
+    thin = np.array([[0, 0, 0], [1, 0, 0], [foot, height, 0]])
+    turn = np.linalg.qr(np.random.default_rng(0).normal(size=(3, 3)))[0]
+    return np.vstack((V, thin @ turn + centre)), np.vstack((F, np.arange(3) + len(V)))
+
+
+@pytest.mark.parametrize("method", ["linabf", "abf", "isometric", "lscm", "scp"])
+@pytest.mark.parametrize("kind", ["cap", "needle"])
+def test_a_thin_triangle_is_a_chart_of_its_own_shape(kind: str, method: str) -> None:
+    for height in (1e-6, 1e-9, 1e-12, 1e-14, 3e-15):
+        for centre in (0.0, 1e5):
+            V, F = lone(height, kind, centre)
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # of repairs far from the origin; SCP needs linear ABF here
+                made = unwrap(V, F, method=method)
+            assert not made.troubles, (height, centre)
+            assert made.quality.flips == 0
+            alone = [chart.quality for chart in made.charts if list(chart.faces) == [len(F) - 1]]
+            assert all(own.stretch_l2 < 1.0001 for own in alone)
+            assert alone or made.repairs  # collapsed, where it is rounding
+
+
+@pytest.mark.parametrize("options", [{}, {"method": "isometric"}, {"method": "abf"}, {"bijective": True}])
+@pytest.mark.parametrize("z", [0.05, 1, 5, 20])
+def test_a_band_with_a_row_of_needles_is_unwrapped(z: float, options: dict[str, Any]) -> None:
+    """pyvista's Mobius band ends in triangles of which one side is rounding."""
+    band = pyvista.ParametricMobius(u_res=40, v_res=10, w_res=10).triangulate().clean()
+    V, F = np.asarray(band.points, dtype=np.float64) * [1, 1, z], band.faces.reshape(-1, 4)[:, 1:]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of repairs; a band that SCAF cannot take is cut
+        made = unwrap(V, F, **options)
+    assert not made.troubles
+    assert made.quality.flips == made.quality.overlaps == 0
+    assert made.quality.stretch_l2 < 1.03

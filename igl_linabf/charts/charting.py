@@ -9,8 +9,18 @@ from numpy.typing import ArrayLike
 
 from .._runtime import advance, part
 from .._types import FloatArray, IntArray
-from ..errors import FallbackWarning, SingularSystemError, some, stack_level
-from ..flattening import Flattening, Isometric, LinABF, Method, Outcome, Sketch, flatten_together, guaranteed
+from ..errors import FallbackWarning, MeshError, SingularSystemError, some, stack_level
+from ..flattening import (
+    ABF,
+    Flattening,
+    Isometric,
+    LinABF,
+    Method,
+    Outcome,
+    Sketch,
+    flatten_together,
+    guaranteed,
+)
 from ..measures import (
     Quality,
     change_of,
@@ -34,6 +44,7 @@ from .creases import extent
 from .given import sides_of_cleaned
 from .halving import halves
 from .kept_maps import Known, kept_maps
+from .lone_slivers import with_width
 from .overlap_seams import MAX_SPLITS, parts_between
 from .pieces import flattened
 from .scaf import moved_apart
@@ -51,7 +62,7 @@ MANY_FLIPS, FEW_ROUNDS = 0.05, 2  # share of its faces that flip, and rounds the
 SMALL_STRETCH = 1.15  # from which on a small piece gets seams that are sought for it alone
 MAX_TIP_ROUNDS = 3  # of seams to shrunk tips
 LITTLE = 0.02  # share of its faces that overlap, up to which tips come first: many overlaps are at them
-NEEDLE = 1e-13  # area over squared length, up to which a map is made wider
+NEEDLE = 1e-13  # area over squared length, up to which a chart is divided
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 _NO_SEAM = np.zeros((0, 2), dtype=np.int64)
 
@@ -151,6 +162,8 @@ def charts_of(pieces: list[Submesh], given: IntArray, task: Task) -> list[tuple[
     done: list[tuple[tuple[int, ...], Chart, Submesh]] = []
     while waiting:
         parts: list[_Part] = []
+        own = with_width([piece for _, piece, _ in waiting])
+        waiting = [(key, piece, known) for (key, _, known), piece in zip(waiting, own, strict=True)]
         together = iter(_known_together([piece for _, piece, kept in waiting if kept is None], task.method))
         for key, piece, kept in waiting:
             known = next(together) if kept is None else kept
@@ -218,13 +231,12 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         result, known = _flattened_without_flips(piece, result, task), None
     if known is None:
         check_finite(result.uv, piece.vertices, "uv")
-    if _is_needle(piece, result):
-        if parts := halves(piece):
-            return _anew(parts)
-        result, known = _opened(piece, result), None
+    if _is_needle(piece, result) and (parts := halves(piece)):
+        return _anew(parts)
     pairs, cost = overlapping_pairs_of_chart(piece.topology, result.uv) if known is None else known.pairs, 0.0
-    if len(pairs) and task.bijective and not result.holes:
-        result, cost = _made_bijective(piece, result)
+    moved = _made_bijective(piece, result) if len(pairs) and task.bijective and not result.holes else None
+    if moved is not None:
+        result, cost = moved
         pairs, known = overlapping_pairs_of_chart(piece.topology, result.uv), None
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
@@ -256,7 +268,17 @@ def _flattened(piece: Submesh, task: Task) -> Flattening:
         sketch = flattened(piece, Sketch(**vars(method)))
         if not 0 < len(sketch.flipped) <= MANY_FLIPS * len(piece.F):
             return sketch
-    return flattened(piece, method)
+    try:
+        return flattened(piece, method)
+    except SingularSystemError as error:
+        if isinstance(method, LinABF | ABF | Isometric):
+            raise
+        warnings.warn(
+            f"the chart of faces {some(piece.faces)} is flattened by linear ABF: {error}",
+            FallbackWarning,
+            stacklevel=stack_level(),
+        )
+        return flattened(piece, LinABF())
 
 
 def _worth_of_map(piece: Submesh, result: Flattening, quality: Quality, splits: int, task: Task) -> IntArray:
@@ -282,21 +304,6 @@ def _to_tips(piece: Submesh, result: Flattening, splits: int, task: Task) -> Int
 def _is_needle(piece: Submesh, result: Flattening) -> bool:
     """Whether double precision hardly tells the map from a line: no packing could turn it."""
     return float(piece.measured[0].sum()) <= NEEDLE * extent(result.uv) ** 2
-
-
-def _opened(piece: Submesh, result: Flattening) -> Flattening:
-    """The map of a triangle that is a needle, as high as it has to be."""
-    double_area, dot = piece.measured
-    if len(dot.T) > 1:  # of one polygon
-        return result
-    apex = int(dot[:, 0].argmin())  # opposite to the longest side
-    base, foot = piece.F[0, [apex - 2, apex - 1]], piece.F[0, apex]
-    a, b, c = piece.V[[*base, foot]]
-    length = float(np.linalg.norm(b - a))
-    uv = np.zeros((3, 2))
-    uv[base[1], 0] = length
-    uv[foot] = (c - a) @ (b - a) / length, max(float(double_area[0]) / length, 2 * NEEDLE * length)
-    return _with_map(result, uv, piece.topology.corner, f"{result.message}; a needle, opened")
 
 
 def _anew(parts: list[Submesh]) -> list[_Cut]:
@@ -347,9 +354,17 @@ def _flattened_without_flips(piece: Submesh, result: Flattening, task: Task) -> 
     return flattened(piece, surer)
 
 
-def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, float]:
-    """The map with its overlapping parts moved apart, and the increase of F/3nt."""
-    uv, _ = moved_apart(result.uv, piece.topology)  # what is wrong is told of the atlas
+def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, float] | None:
+    """The map with its overlapping parts moved apart, and the increase of F/3nt; None where SCAF cannot."""
+    try:
+        uv, _ = moved_apart(result.uv, piece.topology)  # what is wrong is told of the atlas
+    except MeshError as error:
+        warnings.warn(
+            f"parts of the chart of faces {some(piece.faces)} overlap, and are cut apart, not moved: {error}",
+            FallbackWarning,
+            stacklevel=stack_level(),
+        )
+        return None
     corner = piece.topology.corner
     areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
     uv *= np.sqrt(areas[0] / areas[1])

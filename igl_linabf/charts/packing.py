@@ -137,8 +137,8 @@ class Wish:
     ) -> Wish:
         """The arguments of `unwrap`, checked."""
         spacing = Spacing.of(margin, resolution, padding)
-        if pages is not None and not pages >= 1:
-            raise ValueError(f"pages is {pages!r}: give a number from 1 upwards")
+        if not (pages is None or (isinstance(pages, int | np.integer) and pages >= 1)):
+            raise ValueError(f"pages is {pages!r}: give a whole number from 1 upwards, or None")
         if texel_density is None:
             return cls(spacing, None, 1 if pages is None else pages, resolution)
         if resolution is None:

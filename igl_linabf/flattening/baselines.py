@@ -22,7 +22,7 @@ from ..angles import (
     triangle_rows,
     vertex_rows,
 )
-from ..errors import MeshError, some
+from ..errors import MeshError, SingularSystemError, some
 from ..layouts import far_apart, least_squares
 from ..linalg import NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
@@ -155,10 +155,10 @@ def _report(
     )
 
 
-def _failed(mesh: Mesh, solver: str) -> MeshError:
+def _failed(mesh: Mesh, solver: str) -> SingularSystemError:
     alpha = corner_angles(mesh)
     thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
-    return MeshError(
+    return SingularSystemError(
         f"{solver} finds no map in double precision; the thinnest triangles are faces {some(thin)} "
         f"(smallest angle {alpha[:, thin[0]].min():.1e} rad): collapse them, or use linear ABF"
     )

@@ -17,7 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._types import Array, ComplexArray, FloatArray, IntArray
-from ..surface import NEXT, PREV
+from ..surface import NEXT, PREV, Parts
+
+THIN = 1e-6  # height over the longest side, up to which triangles are opened at rest
+OPENED = 1e-6  # of the area of their chart: by how much at most, all together
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,8 +41,15 @@ class Rest:
     share: FloatArray
 
     @classmethod
-    def of(cls, corner: IntArray, double_area: FloatArray, dot: FloatArray, area: FloatArray | float) -> Rest:
-        """Triangles as a `Mesh` has them, scaled so that `area`, that of their charts, is one."""
+    def of(cls, corner: IntArray, double_area: FloatArray, dot: FloatArray, faces: Parts) -> Rest:
+        """Triangles as a `Mesh` has them, of charts side by side, scaled so that each has the area one.
+
+        Those too thin for the derivatives' digits are opened by a hair.
+        """
+        area = faces.spread(faces.sum(double_area) / 2)
+        longest = (dot[NEXT] + dot[PREV]).max(axis=0)  # squared
+        room = np.minimum(THIN * longest - double_area, 2 * OPENED * area / faces.spread(faces.sizes))
+        double_area = double_area + np.maximum(room, 0)
         top = dot.argmin(axis=0)  # opposite to the longest side, whose length has no cancellation
         left, right = (top + 1) % 3, (top + 2) % 3
         face = np.arange(len(top))

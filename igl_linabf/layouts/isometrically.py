@@ -13,7 +13,7 @@ from ..linalg import Solvers
 from ..surface import Disks, Mesh, Parts, Pins, complex_positions, constrain, signed_double_areas
 from .choice import placed
 from .isometric_energy import Rest
-from .newton import MAX_STEPS, Charts, Hessians, Springs, descend
+from .newton import Charts, Hessians, Springs, descend
 from .slim import slim, upright
 
 FAR = 2.0  # energy from which SLIM comes first: Newton's method takes many short steps there
@@ -63,15 +63,15 @@ def isometric(
     corner = mesh.topology.corner
     z = start / np.sqrt(signed_double_areas(start, corner).sum() / 2)
     z, slimmed = _unfolded(mesh, field.charts, z, weight)
-    z, (steps,) = descend(field.charts, z, weight, field.hessians)
-    stalled, missed = bool(steps < MAX_STEPS), 0.0
+    z, (steps,), (stalled,) = descend(field.charts, z, weight, field.hessians)
+    missed = 0.0
     if constrain(pinned):
         made, z, more, missed = _drawn_to_pins(field, z, weight, pinned)
         steps += more
     else:
         made = placed(mesh.topology, z, mesh.area, pinned)
     energy = float(field.charts.energy(z, weight)[0])
-    return IsometricMap(made, slimmed, int(steps), stalled, energy, missed)
+    return IsometricMap(made, slimmed, int(steps), bool(stalled), energy, missed)
 
 
 def isometric_together(
@@ -83,15 +83,15 @@ def isometric_together(
     those that began near an isometry and stalled.
     """
     corner, vertices, faces = disks.topology.corner, disks.vertices, disks.faces
-    charts = Charts(Rest.of(corner, disks.double_area, disks.dot, faces.spread(disks.area)), vertices, faces)
+    charts = Charts(Rest.of(corner, disks.double_area, disks.dot, faces), vertices, faces)
     z = z / vertices.spread(np.sqrt(faces.sum(signed_double_areas(z, corner)) / 2))
     near = charts.energy(z, weight) <= FAR
-    z, steps = descend(charts, z, weight, Hessians(corner, len(z), solvers))
+    z, steps, stalled = descend(charts, z, weight, Hessians(corner, len(z), solvers))
     energy = charts.energy(z, weight)
     double = np.abs(signed_double_areas(z, corner))
     z = centred(z, corner, double, disks.area, vertices.start, faces.start)
     sound = ~faces.any(~(signed_double_areas(z, corner) > 0))
-    return z, energy, steps, near & sound & (steps < MAX_STEPS)
+    return z, energy, steps, near & sound & stalled
 
 
 def at_pins(
@@ -113,8 +113,8 @@ class _Field:
     @classmethod
     def of(cls, mesh: Mesh, solvers: Solvers) -> _Field:
         corner, n = mesh.topology.corner, mesh.topology.n
-        rest = Rest.of(corner, mesh.double_area, mesh.dot, mesh.area)
-        charts = Charts(rest, Parts.of_sizes([n]), Parts.of_sizes([corner.shape[1]]))
+        faces = Parts.of_sizes([corner.shape[1]])
+        charts = Charts(Rest.of(corner, mesh.double_area, mesh.dot, faces), Parts.of_sizes([n]), faces)
         return cls(charts, Hessians(corner, n, solvers))
 
 
@@ -151,7 +151,7 @@ def _drawn_to_pins(
     for stiffness in STIFFNESS:
         pull = np.zeros(len(z))
         pull[index] = stiffness
-        z, (more,) = descend(field.charts, z, weight, field.hessians, Springs(pull, to), STEPS_EACH)
+        z, (more,), _ = descend(field.charts, z, weight, field.hessians, Springs(pull, to), STEPS_EACH)
         before, missed, steps = missed, float(np.abs(z - to)[index].max()), steps + more
         if stiffness > SOFT and missed > before / 2:  # out of reach, as a spring that rules brings a tenth
             break

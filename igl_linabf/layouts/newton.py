@@ -134,19 +134,29 @@ def descend(
     hessians: Hessians,
     springs: Springs | None = None,
     most: int = MAX_STEPS,
-) -> tuple[ComplexArray, IntArray]:
-    """The map at which the energy stalls, of every chart, and its steps, `most` where it does not stall.
+) -> tuple[ComplexArray, IntArray, BoolArray]:
+    """The map at which the energy of every chart stalls, its steps, and whether it does within them.
 
     Each chart has a step length of its own, and stays as it is from where it stalls: so the maps are those of
     one chart after the other. No triangle can flip: it would collapse first, and a step is shorter than to
-    the first collapse.
+    the first collapse. A single chart ends where double precision holds no further step.
+
+    Raises
+    ------
+    NotPositiveDefiniteError
+        Double precision holds no step of one of several charts.
     """
     energy = charts.energy(z, weight, springs)
     steps, moving = np.zeros(len(charts.faces), dtype=np.int64), np.ones(len(charts.faces), dtype=bool)
     for _ in range(most):
         by_corner, rows = charts.rest.expanded(z, weight)
         slope = hessians.slope(by_corner, springs, z)
-        x = -hessians.factored(rows, springs).solve(slope)
+        try:
+            x = -hessians.factored(rows, springs).solve(slope)
+        except NotPositiveDefiniteError:
+            if len(moving) > 1:
+                raise
+            break
         promised = -charts.vertices.sum((slope * x).reshape(-1, 2).sum(axis=1))
         moving &= promised > PROMISE * energy
         if not moving.any():
@@ -158,7 +168,7 @@ def descend(
         energy = reached
         if not moving.any():
             break
-    return z, np.where(moving, most, steps)
+    return z, steps, ~moving
 
 
 def _searched(
