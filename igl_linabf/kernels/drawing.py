@@ -40,8 +40,11 @@ def _in_blocks(rows: int, columns: int, change: Array, last: IntArray, blocks: I
     for row in range(rows):
         now, begin, inside = 0, 0, False
         for column in range(columns + 1):  # nothing touches the last one
-            now += change[at]
+            by = change[at]
             at += 1
+            if by == 0:  # as mostly
+                continue
+            now += by
             if (now != 0) == inside:
                 continue
             inside = not inside

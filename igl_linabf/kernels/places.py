@@ -21,6 +21,15 @@ Placed = tuple[IntArray, IntArray, BoolArray]
 
 
 @inlined
+def _behind(ahead: IntArray, column: int, length: int) -> int:
+    """How far a run of cells must move on to behind the first taken ones that it meets; 0 if it meets none."""
+    if ahead[column] >= length:
+        return 0
+    free = max(ahead[column], 0)
+    return int(free - ahead[column + free])
+
+
+@inlined
 def _place(
     ahead: IntArray,
     extent: IntArray,
@@ -38,24 +47,31 @@ def _place(
     rows = min(height + shapes[first:after, 0].max(), side)
     columns = min(width + shapes[first:after, 1].max(), side)
     best, mask, best_x, best_y = np.inf, -1, -1, -1
+    longest = 8.0 * side**2  # is more than all that squares are alike in
     for k in range(first, after):
         high, wide = shapes[k, 0], shapes[k, 1]
+        block, above = start[k], blocks[start[k], 0]  # whose row, so far above y, met taken cells last
         for y in range(rows - high + 1):
-            x = 0
+            x, tall, up = 0, max(width, max(y + high, height)), (y + high / 2) ** 2
             while x + wide <= columns:
-                square = max(max(x + wide, width), max(y + high, height))
-                cost = square * (8.0 * side**2) + (x + wide / 2) ** 2 + (y + high / 2) ** 2
+                cost = max(x + wide, tall) * longest + (x + wide / 2) ** 2 + up
                 if cost >= best:  # and so is all that is further right
                     break
+                if y + above < height and x + blocks[block, 1] < width:
+                    step = _behind(ahead[y + above], x + blocks[block, 1], blocks[block, 2])
+                    if step:  # as mostly: charts have thick limbs
+                        x += step
+                        continue
                 step = 0
                 for i in range(start[k], start[k + 1]):
                     column, lowest = x + blocks[i, 1], y + blocks[i, 0]
                     if column >= width:
                         continue
                     for row in range(lowest, min(lowest + blocks[i, 3], height)):
-                        if ahead[row, column] < blocks[i, 2]:  # on to behind the cells that are taken
-                            free = max(ahead[row, column], 0)
-                            step = max(step, free - ahead[row, column + free])
+                        step = _behind(ahead[row], column, blocks[i, 2])
+                        if step:
+                            block, above = i, row - y
+                            break
                     if step:
                         break
                 if not step:
