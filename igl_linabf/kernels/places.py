@@ -22,7 +22,7 @@ Placed = tuple[IntArray, IntArray, BoolArray]
 
 @inlined
 def _behind(ahead: IntArray, column: int, length: int) -> int:
-    """How far a run of cells must move on to behind the first taken ones that it meets; 0 if it meets none."""
+    """How far a run of cells must move on to behind the first taken ones that it meets; 0 if it is free."""
     if ahead[column] >= length:
         return 0
     free = max(ahead[column], 0)
