@@ -1,10 +1,11 @@
-"""The turns and shifts from one side of a seam to the other, and how to make the shifts whole."""
+"""The turns and shifts from one side of a seam to the other, and which shifts can be chosen."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
+from scipy import sparse
 
 from .._types import ComplexArray, IntArray
 from ..errors import MeshError, some
@@ -12,7 +13,6 @@ from ..surface import NEXT, PREV, Submesh, connected_labels
 from .given_seams import rows_between_textures
 
 TURNED = 1e-3  # by how much the sides of a seam edge may be off a multiple of 90 degrees
-MOST_CHANGES = 1000  # of single numbers of periods
 
 
 @dataclass(frozen=True, eq=False)
@@ -117,36 +117,54 @@ def fans_of(sides: SeamSides) -> list[Fan]:
     return fans
 
 
-def whole_shifts(
-    sides: SeamSides, fans: list[Fan], z: ComplexArray, period: float
-) -> tuple[ComplexArray, IntArray, ComplexArray]:
-    """The new shift of each edge; the cones that it determines, and the displacements of their first copies.
+@dataclass(frozen=True, eq=False)
+class FreeShifts:
+    """All shifts, by those that can be chosen: those around a vertex that is no cone cancel.
 
-    Seams that do not touch have shifts of their own.
+    Attributes
+    ----------
+    edges : (#K,) int64
+        Those whose shifts can be chosen.
+    shifts : (#S, #K) complex128
+        The shifts of all edges: sums of powers of i.
+    cones : (#C,) int64
+        Those whose places the shifts determine.
+    places : (#C, #K) complex128
+        The places of their first copies.
     """
-    shift = np.zeros(len(sides.turn), dtype=np.complex128)
-    held, place = [np.zeros(0, dtype=np.int64)], [np.zeros(0, dtype=np.complex128)]
-    seam = connected_labels(sides.vertex, int(sides.vertex.max(initial=-1)) + 1)
-    own: dict[int, list[Fan]] = {}
-    for fan in fans:
-        own.setdefault(int(seam[fan.vertex]), []).append(fan)
-    order = np.argsort(seam[sides.vertex[:, 0]], kind="stable")
-    of_edge = seam[sides.vertex[order, 0]]
-    for edges in np.split(order, np.flatnonzero(np.diff(of_edge)) + 1) if len(order) else ():
-        label = int(seam[sides.vertex[edges[0], 0]])
-        shift[edges], cones, moved = _shifts_of_one(sides, edges, own[label], z, period)
-        held.append(cones)
-        place.append(moved)
-    return shift, np.concatenate(held), np.concatenate(place)
+
+    edges: IntArray
+    shifts: sparse.csr_array
+    cones: IntArray
+    places: sparse.csr_array
+
+    @classmethod
+    def of(cls, sides: SeamSides, fans: list[Fan]) -> FreeShifts:
+        """Of one seam edge at least."""
+        seam = connected_labels(sides.vertex, int(sides.vertex.max()) + 1)
+        own: dict[int, list[Fan]] = {}
+        for fan in fans:
+            own.setdefault(int(seam[fan.vertex]), []).append(fan)
+        of_edge = seam[sides.vertex[:, 0]]
+        order = np.argsort(of_edge, kind="stable")
+        seams = np.split(order, np.flatnonzero(np.diff(of_edge[order])) + 1)
+        made = [_shifts_of_one(sides, edges, own[int(of_edge[edges[0]])]) for edges in seams]
+        chosen, shifts, cones, places = zip(*made, strict=True)
+        return cls(
+            np.concatenate(chosen),
+            sparse.csr_array(sparse.block_diag(shifts, format="csr"))[np.argsort(order)],
+            np.concatenate(cones),
+            sparse.csr_array(sparse.block_diag(places, format="csr")),
+        )
 
 
 def _shifts_of_one(
-    sides: SeamSides, edges: IntArray, fans: list[Fan], z: ComplexArray, period: float
-) -> tuple[ComplexArray, IntArray, ComplexArray]:
-    """`whole_shifts` of a connected seam.
+    sides: SeamSides, edges: IntArray, fans: list[Fan]
+) -> tuple[IntArray, ComplexArray, IntArray, ComplexArray]:
+    """The attributes of `FreeShifts` of a connected seam, of its edges only.
 
-    Shifts around a vertex that is no cone cancel. So on a tree of seam edges each such vertex determines the
-    shift towards the root; all other edges have one that is to be chosen.
+    On a tree of seam edges each vertex that is no cone determines the shift towards the root; all other
+    edges have one that is to be chosen.
     """
     fan_of = {fan.vertex: fan for fan in fans}
     order, above = _tree(sides, edges, fans)
@@ -175,11 +193,7 @@ def _shifts_of_one(
     held = np.array([fan.vertex for fan, _, _ in ends], dtype=np.int64)
     places = np.array([sum(c * rows[row[e]] for e, c in sums) / (1 - by) for _, by, sums in ends])
     places = places.reshape(len(ends), len(choice))
-    now = z[[fan.copies[0] for fan, _, _ in ends]]
-    q = _nearest(
-        np.concatenate((places, np.eye(len(choice)))), np.concatenate((now, sides.shift[choice])) / period
-    )
-    return period * np.round(rows @ q), held, period * (places @ q) - now
+    return choice, rows, held, places
 
 
 def _tree(sides: SeamSides, edges: IntArray, fans: list[Fan]) -> tuple[list[int], dict[int, int]]:
@@ -208,24 +222,3 @@ def _tree(sides: SeamSides, edges: IntArray, fans: list[Fan]) -> tuple[list[int]
                         further.append(w)
             waiting = further
     return order, above
-
-
-def _nearest(A: ComplexArray, b: ComplexArray) -> ComplexArray:
-    """Complex integers q for which A q is near b: rounded one after the other, then changed one by one."""
-    if not A.shape[1]:
-        return np.zeros(0, dtype=np.complex128)
-    Q, R = np.linalg.qr(A)
-    y, q = Q.conj().T @ b, np.zeros(A.shape[1], dtype=np.complex128)
-    for j in reversed(range(len(q))):
-        q[j] = np.round((y[j] - R[j, j + 1 :] @ q[j + 1 :]) / R[j, j])
-    size = (np.abs(A) ** 2).sum(axis=0)
-    missing = b - A @ q
-    for _ in range(MOST_CHANGES):
-        by = np.round(A.conj().T @ missing / size)  # the best change of each one alone
-        gain = (np.abs(by) ** 2) * size - 2 * (by.conj() * (A.conj().T @ missing)).real
-        j = int(np.argmin(gain))
-        if not gain[j] < -1e-9:
-            break
-        q[j] += by[j]
-        missing = missing - A[:, j] * by[j]
-    return q
