@@ -8,9 +8,9 @@ import numpy as np
 from .._types import ComplexArray, FloatArray
 from ..angles import Constraints, Iterate, Residual, central_angles
 from ..errors import FallbackWarning, stack_level
-from ..linalg import Analysis, Factored, NotConvergedError, Solvers, held
+from ..linalg import Analysis, Factored, Multigrid, NotConvergedError, Solvers, held
 from ..surface import Disks, complex_positions, flipped_faces
-from .around_holes import around_holes
+from .around_holes import Loops, drawn, relaxed
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +99,8 @@ def harmonic(
 
     def inside(factored: Factored) -> ComplexArray:
         if topology.holes:
-            return around_holes(constraints, at.residual.closure, z, weight, factored.solve)
+            loops = Loops(constraints, weight, factored.solve)
+            return loops.positions(drawn(loops, at.residual.closure, boundary.z))
         rhs, made = pattern.pull(weight, z), z.copy()
         rhs[n:] = 0.0
         made[topology.interior] = complex_positions(factored.solve(rhs)[:n])
@@ -124,3 +125,25 @@ def harmonic(
         factored = (analysis if factored.single else solvers.whole(lower)).factor(lower)
         made = inside(factored)
     return made, factored.name
+
+
+def by_relaxed_loops(
+    boundary: Boundary, at: Iterate, constraints: Constraints, laplacian: Analysis | None, solvers: Solvers
+) -> tuple[ComplexArray, str] | None:
+    """Nearly the map of the least squares, and the solver's name, by the Laplacian of `harmonic`.
+
+    All loops are drawn, and changed to where the conformal energy is nearly least. None if that is not so, if
+    triangles are flipped, or if there is no factor.
+    """
+    topology, pattern = constraints.topology, constraints.pattern
+    weight = topology.sum_at_edges(at.cot) / 2
+    lower = pattern.laplacian(weight)
+    analysis = laplacian or pattern.analysis(solvers, lower)
+    if isinstance(analysis, Multigrid):
+        return None
+    factored = analysis.factor(lower)
+    loops = Loops(constraints, weight, factored.solve)
+    made = relaxed(loops, drawn(loops, at.residual.closure, boundary.z))
+    if made is None or len(flipped_faces(z := loops.positions(made), topology.corner)):
+        return None
+    return z, factored.name

@@ -30,7 +30,7 @@ from ..surface import (
     vertex_array,
     with_outer,
 )
-from .boundary import Boundary, develop_boundary, harmonic
+from .boundary import Boundary, by_relaxed_loops, develop_boundary, harmonic
 from .conformal_energy import far_apart, least_squares
 from .greedily import greedy
 from .one_by_one import one_by_one
@@ -39,7 +39,8 @@ LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
 
 GAP = 2.5e-3  # relative gap of the developed boundary up to which "auto" trusts it
 FLAT = 1e-4  # residual of the constraints up to which it draws the loops of holes, too
-MOST_HOLES = 8  # where it does: each takes one more solve
+NEARLY_CLOSED = 0.1  # relative gap of loops up to which it changes those to the ones of the least squares
+MOST_HOLES = 12  # where it does: each takes one more solve
 
 
 def placed(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
@@ -82,12 +83,14 @@ def lay_out(
     rim = topology.loops[0]
     prescribed = not np.isnan(constraints.sums[rim]).all()
     solver, made = "none", method
-    holes = len(topology.holes)
+    holes, relaxes = len(topology.holes), False
     if method == "auto":
         held = constrain(pinned)
         drawn = boundary.gap <= GAP or prescribed
         if holes:
-            drawn = drawn and _draws_holes(constraints, at.residual)
+            rows = _draws_holes(constraints)
+            drawn = drawn and rows and at.residual.largest <= FLAT
+            relaxes = rows and not prescribed and not held and _nearly_closed(boundary, at.residual)
         made = "boundary" if drawn and not held else "least-squares"
     elif method == "boundary" and holes:
         raise MeshError(
@@ -102,8 +105,13 @@ def lay_out(
             else:
                 z, solver = harmonic(boundary, at, constraints, laplacian, solvers)
             if holes and len(flipped_faces(z, topology.corner)):
-                made = "least-squares"
-        if made == "least-squares":
+                made, relaxes = "least-squares", False
+        found = None
+        if made == "least-squares" and relaxes:
+            found = by_relaxed_loops(boundary, at, constraints, laplacian, solvers)
+        if found is not None:
+            z, solver = found
+        elif made == "least-squares":
             ends = slice(None) if prescribed else far_apart(coordinates(boundary.z))
             index, position = rim[ends], boundary.z[ends]
             if pinned is not None and not prescribed:
@@ -126,10 +134,15 @@ def lay_out(
     return Layout(z, made, boundary.gap, solver)
 
 
-def _draws_holes(constraints: Constraints, b: Residual) -> bool:
-    """Whether the loops of holes are drawn: each has a row, and the angles are flat."""
+def _draws_holes(constraints: Constraints) -> bool:
+    """Whether the loops of holes may be drawn: each has a row, and there are few."""
     rows = constraints.wheels == constraints.n and not constraints.paths
-    return rows and b.largest <= FLAT and len(constraints.topology.holes) <= MOST_HOLES
+    return rows and len(constraints.topology.holes) <= MOST_HOLES
+
+
+def _nearly_closed(boundary: Boundary, b: Residual) -> bool:
+    """Whether the drawn loops are nearly those of the least squares."""
+    return max(boundary.gap, float(np.abs(b.closure.gap).max())) <= NEARLY_CLOSED
 
 
 def layout(
@@ -158,7 +171,7 @@ def layout(
         harmonic. "least-squares" minimises the conformal energy from the triangles with these
         angles (section 5 of the paper). "greedy" places triangle after triangle (section 5).
         "auto" is "boundary" if there are no more than two pins, and the drawn loop closes to 2.5e-3 of its
-        length; with holes, of which there may be eight, if the angles are flat to 1e-4, and then holes'
+        length; with holes, of which there may be twelve, if the angles are flat to 1e-4, and then holes'
         loops are drawn, too. Otherwise it is "least-squares".
     outer : int, optional
         A vertex of the outer boundary loop; by default the loop with the most edges is the outer
