@@ -15,6 +15,7 @@ from test_cli import run
 
 from igl_linabf import (
     FallbackWarning,
+    Flattening,
     LinABF,
     MeshError,
     Outcome,
@@ -173,6 +174,29 @@ def test_a_disk_that_double_precision_does_not_hold_is_cut_open(name: str, chart
     assert len(atlas.charts) <= charts
 
 
+def as_they_are(piece: Submesh, result: Flattening, pairs: np.ndarray) -> tuple[Flattening, np.ndarray]:
+    """Overlaps, left for seams to part."""
+    return result, pairs
+
+
+@pytest.mark.parametrize("name", ["closed__igl_cow.off", "disk__igl_camel_b.obj", "holes__igl_beetle.off"])
+def test_a_few_faces_that_overlap_are_laid_out_narrower_instead_of_cut_off(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    V, F = load(name)
+    narrower = unwrap(V, F)
+    monkeypatch.setattr("igl_linabf.charts.charting.laid_narrower", as_they_are)
+    parted = unwrap(V, F)
+    assert narrower.good
+    assert narrower.quality.flips == narrower.quality.overlaps == 0
+    assert (len(narrower.charts), narrower.seam_length) <= (len(parted.charts), parted.seam_length)
+    assert narrower.quality.stretch_l2 < 1.01 * parted.quality.stretch_l2
+    (chart,) = [chart for chart in narrower.charts if "laid out narrower" in chart.result.message]
+    assert igl.doublearea(chart.result.uv, chart.result.F).sum() == pytest.approx(
+        igl.doublearea(V, F[chart.faces]).sum()
+    )
+
+
 @pytest.mark.parametrize(
     "name", ["limb", "closed__igl_cow.off", "disk__igl_camel_b.obj", "holes__igl_beetle.off"]
 )
@@ -180,6 +204,7 @@ def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     V, F = load(name)
+    monkeypatch.setattr("igl_linabf.charts.charting.laid_narrower", as_they_are)
     joined = unwrap(V, F)
     monkeypatch.setattr("igl_linabf.charts.charting.with_small_joined", lambda made, *_: made)
     apart = unwrap(V, F)
@@ -197,8 +222,9 @@ def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
         )
 
 
-def test_small_charts_are_joined_where_the_caller_has_no_seam() -> None:
+def test_small_charts_are_joined_where_the_caller_has_no_seam(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = load("holes__igl_beetle.off")
+    monkeypatch.setattr("igl_linabf.charts.charting.laid_narrower", as_they_are)
     mine = find_seams(V, F)
     begun = unwrap(V, F, mine, complete=True)
     assert len(begun.charts) < len(unwrap(V, F, mine).charts)

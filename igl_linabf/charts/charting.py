@@ -39,11 +39,12 @@ from ..surface import (
     signed_double_areas,
 )
 from .atlas import BEYOND_USE, ROUNDING, Chart
-from .crease_cuts import parted
+from .crease_cuts import is_isometric, parted
 from .creases import extent
 from .given import sides_of_cleaned
 from .halving import halves
 from .kept_maps import Known, kept_maps
+from .laid_narrower import laid_narrower
 from .lone_slivers import with_width
 from .overlap_seams import MAX_SPLITS, parts_between
 from .pieces import flattened
@@ -234,6 +235,7 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
     if _is_needle(piece, result) and (parts := halves(piece)):
         return _anew(parts)
     pairs, cost = overlapping_pairs_of_chart(piece.topology, result.uv) if known is None else known.pairs, 0.0
+    without_tips = known is not None and known.without_tips
     moved = _made_bijective(piece, result) if len(pairs) and task.bijective and not result.holes else None
     if moved is not None:
         result, cost = moved
@@ -241,20 +243,26 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
             return _anew(_disks(piece, task))
-        without_tips = task.weighs_stretch and len(np.unique(pairs)) < LITTLE * len(piece.F)
+        few = len(np.unique(pairs)) < LITTLE * len(piece.F)
+        without_tips = task.weighs_stretch and few
         if without_tips and len(seams := _to_tips(piece, result, splits, task)):
             return _anew(piece.cut_along(seams))
-        parts = [disk for part in parted(piece, result.uv, pairs) for disk in _disks(part, task)]
-        parts = parts or parts_between(piece, piece.faces[pairs])
-        if len(parts) > 1:
-            return list(zip(parts, kept_maps(piece, result, parts, pairs, without_tips), strict=True))
+        if few and result.outcome.good and not is_isometric(piece, result.uv):
+            before, (result, pairs) = result, laid_narrower(piece, result, pairs)
+            known = known if result is before else None
+        if len(pairs):
+            parts = [disk for part in parted(piece, result.uv, pairs) for disk in _disks(part, task)]
+            parts = parts or parts_between(piece, piece.faces[pairs])
+            if len(parts) > 1:
+                return list(zip(parts, kept_maps(piece, result, parts, pairs, without_tips), strict=True))
     elif len(pairs) and (parts := halves(piece)):
         return _anew(parts)
     quality = None if known is None else known.quality
     if quality is None:
         quality = quality_of(piece, result.uv, len(pairs))
-    weighed = task.weighs_stretch and not (known is not None and known.without_tips)
-    if weighed and len(seams := _worth_of_map(piece, result, quality, splits, task)):
+    if (task.weighs_stretch and not without_tips) and len(
+        seams := _worth_of_map(piece, result, quality, splits, task)
+    ):
         return _anew(piece.cut_along(seams))
     if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
         return _anew(parts)

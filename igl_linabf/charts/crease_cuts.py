@@ -21,7 +21,7 @@ Lengths = list[dict[int, float]]  # of the creases to each neighbour of a region
 
 def parted(piece: Submesh, uv: FloatArray, pairs: IntArray) -> list[Submesh]:
     """The parts of a piece whose faces `pairs` overlap in its map; none if creases do not part them."""
-    if not _is_isometric(piece, uv):
+    if not is_isometric(piece, uv):
         return []
     region, sides, length = _regions(piece)
     number = int(region.max()) + 1
@@ -34,7 +34,7 @@ def parted(piece: Submesh, uv: FloatArray, pairs: IntArray) -> list[Submesh]:
     return piece.divided(_joined(number, ends, common.tolist(), apart)[region])
 
 
-def _is_isometric(piece: Submesh, uv: FloatArray) -> bool:
+def is_isometric(piece: Submesh, uv: FloatArray) -> bool:
     """Whether stretch and shear are one, nearly; by areas alone most maps are told that are not."""
     double_area = piece.measured[0]
     flat = np.abs(signed_double_areas(complex_positions(uv), piece.topology.corner))

@@ -165,7 +165,7 @@ class _Candidate:
             if topology.n > DENSE:
                 return least_squares(topology, self._cot, fixed, position, Solvers("auto"), width)[0]
             if width not in self._matrices:
-                self._matrices[width] = energy_matrix(topology, self._cot, width)
+                self._matrices[width] = energy_matrix(topology.corner, topology.n, self._cot, width)
             is_free = np.ones(topology.n, dtype=bool)
             is_free[fixed] = False
             free, rows = np.flatnonzero(is_free), self._matrices[width][is_free]

@@ -29,7 +29,8 @@ def least_squares(
     pattern = Pattern(topology, row, len(row) - len(pinned))
     a, b = topology.edges.T
     i, j = pattern.ends
-    weight, entry = _entries(topology, cot, width)
+    weight = topology.sum_at_edges(cot) / 2
+    entry = -weight + 0.5j * width * (topology.sides[1] < 0)  # the mesh is on the left of the edge
     z = np.zeros(topology.n, dtype=np.complex128)
     z[pinned] = position
     if not free.any():
@@ -44,21 +45,19 @@ def least_squares(
     return z, factored.name
 
 
-def energy_matrix(topology: Topology, cot: FloatArray, width: float) -> ComplexArray:
-    """The matrix of the energy of `least_squares`, all entries: for a few vertices, most of them pinned."""
-    weight, entry = _entries(topology, cot, width)
-    a, b = topology.edges.T
-    matrix = np.zeros((topology.n, topology.n), dtype=np.complex128)
-    matrix[a, b], matrix[b, a] = entry, entry.conj()
-    own = np.arange(topology.n)
-    matrix[own, own] = np.bincount(a, weight, topology.n) + np.bincount(b, weight, topology.n)
+def energy_matrix(corner: IntArray, n: int, cot: FloatArray, width: float) -> ComplexArray:
+    """The matrix of the energy of `least_squares`, all entries: for a few vertices, most of them pinned.
+
+    The triangles (3, #F) may be any; their areas are those inside of their boundary.
+    """
+    matrix = np.zeros((n, n), dtype=np.complex128)
+    for k in range(3):
+        a, b, weight = corner[k - 2], corner[k - 1], cot[k] / 2
+        np.add.at(matrix, (a, b), 0.5j * width - weight)
+        np.add.at(matrix, (b, a), -0.5j * width - weight)
+        np.add.at(matrix, (a, a), weight)
+        np.add.at(matrix, (b, b), weight)
     return matrix
-
-
-def _entries(topology: Topology, cot: FloatArray, width: float) -> tuple[FloatArray, ComplexArray]:
-    """Of each edge the weight in L, and the entry of L + i Q from its first end to its second."""
-    weight = topology.sum_at_edges(cot) / 2
-    return weight, -weight + 0.5j * width * (topology.sides[1] < 0)  # the mesh is on the left of the edge
 
 
 def far_apart(points: FloatArray) -> IntArray:
