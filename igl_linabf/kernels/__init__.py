@@ -14,6 +14,7 @@ from .connectivity import (
     connected_labels,
     cycles,
     entries,
+    in_edges,
     in_one_piece,
     spanning_forest,
     spanning_tree,

@@ -119,14 +119,8 @@ def _undirected_in_threads(corner: IntArray, n: int) -> Joined:
     return edges, sides, all(sound)
 
 
-@instead(_undirected_in_threads, _undirected)
-def undirected(corner: IntArray, n: int) -> Joined:
-    """The edges of triangles, (3, #F): their ends, (#E, 2), sides, (2, #E), and whether they are sound.
-
-    Ends and sides are as in `Topology`, the edges sorted by their lower and higher ends. They are sound where
-    none has more than two sides, or two that run the same way.
-    """
-    tail, head = corner[NEXT].ravel(), corner[PREV].ravel()
+def in_edges(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
+    """Sides in the order of their edges, by vertices below n; where each edge begins, and how many it has."""
     key = np.minimum(tail, head) * n + np.maximum(tail, head)
     bits = len(key).bit_length()
     if n * n < 2 ** (63 - bits):  # a sort of numbers takes a tenth of the time of a stable order
@@ -138,8 +132,19 @@ def undirected(corner: IntArray, n: int) -> Joined:
     starts = np.ones(len(key), dtype=bool)
     np.not_equal(key[1:], key[:-1], out=starts[1:])
     begin = np.flatnonzero(starts)
-    count = np.diff(begin, append=len(key))
-    first, second = order[begin], order[np.minimum(begin + 1, len(key) - 1)]
+    return order, begin, np.diff(begin, append=len(key))
+
+
+@instead(_undirected_in_threads, _undirected)
+def undirected(corner: IntArray, n: int) -> Joined:
+    """The edges of triangles, (3, #F): their ends, (#E, 2), sides, (2, #E), and whether they are sound.
+
+    Ends and sides are as in `Topology`, the edges sorted by their lower and higher ends. They are sound where
+    none has more than two sides, or two that run the same way.
+    """
+    tail, head = corner[NEXT].ravel(), corner[PREV].ravel()
+    order, begin, count = in_edges(tail, head, n)
+    first, second = order[begin], order[np.minimum(begin + 1, len(order) - 1)]
     same_way = tail[first] == tail[second]
     sides = np.stack((first, np.where((count > 1) & ~same_way, second, -1)))
     sound = not (count > 2).any() and not (same_way & (count == 2)).any()

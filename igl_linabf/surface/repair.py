@@ -271,8 +271,11 @@ def _with_area(V: FloatArray, F: IntArray) -> tuple[IntArray, IntArray]:
     """Faces of pieces in which one has an area, and the others."""
     if not len(F):
         return np.zeros(0, dtype=np.int64), np.zeros(0, dtype=np.int64)
+    flat = without_area(V, F)
+    if not len(flat):
+        return np.arange(len(F)), flat
     label = face_components(F, len(V))
     area = np.ones(len(F), dtype=bool)
-    area[without_area(V, F)] = False
+    area[flat] = False
     solid = np.bincount(label, weights=area)[label] > 0
     return np.flatnonzero(solid), np.flatnonzero(~solid)

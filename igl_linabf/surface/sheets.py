@@ -10,6 +10,7 @@ from scipy import sparse
 from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
+from ..kernels import in_edges
 from .components import connected_labels
 from .parts import counted
 from .topology import triangles_of
@@ -58,15 +59,18 @@ def as_sheets(V: FloatArray, F: IntArray) -> Sheets:
     if not len(F):
         no_edges = np.zeros((0, 2), dtype=np.int64)
         return Sheets(F, np.zeros(0, dtype=np.int64), np.zeros(0, dtype=bool), no_edges, no_edges, F[:, 0])
-    triangle, twin = triangles_of(F)
-    links, crowded = _links(V, F, triangle)
+    edges = _Edges.of(F, len(V))
+    triangle, twin = _triangles(F, edges)
+    links, crowded = _links(V, F, triangle, edges)
     turned, torn = _orientation(F, links)
     torn_edges = _ends(F, links[torn])
     links = links[~torn]
     turn = turned[links // 3]
     links = np.where(turn, links // 3 * 3 + 2 - links % 3, links)
     F = np.where(turned[:, None], F[:, [0, 2, 1]], F)
-    F_new, origin = _with_fans(F, links, triangle)
+    before = edges.of_sides().reshape(F.shape)
+    number = np.where(turned[:, None], before[:, ::-1], before)
+    F_new, origin = _with_fans(F, links, triangle, number.ravel())
     return Sheets(F_new, origin, turned, crowded, torn_edges, np.flatnonzero(twin))
 
 
@@ -79,28 +83,59 @@ def _ends(F: IntArray, links: IntArray) -> IntArray:
     return np.sort(np.column_stack((tail[links[:, 0]], head[links[:, 0]])), axis=1)
 
 
-def _groups(F: IntArray, n: int) -> tuple[IntArray, IntArray, IntArray]:
+@dataclass(frozen=True, eq=False)
+class _Edges:
     """Sides in the order of their edges; where each edge begins in it, and how many sides it has."""
-    tail, head = _tails_heads(F)
-    key = np.minimum(tail, head) * n + np.maximum(tail, head)
-    order = np.argsort(key, kind="stable")
-    key = key[order]
-    begin = np.flatnonzero(np.append(True, key[1:] != key[:-1]))
-    return order, begin, np.diff(begin, append=len(key))
+
+    order: IntArray
+    begin: IntArray
+    count: IntArray
+
+    @classmethod
+    def of(cls, F: IntArray, n: int) -> "_Edges":
+        return cls(*in_edges(*_tails_heads(F), n))
+
+    def two(self) -> tuple[IntArray, IntArray]:
+        """Both sides of each edge that has two."""
+        begin = self.begin[self.count == 2]
+        return self.order[begin], self.order[begin + 1]
+
+    def of_sides(self) -> IntArray:
+        """The number of sides at each side's edge."""
+        number = np.empty_like(self.order)
+        number[self.order] = np.repeat(self.count, self.count)
+        return number
 
 
-def _links(V: FloatArray, F: IntArray, triangle: IntArray) -> tuple[IntArray, IntArray]:
+def _triangles(F: IntArray, edges: _Edges) -> tuple[IntArray, BoolArray]:
+    """A number for each face's triangle, by its vertices; and which faces have that of one before them."""
+    a, b = edges.two()
+    twins = F.ravel()[_opposite(a)] == F.ravel()[_opposite(b)]
+    crowd = edges.order[np.repeat(edges.count > 2, edges.count)]
+    some = np.unique(np.concatenate((a[twins], b[twins], crowd)) // 3)  # no others can be equal
+    triangle, twin = np.arange(len(F)), np.zeros(len(F), dtype=bool)
+    if len(some):
+        number, twin[some] = triangles_of(F[some])
+        triangle[some] = some[np.unique(number, return_index=True)[1]][number]
+    return triangle, twin
+
+
+def _opposite(side: IntArray) -> IntArray:
+    """The corner opposite to each side."""
+    return np.asarray(side + np.array([2, -1, -1])[side % 3])
+
+
+def _links(V: FloatArray, F: IntArray, triangle: IntArray, edges: _Edges) -> tuple[IntArray, IntArray]:
     """The pairs of sides that are joined, (#L, 2), and the edges of more than two faces."""
-    order, begin, count = _groups(F, len(V))
-    two = begin[count == 2]
-    plain = np.column_stack((order[two], order[two + 1]))
+    order, begin, count = edges.order, edges.begin, edges.count
+    plain = np.column_stack(edges.two())
     plain = plain[triangle[plain[:, 0] // 3] != triangle[plain[:, 1] // 3]]  # a leaf's two sides
     crowd = count > 2
     if not crowd.any():
         return plain, np.zeros((0, 2), dtype=np.int64)
     tail, head = _tails_heads(F)
     some = order[begin[crowd]]
-    edges = np.sort(np.column_stack((tail[some], head[some])), axis=1)
+    ends = np.sort(np.column_stack((tail[some], head[some])), axis=1)
     patch, turned, _ = _agreed(F, plain)
     a, b = _pairs_at(order, begin[crowd], count[crowd])
     a, b = (sides[triangle[a // 3] != triangle[b // 3]] for sides in (a, b))
@@ -112,11 +147,11 @@ def _links(V: FloatArray, F: IntArray, triangle: IntArray) -> tuple[IntArray, In
     cost = np.where(np.isfinite(cost), cost, FOLDED) + OTHER_PATCH * ~same + ONE_SIDED * one_sided
     ranked = np.lexsort((b, a, against, cost))
     chosen = _best_pairs(a[ranked], b[ranked], 3 * len(F))
-    return np.concatenate((plain, chosen)), edges
+    return np.concatenate((plain, chosen)), ends
 
 
 def _pairs_at(order: IntArray, begin: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
-    """All pairs of sides at the same edge; `begin` and `count` as of `_groups`."""
+    """All pairs of sides at the same edge; `begin` and `count` as of `_Edges`."""
     few = count <= MOST_AT_AN_EDGE
     begin, count = begin[few], count[few]
     edge, at = counted(count)
@@ -158,6 +193,9 @@ def _inward(V: FloatArray, F: IntArray, side: IntArray) -> FloatArray:
 
 def _orientation(F: IntArray, links: IntArray) -> tuple[BoolArray, BoolArray]:
     """Which faces to turn, and across which links orientation cannot agree."""
+    tail, _ = _tails_heads(F)
+    if not (tail[links[:, 0]] == tail[links[:, 1]]).any():
+        return np.zeros(len(F), dtype=bool), np.zeros(len(links), dtype=bool)
     label, turned, torn = _agreed(F, links)
     change = np.bincount(label, weights=turned) * 2 > np.bincount(label)
     return turned ^ change[label], torn
@@ -189,46 +227,64 @@ def _agreed(F: IntArray, links: IntArray) -> tuple[IntArray, BoolArray, BoolArra
     return label, turned, against ^ turned[faces[:, 0]] ^ turned[faces[:, 1]]
 
 
-def _with_fans(F: IntArray, links: IntArray, triangle: IntArray) -> tuple[IntArray, IntArray]:
-    """`F` over a vertex for each fan, and what each was; `links` join sides of opposite directions."""
+def _with_fans(
+    F: IntArray, links: IntArray, triangle: IntArray, number: IntArray
+) -> tuple[IntArray, IntArray]:
+    """`F` over a vertex for each fan, and what each was; `links` join sides of opposite directions.
+
+    `number` is that of the sides at each side's edge.
+    """
     partner = np.full(F.size, -1)
     partner[links[:, 0]], partner[links[:, 1]] = links[:, 1], links[:, 0]
+    fan = _fans(F, partner, np.arange(F.size))
     while True:
-        fan = _fans(F, partner)
-        spoilt = _indistinct(fan.reshape(F.shape), partner, triangle)
+        loose = np.flatnonzero((number > 2) | ((number == 2) & (partner < 0)))
+        spoilt = _indistinct(fan.reshape(F.shape), partner, triangle, loose)
         if spoilt is None:
             break
+        at = np.zeros(int(F.max()) + 1, dtype=bool)  # the vertices whose fans change
         for side in (spoilt, spoilt // 3 * 3 + (spoilt + 2) % 3):  # the two at the corner
+            at[F.ravel()[side]] = at[F[side // 3, (side + 1) % 3]] = True
             other = partner[side]
             partner[other[other >= 0]] = -1
             partner[side] = -1
-    vertex = np.empty(fan.max() + 1, dtype=np.int64)
+        corners = np.flatnonzero(at[F.ravel()])
+        fan[corners] = int(fan.max()) + 1 + _fans(F, partner, corners)
+    used = np.zeros(int(fan.max()) + 1, dtype=bool)
+    used[fan] = True
+    fan = (np.cumsum(used) - 1)[fan]
+    vertex = np.empty(int(fan.max()) + 1, dtype=np.int64)
     vertex[fan] = F.ravel()
     order = np.argsort(vertex, kind="stable")
-    number = np.empty_like(order)
-    number[order] = np.arange(len(order))
-    return number[fan].reshape(F.shape), vertex[order]
+    place = np.empty_like(order)
+    place[order] = np.arange(len(order))
+    return place[fan].reshape(F.shape), vertex[order]
 
 
-def _fans(F: IntArray, partner: IntArray) -> IntArray:
-    """The fan of each corner, by what sides are joined."""
-    side = np.flatnonzero(partner >= 0)
-    ahead = partner[side] // 3 * 3 + (partner[side] + 1) % 3  # the corner where the other side ends
-    return connected_labels(np.column_stack((side, ahead)), F.size)
+def _fans(F: IntArray, partner: IntArray, corners: IntArray) -> IntArray:
+    """The fan of each of some corners, all of their vertices, by what sides are joined."""
+    place = np.empty(F.size, dtype=np.int64)
+    place[corners] = np.arange(len(corners))
+    side = corners[partner[corners] >= 0]
+    across = partner[side]
+    ahead = across + np.array([1, 1, -2])[across % 3]  # the corner where the other side ends
+    return connected_labels(place[np.column_stack((side, ahead))], len(corners))
 
 
-def _indistinct(F: IntArray, partner: IntArray, triangle: IntArray) -> IntArray | None:
+def _indistinct(F: IntArray, partner: IntArray, triangle: IntArray, loose: IntArray) -> IntArray | None:
     """Sides whose first corner needs a vertex of its own, as its edge is another's, too; None if none.
 
     That is where a surface touches itself along an edge, and is connected around both of its ends.
-    Two free sides that come to lie together in opposite directions are joined instead.
+    Two free sides that come to lie together in opposite directions are joined instead. All of them are among
+    the `loose` sides: others are one of two that are joined.
     """
-    order, begin, count = _groups(F, F.size)
+    tail, head = _tails_heads(F)
+    order, begin, count = in_edges(tail[loose], head[loose], int(F.max()) + 1)
+    order = loose[order]
     two = begin[count == 2]
     a, b = order[two], order[two + 1]
-    loose = partner[a] != b
-    a, b = a[loose], b[loose]
-    tail, _ = _tails_heads(F)
+    apart = partner[a] != b
+    a, b = a[apart], b[apart]
     closing = (tail[a] != tail[b]) & (triangle[a // 3] != triangle[b // 3])
     partner[a[closing]], partner[b[closing]] = b[closing], a[closing]
     spoilt = [b[~closing]]
