@@ -260,9 +260,8 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
     quality = None if known is None else known.quality
     if quality is None:
         quality = quality_of(piece, result.uv, len(pairs))
-    if (task.weighs_stretch and not without_tips) and len(
-        seams := _worth_of_map(piece, result, quality, splits, task)
-    ):
+    weighed = task.weighs_stretch and not without_tips
+    if weighed and len(seams := _worth_of_map(piece, result, quality, splits, task)):
         return _anew(piece.cut_along(seams))
     if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
         return _anew(parts)
