@@ -215,6 +215,7 @@ def cases():
         ),
         "behind_least_cut": (t.edges, (1000 * length).astype(np.int64), t.n, 3, t.n - 9),
         "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
+        "products_of_entries": (*at[:2], block, rng.normal(size=(pattern.n, 3)), np.array([5, 40])),
         "product_with_pairs": (*at[:2], block[:, 0], rng.normal(size=(pattern.n, 2))),
     }
 

@@ -55,15 +55,14 @@ from .supernodal import (
     supernodal_front,
 )
 from .supernodes import Supernodes, subtrees, supernodes
+from .symmetric_products import block_product, product_with_pairs, products_of_entries
 from .systems import (
     at_edges,
-    block_product,
     conformal_weights,
     disparity,
     laplacian_entries,
     pair_weights,
     product_inside,
-    product_with_pairs,
     pulled,
     system_blocks,
 )

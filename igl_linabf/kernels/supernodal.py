@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from .choice import only_loops
+from .choice import inlined, only_loops
 from .fronts import add, add_leaf, eliminate, eliminate_in_threads
 from .supernodes import WIDTH, Supernodes
 
@@ -161,6 +161,79 @@ def supernodal_front(
     return supernodal_factor(*args, LEAVE)
 
 
+@inlined
+def _down(values: FloatArray, at: int, width: int, u: FloatArray, v: FloatArray) -> None:
+    """Go on from two right sides at a supernode's columns, at the beginning of u and v, to those below it."""
+    size = len(u)
+    for j in range(width % WIDTH):
+        own = at + j * size
+        c, d, p, q = values[own + j + 1 : own + size], values[own + j], u[j + 1 :], v[j + 1 :]
+        f, g = u[j] * d, v[j] * d
+        u[j], v[j] = f, g
+        for i in range(len(c)):
+            p[i] -= c[i] * f
+            q[i] -= c[i] * g
+    for j in range(width % WIDTH, width, WIDTH):  # four columns at a time
+        k0 = at + j * size + j
+        k1, k2, k3, end0 = k0 + size, k0 + 2 * size, k0 + 3 * size, at + (j + 1) * size
+        f0, g0 = u[j] * values[k0], v[j] * values[k0]
+        e, d = values[k0 + 1], values[k1 + 1]
+        f1, g1 = (u[j + 1] - e * f0) * d, (v[j + 1] - e * g0) * d
+        e, r, d = values[k0 + 2], values[k1 + 2], values[k2 + 2]
+        f2, g2 = (u[j + 2] - e * f0 - r * f1) * d, (v[j + 2] - e * g0 - r * g1) * d
+        e, r, t, d = values[k0 + 3], values[k1 + 3], values[k2 + 3], values[k3 + 3]
+        f3 = (u[j + 3] - e * f0 - r * f1 - t * f2) * d
+        g3 = (v[j + 3] - e * g0 - r * g1 - t * g2) * d
+        u[j], u[j + 1], u[j + 2], u[j + 3] = f0, f1, f2, f3
+        v[j], v[j + 1], v[j + 2], v[j + 3] = g0, g1, g2, g3
+        c0, c1 = values[k0 + 4 : end0], values[k1 + 4 : end0 + size]
+        c2, c3 = values[k2 + 4 : end0 + 2 * size], values[k3 + 4 : end0 + 3 * size]
+        p, q = u[j + 4 :], v[j + 4 :]
+        for i in range(len(p)):
+            p[i] -= c0[i] * f0 + c1[i] * f1 + c2[i] * f2 + c3[i] * f3
+            q[i] -= c0[i] * g0 + c1[i] * g1 + c2[i] * g2 + c3[i] * g3
+
+
+@inlined
+def _up(values: FloatArray, at: int, width: int, u: FloatArray, v: FloatArray) -> None:
+    """Two solutions at a supernode's columns, in place, from those below it."""
+    size, zero = len(u), values.dtype.type(0)
+    for j in range(width - WIDTH, width % WIDTH - 1, -WIDTH):
+        k0 = at + j * size + j
+        k1, k2, k3, end0 = k0 + size, k0 + 2 * size, k0 + 3 * size, at + (j + 1) * size
+        c0, c1 = values[k0 + 4 : end0], values[k1 + 4 : end0 + size]
+        c2, c3 = values[k2 + 4 : end0 + 2 * size], values[k3 + 4 : end0 + 3 * size]
+        p, q = u[j + 4 :], v[j + 4 :]
+        f0 = f1 = f2 = f3 = g0 = g1 = g2 = g3 = zero
+        for i in range(len(p)):
+            f0 += c0[i] * p[i]
+            f1 += c1[i] * p[i]
+            f2 += c2[i] * p[i]
+            f3 += c3[i] * p[i]
+            g0 += c0[i] * q[i]
+            g1 += c1[i] * q[i]
+            g2 += c2[i] * q[i]
+            g3 += c3[i] * q[i]
+        d = values[k3 + 3]
+        f3, g3 = (u[j + 3] - f3) * d, (v[j + 3] - g3) * d
+        e, d = values[k2 + 3], values[k2 + 2]
+        f2, g2 = (u[j + 2] - f2 - e * f3) * d, (v[j + 2] - g2 - e * g3) * d
+        e, r, d = values[k1 + 2], values[k1 + 3], values[k1 + 1]
+        f1, g1 = (u[j + 1] - f1 - e * f2 - r * f3) * d, (v[j + 1] - g1 - e * g2 - r * g3) * d
+        e, r, t, d = values[k0 + 1], values[k0 + 2], values[k0 + 3], values[k0]
+        f0, g0 = (u[j] - f0 - e * f1 - r * f2 - t * f3) * d, (v[j] - g0 - e * g1 - r * g2 - t * g3) * d
+        u[j], u[j + 1], u[j + 2], u[j + 3] = f0, f1, f2, f3
+        v[j], v[j + 1], v[j + 2], v[j + 3] = g0, g1, g2, g3
+    for j in range(width % WIDTH - 1, -1, -1):
+        own = at + j * size
+        c, d, p, q = values[own + j + 1 : own + size], values[own + j], u[j + 1 :], v[j + 1 :]
+        f = g = zero
+        for i in range(len(c)):
+            f += c[i] * p[i]
+            g += c[i] * q[i]
+        u[j], v[j] = (u[j] - f) * d, (v[j] - g) * d
+
+
 def _forward(
     values: FloatArray,
     a: Supernodes,
@@ -172,8 +245,8 @@ def _forward(
     x: FloatArray,
 ) -> None:
     end = a.start[root + 1] if root >= 0 else len(a.order)
-    y, z = np.empty(a.front, values.dtype), np.empty(a.front, values.dtype)
-    above = np.empty((len(a.order) - end, 2), values.dtype)
+    y, z, sides = np.empty(a.front, values.dtype), np.empty(a.front, values.dtype), b.shape[1]
+    above = np.empty((len(a.order) - end, sides), values.dtype)
     if root >= 0:
         for i in range(a.below_start[root], a.below_start[root + 1]):
             above[a.below[i] - end] = 0.0
@@ -183,55 +256,36 @@ def _forward(
         if parts.number[s] >= 0 and s != root:
             begin = parts.rows[parts.number[s]]
             for i in range(m):
-                x[a.below[under + i], 0] += left[begin + i, 0]
-                x[a.below[under + i], 1] += left[begin + i, 1]
+                for k in range(sides):
+                    x[a.below[under + i], k] += left[begin + i, k]
             continue
-        size, at = width + m, a.value_start[s]
-        u, v = y[:size], z[:size]
-        for j in range(width):
-            i = a.order[first + j]
-            u[j], v[j] = x[first + j, 0] + b[i, 0], x[first + j, 1] + b[i, 1]
-        u[width:] = 0.0
-        v[width:] = 0.0
-        for j in range(width % WIDTH):
-            own = at + j * size
-            c, d, p, q = values[own + j + 1 : own + size], values[own + j], u[j + 1 :], v[j + 1 :]
-            f, g = u[j] * d, v[j] * d
-            u[j], v[j] = f, g
-            for i in range(len(c)):
-                p[i] -= c[i] * f
-                q[i] -= c[i] * g
-        for j in range(width % WIDTH, width, WIDTH):  # four columns at a time
-            k0 = at + j * size + j
-            k1, k2, k3, end0 = k0 + size, k0 + 2 * size, k0 + 3 * size, at + (j + 1) * size
-            f0, g0 = u[j] * values[k0], v[j] * values[k0]
-            e, d = values[k0 + 1], values[k1 + 1]
-            f1, g1 = (u[j + 1] - e * f0) * d, (v[j + 1] - e * g0) * d
-            e, r, d = values[k0 + 2], values[k1 + 2], values[k2 + 2]
-            f2, g2 = (u[j + 2] - e * f0 - r * f1) * d, (v[j + 2] - e * g0 - r * g1) * d
-            e, r, t, d = values[k0 + 3], values[k1 + 3], values[k2 + 3], values[k3 + 3]
-            f3 = (u[j + 3] - e * f0 - r * f1 - t * f2) * d
-            g3 = (v[j + 3] - e * g0 - r * g1 - t * g2) * d
-            u[j], u[j + 1], u[j + 2], u[j + 3] = f0, f1, f2, f3
-            v[j], v[j + 1], v[j + 2], v[j + 3] = g0, g1, g2, g3
-            c0, c1 = values[k0 + 4 : end0], values[k1 + 4 : end0 + size]
-            c2, c3 = values[k2 + 4 : end0 + 2 * size], values[k3 + 4 : end0 + 3 * size]
-            p, q = u[j + 4 :], v[j + 4 :]
-            for i in range(len(p)):
-                p[i] -= c0[i] * f0 + c1[i] * f1 + c2[i] * f2 + c3[i] * f3
-                q[i] -= c0[i] * g0 + c1[i] * g1 + c2[i] * g2 + c3[i] * g3
-        for j in range(width):
-            x[first + j, 0], x[first + j, 1] = u[j], v[j]
-        inside = m  # rows of the subtree; those above come last
+        size, inside = width + m, m  # rows of the subtree; those above come last
         while inside and a.below[under + inside - 1] >= end:
             inside -= 1
-            r = a.below[under + inside] - end
-            above[r, 0] += u[width + inside]
-            above[r, 1] += v[width + inside]
-        for i in range(inside):
-            r = a.below[under + i]
-            x[r, 0] += u[width + i]
-            x[r, 1] += v[width + i]
+        u, v = y[:size], z[:size]
+        for k in range(0, sides, 2):
+            for j in range(width):
+                i = a.order[first + j]
+                u[j], v[j] = x[first + j, k] + b[i, k], x[first + j, k + 1] + b[i, k + 1]
+            j = 0
+            while j < width and u[j] == 0.0 and v[j] == 0.0:
+                x[first + j, k], x[first + j, k + 1] = u[j], v[j]
+                j += 1
+            if j == width:  # few supernodes hold anything of a side with few entries
+                continue
+            u[width:] = 0.0
+            v[width:] = 0.0
+            _down(values, a.value_start[s], width, u, v)
+            for j in range(width):
+                x[first + j, k], x[first + j, k + 1] = u[j], v[j]
+            for i in range(inside):
+                r = a.below[under + i]
+                x[r, k] += u[width + i]
+                x[r, k + 1] += v[width + i]
+            for i in range(inside, m):
+                r = a.below[under + i] - end
+                above[r, k] += u[width + i]
+                above[r, k + 1] += v[width + i]
     if root >= 0:
         begin, under = parts.rows[parts.number[root]], a.below_start[root]
         for i in range(a.below_start[root + 1] - under):
@@ -239,9 +293,10 @@ def _forward(
 
 
 supernodal_forward = only_loops(_forward)
-supernodal_forward.__doc__ = (
-    """L x = P b for two right sides, b (n, 2), in x, zero at first; `which` as in the factor."""
-)
+supernodal_forward.__doc__ = """L x = P b for an even number of right sides, b (n, k), in x, zero at first.
+
+`which` as in the factor. Two sides at a time, while the supernode's values are near.
+"""
 
 
 def _backward(
@@ -253,59 +308,25 @@ def _backward(
     x: FloatArray,
     made: FloatArray,
 ) -> None:
-    y, z = np.empty(a.front, values.dtype), np.empty(a.front, values.dtype)
-    zero = values.dtype.type(0)
+    y, z, sides = np.empty(a.front, values.dtype), np.empty(a.front, values.dtype), x.shape[1]
     for s in which[::-1]:
         if parts.number[s] >= 0 and s != root:
             continue
         first, width, under = a.start[s], a.start[s + 1] - a.start[s], a.below_start[s]
         m = a.below_start[s + 1] - under
-        size, at = width + m, a.value_start[s]
-        u, v = y[:size], z[:size]
-        for j in range(width):
-            u[j], v[j] = x[first + j, 0], x[first + j, 1]
-        for i in range(m):
-            u[width + i], v[width + i] = x[a.below[under + i], 0], x[a.below[under + i], 1]
-        for j in range(width - WIDTH, width % WIDTH - 1, -WIDTH):
-            k0 = at + j * size + j
-            k1, k2, k3, end0 = k0 + size, k0 + 2 * size, k0 + 3 * size, at + (j + 1) * size
-            c0, c1 = values[k0 + 4 : end0], values[k1 + 4 : end0 + size]
-            c2, c3 = values[k2 + 4 : end0 + 2 * size], values[k3 + 4 : end0 + 3 * size]
-            p, q = u[j + 4 :], v[j + 4 :]
-            f0 = f1 = f2 = f3 = g0 = g1 = g2 = g3 = zero
-            for i in range(len(p)):
-                f0 += c0[i] * p[i]
-                f1 += c1[i] * p[i]
-                f2 += c2[i] * p[i]
-                f3 += c3[i] * p[i]
-                g0 += c0[i] * q[i]
-                g1 += c1[i] * q[i]
-                g2 += c2[i] * q[i]
-                g3 += c3[i] * q[i]
-            d = values[k3 + 3]
-            f3, g3 = (u[j + 3] - f3) * d, (v[j + 3] - g3) * d
-            e, d = values[k2 + 3], values[k2 + 2]
-            f2, g2 = (u[j + 2] - f2 - e * f3) * d, (v[j + 2] - g2 - e * g3) * d
-            e, r, d = values[k1 + 2], values[k1 + 3], values[k1 + 1]
-            f1, g1 = (u[j + 1] - f1 - e * f2 - r * f3) * d, (v[j + 1] - g1 - e * g2 - r * g3) * d
-            e, r, t, d = values[k0 + 1], values[k0 + 2], values[k0 + 3], values[k0]
-            f0, g0 = (u[j] - f0 - e * f1 - r * f2 - t * f3) * d, (v[j] - g0 - e * g1 - r * g2 - t * g3) * d
-            u[j], u[j + 1], u[j + 2], u[j + 3] = f0, f1, f2, f3
-            v[j], v[j + 1], v[j + 2], v[j + 3] = g0, g1, g2, g3
-        for j in range(width % WIDTH - 1, -1, -1):
-            own = at + j * size
-            c, d, p, q = values[own + j + 1 : own + size], values[own + j], u[j + 1 :], v[j + 1 :]
-            f = g = zero
-            for i in range(len(c)):
-                f += c[i] * p[i]
-                g += c[i] * q[i]
-            u[j], v[j] = (u[j] - f) * d, (v[j] - g) * d
-        for j in range(width):
-            x[first + j, 0], x[first + j, 1] = u[j], v[j]
-            made[a.order[first + j], 0], made[a.order[first + j], 1] = u[j], v[j]
+        u, v = y[: width + m], z[: width + m]
+        for k in range(0, sides, 2):
+            for j in range(width):
+                u[j], v[j] = x[first + j, k], x[first + j, k + 1]
+            for i in range(m):
+                u[width + i], v[width + i] = x[a.below[under + i], k], x[a.below[under + i], k + 1]
+            _up(values, a.value_start[s], width, u, v)
+            for j in range(width):
+                x[first + j, k], x[first + j, k + 1] = u[j], v[j]
+                made[a.order[first + j], k], made[a.order[first + j], k + 1] = u[j], v[j]
 
 
 supernodal_backward = only_loops(_backward)
 supernodal_backward.__doc__ = (
-    """L^T P made = x, by the supernodes `which` from the last one on; x is overwritten."""
+    """L^T P made = x, (n, k), by the supernodes `which` from the last one on; x is overwritten."""
 )

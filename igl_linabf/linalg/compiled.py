@@ -24,6 +24,7 @@ DISSECTED_FROM = 250_000  # rows from which separators save more time than they 
 SINGLE_FROM = 250_000  # rows from which a preconditioner is in single precision: two thirds of the time
 REFINED_FROM = 1_000_000  # rows from which a solve, too, is by one, and memory counts
 ALL_DIGITS, MOST_TO_REFINE = 1e-10, 20  # relative residual, and steps at most
+TOGETHER = 16  # right-hand sides that go through the factor at a time: more take memory and no less time
 SHARED_FROM = 1e8  # operations for a supernode above the subtrees from which threads share them
 LARGEST, SMALLEST = 0.15, 0.005  # share of the whole work in a subtree
 
@@ -136,9 +137,9 @@ class Compiled(Analysis):
         if not all(map(np.array_equal, self._pattern, (lower.indptr, lower.indices))):
             return Compiled(lower)._solve(lower, precision)
         values = self._numeric(lower, precision)
-        pair = partial(_solved, values.view(precision), self._analysed, self._divided)
-        finalize(pair, self._spare.give, values).atexit = False
-        return partial(by_pairs_of_columns, pair)
+        solve = partial(_solved, values.view(precision), self._analysed, self._divided)
+        finalize(solve, self._spare.give, values).atexit = False
+        return partial(by_pairs_of_columns, solve, together=TOGETHER)
 
     def _numeric(self, lower: sparse.csc_array, precision: Precision) -> FloatArray:
         """The factor's values in the given precision, at the beginning of an array of `Spare`."""
@@ -186,11 +187,11 @@ def _refined(lower: sparse.csc_array, rough: Solve, b: FloatArray) -> FloatArray
 
 
 def _solved(values: FloatArray, a: kernels.Supernodes, divided: Divided, b: FloatArray) -> FloatArray:
-    """For two right-hand sides, (n, 2)."""
+    """For an even number of right-hand sides, (n, k)."""
     b = np.ascontiguousarray(b)
     x, made = unfilled(b.shape, values.dtype), unfilled(b.shape)
     x[:] = 0.0
-    left = np.empty((divided.parts.rows[-1], 2), values.dtype)
+    left = np.empty((divided.parts.rows[-1], b.shape[1]), values.dtype)
 
     def forward(chosen: tuple[IntArray, int]) -> None:
         kernels.supernodal_forward(values, a, divided.parts, *chosen, b, left, x)

@@ -183,15 +183,18 @@ class SuperLU(Analysis):
         return Factored(self.name, True, lu.solve)
 
 
-def by_pairs_of_columns(pair: Solve, b: Array) -> Array:
-    """The solutions for one (n,) or several (n, k) right-hand sides, by what solves for two of them."""
+def by_pairs_of_columns(pairs: Solve, b: Array, *, together: int = 2) -> Array:
+    """The solutions for one (n,) or several (n, k) right-hand sides, by what solves for an even number.
+
+    It takes up to so many `together`.
+    """
     if not len(b):  # no vertex is inside
         return b
     columns = b.reshape(len(b), -1)
     if columns.shape[1] % 2:
         columns = np.column_stack((columns, np.zeros(len(b))))
-    pairs = [pair(columns[:, k : k + 2]) for k in range(0, columns.shape[1], 2)]
-    x = pairs[0] if len(pairs) == 1 else np.hstack(pairs or [columns])
+    made = [pairs(columns[:, k : k + together]) for k in range(0, columns.shape[1], together)]
+    x = made[0] if len(made) == 1 else np.hstack(made or [columns])
     return x[:, : b.size // len(b)].reshape(b.shape)
 
 

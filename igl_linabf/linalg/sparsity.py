@@ -8,7 +8,15 @@ from scipy import sparse
 
 from .._runtime import Begun, begun
 from .._types import Array, FloatArray, IntArray
-from ..kernels import block_product, entries, is_fast, laplacian_entries, pulled, system_blocks
+from ..kernels import (
+    block_product,
+    entries,
+    is_fast,
+    laplacian_entries,
+    products_of_entries,
+    pulled,
+    system_blocks,
+)
 from ..surface import Topology, sum_by
 from .choice import Solvers
 from .factors import Analysis
@@ -16,6 +24,8 @@ from .multigrid import Multigrid
 from .small_blocks import SMALL
 
 Blocks = tuple[IntArray, IntArray, FloatArray]
+
+AT_ONCE = 1024  # rows of a matrix that is multiplied by a few columns
 
 
 class Symmetric:
@@ -41,12 +51,12 @@ class Symmetric:
 
     def upper_within(self, C: FloatArray) -> FloatArray:
         """C^T U_ab C, (2, k, 2, k), where U_ab has entry (a, b) of each block of U, and C is (n / 2, k)."""
-        indptr, indices, blocks = self.blocks
-        made = np.empty((2, C.shape[1], 2, C.shape[1]))
-        for a, b in np.ndindex(2, 2):
-            entries = np.ascontiguousarray(blocks[:, 2 * a + b])
-            made[a, :, b] = C.T @ (sparse.csr_array((entries, indices, indptr), shape=2 * C.shape[:1]) @ C)
-        return made
+        n, k = C.shape
+        made = np.zeros((k, 4 * k))
+        for first in range(0, n, AT_ONCE):  # the products of so many rows stay near
+            rows = np.array([first, min(first + AT_ONCE, n)])
+            made += C[slice(*rows)].T @ products_of_entries(*self.blocks, C, rows)
+        return made.reshape(k, 2, 2, k).transpose(1, 0, 2, 3)
 
     def lower(self) -> sparse.csc_array:
         """Its lower triangle."""
