@@ -1,5 +1,6 @@
 """Charts with their maps, which are cut further: the cells that stay whole, and the edges between them."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise
@@ -177,13 +178,33 @@ class Cells:
         order = np.argsort(of, kind="stable")
         own, mapped = (np.bincount(part, np.tile(area, cuts)) for area in self.areas)
         sides = Parts.of_sizes(np.bincount(of, minlength=len(own)))
-        kept = mapped > LEAST * own
-        scale = np.sqrt(np.where(kept, own, 0) / np.where(kept, mapped, 1))
-        start, end = self.chart.z[ends[order].T] * sides.spread(scale)
-        turn = sides.spread(narrowest_turns(start, sides))
-        low = sides.spread(extents(start * turn, sides)[0])
-        weight = np.ones(len(start), dtype=np.int64)
-        rows = (sides.split(values) for values in (start * turn - low, end * turn - low, weight))
-        made = [Outline(*row) for row in zip(*rows, own.tolist(), strict=True)]
+        made = _outlines(self.chart.z[ends[order].T], sides, own, mapped)
         begin = [*part[::n].tolist(), len(made)]  # parts are numbered cut by cut
-        return [made[i:j] if kept[i:j].all() else [] for i, j in pairwise(begin)]
+        each = ([one for one in made[i:j] if one is not None] for i, j in pairwise(begin))
+        return [
+            parts if len(parts) == j - i else [] for parts, (i, j) in zip(each, pairwise(begin), strict=True)
+        ]
+
+
+def whole_outlines(charts: Sequence[Flat]) -> list[Outline | None]:
+    """Those of whole charts, each as large as its surface and turned to its narrowest rectangle.
+
+    None for one without area in the map.
+    """
+    sides = Parts.of_sizes([len(chart.rim[0]) for chart in charts])
+    ends = np.concatenate([chart.z[chart.rim[0]] for chart in charts])
+    own, mapped = np.array([chart.areas.sum(axis=1) for chart in charts]).T
+    return _outlines(ends.T, sides, own, mapped)
+
+
+def _outlines(ends: ComplexArray, sides: Parts, own: FloatArray, mapped: FloatArray) -> list[Outline | None]:
+    """Outlines of the sides (2, #S), part by part, with their own areas instead of those in the map."""
+    kept = mapped > LEAST * own
+    scale = np.sqrt(np.where(kept, own, 0) / np.where(kept, mapped, 1))
+    start, end = ends * sides.spread(scale)
+    turn = sides.spread(narrowest_turns(start, sides))
+    low = sides.spread(extents(start * turn, sides)[0])
+    weight = np.ones(len(start), dtype=np.int64)
+    rows = (sides.split(values) for values in (start * turn - low, end * turn - low, weight))
+    each = zip(*rows, own.tolist(), kept.tolist(), strict=True)
+    return [Outline(start, end, weight, area) if has else None for start, end, weight, area, has in each]

@@ -197,24 +197,31 @@ def _moved(charts: Charts, start: _Grown, spacing: Spacing) -> _Grown:
     row, cells = Row.of(list(masks.values())), MIDDLE / side
     best = _grown(n, start.order, masks, side, MIDDLE, spacing)
     spans = row.spans  # of charts that are held in one direction, they are shorter
-    share = charts.areas / charts.areas.sum()
+    up_to = np.cumsum(charts.areas / charts.areas.sum())
     least = max(int(one.shapes.max(axis=1).min()) for one in masks.values())  # no square has less
     for _ in range(min(MOST_MOVES, MOVED // n)):
         if best.cells <= least:
             break
-        order, now = best.order, spans.copy()
+        order, now = best.order, spans
         if chance.random() < 0.5:
-            at, to = chance.integers(n, size=2)
-            order = np.insert(np.delete(order, at), to, order[at])
+            at, to = chance.integers(n, size=2).tolist()
+            if at == to:
+                continue
+            moved = order.tolist()
+            moved.insert(to, moved.pop(at))
+            order = np.array(moved)
         else:
-            chart = int(chance.choice(n, p=share) if chance.random() < 0.7 else chance.integers(n))
-            held = np.ptp(now[chart]) < np.ptp(row.spans[chart])
-            now[chart] = row.spans[chart]
-            if not held or chance.random() < 0.7:
-                k = now[chart, 0] + chance.integers(np.ptp(now[chart]))
-                now[chart] = k, k + 1
-        if (order == best.order).all() and (now == spans).all():
-            continue
+            by_area = chance.random() < 0.7
+            chart = int(up_to.searchsorted(chance.random() * up_to[-1]) if by_area else chance.integers(n))
+            (first, after), held = row.spans[chart].tolist(), spans[chart].tolist()
+            own = [first, after]
+            if held == own or chance.random() < 0.7:
+                k = first + int(chance.integers(after - first))
+                own = [k, k + 1]
+            if own == held:
+                continue
+            now = spans.copy()
+            now[chart] = own
         pages = _placed(n, order, row, now[order], cells, best.cells, 1)
         if pages is not None:  # it takes no more cells; an equal one may lead on
             best, spans = _grown_to(pages, order, side, MIDDLE, spacing), now

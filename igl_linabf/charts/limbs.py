@@ -14,7 +14,7 @@ from ..kernels import behind_least_cut, divisions
 from ..measures import Quality, overlapping_pairs_of_chart, quality_of_each
 from ..surface import Parts, Submesh, complex_positions
 from .atlas import Chart
-from .flat_charts import OUTWARDS, Cells, Flat
+from .flat_charts import OUTWARDS, Cells, Flat, whole_outlines
 from .packing import Wish
 from .pieces import cut_out
 from .shelves import narrowest_turns
@@ -24,6 +24,7 @@ MOST_CUTS, MOST_IDLE = 8, 1  # of all cuts, and of those in a row that do not pa
 DIRECTIONS, OFFSETS = 8, 7  # of the lines that are tried
 TRIED, SOUGHT = 8, 3  # of them are packed, and of these shifted to the shortest seam
 SHORTER = 0.8  # of the edges that a line crosses is how long the seam beside it is expected to be
+HOPE = 1.1  # times the cost that a seam may have is what the line beside it may have
 FULL = 0.77  # of a page, which charts do not cover more of
 LOOSE = 1.25  # of the area of their convex hulls is what charts take on a page
 SHORTEST = 0.7  # of a chart's diameter is the side of a page that has room for it
@@ -56,23 +57,24 @@ class _State:
     worth: float
 
 
-def cut_for_fill(done: Charts, wish: Wish, trade: float) -> Charts:
-    """The charts, some of them cut along short seams, one after the other.
+def cut_for_fill(done: Charts, wish: Wish, trade: float) -> tuple[Charts, float]:
+    """The charts, some of them cut along short seams; what a trial's page is over their area if none is.
 
     One cut alone may not pay where two do: so some more are tried before the best ones so far are taken.
     """
     if trade == 0:
-        return done
+        return done, np.inf
     charts = _flat(done)
     page = TrialPage(sum(chart.area for chart in charts), wish.spacing, wish.upright)
-    whole = [chart.cells().outlines(np.zeros((1, len(chart.centre)), dtype=bool)) for chart in charts]
-    if not all(outlines for (outlines,) in whole):
-        return done  # one has no area to be packed
-    drawn = page.drawn([outlines[0] for (outlines,) in whole])
-    state = _State(charts, drawn, page.size(drawn), 0.0)
+    outlines = [outline for outline in whole_outlines(charts) if outline is not None]
+    if len(outlines) < len(charts):
+        return done, np.inf  # one has no area to be packed
+    drawn = page.drawn(outlines)
+    whole = page.size(drawn)
+    state = _State(charts, drawn, whole, 0.0)
     best, idle = state, 0
     for _ in range(MOST_CUTS):
-        after = _best_cut(state, page, trade, best.worth)
+        after = _best_cut(state, page, trade, best.worth, idle == MOST_IDLE)
         if after is None:
             break
         state, idle = after, idle + 1
@@ -80,7 +82,7 @@ def cut_for_fill(done: Charts, wish: Wish, trade: float) -> Charts:
             best, idle = state, 0
         if idle > MOST_IDLE:
             break
-    return _parted(done, best.charts)
+    return _parted(done, best.charts), whole
 
 
 def cut_to_fit(done: Charts, wish: Wish) -> Charts:
@@ -137,8 +139,10 @@ def _part_of(chart: Chart, piece: Submesh, part: Flat, quality: Quality) -> Char
     )
 
 
-def _best_cut(state: _State, page: TrialPage, trade: float, best: float) -> _State | None:
+def _best_cut(state: _State, page: TrialPage, trade: float, best: float, last: bool) -> _State | None:
     """The charts after one more cut; None if none could be worth more than the best so far.
+
+    The `last` one must be worth more itself; others may also lead on.
 
     First it is asked how far out the parts reach that many lines leave, then what page those of the best
     lines take, and last the same for the shortest seams beside the very best ones.
@@ -160,9 +164,11 @@ def _best_cut(state: _State, page: TrialPage, trade: float, best: float) -> _Sta
     lines = lines[state.worth + trade * (size - 1 / FULL) - seams[lines] > best]
     if not len(lines):
         return None
+    most = state.worth + trade * size - best if last else np.inf
     others = [*state.drawn[:k], *state.drawn[k + 1 :]]
     parted = cells.outlines(normal[lines] @ cells.centre.T > at[lines, None])
-    sought = lines[_cheapest(page, others, page.each_drawn(parted), seams[lines], trade, SOUGHT)[0]]
+    parts, rough = page.each_drawn(parted), HOPE * most
+    sought = lines[_cheapest(page, others, parts, seams[lines], trade, SOUGHT, rough)[0]]
     if not len(sought):
         return None
     sides = np.stack(
@@ -173,7 +179,7 @@ def _best_cut(state: _State, page: TrialPage, trade: float, best: float) -> _Sta
     )
     seams = (sides[:, chart.sides[0]] != sides[:, chart.sides[1]]) @ chart.lengths / unit
     parts = page.each_drawn(chart.cells().outlines(sides))
-    chosen, costs = _cheapest(page, others, parts, seams, trade, 1)
+    chosen, costs = _cheapest(page, others, parts, seams, trade, 1, most)
     if not len(chosen):
         return None
     i, cost = int(chosen[0]), float(costs[0])
@@ -202,14 +208,16 @@ def _cheapest(
     seams: FloatArray,
     trade: float,
     number: int,
+    limit: float,
 ) -> tuple[IntArray, FloatArray]:
     """Which lists of parts, beside others, cost least by page and seam, the first one least; the costs."""
     costs = list[tuple[float, int]]()
     for i, size in enumerate(page.sizes(others, several)):
         if len(several[i]) > 1:
-            most = costs[-1][0] if len(costs) == number else np.inf
+            most = costs[-1][0] if len(costs) == number else limit
             cost = float(seams[i]) + trade * size((most - float(seams[i])) / trade)
-            costs = sorted([*costs, (cost, i)])[:number]
+            if cost < most:
+                costs = sorted([*costs, (cost, i)])[:number]
     found, which = np.array(costs).reshape(-1, 2).T
     return which.astype(np.int64), found
 

@@ -29,6 +29,7 @@ from .seams import TRADE
 from .visibility import Hiding, hiding
 
 MARGINS = 0.64  # share of the square that margins around all charts may take
+SURE = 0.85  # of the page that a trial takes is what a search among more places hardly goes below
 MOST_TO_CUT = 30  # charts, from which on none is cut to fill a page
 
 
@@ -232,15 +233,19 @@ def unwrap(
 
 def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, task: Task) -> Atlas:
     """The atlas, with charts of many limbs cut further if the fuller page is worth its seams."""
-    parts = cut_for_fill(done, wish, task.trade) if len(done) <= MOST_TO_CUT else done
+    if len(done) > MOST_TO_CUT:
+        return _packed(surface, done, wish)
+    parts, whole = cut_for_fill(done, wish, task.trade)
     if len(parts) == len(done):
         return _packed(surface, done, wish)
     fuller = _packed(surface, parts, wish)
     longer = _boundary(piece for _, piece in parts) - _boundary(piece for _, piece in done)
     size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in done))
+    worth = 1 / fuller.fill + longer / 2 / size / task.trade  # is the page of uncut charts that is as good
+    if SURE * whole > worth:
+        return fuller
     quick = quick_fill([(chart.result.uv, piece.F) for chart, piece in done], wish)
-    pays = task.trade * (1 / quick - 1 / fuller.fill) > longer / 2 / size
-    return fuller if pays else _packed(surface, done, wish)
+    return fuller if 1 / quick > worth else _packed(surface, done, wish)
 
 
 def _boundary(pieces: Iterable[Submesh]) -> float:
