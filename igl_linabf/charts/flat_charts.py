@@ -176,7 +176,7 @@ class Cells:
         at_rim = self.of[cell] + n * np.arange(cuts)[:, None]
         of = part[np.concatenate((at_rim.ravel(), *(self.sides[:, edge] + n * by)))]
         order = np.argsort(of, kind="stable")
-        own, mapped = (np.bincount(part, np.tile(area, cuts)) for area in self.areas)
+        own, mapped = np.stack([np.bincount(part, np.tile(area, cuts)) for area in self.areas])
         sides = Parts.of_sizes(np.bincount(of, minlength=len(own)))
         made = _outlines(self.chart.z[ends[order].T], sides, own, mapped)
         begin = [*part[::n].tolist(), len(made)]  # parts are numbered cut by cut
