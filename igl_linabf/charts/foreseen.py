@@ -55,29 +55,29 @@ def overlaps_and_tips(
     And those to tips that the maps of the parts would shrink, if they are worth it. With the ends of both.
     """
     none, nodes, number = np.zeros(0, dtype=np.int64), mesh.vertices, 0
-    waiting = [(part, TIP_ROUNDS if trade > 0 else 0) for part in mesh.cut_along(piece.ends[seam])]
+    waiting = [(part, TIP_ROUNDS if trade > 0 else 0, False) for part in mesh.cut_along(piece.ends[seam])]
     tips, ways, walls = none, none, [piece.on(seam)]
     label = np.zeros(len(mesh.F), dtype=np.int64)
     for _ in range(MAX_SPLITS):
-        smaller = list[tuple[Submesh, int]]()
-        asked = [part for part, _ in waiting if len(part.F) >= CHIP * len(mesh.F)]
+        smaller = list[tuple[Submesh, int, bool]]()
+        asked = [part for part, *_ in waiting if len(part.F) >= CHIP * len(mesh.F)]
         sketches = iter(_sketches(asked))
-        for part, rounds in waiting:
+        for part, rounds, stays in waiting:
             number += 1
             label[part.faces] = number
             if len(part.F) < CHIP * len(mesh.F):
                 continue
-            parts, uv = _parts(part, next(sketches))
+            parts, uv, stays = _parts(part, next(sketches), stays)
             if parts:
                 shared, times = np.unique(np.concatenate([p.vertices for p in parts]), return_counts=True)
                 walls.append(shared[times > 1])
-                smaller += [(p, rounds) for p in parts]
+                smaller += [(p, rounds, False) for p in parts]
             elif uv is not None and rounds:
                 new, way = _tips(piece, np.concatenate(walls), part, uv, trade)
                 if len(new):
                     tips, ways = np.append(tips, new), np.append(ways, way)
                     walls.append(piece.ends[way].ravel())
-                    smaller += [(p, rounds - 1) for p in part.cut_along(piece.ends[way])]
+                    smaller += [(p, rounds - 1, stays) for p in part.cut_along(piece.ends[way])]
         waiting = smaller
         if number + len(waiting) > MANY:
             return none, none
@@ -153,21 +153,25 @@ def _sketch(disk: Submesh) -> Flattening | None:
         return None
 
 
-def _parts(disk: Submesh, result: Flattening | None) -> tuple[list[Submesh], FloatArray | None]:
-    """The parts of a disk whose map overlaps, and this map, if no triangle flips.
+def _parts(
+    disk: Submesh, result: Flattening | None, stays: bool
+) -> tuple[list[Submesh], FloatArray | None, bool]:
+    """The parts of a disk whose map overlaps; this map, if no triangle flips; whether the disk stays whole.
 
-    There are none if it is sound, or if the largest part keeps the map: nothing is gained by cutting before.
+    There are no parts if it is sound, or if the largest part keeps the map: nothing is gained by cutting
+    before. Then it stays so when it is cut to tips.
     """
     if result is None:
-        return [], None
+        return [], None, stays
+    uv = None if len(result.flipped) else result.uv
+    if stays or result.holes:
+        return [], uv, stays
     pairs = overlapping_pairs_of_chart(disk.topology, result.uv)
-    few = len(np.unique(pairs)) < FEW * len(disk.F)
-    if few or not len(pairs) or len(result.flipped) or result.holes:
-        return [], None if len(result.flipped) else result.uv
-    parts = parted(disk, result.uv, pairs) or parts_between(disk, disk.faces[pairs], AT_ONCE)
-    _, squared = size_and_stretch(change_of(disk, result.uv))
-    largest = max(len(part.F) for part in parts)
-    if keeps_map(largest, len(disk.F), float(np.sqrt(squared))):
+    if not len(pairs) or len(np.unique(pairs)) < FEW * len(disk.F) or uv is None:
+        return [], uv, False
+    parts = parted(disk, uv, pairs) or parts_between(disk, disk.faces[pairs], AT_ONCE)
+    _, squared = size_and_stretch(change_of(disk, uv))
+    if keeps_map(max(len(part.F) for part in parts), len(disk.F), float(np.sqrt(squared))):
         # so would the fine map, which has fewer overlaps than this one
-        return [], result.uv
-    return parts, result.uv
+        return [], uv, True
+    return parts, uv, False
