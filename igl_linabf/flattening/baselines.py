@@ -44,7 +44,10 @@ def lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
     """`igl.lscm` with two far boundary vertices as the default pins."""
     start = perf_counter()
     b, bc = pinned or far_pins(mesh)
-    uv, _ = igl.lscm(mesh.V, mesh.faces, b, bc)
+    try:
+        uv, _ = igl.lscm(mesh.V, mesh.faces, b, bc)
+    except RuntimeError:
+        raise _failed(mesh, "igl.lscm") from None
     return _report("lscm", mesh, complex_positions(uv), "igl.lscm", start, pinned)
 
 
