@@ -164,3 +164,13 @@ def test_a_band_with_a_row_of_needles_is_unwrapped(z: float, options: dict[str, 
     assert not made.troubles
     assert made.quality.flips == made.quality.overlaps == 0
     assert made.quality.stretch_l2 < 1.03
+
+
+def test_a_surface_pressed_flat_is_unwrapped() -> None:
+    """Some of its edges have no length left in the planes of their faces."""
+    bottle = pyvista.ParametricKlein(u_res=40, v_res=30, w_res=10).triangulate().clean()
+    V, F = np.asarray(bottle.points, dtype=np.float64) * [1, 1, 1e-8], bottle.faces.reshape(-1, 4)[:, 1:]
+    made = unwrap(V, F, max_stretch=1.3)
+    assert not made.troubles
+    assert made.quality.flips == made.quality.overlaps == 0
+    assert made.quality.stretch_l2 < 1.001

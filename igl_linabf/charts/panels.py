@@ -286,9 +286,13 @@ def _in_planes(creased: Creased, joined: BoolArray) -> tuple[ComplexArray, IntAr
 
 
 def _motions(one: ComplexArray, other: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """The motions, turns and shifts, that bring edges, (2, #E), from other frames to where one has them."""
+    """The motions, turns and shifts, that bring edges, (2, #E), from other frames to where one has them.
+
+    An edge whose length is rounded away in its frame is not turned.
+    """
     turn = (one[1] - one[0]) * (other[1] - other[0]).conj()
-    turn /= np.maximum(np.abs(turn), 1e-300)
+    size = np.abs(turn)
+    turn = np.divide(turn, size, out=np.ones_like(turn), where=size > 0)
     return turn, one.mean(axis=0) - turn * other.mean(axis=0)
 
 
