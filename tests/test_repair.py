@@ -7,6 +7,7 @@ import warnings
 import igl
 import numpy as np
 import pytest
+import pyvista
 from conftest import load
 from hard_surfaces import box
 from hostile_meshes import check_any, check_atlas
@@ -222,6 +223,16 @@ def test_the_stretch_of_each_chart_is_bounded_if_asked() -> None:
     assert len(atlas.charts) < 60
     with pytest.raises(ValueError, match=r"max_stretch is 0\.5"):
         unwrap(V, F, max_stretch=0.5)
+
+
+def test_cuts_for_a_fuller_page_keep_to_the_bound_of_the_stretch() -> None:
+    """A part of a chart may be stretched more than the whole."""
+    dome = pyvista.ParametricBohemianDome(u_res=30, v_res=30, w_res=10).triangulate().clean()
+    V, F = np.asarray(dome.points, dtype=np.float64), dome.faces.reshape(-1, 4)[:, 1:]
+    for options in ({}, {"resolution": 100, "padding": 0}):
+        atlas = unwrap(V, F, max_stretch=1.05, **options)
+        assert not atlas.troubles
+        assert max(chart.quality.stretch_l2 for chart in atlas.charts) <= 1.05 * (1 + 1e-9)
 
 
 def test_seams_may_be_a_beginning() -> None:

@@ -6,6 +6,7 @@ of its own area: so what is packed is what was tried.
 """
 
 from dataclasses import dataclass, replace
+from itertools import groupby
 
 import numpy as np
 
@@ -57,10 +58,11 @@ class _State:
     worth: float
 
 
-def cut_for_fill(done: Charts, wish: Wish, trade: float) -> tuple[Charts, float]:
+def cut_for_fill(done: Charts, wish: Wish, trade: float, most_stretch: float) -> tuple[Charts, float]:
     """The charts, some of them cut along short seams; what a trial's page is over their area if none is.
 
     One cut alone may not pay where two do: so some more are tried before the best ones so far are taken.
+    A chart of which a part would have more than `most_stretch` alone stays whole.
     """
     if trade == 0:
         return done, np.inf
@@ -82,7 +84,7 @@ def cut_for_fill(done: Charts, wish: Wish, trade: float) -> tuple[Charts, float]
             best, idle = state, 0
         if idle > MOST_IDLE:
             break
-    return _parted(done, best.charts), whole
+    return _within(done, _parted(done, best.charts), best.charts, most_stretch), whole
 
 
 def cut_to_fit(done: Charts, wish: Wish) -> Charts:
@@ -129,6 +131,16 @@ def _parted(done: Charts, parts: list[Flat]) -> Charts:
         else done[part.parent]
         for part in parts
     ]
+
+
+def _within(done: Charts, made: Charts, parts: list[Flat], most_stretch: float) -> Charts:
+    """What is made of the charts, but for those that are left whole for the stretch of their parts."""
+    whole: Charts = []
+    for parent, group in groupby(zip(parts, made, strict=True), key=lambda pair: pair[0].parent):
+        own = [entry for _, entry in group]
+        most = max(done[parent][0].quality.stretch_l2, most_stretch)
+        whole += own if all(chart.quality.stretch_l2 <= most for chart, _ in own) else [done[parent]]
+    return whole
 
 
 def _part_of(chart: Chart, piece: Submesh, part: Flat, quality: Quality) -> Chart:

@@ -235,7 +235,7 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, task:
     """The atlas, with charts of many limbs cut further if the fuller page is worth its seams."""
     if len(done) > MOST_TO_CUT:
         return _packed(surface, done, wish)
-    parts, whole = cut_for_fill(done, wish, task.trade)
+    parts, whole = cut_for_fill(done, wish, task.trade, task.most_stretch)
     if len(parts) == len(done):
         return _packed(surface, done, wish)
     fuller = _packed(surface, parts, wish)
