@@ -10,6 +10,7 @@ from nasty_meshes import sphere
 
 from igl_linabf import MeshError, flatten, quality
 from igl_linabf.charts import cut, find_seams, texture_seams, tips
+from igl_linabf.measures import change_of
 from igl_linabf.surface import Submesh
 
 CLOSED = (
@@ -240,7 +241,7 @@ def test_ways_to_tips_that_are_sought_nearby_are_the_shortest(
     F = F[V[F][:, :, 2].max(axis=1) > -0.7]
     spiked = Submesh.checked(V * (1 + 0.8 * np.exp((V @ tip - 1) / 0.005))[:, None], F)
     uv = flatten(spiked.V, spiked.F).uv
-    near = np.sort(tips.seams_to_tips(spiked, uv, 6.0, None))
+    near = np.sort(tips.seams_to_tips(spiked, change_of(spiked, uv), 6.0, None))
     monkeypatch.setattr(tips, "NEARLY_ALL", 0.0)
-    everywhere = np.sort(tips.seams_to_tips(spiked, uv, 6.0, None))
+    everywhere = np.sort(tips.seams_to_tips(spiked, change_of(spiked, uv), 6.0, None))
     assert len(near) and sorted(near.tolist()) == sorted(everywhere.tolist())

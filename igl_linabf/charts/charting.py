@@ -22,7 +22,6 @@ from ..flattening import (
     guaranteed,
 )
 from ..measures import (
-    Quality,
     change_of,
     overlapping_pairs_of_chart,
     overlapping_pairs_of_each,
@@ -43,7 +42,7 @@ from .crease_cuts import is_isometric, parted
 from .creases import extent
 from .given import sides_of_cleaned
 from .halving import halves
-from .kept_maps import Known, kept_maps
+from .kept_maps import Known, Measured, kept_maps
 from .laid_narrower import laid_narrower
 from .lone_slivers import with_width
 from .overlap_seams import MAX_SPLITS, parts_between
@@ -235,21 +234,23 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
     if _is_needle(piece, result) and (parts := halves(piece)):
         return _anew(parts)
     pairs, cost = overlapping_pairs_of_chart(piece.topology, result.uv) if known is None else known.pairs, 0.0
-    without_tips = known is not None and known.without_tips
+    without_tips, change = known is not None and known.without_tips, Measured(piece, result.uv)
     moved = _made_bijective(piece, result) if len(pairs) and task.bijective and not result.holes else None
     if moved is not None:
         result, cost = moved
         pairs, known = overlapping_pairs_of_chart(piece.topology, result.uv), None
+        change = Measured(piece, result.uv)
     elif len(pairs) and splits < task.most_splits:
         if result.holes:  # first to a disk
             return _anew(_disks(piece, task))
         few = len(np.unique(pairs)) < LITTLE * len(piece.F)
         without_tips = task.weighs_stretch and few
-        if without_tips and len(seams := _to_tips(piece, result, splits, task)):
+        if without_tips and len(seams := _to_tips(piece, change, splits, task)):
             return _anew(piece.cut_along(seams))
         if few and result.outcome.good and not is_isometric(piece, result.uv):
             before, (result, pairs) = result, laid_narrower(piece, result, pairs)
-            known = known if result is before else None
+            if result is not before:
+                known, change = None, Measured(piece, result.uv)
         if len(pairs):
             parts = [disk for part in parted(piece, result.uv, pairs) for disk in _disks(part, task)]
             parts = parts or parts_between(piece, piece.faces[pairs])
@@ -258,13 +259,14 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
     elif len(pairs) and (parts := halves(piece)):
         return _anew(parts)
     quality = None if known is None else known.quality
-    if quality is None:
-        quality = quality_of(piece, result.uv, len(pairs))
+    stretch = change.stretch if quality is None else quality.stretch_l2
     weighed = task.weighs_stretch and not without_tips
-    if weighed and len(seams := _worth_of_map(piece, result, quality, splits, task)):
+    if weighed and len(seams := _worth_of_map(piece, stretch, change, splits, task)):
         return _anew(piece.cut_along(seams))
-    if quality.stretch_l2 > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
+    if stretch > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
         return _anew(parts)
+    if quality is None:
+        quality = quality_of(piece, result.uv, len(pairs), change.at_triangles)
     return Chart(piece.faces, result, quality, splits, len(pairs), cost)
 
 
@@ -288,24 +290,24 @@ def _flattened(piece: Submesh, task: Task) -> Flattening:
         return flattened(piece, LinABF())
 
 
-def _worth_of_map(piece: Submesh, result: Flattening, quality: Quality, splits: int, task: Task) -> IntArray:
+def _worth_of_map(piece: Submesh, stretch: float, change: Measured, splits: int, task: Task) -> IntArray:
     """Seams that the stretch of a map is worth, beyond what was expected of it."""
     if splits < task.most_splits and len(piece.F) <= MEDIUM:
         seams = _NO_SEAM
-        if not splits and quality.stretch_l2 > SMALL_STRETCH:  # it was one of many
+        if not splits and stretch > SMALL_STRETCH:  # it was one of many
             seams = task.seams_of(piece, disks=True, gain=DISK_GAIN)
-        elif splits and quality.stretch_l2 > TIPPED:  # a part of a chart, whose seams were not for it
+        elif splits and stretch > TIPPED:  # a part of a chart, whose seams were not for it
             seams = _seams_worth(piece, task)
         if len(seams):
             return seams
-    return _to_tips(piece, result, splits, task) if quality.stretch_l2 > TIPPED else _NO_SEAM
+    return _to_tips(piece, change, splits, task) if stretch > TIPPED else _NO_SEAM
 
 
-def _to_tips(piece: Submesh, result: Flattening, splits: int, task: Task) -> IntArray:
+def _to_tips(piece: Submesh, change: Measured, splits: int, task: Task) -> IntArray:
     """Seams to tips that the map shrinks, for some rounds."""
     if splits >= MAX_TIP_ROUNDS:
         return _NO_SEAM
-    return seams_to_tips(piece, result.uv, task.trade, task.hidden)
+    return seams_to_tips(piece, change.at_triangles, task.trade, task.hidden)
 
 
 def _is_needle(piece: Submesh, result: Flattening) -> bool:

@@ -4,14 +4,15 @@ A part of a map has no flips that the map has not, and no overlaps that the spli
 other parts are flattened again: a split costs little, and what keeps its map cannot overlap itself anew.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..flattening import Flattening
-from ..measures import Quality, change_of, quality_of_each
+from ..measures import Change, Quality, change_of, quality_of_each
 from ..surface import Parts, Submesh, complex_positions, signed_double_areas
 from .given import NO_QUALITY
 from .pieces import cut_out, of_own_size, on_part
@@ -32,6 +33,23 @@ class Known(NamedTuple):
     pairs: IntArray
     quality: Quality | None
     without_tips: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What a map does to a piece, measured when it is asked for."""
+
+    piece: Submesh
+    uv: FloatArray
+
+    @cached_property
+    def at_triangles(self) -> Change:
+        return change_of(self.piece, self.uv)
+
+    @cached_property
+    def stretch(self) -> float:
+        """In L2."""
+        return float(np.sqrt(self.at_triangles.mean(self.at_triangles.squared_stretch)))
 
 
 def kept_maps(

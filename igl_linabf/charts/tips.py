@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import bends, lengths, nearest_sources, nodes_on_paths, shortest_pairs
-from ..measures import Change, change_of
+from ..measures import Change
 from ..surface import Submesh, connected_labels
 from .creases import face_normals
 from .cut_graph import CREASE_DISCOUNT, seam_lengths
@@ -55,12 +55,12 @@ def worth_a_seam(saved: FloatArray, price: FloatArray, total: float) -> IntArray
     return np.array(chosen, dtype=np.int64)
 
 
-def seams_to_tips(piece: Submesh, uv: FloatArray, trade: float, hidden: FloatArray | None) -> IntArray:
+def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatArray | None) -> IntArray:
     """Edges, by the caller's vertices, from the boundary to tips that are worth it: L2 stretch for length.
 
-    Cut to a tip, its faces are taken to keep their size.
+    `changed` is what the map does to the piece. Cut to a tip, its faces are taken to keep their size.
     """
-    none, changed = np.zeros((0, 2), dtype=np.int64), change_of(piece, uv)
+    none = np.zeros((0, 2), dtype=np.int64)
     size, total = size_and_stretch(changed)
     if trade == 0 or not TIPPED**2 < total < np.inf:
         return none

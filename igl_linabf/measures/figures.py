@@ -155,10 +155,16 @@ def quality(V: ArrayLike, F: ArrayLike, uv: ArrayLike) -> Quality:
     return quality_of(surface, surface.checked_map(uv))
 
 
-def quality_of(surface: Submesh, map_: FloatArray, overlaps: int | None = None) -> Quality:
-    """`quality` of a checked map of a checked surface; of which the overlapping pairs may be known."""
+def quality_of(
+    surface: Submesh, map_: FloatArray, overlaps: int | None = None, changed: Change | None = None
+) -> Quality:
+    """`quality` of a checked map of a checked surface; of which the overlapping pairs may be known.
+
+    So may be what it does to the triangles.
+    """
     count = len(overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps
-    return quality_of_each([(surface, map_, count)])[0]
+    known = change_of(surface, map_) if changed is None else changed
+    return _figures(known, Parts.of_sizes([len(surface.F)]), [count])[0]
 
 
 def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Quality]:
@@ -170,6 +176,11 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
     faces = Parts.of_sizes([len(surface.F) for surface in surfaces])
     surface = surfaces[0] if len(surfaces) == 1 else _joined(surfaces, vertices, faces)
     changed = change_of(surface, np.concatenate([*map(of_size_one, maps)]), faces)
+    return _figures(changed, faces, overlaps)
+
+
+def _figures(changed: Change, faces: Parts, overlaps: Sequence[int]) -> list[Quality]:
+    """Of charts, by what their maps do to their faces, and their numbers of overlapping pairs."""
     total = faces.sum(changed.double_area)
 
     def mean(values: FloatArray) -> FloatArray:
