@@ -44,12 +44,12 @@ def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
     topology = component.topology
     edges = topology.edges[topology.sides[1] >= 0]
     length = lengths(component.V, edges)
-    turned, area = turned_at(component, edges, length, bend)
-    smoothing, size = Smoothing(component, edges, length), float(np.sqrt(area.sum()))
+    turned = np.column_stack(turned_at(component, edges, length, bend))  # and the area
+    smoothing, size = Smoothing(component, edges, length), float(np.sqrt(turned[:, 1].sum()))
     coarse = smoothing.steps(COARSE * size, MAX_STEPS)
     fine = max(round(coarse * (FINE / COARSE) ** 2), 1)
     curvature = []
     for steps in (fine, max(coarse - fine, 1)):
-        turned, area = smoothing.of(turned, steps), smoothing.of(area, steps)
-        curvature.append(turned / area)
+        turned = smoothing.of(turned, steps)
+        curvature.append(turned[:, 0] / turned[:, 1])
     return np.asarray(np.abs(curvature[0] - curvature[1]))

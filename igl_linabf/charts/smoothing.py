@@ -1,13 +1,9 @@
 """Values of vertices, smoothed so that noise and single faces do not matter; and the curvature that is."""
 
-from typing import Any
-
 import numpy as np
-from numpy.typing import NDArray
-from scipy import sparse
 
 from .._types import FloatArray, IntArray
-from ..kernels import entries
+from ..kernels import entries, product_with_pairs
 from ..surface import Submesh, sum_by
 
 
@@ -25,8 +21,7 @@ class Smoothing:
     def __init__(self, component: Submesh, edges: IntArray, length: FloatArray) -> None:
         n = len(component.V)
         indptr, indices, _ = entries(edges.T, n)
-        # both triangles have the diagonal
-        self._upper = sparse.csr_array((np.ones(len(indices)), indices, indptr), shape=(n, n))
+        self._matrix = indptr, indices, np.ones(len(indices))  # the upper triangle; the diagonal is one, too
         self._number = np.diff(indptr) + np.bincount(indices, minlength=n) - 1.0
         self._length = float(np.median(length)) if len(length) else np.inf
 
@@ -34,12 +29,12 @@ class Smoothing:
         """How many times reach so far, from 1 to `most`."""
         return int(np.clip(round((reach / self._length) ** 2), 1, most))
 
-    def of(self, values: NDArray[Any], steps: int) -> FloatArray:
-        """Smoothed values of the vertices, (#V,) or (#V, k)."""
-        number = self._number.reshape((-1,) + (1,) * (values.ndim - 1))
+    def of(self, values: FloatArray, steps: int) -> FloatArray:
+        """Smoothed values of the vertices, (#V,) or (#V, 2)."""
+        pairs = values if values.ndim > 1 else np.column_stack((values, np.zeros(len(values))))
         for _ in range(steps):
-            values = (self._upper @ values + self._upper.T @ values - values) / number
-        return np.asarray(values)
+            pairs = product_with_pairs(*self._matrix, pairs) / self._number[:, None]
+        return pairs if values.ndim > 1 else np.ascontiguousarray(pairs[:, 0])
 
 
 def turned_at(
