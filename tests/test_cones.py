@@ -374,6 +374,21 @@ def test_a_torus_needs_no_cone() -> None:
     assert "converged" in str(atlas.charts[0].result)
 
 
+@pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # some spikes shrink
+def test_all_limbs_of_a_body_get_cones_however_many_they_are() -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 5)
+    V /= np.linalg.norm(V, axis=1)[:, None]
+    k = np.arange(120) + 0.5
+    polar, around = np.arccos(1 - k / 60), np.pi * (1 + np.sqrt(5)) * k
+    tips = np.column_stack((np.cos(around) * np.sin(polar), np.sin(around) * np.sin(polar), np.cos(polar)))
+    away = np.arccos(np.clip(V @ tips.T, -1, 1))
+    V *= 1 + 1.5 * np.exp(-360 * away.min(axis=1, keepdims=True) ** 2)
+    cones = find_cones(V, F)
+    assert 120 < len(cones) < 400
+    assert (away[cones].min(axis=0) < 0.1).all()  # at each tip
+    assert unwrap(V, F, cones=cones).quality.stretch_l2 < 10
+
+
 @pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # of the fewest cones
 def test_cones_that_are_found_have_angles_that_triangles_can_have() -> None:
     holes = np.ones((9, 9, 1), dtype=bool)

@@ -121,6 +121,13 @@ class ConeScale:
         """The L2 stretch that is expected of the map."""
         return expected_stretch(self.piece, self.log_scale)
 
+    @property
+    def spread(self) -> float:
+        """The standard deviation of u over the surface."""
+        weight = self.piece.area / self.piece.area.sum()
+        u = self.log_scale - weight @ self.log_scale
+        return float(np.sqrt(weight @ u**2))
+
 
 def _ground(piece: ClosedSurface, first: int) -> IntArray:
     """The nodes at which the scale is zero without any cone."""

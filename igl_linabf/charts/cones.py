@@ -18,7 +18,10 @@ from .cut_graph import ClosedSurface, closed_surface
 from .quarter_turns import QUARTER, QuarterTurns
 
 CONE_TRADE = 30.0
-MAX_CONES = 100  # on a component of few handles, if they are to be found
+SINGLY = 100  # cones that are found one by one where there are few handles; then several at once
+AT_ONCE = 16  # one of so many that are there already
+MOST_VALUES = 200_000_000  # of Green's functions that are kept
+LEAST_NODES = 8  # to each cone
 IN_VAIN = 4  # cones in a row that do not pay, before no more are tried
 USABLE = 3.0  # stretch and price together above which more are tried all the same: limbs come one by one
 NARROW = np.pi / 3  # angle of a cone below which another one helps it
@@ -47,7 +50,8 @@ def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float
         as many as pay.
     trade : float
         How many cones lowering the L2 stretch by 1 is worth. Large: cones are added as long as the
-        expected stretch falls, at most 100 a component of few handles.
+        expected stretch falls. Beyond 100 on a component, several are added at a time until all limbs have
+        theirs.
 
     Returns
     -------
@@ -112,9 +116,14 @@ class ConePiece:
         return 0 if total is None or total == 0 else 3 if total > 0 else 1
 
     @property
+    def enough(self) -> int:
+        """Number of cones that are found one by one: few surfaces need more."""
+        return max(SINGLY, 2 * abs(self.component.topology.characteristic))
+
+    @property
     def limit(self) -> int:
         """Number of cones at most, if they are to be found."""
-        return max(MAX_CONES, 2 * abs(self.component.topology.characteristic))
+        return max(self.enough, min(MOST_VALUES // self.piece.n, len(self.inner) // LEAST_NODES))
 
     def vertices(self, nodes: IntArray) -> IntArray:
         """The component's vertices of nodes that are no holes."""
@@ -142,18 +151,22 @@ def _grown(place: ConePiece, n: int | None, trade: float) -> IntArray:
     """Add cones one by one; return the nodes of those of least cost, or the first `n`."""
     if n is not None:
         return _first(place, n)
-    best, least, in_vain = np.zeros(0, dtype=np.int64), np.inf, 0
+    best, least, smallest, in_vain = np.zeros(0, dtype=np.int64), np.inf, np.inf, 0
     for scale in _growing(place, place.limit):
+        many, cost = len(scale.nodes) >= place.enough, np.inf
         if place.closed_curvature == 0 and len(scale.nodes) == 1:
             least = scale.stretch  # that of no cones
         if len(scale.nodes) >= place.fewest:
             cost = scale.stretch + len(scale.nodes) / trade + _price(place, scale)
-            in_vain = 0 if cost < least else in_vain + 1
+            # a few limbs without cones hide all that others save
+            spread = scale.spread if many and scale.stretch >= USABLE else np.inf
+            in_vain = 0 if cost < least or spread < smallest else in_vain + 1
+            smallest = min(smallest, spread)
             if cost < least:
                 best, least = scale.nodes, cost
-        if least < USABLE and in_vain >= IN_VAIN:
+        if (many or least < USABLE) and in_vain >= (SINGLY if many and np.isinf(cost) else IN_VAIN):
             break
-    return best if np.isfinite(least) else _first(place, place.limit)
+    return best if np.isfinite(least) else _first(place, len(scale.nodes))
 
 
 def _first(place: ConePiece, n: int) -> IntArray:
@@ -170,7 +183,7 @@ def _first(place: ConePiece, n: int) -> IntArray:
     if len(beyond):
         turns = _quarters_of(place, scale).for_stretch
         if not _within(np.asarray(2 * np.pi - turns * QUARTER), place.valence[scale.nodes]).all():
-            more = _growing(place, max(place.limit, 2 * n))
+            more = _growing(place, max(place.enough, 2 * n))
             enough = (len(s.nodes) for s in more if len(s.nodes) > n and _possible(place, s))
             raise MeshError(_too_few(place, scale, beyond[0], next(enough, None)))
     return scale.nodes
@@ -189,21 +202,50 @@ def _too_few(place: ConePiece, scale: ConeScale, beyond: int, enough: int | None
 
 
 def _growing(place: ConePiece, most: int) -> Iterator[ConeScale]:
-    """With the fewest cones, and then with one more at a time, up to a number of them."""
+    """With the fewest cones, and then with one or more further ones at a time, up to a number of them."""
     scale = ConeScale.of(place.piece)
     while True:
         advance("cones", 0.1)
         yield scale
-        far = np.abs(scale.log_scale)
-        far[scale.nodes] = 0.0
-        strain = _strain(place, scale)
-        if len(strain) and strain.max() > 0:
-            _, _, source = place.piece.search(scale.nodes)
-            near = np.where(source == scale.nodes[np.argmax(strain)], far, 0.0)
-            far = near if near.any() else far
-        if len(scale.nodes) >= min(most, len(place.inner)) or not far.any():
+        further = _further(place, scale, min(most, len(place.inner)) - len(scale.nodes))
+        if not len(further):
             return
-        scale = scale.with_cones(np.array([np.argmax(far)]))
+        scale = scale.with_cones(further)
+
+
+def _further(place: ConePiece, scale: ConeScale, most: int) -> IntArray:
+    """The node at which another cone helps most; if there are many cones, several far from each other."""
+    far = np.abs(scale.log_scale)
+    far[scale.nodes] = 0.0
+    if most <= 0 or not far.any():
+        return np.zeros(0, dtype=np.int64)
+    strain = _strain(place, scale)
+    strained = len(strain) > 0 and strain.max() > 0
+    alone = len(scale.nodes) < place.enough or scale.stretch < USABLE
+    if alone and not strained:
+        return np.array([np.argmax(far)])
+    away, _, source = place.piece.search(scale.nodes)
+    if alone:
+        near = np.where(source == scale.nodes[np.argmax(strain)], far, 0.0)
+        return np.array([np.argmax(near if near.any() else far)])
+    order = np.argsort(far, kind="stable")
+    farthest = np.zeros(place.piece.n, dtype=np.int64)
+    farthest[source[order]] = order  # of the nodes nearest to each cone, where the scale is worst
+    tried, room = farthest[scale.nodes], min(most, len(scale.nodes) // AT_ONCE)
+    tried, strain = tried[far[tried] > 0], strain[far[tried] > 0]
+    by_strain, by_scale = np.argsort(-strain, kind="stable"), np.argsort(-far[tried], kind="stable")
+    helped = by_strain[strain[by_strain] > 0][: room // 2]
+    return _apart(place.piece, tried[np.concatenate((helped, by_scale))], away / 2)[:room]
+
+
+def _apart(piece: ClosedSurface, nodes: IntArray, distance: FloatArray) -> IntArray:
+    """Those nodes that are as far as their distances from the ones before them."""
+    kept = np.zeros(0, dtype=np.int64)
+    for i in nodes.tolist():
+        gap = np.linalg.norm(piece.position[kept] - piece.position[i], axis=1)
+        if (gap >= distance[i]).all():
+            kept = np.append(kept, i)
+    return kept
 
 
 def _price(place: ConePiece, scale: ConeScale) -> float:
