@@ -176,9 +176,11 @@ def _if_clean(V: FloatArray, F: IntArray) -> Submesh | None:
         surface.as_manifold()
     except MeshError:  # that is what is to be repaired
         return None
-    soup = is_soup(surface.V, surface.F) and not _apart(surface.V)
-    tiny = _tiny(surface.V)[surface.F].all(axis=1).any()
-    return None if soup or tiny or _beyond(surface.V).any() else surface
+    soup = is_soup(surface.V, surface.F, surface.label) and not _apart(surface.V)
+    size = _sizes(surface.V)
+    tiny = _tiny(size)
+    unclear = tiny.any() and tiny[surface.F].all(axis=1).any()
+    return None if soup or unclear or _beyond(size).any() else surface
 
 
 def as_it_is(surface: Submesh) -> Cleaned:
@@ -209,15 +211,15 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     merged = np.arange(len(V))
     if weld is not None:
         merged = within(V, used, weld)
-    elif is_soup(V, F):
+    elif is_soup(V, F, face_components(F, len(V))):
         merged = in_one_place(V, used)
     note("welded", "vertices", np.flatnonzero(merged != np.arange(len(V))))
-    beyond, power = used[_beyond(V[used])], 0
+    beyond, power = used[_beyond(_sizes(V[used]))], 0
     if len(beyond):
         note("scaled", "vertices", beyond)
         power = -int(np.frexp(np.abs(V[used]).max())[1])
         V = np.ldexp(V, power)
-    tiny = used[_tiny(V[used])]
+    tiny = used[_tiny(_sizes(V[used]))]
     if len(tiny):
         note("tiny", "vertices", tiny)
         V = V.copy()
@@ -244,18 +246,21 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     return Cleaned(V_new, F_new, origin, tuple(did), rows[solid], sheets.turned[solid], merged, power)
 
 
-def _tiny(V: FloatArray) -> BoolArray:
-    """Vertices so near to the origin that there are no areas there, and not on it."""
-    size = np.abs(V).max(axis=1)
+def _sizes(V: FloatArray) -> FloatArray:
+    """The largest coordinate of each vertex."""
+    return np.asarray(np.abs(V.T).max(axis=0))
+
+
+def _tiny(size: FloatArray) -> BoolArray:
+    """Vertices of these sizes so near to the origin that there are no areas there, and not on it."""
     return np.asarray((size > 0) & (size <= SMALLEST_COORDINATE))
 
 
-def _beyond(V: FloatArray) -> BoolArray:
+def _beyond(size: FloatArray) -> BoolArray:
     """The vertices for which to scale; none if the largest coordinate is of a common size, or zero."""
-    size = np.abs(V).max(axis=1)
     largest = float(size.max())
     if SMALL < largest < LARGE or largest == 0:
-        return np.zeros(len(V), dtype=bool)
+        return np.zeros(len(size), dtype=bool)
     return np.asarray(size >= LARGE if largest > 1 else size > 0)
 
 

@@ -6,7 +6,7 @@ from scipy.spatial import cKDTree
 from .._types import FloatArray, IntArray
 from ..errors import MeshError
 from ..kernels import sum_by
-from .components import connected_labels, face_components
+from .components import connected_labels
 
 LOOSE = 2  # faces of a piece that may be one of a soup: a triangle or a quadrangle
 SIDES = 4  # pieces from which on larger flat ones are, too: a body has so many sides
@@ -14,9 +14,11 @@ FLAT = 1e-6  # share of its area that a flat piece loses when it is projected
 SOUP = 0.5  # share of faces in such pieces from which on they are a soup
 
 
-def is_soup(V: FloatArray, F: IntArray) -> bool:
-    """Whether most faces have vertices of their own, or those of a quadrangle's two, or of one flat side."""
-    label = face_components(F, len(V))
+def is_soup(V: FloatArray, F: IntArray, label: IntArray) -> bool:
+    """Whether most faces have vertices of their own, or those of a quadrangle's two, or of one flat side.
+
+    `label` is the component of each face.
+    """
     size = np.bincount(label)
     loose = size <= LOOSE
     if len(size) >= SIDES and not loose.all():
