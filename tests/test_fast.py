@@ -155,6 +155,7 @@ def cases():
         "errors": (t.corner, w, d, cot, *rng.normal(size=(2, t.n))),
         "projected": (w, d, cot),
         "conformal_errors": (t.corner, cot, *rng.normal(size=(2, t.n))),
+        "rescaled": (t.corner, np.sin(alpha), np.exp(rng.normal(size=t.n) / 4)),
         "cut_short": (alpha, e, 0.7),
         "pair_weights": (w, d),
         "system_blocks": (

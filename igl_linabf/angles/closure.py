@@ -200,9 +200,12 @@ def _products(
     """
     topology, constraints, cot = system.topology, system.constraints, system.cot
     paths, n_faces = constraints.paths, topology.corner.shape[1]
-    at_loop = np.zeros(topology.n, dtype=bool)
-    at_loop[closure.site[closure.site < topology.n]] = True
-    touched: BoolArray = np.asarray(at_loop[topology.corner].any(axis=0))
+    touched: BoolArray = np.zeros(n_faces, dtype=bool)
+    loops = closure.site[closure.site < topology.n]
+    if len(loops):
+        at_loop = np.zeros(topology.n, dtype=bool)
+        at_loop[loops] = True
+        touched |= at_loop[topology.corner].any(axis=0)
     for path in paths:
         touched[path.corner % n_faces] = True
     faces = np.flatnonzero(touched)

@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from .. import kernels
 from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Mesh, Topology
 
@@ -72,10 +73,5 @@ def rescaled(topology: Topology, length: FloatArray, log_scale: FloatArray) -> t
 
     Also returns which triangles cannot have such sides; their angles mean nothing.
     """
-    u = log_scale[topology.corner]
-    side = length * np.exp((u.mean(axis=0) - u) / 2)  # times one factor for all three sides
-    half = side.sum(axis=0) / 2
-    left = half - side
-    impossible = ~(left > 0).all(axis=0)
-    left = np.maximum(left, 0.0)
-    return 2 * np.arctan2(np.sqrt(left.prod(axis=0) / half), left), impossible
+    # exp(-u / 2) of the vertex opposite to a side, times one factor for all three sides
+    return kernels.rescaled(topology.corner, length, np.exp(-log_scale / 2))

@@ -104,7 +104,13 @@ def step_by_same_factor(state: State, rtol: float, *, close: bool = False) -> St
     if len(steps) == 1:
         same = same and steps[0].inner_steps <= MANY_INNER
     lin = linearise(
-        state.problem, state.at, reuse=state.lin, close=close, close_paths=close, same_factor=same
+        state.problem,
+        state.at,
+        reuse=state.lin,
+        close=close,
+        close_paths=close,
+        same_factor=same,
+        same_slivers=not _turned(state),
     )
     return _made_up(state.advanced(solve(lin, state.at, rtol), "step"))
 

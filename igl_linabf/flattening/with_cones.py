@@ -26,6 +26,7 @@ from ..angles import (
     step_from_surface,
     within_patches,
 )
+from ..kernels import cotangents, squared_cosecants
 from ..linalg import Analysis, Factored, NotPositiveDefiniteError, Solvers
 from ..surface import Mesh, Topology
 from .ladder import (
@@ -204,7 +205,8 @@ def _scaled(angles: AngleProblem, surface: FloatArray, u: FloatArray | None, lin
             assert lin.inverse is not None
             sums = constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))
             u = np.append(-lin.inverse.solve(constraints.target - sums), 0.0)[constraints.row]
-        alpha, bad = rescaled(constraints.topology, np.sin(surface), u)  # sides, up to their scale
+        sine = 1 / np.sqrt(squared_cosecants(cotangents(surface)))  # the sides, up to their scale
+        alpha, bad = rescaled(constraints.topology, sine, u)
         bad |= alpha.max(axis=0) > np.maximum(OBTUSE, surface.max(axis=0) + WIDER)
         at = angles.at(np.where(bad, angles.estimate, alpha))
     return State(angles, at, lin=lin)

@@ -82,7 +82,9 @@ from .triangles import (
     normals,
     products,
     projected,
+    rescaled,
     row_sums,
+    squared_cosecants,
     sum_by,
 )
 from .vectors import block_axpy, block_dots, dot, go, move, turn

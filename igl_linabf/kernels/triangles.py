@@ -181,6 +181,45 @@ def cotangents(alpha: FloatArray) -> FloatArray:
     return made
 
 
+def _rescaled(
+    corner: IntArray,
+    length: FloatArray,
+    factor: FloatArray,
+    first: int,
+    last: int,
+    made: FloatArray,
+    bad: BoolArray,
+) -> None:
+    for t in range(first, last):
+        a = length[0, t] * factor[corner[0, t]]
+        b = length[1, t] * factor[corner[1, t]]
+        c = length[2, t] * factor[corner[2, t]]
+        size = max(a, b, c)
+        a, b, c = a / size, b / size, c / size
+        x, y, z, half = (b + c - a) / 2, (c + a - b) / 2, (a + b - c) / 2, (a + b + c) / 2
+        bad[t] = not min(x, y, z) > 0
+        x, y, z = max(x, 0.0), max(y, 0.0), max(z, 0.0)
+        radius = np.sqrt(x * y * z / half)
+        made[0, t] = 2 * _arctangent(radius, x)
+        made[1, t] = 2 * _arctangent(radius, y)
+        made[2, t] = 2 * _arctangent(radius, z)
+
+
+@filled_by(_rescaled, lambda corner, *_: (unfilled(corner.shape), np.empty(corner.shape[1], dtype=bool)))
+def rescaled(corner: IntArray, length: FloatArray, factor: FloatArray) -> tuple[FloatArray, BoolArray]:
+    """Angles (3, #F) of triangles whose sides, (3, #F), are multiplied by the factor of the vertex opposite.
+
+    Also tells which triangles cannot have such sides; their angles mean nothing.
+    """
+    side = length * factor[corner]
+    side /= side.max(axis=0)
+    half = side.sum(axis=0) / 2
+    left = half - side
+    bad = ~(left > 0).all(axis=0)
+    left = np.maximum(left, 0.0)
+    return 2 * np.arctan2(np.sqrt(left.prod(axis=0) / half), left), bad
+
+
 def squared_cosecants(cot: FloatArray) -> FloatArray:
     """1 / sin^2 of the angles; an angle of 0 or pi, as in a collapsed triangle, counts as one of 1e-75."""
     square = np.minimum(np.abs(cot), LARGEST_COT)
