@@ -242,6 +242,25 @@ def test_a_factor_in_single_precision_gives_the_same_map(monkeypatch) -> None:
 
 
 @pytest.mark.skipif(not is_fast(), reason="numba is not installed")
+@pytest.mark.parametrize("divided_from", [0, 10_000])
+def test_halfway_solves_of_few_entries_multiply_to_those_of_all_rows(monkeypatch, divided_from: int) -> None:
+    monkeypatch.setattr(loops, "SPARSE_FROM", 0)
+    monkeypatch.setattr(loops, "DIVIDED_FROM", divided_from)
+    rng = np.random.default_rng(0)
+    line = sparse.diags_array([2.1 * np.ones(50), -np.ones(49)], offsets=[0, 1])
+    A = sparse.kronsum(line + line.T, line + line.T) + sparse.diags_array(rng.random(2500))
+    lower = sparse.tril(A).tocsc()
+    lower.sort_indices()
+    factored = loops.Compiled(lower).factor(lower)
+    row, value = rng.integers(0, 2500, (6, 5)), rng.normal(size=(6, 5))
+    B = np.zeros((2500, 5))
+    np.add.at(B, (row, np.arange(5)), value)
+    half = factored.halfway(row, value)
+    assert np.allclose(half.T @ half, B.T @ factored.solve(B), rtol=1e-10)
+    assert len(half) < 2500
+
+
+@pytest.mark.skipif(not is_fast(), reason="numba is not installed")
 def test_where_the_scale_varies_a_lot_single_precision_flips_nothing(monkeypatch) -> None:
     V, F = load("disk__optcuts_lion_o_f10000.obj")
     expected = flatten(V, F)

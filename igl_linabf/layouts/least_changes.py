@@ -160,7 +160,7 @@ def _searched(
             if not (alpha > 0).all() or len(more) + len(step.index) > MOST_BOUNDS:
                 break
             if len(more):
-                step = step.with_more(here, factor, more)
+                step = step.with_more(more)
             if not len(step.index):
                 break
             wanted = np.maximum(here.alpha + scale * step.e, least).ravel()[step.index]

@@ -116,17 +116,20 @@ class Linear:
         return np.asarray(side[NEXT] - side[PREV])
 
     def slopes(self, index: IntArray) -> tuple[IntArray, FloatArray]:
-        """Of some angles, flat indices: the six positions that each depends on, and the slopes by them."""
+        """Of some angles, flat indices: the six positions that each depends on, and the slopes by them.
+
+        They are zero by the positions that do not move.
+        """
         k, t = np.divmod(index, self.alpha.shape[1])
         corner = self.plane.corner[:, t]
-        return np.concatenate((2 * corner, 2 * corner + 1)), self.rows[k, :, t].T
+        place = np.concatenate((2 * corner, 2 * corner + 1))
+        return place, np.where(place < 2 * self.plane.free, self.rows[k, :, t].T, 0.0)
 
     def columns(self, index: IntArray) -> FloatArray:
         """The same by all positions: (2 #V, #index)."""
         place, slope = self.slopes(index)
         made = np.zeros((2 * len(self.z), len(index)))
         made[place, np.arange(len(index))] = slope
-        made[2 * self.plane.free :] = 0.0
         return made
 
     def changes(self, index: IntArray, columns: FloatArray) -> FloatArray:
@@ -141,8 +144,61 @@ class Linear:
 
 
 @dataclass(frozen=True, eq=False)
+class Pushes:
+    """Forces on some angles.
+
+    Attributes
+    ----------
+    here : Linear
+    factor : Factored
+        Of the model's Hessian.
+    index : (#p,) int64
+        The angles.
+    system : (#p, #p) float64
+        The change of each of them by a force on each.
+    columns : (2 #V, #p) float64 or None
+        The change of the positions by each; None where it takes a solve that `system` does without.
+    """
+
+    here: Linear
+    factor: Factored
+    index: IntArray
+    system: FloatArray
+    columns: FloatArray | None
+
+    @classmethod
+    def none(cls, here: Linear, factor: Factored) -> Pushes:
+        columns = np.empty((2 * len(here.z), 0)) if factor.halfway is None else None
+        return cls(here, factor, np.empty(0, dtype=np.int64), np.empty((0, 0)), columns)
+
+    def with_more(self, more: IntArray) -> Pushes:
+        """On further angles, too."""
+        here, index = self.here, np.concatenate((self.index, more))
+        if self.columns is None:
+            assert self.factor.halfway is not None
+            half = self.factor.halfway(*here.slopes(index))
+            return replace(self, index=index, system=half.T @ half)
+        columns = np.column_stack((self.columns, self.factor.solve(here.columns(more))))
+        return replace(self, index=index, columns=columns, system=here.changes(index, columns))
+
+    def on(self, which: BoolArray) -> Pushes:
+        """On some of the angles only."""
+        columns = None if self.columns is None else self.columns[:, which]
+        system = self.system[np.ix_(which, which)]
+        return replace(self, index=self.index[which], columns=columns, system=system)
+
+    def moved(self, force: FloatArray) -> FloatArray:
+        """What they change at the positions, (2 #V,)."""
+        if self.columns is not None:
+            return np.asarray(self.columns @ force)
+        place, slope = self.here.slopes(self.index)
+        pull = np.bincount(place.ravel(), (slope * force).ravel(), 2 * len(self.here.z))
+        return np.asarray(self.factor.solve(pull))
+
+
+@dataclass(frozen=True, eq=False)
 class BoundedStep:
-    """A step, and what its bounds push: `columns` of positions for each of the bounds that it meets.
+    """A step, and the bounds that it meets.
 
     Attributes
     ----------
@@ -150,28 +206,28 @@ class BoundedStep:
     e : (3, #F) float64
         The angles' linear change.
     held : (3, #F) bool
-    index : (#held,) int64
-    columns : (2 #V, #held) float64
-    system : (#held, #held) float64
-        The change of each of these angles by each of the columns.
+    pushes : Pushes
+        Those of these bounds.
     """
 
     dz: ComplexArray
     e: FloatArray
     held: BoolArray
-    index: IntArray
-    columns: FloatArray
-    system: FloatArray
+    pushes: Pushes
 
-    def with_more(self, here: Linear, factor: Factored, more: IntArray) -> BoundedStep:
-        """The same with the columns of further bounds, too."""
-        index = np.concatenate((self.index, more))
-        columns = np.column_stack((self.columns, factor.solve(here.columns(more))))
-        return replace(self, index=index, columns=columns, system=here.changes(index, columns))
+    @property
+    def index(self) -> IntArray:
+        """The angles at these bounds, flat indices."""
+        return self.pushes.index
+
+    def with_more(self, more: IntArray) -> BoundedStep:
+        """The same with further bounds, too."""
+        return replace(self, pushes=self.pushes.with_more(more))
 
     def pushed(self, by: FloatArray) -> ComplexArray:
         """Changes of the positions that change these angles `by`."""
-        return complex_of(self.columns @ np.linalg.solve(_regular(self.system), by))
+        force = np.linalg.solve(_regular(self.pushes.system), by)
+        return complex_of(self.pushes.moved(np.asarray(force, dtype=np.float64)))
 
 
 def bounded_step(here: Linear, hessians: Hessians, factor: Factored, held: BoolArray) -> BoundedStep:
@@ -182,31 +238,21 @@ def bounded_step(here: Linear, hessians: Hessians, factor: Factored, held: BoolA
     least = np.maximum(-REACH * here.alpha, here.plane.bound - here.alpha).ravel()
     free = -factor.solve(hessians.slope((here.gradient[:, None] * here.rows).sum(axis=0), None, here.z))
     free_e = here.change(complex_of(free)).ravel()
-    index, columns, force = np.flatnonzero(held), np.empty((len(free), 0)), np.empty(0)
-    x, e, system = free, free_e, np.empty((0, 0))
-    more = index if len(index) else _broken(e, least, index)
-    index = index[:0]
+    pushes, force = Pushes.none(here, factor), np.empty(0)
+    x, e, more = free, free_e, np.flatnonzero(held)
+    more = more if len(more) else _broken(e, least, more)
     for _ in range(ROUNDS):
         if not len(more):
             break
-        columns = np.column_stack((columns, factor.solve(here.columns(more))))
-        index = np.concatenate((index, more))
-        system = here.changes(index, columns)
-        force = _forces(system, least[index] - free_e[index])
-        x = free + columns @ force
+        pushes = pushes.with_more(more)
+        force = _forces(pushes.system, least[pushes.index] - free_e[pushes.index])
+        x = free + pushes.moved(force)
         e = here.change(complex_of(x)).ravel()
-        more = _broken(e, least, index)
-    at = force > 0
+        more = _broken(e, least, pushes.index)
+    pushes = pushes.on(force > 0)
     now = np.zeros(len(e), dtype=bool)
-    now[index[at]] = True
-    return BoundedStep(
-        complex_of(x),
-        e.reshape(here.alpha.shape),
-        now.reshape(here.alpha.shape),
-        index[at],
-        columns[:, at],
-        system[np.ix_(at, at)],
-    )
+    now[pushes.index] = True
+    return BoundedStep(complex_of(x), e.reshape(here.alpha.shape), now.reshape(here.alpha.shape), pushes)
 
 
 def _broken(e: FloatArray, least: FloatArray, known: IntArray) -> IntArray:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cached_property, partial
 from heapq import heapify, heappop, heappush
-from typing import Any
+from typing import Any, TypeAlias
 from weakref import finalize
 
 import numpy as np
@@ -17,10 +17,12 @@ from .._types import FloatArray, IntArray, Solve
 from .factors import Analysis, Factored, NotConvergedError, NotPositiveDefiniteError, by_pairs_of_columns
 from .krylov import conjugate_gradients
 
+Pair: TypeAlias = "partial[FloatArray]"
 Precision = type[np.float64] | type[np.float32]
 
 DIVIDED_FROM = 20_000  # rows from which threads save more time than they take to begin
 DISSECTED_FROM = 250_000  # rows from which separators save more time than they take to find
+SPARSE_FROM = 20_000  # rows from which it pays to go only where the entries of a right-hand side lead
 SINGLE_FROM = 250_000  # rows from which a preconditioner is in single precision: two thirds of the time
 REFINED_FROM = 1_000_000  # rows from which a solve, too, is by one, and memory counts
 ALL_DIGITS, MOST_TO_REFINE = 1e-10, 20  # relative residual, and steps at most
@@ -87,6 +89,45 @@ def _roots(tops: IntArray, first: IntArray, work: FloatArray) -> list[int]:
     return [s for cost, s in sorted(heap) if -cost >= SMALLEST * total and first[s] < s]
 
 
+@dataclass(frozen=True, eq=False)
+class Paths:
+    """The ways from rows up the elimination tree.
+
+    Attributes
+    ----------
+    supernode : (n,) int64
+        Of each row.
+    parent : list of int
+        Of each supernode, -1 if it has none.
+    undivided : kernels.Subtrees
+        No subtrees for threads.
+    """
+
+    supernode: IntArray
+    parent: list[int]
+    undivided: kernels.Subtrees
+
+    @classmethod
+    def of(cls, a: kernels.Supernodes) -> Paths:
+        size = len(a.start) - 1
+        own = np.empty(len(a.order), dtype=np.int64)
+        at = np.repeat(np.arange(size), np.diff(a.start))
+        own[a.order] = at
+        above = np.append(at, -1)[np.append(a.below, len(at))[a.below_start[:-1]]]
+        parent = np.where(np.diff(a.below_start) > 0, above, -1).tolist()
+        none = np.zeros(1, dtype=np.int64)
+        return cls(own, parent, kernels.Subtrees(np.full(size, -1), none, none))
+
+    def up(self, rows: IntArray) -> list[int]:
+        """The supernodes of some rows and all above, in order."""
+        seen: set[int] = set()
+        for s in self.supernode[rows].tolist():
+            while s >= 0 and s not in seen:
+                seen.add(s)
+                s = self.parent[s]
+        return sorted(seen)
+
+
 class Spare:
     """Arrays that are done with, for the next factor: new memory takes up to a third of its time."""
 
@@ -118,7 +159,29 @@ class Compiled(Analysis):
         self._spare = Spare()
 
     def factor(self, lower: sparse.csc_array) -> Factored:
-        return Factored(self.name, True, self._solve(lower))
+        solve = self._solve(lower)
+        pair: Pair = solve.args[0]
+        sparse_pays = lower.shape[0] >= SPARSE_FROM and pair.args[1] is self._analysed
+        return Factored(self.name, True, solve, halfway=partial(self._halfway, pair) if sparse_pays else None)
+
+    @cached_property
+    def _paths(self) -> Paths:
+        return Paths.of(self._analysed)
+
+    def _halfway(self, pair: Pair, row: IntArray, value: FloatArray) -> FloatArray:
+        """`Factored.halfway` with the factor of `pair`: only supernodes above an entry have to do with it."""
+        values, a, _ = pair.args
+        n, number, paths = len(a.order), row.shape[1], self._paths
+        reached = np.array(paths.up(row.ravel()), dtype=np.int64)
+        rows = np.concatenate([np.arange(a.start[s], a.start[s + 1]) for s in reached])
+        made, left = np.empty((len(rows), number + number % 2)), np.empty((0, 2))
+        for k in range(0, number, 2):
+            own, b, x = row[:, k : k + 2], np.zeros((n, 2)), np.zeros((n, 2))
+            np.add.at(b, (own, np.arange(own.shape[1])), value[:, k : k + 2])
+            which = np.array(paths.up(own.ravel()), dtype=np.int64)
+            kernels.supernodal_forward(values, a, paths.undivided, which, -1, b, left, x)
+            made[:, k : k + 2] = x[rows]
+        return made[:, :number]
 
     def preconditioner(self, lower: sparse.csc_array, *, rough: bool = False) -> Factored:
         if not rough or lower.shape[0] < SINGLE_FROM:
@@ -133,7 +196,7 @@ class Compiled(Analysis):
         rough = self.preconditioner(lower, rough=lower.shape[0] >= REFINED_FROM)
         return replace(rough, solve=partial(_refined, lower, rough.solve)) if rough.single else rough
 
-    def _solve(self, lower: sparse.csc_array, precision: Precision = np.float64) -> Solve:
+    def _solve(self, lower: sparse.csc_array, precision: Precision = np.float64) -> Pair:
         if not all(map(np.array_equal, self._pattern, (lower.indptr, lower.indices))):
             return Compiled(lower)._solve(lower, precision)
         values = self._numeric(lower, precision)

@@ -5,6 +5,7 @@ afterwards. CHOLMOD is used where scikit-sparse is installed; where it is not, t
 Eigen in libigl's own wheel.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import linalg
 
-from .._types import Array, Solve
+from .._types import Array, FloatArray, IntArray, Solve
 
 try:
     from sksparse import cholmod
@@ -55,12 +56,16 @@ class Factored:
         For one (n,) or several (n, k) right-hand sides.
     single : bool
         Whether it is a factor in single precision.
+    halfway : callable or None
+        For columns with few entries, by their rows and values, (m, k) both: L^-1 of them where A = L L^T in
+        some order, (#, k), without rows of zeros. None where all of `solve` takes little more.
     """
 
     name: str
     exact: bool
     solve: Solve
     single: bool = False
+    halfway: Callable[[IntArray, FloatArray], FloatArray] | None = None
 
 
 class Analysis:

@@ -49,7 +49,7 @@ class Within(Analysis):
             own = np.append(b, np.zeros((1, *b.shape[1:]), dtype=b.dtype), axis=0)
             return np.asarray(factored.solve(own.take(place, axis=0)).take(rows, axis=0))
 
-        return replace(factored, solve=solve)
+        return replace(factored, solve=solve, halfway=None)
 
     def _filled(self, lower: sparse.csc_array) -> sparse.csc_array:
         data = self._identity.astype(lower.dtype)
