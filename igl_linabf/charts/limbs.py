@@ -72,8 +72,7 @@ def cut_for_fill(done: Charts, wish: Wish, trade: float, most_stretch: float) ->
     if len(outlines) < len(charts):
         return done, np.inf  # one has no area to be packed
     drawn = page.drawn(outlines)
-    whole = page.size(drawn)
-    state = _State(charts, drawn, whole, 0.0)
+    state = _State(charts, drawn, page.size(drawn), 0.0)
     best, idle = state, 0
     for _ in range(MOST_CUTS):
         after = _best_cut(state, page, trade, best.worth, idle == MOST_IDLE)
@@ -84,7 +83,7 @@ def cut_for_fill(done: Charts, wish: Wish, trade: float, most_stretch: float) ->
             best, idle = state, 0
         if idle > MOST_IDLE:
             break
-    return _within(done, _parted(done, best.charts), best.charts, most_stretch), whole
+    return _within(done, _parted(done, best.charts), best.charts, most_stretch), page.least_size(drawn)
 
 
 def cut_to_fit(done: Charts, wish: Wish) -> Charts:

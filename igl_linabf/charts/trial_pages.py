@@ -71,6 +71,15 @@ class TrialPage:
         """The page's area over that of the charts, the largest ones placed first."""
         return next(self.sizes([], [charts]))(np.inf)
 
+    def least_size(self, charts: Sequence[Drawn]) -> float:
+        """The least `size` with the largest charts by area, by length or by rectangle placed first."""
+        row, boxes = Row.of([chart.masks for chart in charts]), np.array([c.masks.shapes[0] for c in charts])
+        keys = np.array([chart.area for chart in charts]), boxes.max(axis=1), boxes.prod(axis=1)
+        least = np.inf
+        for order in sorted({tuple(np.argsort(-key, kind="stable").tolist()) for key in keys}):
+            least = min(least, self._size(row, row.spans[list(order)], least))
+        return least
+
     def sizes(
         self, others: Sequence[Drawn], several: Sequence[Sequence[Drawn]]
     ) -> Iterator[Callable[[float], float]]:

@@ -29,7 +29,7 @@ from .seams import TRADE
 from .visibility import Hiding, hiding
 
 MARGINS = 0.64  # share of the square that margins around all charts may take
-SURE = 0.85  # of the page that a trial takes is what a search among more places hardly goes below
+SURE = 0.88  # of the page that a trial takes is what a search among more places hardly goes below
 MOST_TO_CUT = 30  # charts, from which on none is cut to fill a page
 
 
