@@ -47,11 +47,12 @@ def masks_in_turn():
     return 48, 3, row.spans, row.shapes, row.blocks, row.start
 
 
-def hulls():
-    """A box, all four sides of which are as good, and a pentagon; and the turns to their sides."""
-    box, five = 0.3j + np.array([0, 3, 3 + 1j, 1j]), 2 * np.exp(2j * np.pi * np.arange(5) / 5)
-    side = np.concatenate([np.roll(hull, -1) - hull for hull in (box, five)])
-    return np.concatenate((box, five)), side.conj() / np.abs(side)
+def groups_of_points():
+    """A turned box of a grid, all four sides of which are as good; a pentagon; a cloud; a line."""
+    x, y = np.divmod(np.arange(12), 4)
+    five, cloud = 2 * np.exp(2j * np.pi * np.arange(5) / 5), np.random.default_rng(2).normal(size=(60, 2))
+    groups = (0.3j + np.exp(0.4j) * (x + 1j * y), five, cloud @ [1, 1j], (2 + 1j) * np.arange(4))
+    return np.concatenate(groups), np.cumsum([0, *map(len, groups)])
 
 
 def turned_outlines():
@@ -209,7 +210,7 @@ def cases():
         "without_rows": (*rows[:2], own, rng.normal(size=2 * len(some)), rng.normal(size=2 * pattern.n + 3)),
         "left_at_rows": (*rows[:2], own, some, *rng.normal(size=(2, 2 * pattern.n + 3))),
         "placed": (*masks_in_turn(),),
-        "narrowest": (*hulls(), np.array([0, 0, 4, 9, 9])),
+        "narrowest_turns": groups_of_points(),
         "divisions": (
             mesh.V[:, :2],
             *(t.edges, length, ~t.interior, np.array([[1.0, 0.0], [0.6, 0.8]]), np.array([0.1, -0.2]), FAN),

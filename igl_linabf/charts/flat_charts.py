@@ -8,11 +8,11 @@ from itertools import pairwise
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import lengths
+from ..kernels import lengths, narrowest_turns
 from ..surface import Parts, Submesh, centres, complex_positions, connected_labels, signed_double_areas
 from .outlines import Outline
 from .pieces import of_own_size, on_part
-from .shelves import extents, narrowest_turns
+from .shelves import extents
 
 OUTWARDS = np.stack((np.cos(np.pi / 16 * np.arange(32)), np.sin(np.pi / 16 * np.arange(32))))
 
@@ -202,7 +202,7 @@ def _outlines(ends: ComplexArray, sides: Parts, own: FloatArray, mapped: FloatAr
     kept = mapped > LEAST * own
     scale = np.sqrt(np.where(kept, own, 0) / np.where(kept, mapped, 1))
     start, end = ends * sides.spread(scale)
-    turn = sides.spread(narrowest_turns(start, sides))
+    turn = sides.spread(narrowest_turns(start, sides.start))
     low = sides.spread(extents(start * turn, sides)[0])
     weight = np.ones(len(start), dtype=np.int64)
     rows = (sides.split(values) for values in (start * turn - low, end * turn - low, weight))

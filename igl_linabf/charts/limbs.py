@@ -11,14 +11,13 @@ from itertools import groupby
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import behind_least_cut, divisions
+from ..kernels import behind_least_cut, divisions, narrowest_turns
 from ..measures import Quality, overlapping_pairs_of_chart, quality_of_each
-from ..surface import Parts, Submesh, complex_positions
+from ..surface import Submesh, complex_positions
 from .atlas import Chart
 from .flat_charts import OUTWARDS, Cells, Flat, whole_outlines
 from .packing import Wish
 from .pieces import cut_out
-from .shelves import narrowest_turns
 from .trial_pages import Drawn, TrialPage
 
 MOST_CUTS, MOST_IDLE = 8, 1  # of all cuts, and of those in a row that do not pay yet
@@ -94,7 +93,7 @@ def cut_to_fit(done: Charts, wish: Wish) -> Charts:
     while waiting:
         chart = waiting.pop()
         z = chart.z
-        turn = narrowest_turns(z, Parts.of_sizes([len(z)]))[0]
+        turn = narrowest_turns(z, np.array([0, len(z)]))[0]
         wide, high = np.ptp((z * turn).real), np.ptp((z * turn).imag)
         along = (complex_positions(chart.centre) * (turn if wide > high else 1j * turn)).real
         longest = max(wide, high)

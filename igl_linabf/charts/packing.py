@@ -12,10 +12,11 @@ from scipy.spatial import ConvexHull
 
 from .._types import ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
+from ..kernels import narrowest_turns
 from ..surface import Parts, Submesh, complex_positions, coordinates, signed_double_areas
 from .layout_search import Charts, Layout, fixed_layout, largest_layout
 from .outlines import outlines
-from .shelves import areas, extents, narrowest_turns
+from .shelves import areas, extents
 from .spacing import Spacing
 
 UDIM_ROW = 10  # pages side by side
@@ -192,7 +193,7 @@ def _prepared(
     if len(maps) == 1:
         turn = np.array([_squarest_turn(z)])
     else:
-        turn = np.ones(len(maps), np.complex128) if wish.upright else narrowest_turns(z, vertices)
+        turn = np.ones(len(maps), np.complex128) if wish.upright else narrowest_turns(z, vertices.start)
     z = z * vertices.spread(turn)
     origin, extent = extents(z, vertices)
     z -= vertices.spread(origin)

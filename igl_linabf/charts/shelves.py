@@ -5,10 +5,8 @@ stands in its way, it goes on behind it: so the small ones fill the holes of the
 """
 
 import numpy as np
-import shapely
 
 from .._types import BoolArray, ComplexArray, FloatArray
-from ..kernels import narrowest
 from ..surface import Parts
 
 
@@ -51,20 +49,6 @@ def on_shelves(sizes: FloatArray, taken: BoolArray) -> FloatArray:
     if not lefts:
         return np.zeros((0, 2))
     return np.column_stack((np.concatenate(lefts), np.concatenate(bottoms)))
-
-
-def narrowest_turns(z: ComplexArray, charts: Parts) -> ComplexArray:
-    """For each chart the turn to the rectangle of least area around it, which lies along its convex hull."""
-    chart = charts.spread(np.arange(len(charts)))
-    lines = shapely.linestrings(z.real, z.imag, indices=chart)
-    rings = shapely.get_exterior_ring(shapely.convex_hull(lines))
-    coordinates, chart = shapely.get_coordinates(rings, return_index=True)
-    corner = coordinates[:, 0] + 1j * coordinates[:, 1]
-    same = chart[1:] == chart[:-1]  # a ring ends with the point where it begins
-    edge = (corner[1:] - corner[:-1])[same]
-    hulls = Parts(np.searchsorted(chart[:-1][same], np.arange(len(charts) + 1)))
-    corner, turns = corner[:-1][same], edge.conj() / np.abs(edge)
-    return np.append(turns, 1)[narrowest(corner, turns, hulls.start)]  # -1, of no hull, is the last
 
 
 def extents(z: ComplexArray, charts: Parts) -> tuple[ComplexArray, ComplexArray]:

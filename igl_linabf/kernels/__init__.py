@@ -40,7 +40,7 @@ from .paths import (
     without_leaves,
 )
 from .places import placed
-from .rectangles import narrowest
+from .rectangles import narrowest_turns
 from .sheets import overlap_sheets
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved, solved_inside
