@@ -42,6 +42,14 @@ def test_pins_are_met_and_are_those_of_lscm(name: str) -> None:
     assert np.abs(by_igl - dncp).max() <= 1e-6
 
 
+@pytest.mark.parametrize("name", NAMES)
+def test_two_pins_are_met_by_every_layout(name: str) -> None:
+    V, F = load(name)
+    b, bc = some_vertices(V, 2), np.array([[3.0, 1.0], [3.0, -0.5]])
+    for method in ("linabf", "abf", "isometric", LinABF(iterations=1), LinABF(layout="greedy")):
+        assert np.abs(flatten(V, F, method, b, bc).uv[b] - bc).max() <= 1e-10
+
+
 @pytest.mark.parametrize("name", ["bumps", "crown", "disk__igl_camel_b.obj"])
 @pytest.mark.parametrize("method", ["isometric", LinABF(guarantee="injective")])
 def test_pins_are_met_without_flips(name: str, method: str | LinABF) -> None:

@@ -83,7 +83,7 @@ def lay_out(
     rim = topology.loops[0]
     prescribed = not np.isnan(constraints.sums[rim]).all()
     solver, made = "none", method
-    holes, relaxes = len(topology.holes), False
+    holes, relaxes, found = len(topology.holes), False, None
     if method == "auto":
         held = constrain(pinned)
         drawn = boundary.gap <= GAP or prescribed
@@ -106,7 +106,6 @@ def lay_out(
                 z, solver = harmonic(boundary, at, constraints, laplacian, solvers)
             if holes and len(flipped_faces(z, topology.corner)):
                 made, relaxes = "least-squares", False
-        found = None
         if made == "least-squares" and relaxes:
             found = by_relaxed_loops(boundary, at, constraints, laplacian, solvers)
         if found is not None:
@@ -126,7 +125,7 @@ def lay_out(
             f"{some(thin)} (smallest angle {alpha[:, thin[0]].min():.1e} rad): remove degenerate faces, "
             "cut the mesh, or use layout='greedy'"
         ) from None
-    if pinned is None or made != "least-squares" or prescribed:
+    if pinned is None or found is not None or made != "least-squares" or prescribed:
         z = placed(topology, z, area, pinned)
     if pinned is None and along is not None and len(along):
         side = z[along[1]] - z[along[0]]
