@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import permutations, product
 from pathlib import Path
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from conftest import load
-from nasty_meshes import joined, voxels
+from nasty_meshes import NASTY, joined, voxels
 from scipy.spatial import cKDTree
 
 from igl_linabf import ABF, Atlas, LinABF, MeshError, find_cones, find_seams, quality, texture_seams, unwrap
@@ -365,6 +366,24 @@ def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
     # far from flat, and from the angles of the surface
     assert np.abs(missing.vertex).max() > 0.01
     assert np.abs(alpha - rescaled(surface.topology, length, 0 * u)[0]).max() > 0.01
+
+
+@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # they are cut open
+@pytest.mark.parametrize(
+    "asked", [{}, {"cone_angles": "quarter"}, {"cone_angles": "quarter", "period": 0.01}]
+)
+@pytest.mark.parametrize("name", ["a one sided band", "a bottle without an inside", "a projective plane"])
+def test_one_sided_surfaces_have_cones_too(name: str, asked: dict[str, object]) -> None:
+    for cones in ("auto", 3):
+        atlas = unwrap(*NASTY[name](), cones=cones, **asked)
+        assert atlas.good and not atlas.quality.flips
+        assert atlas.seam_mismatch <= 1e-6
+
+
+def test_seams_of_cones_that_do_not_match_are_told() -> None:
+    atlas = unwrap(*cube(3), cones=8)
+    assert atlas.good
+    assert "a factor of up to 1.5" in " ".join(replace(atlas, seam_mismatch=np.log(1.5)).troubles)
 
 
 def test_a_torus_needs_no_cone() -> None:

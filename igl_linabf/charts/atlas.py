@@ -18,6 +18,7 @@ from ..surface import Repair, Triangles
 SHOWN = 20  # charts in a notebook
 BEYOND_USE = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
 ROUNDING = 1e-9  # of the stretch
+APART = 1e-4  # `seam_mismatch` of cones above which sides do not match
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -140,7 +141,9 @@ class Atlas:
 
     @property
     def troubles(self) -> list[str]:
-        """A sentence on each chart with flipped or overlapping faces, or stretched beyond use; on lost faces.
+        """A sentence on each chart with flipped or overlapping faces, or stretched beyond use.
+
+        Also on seams of cones whose sides do not match, and on lost faces.
 
         Beyond use is an L2 stretch of more than `max_stretch`, or than 10 where none was asked for.
         """
@@ -163,6 +166,11 @@ class Atlas:
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
                     + (more or "give more seams there, complete=True, max_stretch or a larger trade")
                 )
+        if len(self.cones) and self.seam_mismatch > APART:
+            said.append(
+                f"the sides of seams do not match: those of an edge differ in length by a factor of up to "
+                f"{np.exp(self.seam_mismatch):.4g}, as no angles were found that close: give more cones"
+            )
         collapsed = self.quality.flips - sum(len(chart.result.flipped) for chart in self.charts)
         if collapsed > 0:
             said.append(

@@ -139,11 +139,11 @@ class Shifted:
         stiffness = self._even
         label = self.component[self.sides.vertex[self.free.edges, 0]]
         order = np.argsort(label, kind="stable")
-        groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1)
+        groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1) if len(order) else []
         column = np.empty(len(label), dtype=np.int64)
         for own in groups:
             column[own] = np.arange(len(own))
-        shape = len(label), max(map(len, groups))
+        shape = len(label), max(map(len, groups), default=0)
         compressed = sparse.csr_array((np.ones(len(label)), (np.arange(len(label)), column)), shape=shape)
         alone = self.moved @ self.free.shifts + self.turn[:, self.free.cones] @ self.free.places
         pushed = stiffness.of_copies @ alone
