@@ -32,6 +32,7 @@ MOST_CUT_SHORT = 2  # steps, above which what they leave is not at few triangles
 RESTING = 0.5  # share of the last step's residual, above which a step brought little
 FAR = 0.1  # share of the residual before a correction in vain, from which a patch is laid around a row
 REMEMBERED = 3  # corrections with the same factor that say how the next one changes what is missing
+LARGE = 5_000  # rows from which new slivers take less time than the inner steps that they save
 ROUGH_RTOL = 0.1  # relative residual to which a step is solved that others follow
 
 
@@ -110,7 +111,7 @@ def step_by_same_factor(state: State, rtol: float, *, close: bool = False) -> St
         close=close,
         close_paths=close,
         same_factor=same,
-        same_slivers=not _turned(state),
+        same_slivers=state.problem.constraints.n < LARGE or not _turned(state),
     )
     return _made_up(state.advanced(solve(lin, state.at, rtol), "step"))
 
