@@ -95,7 +95,8 @@ def step_by_same_factor(state: State, rtol: float, *, close: bool = False) -> St
     """A step with the factor that is known, if the last one was not cut short; `close`: also of paths.
 
     One that the first step began with serves on if that took few inner steps. Where paths turn, a step is cut
-    short near cones only. So the factor serves on, unless that step took many inner steps.
+    short near cones only. So the factor serves on, unless that step took many inner steps. But on a large
+    surface the slivers that it left there are looked for.
     """
     steps = [step for step in state.steps if step.kind != "patches"]
     last = steps[-1] if steps else None
