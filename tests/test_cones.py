@@ -446,6 +446,12 @@ def test_what_does_not_fit_is_refused_with_what_would() -> None:
     corners = corners_of(V)
     with pytest.raises(MeshError, match=r"have to sum to 37\.69.*change them by \+12\.56"):
         unwrap(V, F, cones=corners, cone_angles=np.full(8, np.pi))
+    with pytest.raises(MeshError, match=r"sum to 2160 rad.*from degrees to radians"):
+        unwrap(V, F, cones=corners, cone_angles=np.full(8, 270))
+    with pytest.raises(MeshError, match=r"no cones are too few .* give at least 3"):
+        unwrap(*joined((V, F), (V + 5, F)), cones=corners)
+    with pytest.raises(ValueError, match="at most a half"):
+        unwrap(V, F, cones=8, cone_angles="quarter", period=0.9)
     with pytest.raises(MeshError, match="not positive"):
         unwrap(V, F, cones=corners[:3], cone_angles=[0.0, np.pi, np.pi])
     with pytest.raises(MeshError, match=r"too few.*give at least 3"):

@@ -306,12 +306,14 @@ def angles_of(
                 f"cone_angles at vertices {some(names)} sum to {angle.sum():.6g} rad; on a closed surface of "
                 f"Euler characteristic {component.topology.characteristic}, those of {len(cones)} cones "
                 f"have to sum to {right:.6g} (Gauss-Bonnet): change them by {right - angle.sum():+.6g} in all"
+                + (", or from degrees to radians" if np.isclose(np.deg2rad(angle).sum(), right) else "")
             )
     else:
         needed = place.fewest
         if len(cones) < needed or (total == 0 and len(cones) == 1):
+            given = f"{len(cones)} cones ({some(names)}) are" if len(cones) else "no cones are"
             raise MeshError(
-                f"{len(cones)} cones ({some(names)}) are too few for the component of faces "
+                f"{given} too few for the component of faces "
                 f"{some(component.faces)}, which is closed, of Euler characteristic "
                 f"{component.topology.characteristic}: give at least {max(needed, 2)}"
             )

@@ -174,10 +174,10 @@ def unwrap(
         if any(asked.values()):
             listed = ", ".join(name for name, given in asked.items() if given)
             raise ValueError(f"cones= does not go together with {listed}: its seams run through the cones")
-    if period is not None and not (cones is not None and cone_angles is not None and 0 < period < 1):
+    if period is not None and not (cones is not None and cone_angles is not None and 0 < period <= 0.5):
         raise ValueError(
-            f"period is {period!r}: give a share of the page's side, above 0 and below 1, with cones and "
-            'cone_angles="quarter"'
+            f"period is {period!r}: give a share of the page's side, above 0 and at most a half, with "
+            'cones and cone_angles="quarter"'
         )
     if max_stretch is not None and not max_stretch >= 1:
         raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
