@@ -12,7 +12,7 @@ import pytest
 import pyvista
 from conftest import Surface, load
 
-from igl_linabf import MeshError, MeshWarning, flatten, quality, unwrap
+from igl_linabf import MeshError, MeshWarning, Outcome, flatten, quality, unwrap
 from igl_linabf.angles import CAP_ANGLE, System, constraints_of
 from igl_linabf.surface import planar_topology
 
@@ -174,3 +174,18 @@ def test_a_surface_pressed_flat_is_unwrapped() -> None:
     assert not made.troubles
     assert made.quality.flips == made.quality.overlaps == 0
     assert made.quality.stretch_l2 < 1.001
+
+
+@pytest.mark.parametrize("seed", [3, 8, 12])
+def test_abf_of_a_rough_surface_pressed_flat_ends_with_an_outcome(seed: int) -> None:
+    """Bounds of angles that are one in double precision end the steps in the plane."""
+    random = np.random.default_rng(seed)
+    surface = pyvista.ParametricCatalanMinimal(u_res=30, v_res=30, w_res=10).triangulate().clean()
+    points, F = np.asarray(surface.points, dtype=np.float64), surface.faces.reshape(-1, 4)[:, 1:]
+    V = points * [1, 1, 10.0 ** random.integers(-9, -3)]
+    V += random.normal(size=V.shape) * np.ptp(points) * 10.0 ** random.integers(-8, -2)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of the outcome
+        result = flatten(V, F, "abf")
+    assert np.isfinite(result.uv).all()
+    assert result.outcome.good == (not len(result.flipped) and result.outcome is not Outcome.NOT_CONVERGED)

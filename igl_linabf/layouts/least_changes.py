@@ -114,9 +114,9 @@ def _descended(
             return None
         try:
             factor = hessians.factored(here.rows / plane.estimate[:, None], here.springs(), DAMPING)
+            step = bounded_step(here, hessians, factor, at.held)
         except NotPositiveDefiniteError:
             return None
-        step = bounded_step(here, hessians, factor, at.held)
         promised = -float((here.gradient * step.e).sum())  # half the slope: what the model falls by
         done = LeastChange(at.z, at.alpha, step.held, k, promised / at.value)
         broken = plane.broken(at.alpha)  # a step that brings angles back to their bounds may go uphill
@@ -164,7 +164,10 @@ def _searched(
             if not len(step.index):
                 break
             wanted = np.maximum(here.alpha + scale * step.e, least).ravel()[step.index]
-            z = z + step.pushed(wanted - alpha.ravel()[step.index])
+            try:
+                z = z + step.pushed(wanted - alpha.ravel()[step.index])
+            except NotPositiveDefiniteError:
+                break
             alpha, after = plane.measured(z)
             if (alpha >= (1 - AT_BOUND) * least).all():
                 break

@@ -5,10 +5,11 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.linalg import cho_solve
 from scipy.optimize import nnls
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..linalg import Factored
+from ..linalg import Factored, NotPositiveDefiniteError
 from ..surface import NEXT, PREV
 from .newton import Hessians, Springs
 
@@ -225,15 +226,19 @@ class BoundedStep:
         return replace(self, pushes=self.pushes.with_more(more))
 
     def pushed(self, by: FloatArray) -> ComplexArray:
-        """Changes of the positions that change these angles `by`."""
-        force = np.linalg.solve(_regular(self.pushes.system), by)
-        return complex_of(self.pushes.moved(np.asarray(force, dtype=np.float64)))
+        """Changes of the positions that change these angles `by`; raises as `bounded_step`."""
+        return complex_of(self.pushes.moved(cho_solve((_lower(self.pushes.system), True), by)))
 
 
 def bounded_step(here: Linear, hessians: Hessians, factor: Factored, held: BoolArray) -> BoundedStep:
     """The minimum of the quadratic model under the bounds (Lawson, Hanson 1974, for the multipliers).
 
     Those of the last step and those that the step breaks so far come in.
+
+    Raises
+    ------
+    NotPositiveDefiniteError
+        In double precision some bounds are one.
     """
     least = np.maximum(-REACH * here.alpha, here.plane.bound - here.alpha).ravel()
     free = -factor.solve(hessians.slope((here.gradient[:, None] * here.rows).sum(axis=0), None, here.z))
@@ -267,13 +272,17 @@ def _broken(e: FloatArray, least: FloatArray, known: IntArray) -> IntArray:
 
 def _forces(system: FloatArray, wanted: FloatArray) -> FloatArray:
     """Forces of bounds, at least zero: the least f^T system f / 2 - f^T wanted."""
-    lower = np.linalg.cholesky(_regular(system))
+    lower = _lower(system)
     return np.asarray(nnls(lower.T, np.linalg.solve(lower, wanted), maxiter=100 * len(wanted))[0])
 
 
-def _regular(system: FloatArray) -> FloatArray:
+def _lower(system: FloatArray) -> FloatArray:
+    """The Cholesky factor of the forces' system."""
     system = (system + system.T) / 2
-    return np.asarray(system + REGULAR * np.diag(np.diag(system)))
+    try:
+        return np.asarray(np.linalg.cholesky(system + REGULAR * np.diag(np.diag(system))), dtype=np.float64)
+    except np.linalg.LinAlgError:
+        raise NotPositiveDefiniteError(len(system)) from None
 
 
 def complex_of(x: FloatArray) -> ComplexArray:
