@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+from contextlib import nullcontext
 from itertools import pairwise
 
 import numpy as np
@@ -15,7 +16,7 @@ from scipy.sparse import linalg
 import igl_linabf as il
 from igl_linabf import kernels
 from igl_linabf.angles import constraints_of
-from igl_linabf.charts.outlines import Outline, Row, masks_of
+from igl_linabf.charts.outlines import NONE_KNOWN, Outline, Row, masks_of
 from igl_linabf.kernels import choice
 from igl_linabf.kernels.choice import compiled
 from igl_linabf.linalg import NotPositiveDefiniteError, SmallBlocks
@@ -44,7 +45,7 @@ def masks_in_turn():
         made.append(Outline(start, end, np.ones(len(start), dtype=np.int64), 3.0))
     masks = masks_of(made, [np.exp(2j * np.pi * np.arange(k) / k) for k in (8, 3, 4, 1, 2, 5)], 9.0, 0.5)
     row = Row.of(masks)
-    return 48, 3, row.spans, row.shapes, row.blocks, row.start
+    return 48, 3, row.spans, row.shapes, row.blocks, row.start, NONE_KNOWN
 
 
 def groups_of_points():
@@ -248,6 +249,16 @@ def test_the_loops_are_the_same_as_numpy(name):
         assert np.asarray(a).dtype == np.asarray(b).dtype and np.shape(a) == np.shape(b)
         largest = np.abs(b).max(initial=0, where=np.isfinite(b))
         np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11 * largest)
+
+
+@pytest.mark.parametrize("known", [0, 2, 5, 6])
+def test_masks_go_to_the_same_places_where_those_of_the_first_ones_are_known(known):
+    *given, none = masks_in_turn()
+    expected = kernels.placed(*given, none)
+    for only in (nullcontext, kernels.numpy_only):
+        with only():
+            for a, b in zip(kernels.placed(*given, expected[0][:known]), expected, strict=True):
+                np.testing.assert_array_equal(a, b)
 
 
 @pytest.mark.parametrize("ways", [1, 3, 6])

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from .outlines import Masks, Outline, Row, masks_of
+from .outlines import NONE_KNOWN, Outline, Row, masks_of
 from .shelves import on_shelves
 from .spacing import Spacing
 
@@ -161,6 +161,7 @@ class _Grown:
 
     layout: Layout
     order: IntArray
+    places: IntArray  # of charts in this order: mask, page, column and row
     cells: int  # along the square's side, with a gap
     reached: float
 
@@ -178,12 +179,15 @@ def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_Grown]:
     all_shaped = n == len(charts.outlines)  # else the small ones fill what gaps these leave
     tried = 1 if not all_shaped else 3 if n <= SOME else 2
     order_by = {tuple(np.argsort(-key, kind="stable").tolist()) for key in keys[:tried]}
-    orders = [shaped[list(order)] for order in sorted(order_by)]
+    orders = [np.array(order) for order in sorted(order_by)]
     found: list[_Grown] = []
     side = max(float(np.sqrt(areas.sum() / SHARE)), charts.least_side)
     for _ in range(2 if all_shaped else 1):
-        masks = _masks(charts, shaped, turns, COARSE / side, spacing.gap * COARSE)  # for all orders
-        found += [_grown(len(charts.outlines), order, masks, side, COARSE, spacing) for order in orders]
+        row = _row(charts, shaped, turns, COARSE / side, spacing.gap * COARSE)  # for all orders
+        found += [
+            _grown(len(charts.outlines), shaped[order], row, row.spans[order], side, COARSE, spacing)
+            for order in orders
+        ]
         least = min(entry.reached for entry in found)
         side *= 0.985 if abs(least / side - 1) < 0.005 else least / side
     return sorted(found, key=lambda entry: entry.reached)
@@ -193,12 +197,13 @@ def _moved(charts: Charts, start: _Grown, spacing: Spacing) -> _Grown:
     """A layout of a smaller square, after moves at random."""
     chance, n = np.random.default_rng(0), len(start.order)
     side = start.reached
-    masks = _masks(charts, np.arange(n), charts.turns(DIRECTIONS), MIDDLE / side, spacing.gap * MIDDLE)
-    row, cells = Row.of(list(masks.values())), MIDDLE / side
-    best = _grown(n, start.order, masks, side, MIDDLE, spacing)
+    cells = MIDDLE / side
+    row = _row(charts, np.arange(n), charts.turns(DIRECTIONS), cells, spacing.gap * MIDDLE)
+    best = _grown(n, start.order, row, row.spans[start.order], side, MIDDLE, spacing)
     spans = row.spans  # of charts that are held in one direction, they are shorter
     up_to = np.cumsum(charts.areas / charts.areas.sum())
-    least = max(int(one.shapes.max(axis=1).min()) for one in masks.values())  # no square has less
+    longest = np.minimum.reduceat(row.shapes.max(axis=1), row.spans[:, 0])
+    least = int(longest.max())  # no square has less
     for _ in range(min(MOST_MOVES, MOVED // n)):
         if best.cells <= least:
             break
@@ -222,10 +227,19 @@ def _moved(charts: Charts, start: _Grown, spacing: Spacing) -> _Grown:
                 continue
             now = spans.copy()
             now[chart] = own
-        pages = _placed(n, order, row, now[order], cells, best.cells, 1)
+        known = _still_known(best, spans, order, now)
+        pages = _placed(n, order, row, now[order], cells, best.cells, 1, known)
         if pages is not None:  # it takes no more cells; an equal one may lead on
             best, spans = _grown_to(pages, order, side, MIDDLE, spacing), now
     return best
+
+
+def _still_known(best: _Grown, spans: IntArray, order: IntArray, now: IntArray) -> IntArray:
+    """The places of the first charts, which do not change in another order or with fewer masks."""
+    k, (first, after), (own_first, own_after) = best.places[:, 0], spans[order].T, now[order].T
+    same = (order == best.order) & (own_first >= first) & (own_after <= after)
+    same &= (own_first <= k) & (k < own_after)
+    return best.places[: len(same) if same.all() else int(same.argmin())]
 
 
 def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing, tried: int) -> Layout | None:
@@ -234,8 +248,8 @@ def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing, tried: int) ->
     for entry in _different(coarse)[:tried]:
         side, turns = entry.reached * (1 + SLACK), entry.layout.turn[:, None]
         for trial in range(MOST_TRIALS):
-            masks = _masks(charts, entry.order, turns, FINE / side, spacing.gap * FINE)
-            found.append(_grown(len(charts.outlines), entry.order, masks, side, FINE, spacing))
+            row = _row(charts, entry.order, turns, FINE / side, spacing.gap * FINE)
+            found.append(_grown(len(charts.outlines), entry.order, row, row.spans, side, FINE, spacing))
             if found[-1].serves:
                 break
             side = max(side, found[-1].reached) * (1 + SLACK * 2**trial)
@@ -254,17 +268,17 @@ def _different(layouts: list[_Grown]) -> list[_Grown]:
     return list(first.values())
 
 
-def _masks(charts: Charts, chosen: IntArray, turns: Turns, cells: float, gap: float) -> dict[int, Masks]:
-    """Of the chosen charts, by chart; `cells` of the grid are one unit, and `gap` is in cells."""
+def _row(charts: Charts, chosen: IntArray, turns: Turns, cells: float, gap: float) -> Row:
+    """The masks of the chosen charts; `cells` of the grid are one unit, and `gap` is in cells."""
     which = chosen.tolist()
-    made = masks_of([charts.outlines[i] for i in which], [turns[i] for i in which], cells, gap)
-    return dict(zip(which, made, strict=True))
+    return Row.of(masks_of([charts.outlines[i] for i in which], [turns[i] for i in which], cells, gap))
 
 
 @dataclass(frozen=True, eq=False)
 class _Pages:
     """Pages with charts on them; in units of the charts."""
 
+    places: IntArray  # in cells, in the order of the charts: mask, page, column and row
     extents: IntArray  # in cells, widths and heights that are taken
     taken: BoolArray
     turn: ComplexArray
@@ -273,12 +287,12 @@ class _Pages:
 
 
 def _grown(
-    n: int, order: IntArray, masks: dict[int, Masks], side: float, grid: int, spacing: Spacing
+    n: int, order: IntArray, row: Row, spans: IntArray, side: float, grid: int, spacing: Spacing
 ) -> _Grown:
     """Some of `n` charts on one page whose gaps are those of a page of this side, which has `grid` cells."""
-    room, pages, row = ROOM, None, Row.of([masks[i] for i in order.tolist()])
+    room, pages = ROOM, None
     while pages is None:
-        pages = _placed(n, order, row, row.spans, grid / side, int(room * grid), 1)
+        pages = _placed(n, order, row, spans, grid / side, int(room * grid), 1)
         room *= ROOM
     return _grown_to(pages, order, side, grid, spacing)
 
@@ -286,17 +300,26 @@ def _grown(
 def _grown_to(pages: _Pages, order: IntArray, side: float, grid: int, spacing: Spacing) -> _Grown:
     cells = int(pages.extents.max())
     layout = Layout(pages.turn, pages.number, pages.corner, side)
-    return _Grown(layout, order, cells, (cells - spacing.gap * grid) / grid * side / spacing.inner)
+    reached = (cells - spacing.gap * grid) / grid * side / spacing.inner
+    return _Grown(layout, order, pages.places, cells, reached)
 
 
 def _placed(
-    n: int, order: IntArray, row: Row, spans: IntArray, cells: float, side: int, most: int
+    n: int,
+    order: IntArray,
+    row: Row,
+    spans: IntArray,
+    cells: float,
+    side: int,
+    most: int,
+    known: IntArray = NONE_KNOWN,
 ) -> _Pages | None:
     """Some of `n` charts one after the other, each on the first page that has room for it.
 
     The spans are those of the masks that each may take. `cells` of the grid are one unit; `side` is in cells.
+    The places of the first charts may be `known`.
     """
-    places, extents, taken = row.placed(side, most, spans)
+    places, extents, taken = row.placed(side, most, spans, known)
     k, page, x, y = places.T
     if (k < 0).any():
         return None
@@ -304,7 +327,7 @@ def _placed(
     number = np.zeros(n, dtype=np.int64)
     turn[order], number[order] = row.turns[k], page
     corner[order] = (x + 1j * y) / cells - row.origin[k]
-    return _Pages(extents, taken, turn, number, corner)
+    return _Pages(places, extents, taken, turn, number, corner)
 
 
 def _on_pages(
@@ -314,7 +337,7 @@ def _on_pages(
     n, gap, cells = len(charts.outlines), spacing.gap * FIXED, FIXED / side
     inner = int(spacing.inner * FIXED + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
-    row = Row.of(list(_masks(charts, order, turns, cells, gap).values()))
+    row = _row(charts, order, turns, cells, gap)
     made = _placed(n, order, row, row.spans, cells, inner, len(order) if pages is None else pages)
     if made is None:
         return None

@@ -68,6 +68,7 @@ NO_MASKS = Masks(
     np.empty((0, 4), np.int64),
     np.zeros(1, np.int64),
 )
+NONE_KNOWN = np.empty((0, 4), np.int64)  # places
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,9 +106,11 @@ class Row:
         )
         return cls(spans, turns, shapes, origin, every, start)
 
-    def placed(self, side: int, most: int, spans: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
+    def placed(
+        self, side: int, most: int, spans: IntArray, known: IntArray = NONE_KNOWN
+    ) -> tuple[IntArray, IntArray, BoolArray]:
         """`kernels.placed` of charts in the order of their spans."""
-        return placed(side, most, spans, self.shapes, self.blocks, self.start)
+        return placed(side, most, spans, self.shapes, self.blocks, self.start, known)
 
 
 def outlines(z: ComplexArray, F: IntArray, vertices: Parts, faces: Parts, area: FloatArray) -> list[Outline]:

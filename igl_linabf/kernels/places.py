@@ -98,7 +98,13 @@ def _take(ahead: IntArray, shape: IntArray, blocks: IntArray, x: int, y: int) ->
 
 
 def _placed(
-    side: int, most: int, spans: IntArray, shapes: IntArray, blocks: IntArray, start: IntArray
+    side: int,
+    most: int,
+    spans: IntArray,
+    shapes: IntArray,
+    blocks: IntArray,
+    start: IntArray,
+    known: IntArray,
 ) -> Placed:
     places, number = np.full((len(spans), 4), -1, dtype=np.int64), 0
     extents, ahead = np.zeros((0, 2), dtype=np.int64), np.empty((0, side, side), dtype=np.int16)
@@ -115,9 +121,12 @@ def _placed(
                     for column in range(side):
                         ahead[page, row, column] = FREE + side - column
                 number += 1
-            k, x, y = _place(
-                ahead[page], extents[page], shapes, blocks, start, spans[chart, 0], spans[chart, 1]
-            )
+            if chart < len(known):
+                k, x, y = known[chart, 0] if known[chart, 1] == page else -1, known[chart, 2], known[chart, 3]
+            else:
+                k, x, y = _place(
+                    ahead[page], extents[page], shapes, blocks, start, spans[chart, 0], spans[chart, 1]
+                )
             if k >= 0:
                 _take(ahead[page], shapes[k], blocks[start[k] : start[k + 1]], x, y)
                 extents[page, 0] = max(extents[page, 0], x + shapes[k, 1])
@@ -129,13 +138,19 @@ def _placed(
 
 @with_loops(_placed)
 def placed(
-    side: int, most: int, spans: IntArray, shapes: IntArray, blocks: IntArray, start: IntArray
+    side: int,
+    most: int,
+    spans: IntArray,
+    shapes: IntArray,
+    blocks: IntArray,
+    start: IntArray,
+    known: IntArray,
 ) -> Placed:
     """Charts on square pages with `side` cells along a side; each has several masks, one of which is chosen.
 
     Those of chart i are from `spans[i, 0]` to `spans[i, 1]`; `shapes` are their rows and columns. Mask k has
     the `blocks` from `start[k]` to `start[k + 1]`: the first row and column, the length and the number of
-    rows of equal runs of cells, the largest ones first.
+    rows of equal runs of cells, the largest ones first. The places of the first charts may be `known`.
 
     Returns the chart's mask, page, x and y; the pages' widths and heights that are taken, and their cells
     that are. If `most` pages have no room for a chart, or an empty one has none, it and those after it have
@@ -153,16 +168,20 @@ def placed(
                 taken.append(np.zeros((side, side), dtype=bool))
                 widths.append(0)
                 heights.append(0)
-            k, x, y = _best_place(
-                taken[page],
-                widths[page],
-                heights[page],
-                shapes[first:after],
-                blocks,
-                start[first : after + 1],
-            )
+            if chart < len(known):
+                k, on, x, y = known[chart].tolist()
+                k = k if on == page else -1
+            else:
+                k, x, y = _best_place(
+                    taken[page],
+                    widths[page],
+                    heights[page],
+                    shapes[first:after],
+                    blocks,
+                    start[first : after + 1],
+                )
+                k += first if k >= 0 else 0
             if k >= 0:
-                k += first
                 for row, column, length, high in blocks[start[k] : start[k + 1]].tolist():
                     taken[page][y + row : y + row + high, x + column : x + column + length] = True
                 widths[page] = max(widths[page], x + int(shapes[k, 1]))
