@@ -12,7 +12,7 @@ import numpy as np
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..flattening import Flattening
 from ..kernels import lie_over
-from ..layouts import energy_matrix
+from ..layouts import at_rest, energy_matrix
 from ..measures import change_of
 from ..surface import (
     Submesh,
@@ -96,12 +96,13 @@ class _Plan:
         if not 0 < np.count_nonzero(free) <= min(DENSE, len(free) - 2):
             return False
         part = Submesh(piece.V[used], F, piece.faces[faces], piece.vertices[used], piece.n_given)
+        cot = np.divide(part.measured[1], part.measured[0])
         before, within = self._z[used], np.zeros(len(piece.F), dtype=bool)
         within[faces] = True
 
         def laid_out(width: float) -> ComplexArray | None:
-            z = _with_free(part, before, free, width)
-            if not signed_double_areas(z, F.T).min() > 0:
+            z = at_rest(energy_matrix(F.T, len(used), cot, width), before, free)
+            if z is None or not signed_double_areas(z, F.T).min() > 0:
                 return None
             rest = self._z[piece.F[self._near(z) & ~within]]
             return None if lie_over(z[F], rest) else z
@@ -148,11 +149,3 @@ class _Plan:
         number = np.count_nonzero(self._moved)
         message = f"{result.message}; {number:,} faces where it overlapped are laid out narrower"
         return replace(result, uv=uv, angles=angles, message=message)
-
-
-def _with_free(part: Submesh, z: ComplexArray, free: BoolArray, width: float) -> ComplexArray:
-    """The places, where free vertices are those of least conformal energy, at some width."""
-    matrix = energy_matrix(part.F.T, len(z), np.divide(part.measured[1], part.measured[0]), width)[free]
-    z = z.copy()
-    z[free] = np.linalg.solve(matrix[:, free], -matrix[:, ~free] @ z[~free])
-    return z

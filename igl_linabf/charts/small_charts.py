@@ -17,7 +17,7 @@ import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import lie_over
-from ..layouts import energy_matrix, least_squares
+from ..layouts import at_rest, energy_matrix, least_squares
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..measures import change_of, quality_of_each
 from ..surface import Parts, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
@@ -161,20 +161,16 @@ class _Candidate:
         None if the piece is too thin for that.
         """
         topology = self._piece.topology
-        try:
-            if topology.n > DENSE:
+        if topology.n > DENSE:
+            try:
                 return least_squares(topology, self._cot, fixed, position, Solvers("auto"), width)[0]
-            if width not in self._matrices:
-                self._matrices[width] = energy_matrix(topology.corner, topology.n, self._cot, width)
-            is_free = np.ones(topology.n, dtype=bool)
-            is_free[fixed] = False
-            free, rows = np.flatnonzero(is_free), self._matrices[width][is_free]
-            z = np.empty(topology.n, dtype=np.complex128)
-            z[fixed] = position
-            z[free] = np.linalg.solve(rows[:, free], -rows[:, fixed] @ position)
-        except (NotPositiveDefiniteError, np.linalg.LinAlgError):
-            return None
-        return z
+            except NotPositiveDefiniteError:
+                return None
+        if width not in self._matrices:
+            self._matrices[width] = energy_matrix(topology.corner, topology.n, self._cot, width)
+        z, free = np.zeros(topology.n, dtype=np.complex128), np.ones(topology.n, dtype=bool)
+        z[fixed], free[fixed] = position, False
+        return at_rest(self._matrices[width], z, free)
 
 
 class _Host:

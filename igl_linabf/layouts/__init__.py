@@ -7,7 +7,7 @@ Degener, Meseth, Klein 2003 and Smith, De Goes, Kim 2019 (the isometric energy a
 
 from .boundary import Boundary, develop_boundaries, develop_boundary
 from .choice import GAP, Layout, LayoutName, check_method, check_pins, lay_out, layout, placed
-from .conformal_energy import energy_matrix, far_apart, least_squares
+from .conformal_energy import at_rest, energy_matrix, far_apart, least_squares
 from .convex import on_circle
 from .greedily import greedy
 from .isometrically import IsometricMap, at_pins, isometric, isometric_together

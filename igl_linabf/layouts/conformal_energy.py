@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .._types import ComplexArray, FloatArray, IntArray
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..linalg import Pattern, Solvers
 from ..surface import Topology
 
@@ -58,6 +58,19 @@ def energy_matrix(corner: IntArray, n: int, cot: FloatArray, width: float) -> Co
         np.add.at(matrix, (a, a), weight)
         np.add.at(matrix, (b, b), weight)
     return matrix
+
+
+def at_rest(matrix: ComplexArray, z: ComplexArray, free: BoolArray) -> ComplexArray | None:
+    """The places, of which the `free` ones are those of least energy by its `energy_matrix`.
+
+    None where triangles are too thin for that.
+    """
+    z, rows = z.copy(), matrix[free]
+    try:
+        z[free] = np.linalg.solve(rows[:, free], -rows[:, ~free] @ z[~free])
+    except np.linalg.LinAlgError:
+        return None
+    return z
 
 
 def far_apart(points: FloatArray) -> IntArray:

@@ -273,7 +273,10 @@ def _broken(e: FloatArray, least: FloatArray, known: IntArray) -> IntArray:
 def _forces(system: FloatArray, wanted: FloatArray) -> FloatArray:
     """Forces of bounds, at least zero: the least f^T system f / 2 - f^T wanted."""
     lower = _lower(system)
-    return np.asarray(nnls(lower.T, np.linalg.solve(lower, wanted), maxiter=100 * len(wanted))[0])
+    try:
+        return np.asarray(nnls(lower.T, np.linalg.solve(lower, wanted), maxiter=100 * len(wanted))[0])
+    except RuntimeError:  # it goes to and fro between bounds that are nearly one
+        raise NotPositiveDefiniteError(len(system)) from None
 
 
 def _lower(system: FloatArray) -> FloatArray:
