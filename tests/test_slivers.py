@@ -152,7 +152,9 @@ def test_a_thin_triangle_is_a_chart_of_its_own_shape(kind: str, method: str) -> 
             assert alone or made.repairs  # collapsed, where it is rounding
 
 
-@pytest.mark.parametrize("options", [{}, {"method": "isometric"}, {"method": "abf"}, {"bijective": True}])
+@pytest.mark.parametrize(
+    "options", [{}, {"method": "isometric"}, {"method": "abf"}, {"bijective": True}, {"cones": "auto"}]
+)
 @pytest.mark.parametrize("z", [0.05, 1, 5, 20])
 def test_a_band_with_a_row_of_needles_is_unwrapped(z: float, options: dict[str, Any]) -> None:
     """pyvista's Mobius band ends in triangles of which one side is rounding."""

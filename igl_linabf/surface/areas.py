@@ -36,9 +36,12 @@ def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatA
     return double_area, dot
 
 
-def without_area(V: FloatArray, F: IntArray) -> IntArray:
-    """The faces that `measure` refuses for their area; coordinates are within its range."""
+def without_area(V: FloatArray, F: IntArray, times: float = 1.0) -> IntArray:
+    """The faces that `measure` refuses for their area; coordinates are within its range.
+
+    Also those of up to some `times` as much.
+    """
     if not len(F):
         return np.zeros(0, dtype=np.int64)
     double_area, _, least = products(V, np.ascontiguousarray(F.T))
-    return np.flatnonzero(~(double_area > least))
+    return np.flatnonzero(~(double_area > times * least))

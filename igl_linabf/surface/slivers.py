@@ -7,6 +7,7 @@ from .areas import without_area
 from .components import connected_labels
 
 SAME_PLACE = 1e-9  # of the extent: a shorter side of a face without area is collapsed
+ROUNDED = 16.0  # times the area that rounding may make is what a face with such a side needs
 ARC = 0.02  # of the longest side: how far the arc of opened caps rises over it at most
 RISE = 0.1  # of their shortest side: how far at most
 SHAKEN = 1e-4  # of a face's shortest side: how far its vertex moves where arcs do not open it
@@ -24,7 +25,7 @@ def collapsed(V: FloatArray, F: IntArray) -> IntArray:
     while True:
         now = merged[F]
         whole = np.flatnonzero((now != now[:, [1, 2, 0]]).all(axis=1))
-        flat = whole[without_area(V, now[whole])] if len(whole) else whole
+        flat = whole[without_area(V, now[whole], ROUNDED)] if len(whole) else whole
         corners = now[flat]
         extent = np.abs(V[corners]).max(axis=(1, 2), initial=0)
         lengths = sides_of(V, corners)
