@@ -167,18 +167,20 @@ class Cells:
         """
         n, cuts = len(self.centre), len(beyond)
         cut = beyond[:, self.sides[0]] != beyond[:, self.sides[1]]
-        by, edge = np.nonzero(~cut)
-        part = connected_labels((self.sides[:, edge] + n * by).T, n * cuts)
+        ends = np.empty((*cut.shape, 2), dtype=np.int64)
+        ends[...] = self.sides.T + n * np.arange(cuts)[:, None, None]
         by, edge = np.nonzero(cut)
+        ends[by, edge, 1] = ends[by, edge, 0]  # an edge that is cut joins nothing
+        part = connected_labels(ends.reshape(-1, 2), n * cuts)
         rim, cell = self.chart.rim
-        own_ends = self.chart.ends[self.between][edge]
-        ends = np.concatenate((np.tile(rim, (cuts, 1)), own_ends, own_ends[:, ::-1]))
+        seam = self.chart.ends[self.between][edge]
+        around = np.concatenate((np.tile(rim, (cuts, 1)), seam, seam[:, ::-1]))
         at_rim = self.of[cell] + n * np.arange(cuts)[:, None]
         of = part[np.concatenate((at_rim.ravel(), *(self.sides[:, edge] + n * by)))]
         order = np.argsort(of, kind="stable")
         own, mapped = np.stack([np.bincount(part, np.tile(area, cuts)) for area in self.areas])
         sides = Parts.of_sizes(np.bincount(of, minlength=len(own)))
-        made = _outlines(self.chart.z[ends[order].T], sides, own, mapped)
+        made = _outlines(self.chart.z[around[order].T], sides, own, mapped)
         begin = [*part[::n].tolist(), len(made)]  # parts are numbered cut by cut
         each = ([one for one in made[i:j] if one is not None] for i, j in pairwise(begin))
         return [
