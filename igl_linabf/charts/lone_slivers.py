@@ -8,7 +8,8 @@ from dataclasses import replace
 import numpy as np
 
 from .._types import FloatArray
-from ..surface import Submesh
+from ..kernels import products
+from ..surface import NEXT, PREV, Submesh
 
 THIN = 1e-6  # height over the longest side, which thinner triangles get
 ROUNDING = 16 * np.finfo(float).eps  # and over their distance from the origin, if that is more
@@ -24,12 +25,12 @@ def with_width(pieces: Sequence[Submesh]) -> list[Submesh]:
     if not alone:
         return made
     corners = np.stack([pieces[i].V[pieces[i].F[0]] for i in alone])
-    squared = ((corners[:, [2, 0, 1]] - corners[:, [1, 2, 0]]) ** 2).sum(axis=2)  # of the side opposite
-    longest = np.sqrt(squared.max(axis=1))
+    corner = np.ascontiguousarray(np.arange(3 * len(alone)).reshape(-1, 3).T)
+    double, dot, _ = products(corners.reshape(3 * len(alone), -1), corner)
+    longest = np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
     height = np.maximum(THIN * longest, ROUNDING * np.abs(corners).max(axis=(1, 2)))
-    double = np.array([float(pieces[i].measured[0][0]) for i in alone])
     for j in np.flatnonzero(double < height * longest).tolist():
-        piece, apex = pieces[alone[j]], int(squared[j].argmax())
+        piece, apex = pieces[alone[j]], int(dot[:, j].argmin())  # opposite to the longest side
         V = piece.V.copy()
         V[piece.F[0, apex]] = _raised(np.roll(corners[j], -apex, axis=0), float(height[j]))
         made[alone[j]] = replace(piece, V=V)
