@@ -182,21 +182,23 @@ class Cells:
         sides = Parts.of_sizes(np.bincount(of, minlength=len(own)))
         made = _outlines(self.chart.z[around[order].T], sides, own, mapped)
         begin = [*part[::n].tolist(), len(made)]  # parts are numbered cut by cut
-        each = ([one for one in made[i:j] if one is not None] for i, j in pairwise(begin))
-        return [
-            parts if len(parts) == j - i else [] for parts, (i, j) in zip(each, pairwise(begin), strict=True)
-        ]
+        return [_all_or_none(made[i:j]) for i, j in pairwise(begin)]
 
 
-def whole_outlines(charts: Sequence[Flat]) -> list[Outline | None]:
+def whole_outlines(charts: Sequence[Flat]) -> list[Outline]:
     """Those of whole charts, each as large as its surface and turned to its narrowest rectangle.
 
-    None for one without area in the map.
+    None at all if one has no area in the map.
     """
     sides = Parts.of_sizes([len(chart.rim[0]) for chart in charts])
     ends = np.concatenate([chart.z[chart.rim[0]] for chart in charts])
     own, mapped = np.array([chart.areas.sum(axis=1) for chart in charts]).T
-    return _outlines(ends.T, sides, own, mapped)
+    return _all_or_none(_outlines(ends.T, sides, own, mapped))
+
+
+def _all_or_none(outlines: list[Outline | None]) -> list[Outline]:
+    has = [outline for outline in outlines if outline is not None]
+    return has if len(has) == len(outlines) else []
 
 
 def _outlines(ends: ComplexArray, sides: Parts, own: FloatArray, mapped: FloatArray) -> list[Outline | None]:

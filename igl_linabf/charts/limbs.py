@@ -67,8 +67,8 @@ def cut_for_fill(done: Charts, wish: Wish, trade: float, most_stretch: float) ->
         return done, np.inf
     charts = _flat(done)
     page = TrialPage(sum(chart.area for chart in charts), wish.spacing, wish.upright)
-    outlines = [outline for outline in whole_outlines(charts) if outline is not None]
-    if len(outlines) < len(charts):
+    outlines = whole_outlines(charts)
+    if not outlines:
         return done, np.inf  # one has no area to be packed
     drawn = page.drawn(outlines)
     state = _State(charts, drawn, page.size(drawn), 0.0)
