@@ -88,9 +88,9 @@ def lay_out(
         held = constrain(pinned)
         drawn = boundary.gap <= GAP or prescribed
         if holes:
-            rows = _draws_holes(constraints)
-            drawn = drawn and rows and at.residual.largest <= FLAT
-            relaxes = rows and not prescribed and not held and _nearly_closed(boundary, at.residual)
+            may_draw = _may_draw_holes(constraints)
+            drawn = drawn and may_draw and at.residual.largest <= FLAT
+            relaxes = may_draw and not prescribed and not held and _nearly_closed(boundary, at.residual)
         made = "boundary" if drawn and not held else "least-squares"
     elif method == "boundary" and holes:
         raise MeshError(
@@ -133,7 +133,7 @@ def lay_out(
     return Layout(z, made, boundary.gap, solver)
 
 
-def _draws_holes(constraints: Constraints) -> bool:
+def _may_draw_holes(constraints: Constraints) -> bool:
     """Whether the loops of holes may be drawn: each has a row, and there are few."""
     rows = constraints.wheels == constraints.n and not constraints.paths
     return rows and len(constraints.topology.holes) <= MOST_HOLES
