@@ -10,11 +10,11 @@ import igl
 import numpy as np
 import pytest
 from conftest import DISKS, FOLDER, HOLES, STRESS
-from hostile_files import good_files
+from hostile_files import files_of, good_files
 
 from igl_linabf import MeshError, MeshWarning
 from igl_linabf.io import read_file, read_mesh, write_file
-from igl_linabf.io.formats import parse
+from igl_linabf.io.formats import parse, suffix_of
 
 
 @pytest.mark.skipif(FOLDER is None, reason="IGL_LINABF_MESHES is not set")
@@ -131,6 +131,32 @@ endsolid
 def test_damage_is_refused_with_its_place(suffix: str, text: str, said: str) -> None:
     with pytest.raises(MeshError, match=f"^mesh cannot be read as {suffix[1:].upper()}: .*{said}"):
         parse(text.encode(), suffix, "mesh")
+
+
+@pytest.mark.parametrize("mark", ["utf-8-sig", "utf-16", "utf-16-le", "utf-16-be"])
+def test_text_of_editors_and_shells_is_the_same_mesh(mark: str) -> None:
+    # a byte order mark before it, UTF-16, the other case, other ends of lines
+    texts = {"off": OFF, "ply": PLY, "obj": OBJ, "stl": SOLID}
+    for suffix, text in texts.items():
+        plain = parse(text.encode(), f".{suffix}", "mesh")
+        for form in (text, text.replace("\n", "\r\n"), text.upper() if suffix == "stl" else text):
+            data = ("\ufeff" * (mark[-2:] in ("le", "be")) + form).encode(mark)
+            assert suffix_of(data) == f".{suffix}"
+            mesh = parse(data, f".{suffix}", "mesh")
+            assert (mesh.V == plain.V).all()
+            assert (mesh.polygons.corners == plain.polygons.corners).all()
+            assert (mesh.polygons.sizes == plain.polygons.sizes).all()
+        with pytest.raises(MeshError, match="begins as text in UTF-16, and goes on"):
+            parse(b"\xff\xfe" + f"{text} ".encode() + b"\x00\xd8", f".{suffix}", "mesh")
+
+
+def test_bytes_after_the_triangles_of_an_stl_file_are_skipped_with_a_warning() -> None:
+    data = files_of(np.eye(3), np.array([[0, 1, 2]]))["stl"][0]
+    with pytest.warns(MeshWarning, match="3 bytes follow the 1 triangles"):
+        mesh = parse(data + b"end", ".stl", "mesh")
+    assert (mesh.V[mesh.triangles] == np.eye(3)).all()
+    with pytest.raises(MeshError, match="promises 1 triangles, and 2 follow"):
+        parse(data + data[-50:], ".stl", "mesh")
 
 
 def test_lines_that_obj_does_not_know_are_passed_over_with_a_warning() -> None:

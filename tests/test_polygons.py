@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import warnings
 from pathlib import Path
 
 import igl
@@ -177,3 +178,18 @@ def test_repairs_name_polygons() -> None:
     with pytest.warns(MeshWarning, match=rf"faces {len(F) - 1}\b.* are turned"):
         atlas = unwrap(V, turned, progress=False)
     assert (atlas.origin[flat(atlas.FTC)] == flat(turned)).all()
+
+
+def test_coordinates_of_any_size_split_polygons_alike_and_without_warnings() -> None:
+    V = np.array([[0, 0, 0], [2, 0, 0], [2, 2, 0], [1, 0.5, 0], [0, 2, 0.0]])
+    faces = Polygons.of([[0, 1, 2, 3, 4]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        local = faces.split(V).F
+        for scale in (1e-300, 1e-150, 1e150, 8e307):
+            assert (local == faces.split(V * scale).F).all()
+        for broken in (np.nan, np.inf):
+            V[2, 0] = broken
+            assert faces.split(V).F.shape == (3, 3)
+            with pytest.raises(MeshError, match="vertices 2 are NaN or infinite"):
+                unwrap(V, [[0, 1, 2, 3, 4]])

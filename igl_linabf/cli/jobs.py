@@ -11,7 +11,7 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from .._runtime import part, reporting, undone_at_once
-from ..io import MeshFile, read_file
+from ..io import MeshFile, read_file, suffix_of
 from .commands import STANDARD, Run, told
 
 READ, COMPUTED = 0.1, 0.8  # of the whole: the bar when the mesh is read, and when its map is made
@@ -98,22 +98,7 @@ def _standard_input() -> Iterator[Path]:
     """A file with the mesh on standard input; what is in it tells its format."""
     data = sys.stdin.buffer.read()
     with TemporaryDirectory(prefix="igl_linabf-") as folder:
-        path = Path(folder) / f"standard_input{_suffix(data)}"
+        path = Path(folder) / f"standard_input{suffix_of(data)}"
         with undone_at_once(lambda: path.unlink(missing_ok=True)):
             path.write_bytes(data)
             yield path
-
-
-def _suffix(data: bytes) -> str:
-    """By the first bytes; OBJ has none of its own."""
-    if data.startswith(b"glTF"):
-        return ".glb"
-    if data.startswith((b"ply\n", b"ply\r")):
-        return ".ply"
-    first = data[:100].split(maxsplit=1)[:1]
-    if first and first[0].endswith(b"OFF"):
-        return ".off"
-    triangles = int.from_bytes(data[80:84], "little")
-    if data.startswith(b"solid") or (len(data) >= 84 and len(data) == 84 + 50 * triangles):
-        return ".stl"
-    return ".obj"

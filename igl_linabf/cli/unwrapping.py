@@ -80,7 +80,7 @@ def _table(path: str, kind: type, what: str) -> Any:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # numpy's, of an empty file
         try:
-            table: Any = np.loadtxt(path, dtype=kind, ndmin=2)
+            table: Any = np.loadtxt(path, dtype=kind, ndmin=2, encoding="utf-8-sig")
         except FileNotFoundError:
             raise MeshError(f"there is no file {path}: name a table of {what}") from None
         except ValueError:

@@ -19,6 +19,7 @@ from .files import (
 )
 from .formats import READERS, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
+from .formats import suffix_of as suffix_of
 from .formats import written as written
 from .mesh_file import MeshFile
 from .one_index import split_at_seams as split_at_seams

@@ -3,7 +3,7 @@
 import os
 import warnings
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,7 +25,7 @@ from .other_formats import (
     save_surf,
     save_vtp,
 )
-from .parsing import Damaged
+from .parsing import Damaged, plain_text
 from .pictures import png
 from .ply import PlyTables, parse_ply
 from .ply_writing import save_ply
@@ -33,9 +33,9 @@ from .stl import parse_stl
 from .three_mf import parse_3mf, save_3mf
 
 BYTES: dict[str, Callable[[bytes, str], MeshFile]] = {
-    ".obj": parse_obj,
-    ".off": lambda data, _: parse_off(data),
-    ".ply": lambda data, _: parse_ply(data),
+    ".obj": lambda data, name: parse_obj(plain_text(data), name),
+    ".off": lambda data, _: parse_off(plain_text(data)),
+    ".ply": lambda data, _: parse_ply(plain_text(data)),
     ".stl": lambda data, _: parse_stl(data),
 }
 SURFACES = (".pial", ".white", ".inflated", ".smoothwm", ".orig", ".sphere", ".surf")  # of FreeSurfer
@@ -47,10 +47,18 @@ PATHS: dict[str, Callable[[Path], MeshFile]] = {
     ".vtp": parse_vtp,
     **dict.fromkeys(SURFACES, parse_freesurfer),
 }
+FREESURFER = b"\xff\xff"  # and a third byte that says whether its faces are triangles
+BEGINNINGS = {
+    b"glTF": ".glb",
+    b"{": ".gltf",
+    b"PK": ".3mf",
+    b"ply\n": ".ply",
+    b"ply\r": ".ply",
+    FREESURFER: ".surf",
+}
 READERS = (*BYTES, *PATHS)
 # whose files a writer writes again as they were
 OWN: dict[str, type] = {".obj": ObjText, ".ply": PlyTables, ".glb": GltfFile, ".gltf": GltfFile}
-FREESURFER = b"\xff\xff"  # and a third byte that says whether its faces are triangles
 WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
     ".obj": save_obj,
     ".ply": save_ply,
@@ -64,6 +72,20 @@ WRITERS: dict[str, Callable[[str, MeshFile, Path], None]] = {
 }
 WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
 FLAT = (".gii", ".surf", ".flat")  # in which the map is the surface
+
+
+def suffix_of(data: bytes) -> str:
+    """What the name of a file with these first bytes ends in; OBJ has none of its own."""
+    with suppress(Damaged):
+        data = plain_text(data)
+    first, triangles = data[:100].split(maxsplit=1)[:1], int.from_bytes(data[80:84], "little")
+    if first and first[0].endswith(b"OFF"):
+        return ".off"
+    if data[:5].lower() == b"solid" or (len(data) >= 84 and len(data) == 84 + 50 * triangles):
+        return ".stl"
+    if data.lstrip().startswith(b"<"):
+        return ".gii" if b"<GIFTI" in data else ".vtp"
+    return next((suffix for begin, suffix in BEGINNINGS.items() if data.startswith(begin)), ".obj")
 
 
 def parsed(path: str | os.PathLike[str]) -> MeshFile:

@@ -63,7 +63,7 @@ def library(path: Path) -> dict[str, Material]:
     """The materials of an MTL file by name; what it says that is not understood stays in their lines."""
     lines: dict[str, list[str]] = {}
     now: list[str] = []
-    for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
+    for line in path.read_text(encoding="utf-8-sig", errors="replace").splitlines():
         key, _, rest = line.strip().partition(" ")
         if key == "newmtl":
             now = lines.setdefault(rest.strip(), [])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import codecs
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, NoReturn
@@ -87,6 +88,16 @@ class Column:
 
 
 Columns = dict[str, Column]
+
+
+def plain_text(data: bytes) -> bytes:
+    """Text as UTF-8 without a byte order mark: editors put one before it, some shells write UTF-16."""
+    if not data.startswith((codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE)):
+        return data.removeprefix(codecs.BOM_UTF8)
+    try:
+        return data.decode("utf-16").encode()
+    except UnicodeError:
+        raise Damaged("it begins as text in UTF-16, and goes on as something else") from None
 
 
 def refuse(line: int, text: bytes, what: str) -> NoReturn:

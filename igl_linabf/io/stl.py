@@ -1,13 +1,15 @@
 """Read STL, text and binary."""
 
+import warnings
+
 import igl
 import numpy as np
 
 from .._types import FloatArray
-from ..errors import some
+from ..errors import MeshWarning, some, stack_level
 from ..surface import Polygons
 from .mesh_file import MeshFile
-from .parsing import Damaged, numbers, refuse
+from .parsing import Damaged, numbers, plain_text, refuse
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])
 HEAD = 84  # bytes, the last four of them the number of triangles
@@ -16,14 +18,18 @@ HEAD = 84  # bytes, the last four of them the number of triangles
 def parse_stl(data: bytes) -> MeshFile:
     """The mesh in the bytes of an STL file; corners at equal positions are one vertex."""
     promised = int.from_bytes(data[HEAD - 4 : HEAD], "little")
-    size = TRIANGLE.itemsize
-    if len(data) == HEAD + size * promised:
-        V = np.frombuffer(data, TRIANGLE, offset=HEAD)["corner"].astype(np.float64).reshape(-1, 3)
-    elif data.lstrip()[:5].lower() == b"solid":
-        V = _text(data)
+    follow, more = divmod(len(data) - HEAD, TRIANGLE.itemsize)
+    if follow == promised and (promised or not more):
+        if more:
+            said = f"{more} bytes follow the {promised} triangles of the STL file: they are skipped"
+            warnings.warn(said, MeshWarning, stacklevel=stack_level())
+        V = np.frombuffer(data, TRIANGLE, promised, HEAD)["corner"].astype(np.float64).reshape(-1, 3)
+    elif (text := plain_text(data)).lstrip()[:5].lower() == b"solid":
+        V = _text(text)
     elif len(data) >= HEAD:
-        follow = (len(data) - HEAD) / size
-        raise Damaged(f"its head promises {promised} triangles, and {follow:g} follow")
+        raise Damaged(
+            f"its head promises {promised} triangles, and {follow + more / TRIANGLE.itemsize:g} follow"
+        )
     else:
         raise Damaged(f"its {len(data)} bytes are neither the text nor the binary form")
     bad = np.flatnonzero(~np.isfinite(V).all(axis=1))
@@ -54,6 +60,6 @@ def _text(data: bytes) -> FloatArray:
             inside = not inside
         elif key not in (b"solid", b"facet", b"endfacet", b"endsolid") or inside:
             refuse(line, text, "is not understood")
-    if inside or words[:1] != [b"endsolid"]:
+    if inside or [word.lower() for word in words[:1]] != [b"endsolid"]:
         raise Damaged(f"it ends in line {line}, without endsolid")
     return np.array(V).reshape(-1, 3)

@@ -108,7 +108,10 @@ def _searched(points: FloatArray, taken: BoolArray | None) -> IntArray:
 
 def _sized(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The polygons around the origin, of size one, and their unit normals (Newell)."""
-    points = np.nan_to_num(points - points.mean(axis=1, keepdims=True), posinf=0.0, neginf=0.0)
+    points = np.where(np.isfinite(points), points, 0.0)
+    far = np.abs(points).max(axis=(1, 2), keepdims=True)
+    points = points / np.where(far > 0, far, 1.0)  # sums of the largest numbers are beyond all
+    points = points - points.mean(axis=1, keepdims=True)
     size = np.abs(points).max(axis=(1, 2), keepdims=True)
     points = points / np.where(size > 0, size, 1.0)
     normal = np.cross(points, np.roll(points, -1, axis=1)).sum(axis=1)
