@@ -8,7 +8,7 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, SingularSystemError
-from ..flattening import Flattening, Sketch, flatten_together
+from ..flattening import Flattening, Rough, flatten_together
 from ..measures import change_of, overlapping_pairs_of_chart
 from ..surface import NEXT, Submesh, cleaned_surface
 from .crease_cuts import parted
@@ -142,13 +142,13 @@ def _with_chips_joined(label: IntArray, sides: IntArray) -> IntArray:
 
 def _sketches(disks: list[Submesh]) -> list[Flattening | None]:
     """Quick maps of disks, of small ones side by side; None where there is none."""
-    results = flatten_together([(disk.V, disk.F) for disk in disks], Sketch())
+    results = flatten_together([(disk.V, disk.F) for disk in disks], Rough())
     return [_sketch(disk) if known is None else known for disk, known in zip(disks, results, strict=True)]
 
 
 def _sketch(disk: Submesh) -> Flattening | None:
     try:
-        return flattened(disk, Sketch())
+        return flattened(disk, Rough())
     except (MeshError, SingularSystemError):
         return None
 

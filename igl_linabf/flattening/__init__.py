@@ -18,6 +18,7 @@ from .methods import (
     LinABF,
     Method,
     OneStepABFpp,
+    Rough,
     Sketch,
     guaranteed,
     method_of,

@@ -20,7 +20,7 @@ from ..angles import (
     rows_of,
     step_and_chord,
 )
-from ..layouts import GAP, flat_disks
+from ..layouts import flat_disks
 from ..linalg import SmallBlocks, Solvers
 from ..surface import LARGEST_COORDINATE, SMALLEST_COORDINATE, Disks, Parts, coordinates
 from .ladder import ONE_SYSTEM_RTOL
@@ -81,7 +81,7 @@ def by_loops(meshes: Sequence[tuple[FloatArray, IntArray]], method: LinABF) -> F
         most_steps=MOST_STEPS,
         disparity=SLIVER_OF_SMALL + 1 / SLIVER_OF_SMALL,
         reach=REACH,
-        gap=GAP,
+        gap=method.gap,
     )
     state, uv, angles, figures = kernels.flat_disks(V, F, vertices.start, faces.start, limits)
     families, inner_steps, (gap, ratio) = np.split(np.ascontiguousarray(figures.T), (9, 11))
@@ -124,7 +124,7 @@ def by_one_system(disks: Disks, method: LinABF) -> FlatMany | None:
         flat = flat_disks(disks, problem.constraints, stepped.at, solvers)
     if flat is None:
         return None
-    good = stepped.good & ~flat.flipped & (flat.gap <= GAP)
+    good = stepped.good & ~flat.flipped & (flat.gap <= method.gap)
     good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # that is to be warned of
     return FlatMany(
         good=good,

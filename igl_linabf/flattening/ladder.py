@@ -264,10 +264,11 @@ def drawn(
     return Candidate(stage, status, detail, state, converged, note, remark, layout, flipped)
 
 
-def one_system(rtol: float | None, tol: float) -> Stage:
+def one_system(rtol: float | None, tol: float, most: float = GAP) -> Stage:
     """The linear step and a second solve with its system; with holes, the second solve is a step.
 
-    Both are to the relative residual `rtol`; without one, a fine mesh's second solve may end before.
+    Both are to the relative residual `rtol`; without one, a fine mesh's second solve may end before. A loop
+    with a relative gap of at most `most` is drawn.
     """
     enough = rtol or ONE_SYSTEM_RTOL
 
@@ -284,7 +285,7 @@ def one_system(rtol: float | None, tol: float) -> Stage:
                 else:
                     state = chord_step(state, enough, quick=rtol is None)
                     boundary = develop_boundary(problem.angles.constraints, state.at.residual)
-                    gap, allowed = boundary.gap, GAP
+                    gap, allowed = boundary.gap, most
                 state = state.at_rest()
                 if gap > allowed:
                     detail = f"a boundary loop fails to close by {gap:.1%} of its length"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass, fields, replace
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 from .._runtime import stopwatch
-from ..layouts import LayoutName, check_method
+from ..layouts import GAP, LayoutName, check_method
 from ..linalg import SolverName
 from ..surface import Mesh, Pins
 from . import baselines
@@ -33,6 +33,7 @@ Iterations = int | Literal["auto"]
 
 ON_CIRCLE_RTOL = 0.1  # and each step to circles, whose sums change by more than that from step to step
 TOL = 1e-8  # residual of the constraints below which nothing is left to do
+ROUGH_GAP = 0.2  # relative, of the boundary that a rough sketch draws
 ABF_TOL = 1e-4  # tolerance of converged ABF below which F/3nt keeps its first five digits
 AREA_WEIGHT, MAX_WEIGHT = 1.5, 8.0  # of areas against angles in the isometric energy
 STAGES = ("estimate", "layout", "assembly", "analysis", "factor", "solve")
@@ -83,6 +84,7 @@ class LinABF(Method):
     name = "linabf"
     label = "linABF"
     shapes = True
+    gap: ClassVar[float] = GAP  # of the developed boundary, up to which it is drawn
 
     iterations: Iterations = "auto"
     layout: LayoutName = "auto"
@@ -117,6 +119,19 @@ class Sketch(LinABF):
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         stages = _automatic(None, self.tol)[:2]
         return _climbed(self, mesh, pinned, shape, stages)
+
+
+@dataclass(frozen=True)
+class Rough(Sketch):
+    """A sketch of a disk whose boundary may fail to close by more: it shows overlaps and tips."""
+
+    gap = ROUGH_GAP
+
+    def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
+        if len(mesh.topology.loops) > 1:
+            return super().run(mesh, pinned, shape)
+        stages = [one_system(None, self.tol, self.gap), continued(None, self.tol)]
+        return _climbed(replace(self, layout="boundary"), mesh, pinned, shape, stages)
 
 
 @dataclass(frozen=True)
