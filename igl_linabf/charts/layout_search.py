@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray
+from .._types import ComplexArray, FloatArray, IntArray
 from .outlines import NONE_KNOWN, Outline, Row, masks_of
 from .shelves import on_shelves
 from .spacing import Spacing
@@ -280,7 +280,6 @@ class _Pages:
 
     places: IntArray  # in cells, in the order of the charts: mask, page, column and row
     extents: IntArray  # in cells, widths and heights that are taken
-    taken: BoolArray
     turn: ComplexArray
     number: IntArray
     corner: ComplexArray
@@ -319,7 +318,7 @@ def _placed(
     The spans are those of the masks that each may take. `cells` of the grid are one unit; `side` is in cells.
     The places of the first charts may be `known`.
     """
-    places, extents, taken = row.placed(side, most, spans, known)
+    places, extents = row.placed(side, most, spans, known)
     k, page, x, y = places.T
     if (k < 0).any():
         return None
@@ -327,7 +326,7 @@ def _placed(
     number = np.zeros(n, dtype=np.int64)
     turn[order], number[order] = row.turns[k], page
     corner[order] = (x + 1j * y) / cells - row.origin[k]
-    return _Pages(places, extents, taken, turn, number, corner)
+    return _Pages(places, extents, turn, number, corner)
 
 
 def _on_pages(
@@ -341,8 +340,11 @@ def _on_pages(
     made = _placed(n, order, row, row.spans, cells, inner, len(order) if pages is None else pages)
     if made is None:
         return None
-    turn, number, corner, sheets = made.turn, made.number, made.corner, made.taken
+    turn, number, corner = made.turn, made.number, made.corner
     small = np.setdiff1d(np.arange(len(charts.outlines)), shaped)
+    if not len(small):
+        return Layout(turn, number, corner, side)
+    sheets = row.taken(inner, made.places)
     width, height = charts.sizes[small].T
     lies = width >= height
     boxes = np.column_stack((np.maximum(width, height), np.minimum(width, height))) * cells + gap

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import drawn, placed
+from ..kernels import drawn, placed, taken_cells
 from ..surface import Parts, at_once
 
 AT_ONCE = 100_000  # sides of turned charts that are drawn at once
@@ -108,9 +108,13 @@ class Row:
 
     def placed(
         self, side: int, most: int, spans: IntArray, known: IntArray = NONE_KNOWN
-    ) -> tuple[IntArray, IntArray, BoolArray]:
+    ) -> tuple[IntArray, IntArray]:
         """`kernels.placed` of charts in the order of their spans."""
         return placed(side, most, spans, self.shapes, self.blocks, self.start, known)
+
+    def taken(self, side: int, places: IntArray) -> BoolArray:
+        """The cells (#pages, side, side) that charts at these places take."""
+        return taken_cells(side, places, self.blocks, self.start)
 
 
 def outlines(z: ComplexArray, F: IntArray, vertices: Parts, faces: Parts, area: FloatArray) -> list[Outline]:

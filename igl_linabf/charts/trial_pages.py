@@ -98,7 +98,7 @@ class TrialPage:
         limit = np.ceil(gap + inner * np.sqrt(max(most, 0.0))) - 1
         room = ROOM * CELLS
         while limit >= 1:
-            places, extents, _ = row.placed(int(min(room, limit)), 1, spans)
+            places, extents = row.placed(int(min(room, limit)), 1, spans)
             if (places[:, 0] >= 0).all():
                 return float(((extents.max() - gap) / inner) ** 2)
             if room >= limit:

@@ -39,7 +39,7 @@ from .paths import (
     ways_towards,
     without_leaves,
 )
-from .places import placed
+from .places import placed, taken_cells
 from .rectangles import narrowest_turns
 from .sheets import overlap_sheets
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks

@@ -3,98 +3,200 @@
 Each goes to the first page that has room for it, and there to where it meets no cell that is taken and the
 square that holds all grows least.
 
-In NumPy, the cells are the bits of one integer, row after row: a shift moves the whole page. A run of n
-cells of the mask is free where n bits in a row are. `page | page >> 1` has a bit where one of two is taken,
-the same again with a shift of 2 where one of four is: so a run takes two shifts, however long it is. Equal
-runs one above the other are one block, by shifts of rows.
+The cells are bits: a shift moves the whole page. A run of n cells of the mask is free where n bits in a row
+are. `page | page >> 1` has a bit where one of two is taken, the same again with a shift of 2 where one of
+four is: so a run takes two shifts, however long it is.
+
+In NumPy a page is one integer, row after row. Equal runs one above the other are one block, by shifts of
+rows. The loops keep words of 64 cells, and move a mask up several rows at once. The runs that met taken cells
+there come first in the next rows.
 """
 
 import numpy as np
 
-from .._types import BoolArray, IntArray
+from .._types import Array, BoolArray, IntArray
 from .choice import inlined, with_loops
+from .gaps import Gaps
 
-FREE = 1 << 14  # cells in a row: more than any page has
+WORD, ROWS = 64, 16  # cells in a word; rows that a mask moves up at once
+NONE, ONE, EVERY = np.uint64(0), np.uint64(1), np.uint64(0xFFFFFFFFFFFFFFFF)
 
 Place = tuple[int, int, int]
-Placed = tuple[IntArray, IntArray, BoolArray]
+Placed = tuple[IntArray, IntArray]
 
 
 @inlined
-def _behind(ahead: IntArray, column: int, length: int) -> int:
-    """How far a run of cells must move on to behind the first taken ones that it meets; 0 if it is free."""
-    if ahead[column] >= length:
-        return 0
-    free = max(ahead[column], 0)
-    return int(free - ahead[column + free])
+def _lowest(bits: np.uint64) -> int:
+    """The place of the lowest bit that is set."""
+    at = 0
+    for half in (32, 16, 8, 4, 2, 1):
+        if bits & ((ONE << np.uint64(half)) - ONE) == NONE:
+            bits = bits >> np.uint64(half)
+            at += half
+    return at
+
+
+@inlined
+def _runs_of(blocks: IntArray, power: IntArray, level: int, runs: IntArray) -> int:
+    """Fill `runs` with those of a mask; their number.
+
+    Each is its place in a page's words, its column, its length beyond a power of 2, and its row.
+    """
+    number = 0
+    for i in range(len(blocks)):
+        j = power[blocks[i, 2]]
+        for row in range(blocks[i, 0], blocks[i, 0] + blocks[i, 3]):
+            runs[number, 0], runs[number, 1] = j * level + row, blocks[i, 1]
+            runs[number, 2], runs[number, 3] = blocks[i, 2] - (1 << j), row
+            number += 1
+    return number
+
+
+@inlined
+def _meet(busy: Array, high: int, at: int, column: int, more: int, met: Array) -> tuple[np.uint64, np.uint64]:
+    """Add to `met`, row by row, where a run meets taken cells; what all rows have then, and what is new.
+
+    The bits are those of the places of the mask, one column after the other.
+    """
+    behind = column + more
+    one, other = at + (column // WORD) * high, at + (behind // WORD) * high
+    by, back = np.uint64(column % WORD), np.uint64(WORD - 1 - column % WORD)
+    farther, less = np.uint64(behind % WORD), np.uint64(WORD - 1 - behind % WORD)
+    every, new, next_ = EVERY, NONE, np.uint64(high)
+    for r in range(ROWS):
+        i, j, before = np.uint64(one + r), np.uint64(other + r), met[r]
+        bits = before | (busy[i] >> by) | ((busy[i + next_] << ONE) << back)
+        bits |= (busy[j] >> farther) | ((busy[j + next_] << ONE) << less)
+        every &= bits
+        new |= bits ^ before
+        met[r] = bits
+    return every, new
+
+
+@inlined
+def _free(
+    busy: Array,
+    high: int,
+    extent: IntArray,
+    runs: IntArray,
+    size: int,
+    y: int,
+    number: int,
+    last: int,
+    met: Array,
+    free: IntArray,
+) -> bool:
+    """Fill `free`, in so many rows from y on, with the first column up to `last` where a mask meets nothing.
+
+    -1 where there is none; whether there is one in any row. Runs that met cells come first then.
+    """
+    found = False
+    for r in range(ROWS):
+        free[r] = -1
+    for x in range(0, last + 1, WORD):
+        beyond = NONE if last - x >= WORD - 1 else EVERY << np.uint64(last - x + 1)
+        for r in range(ROWS):
+            met[r] = beyond if r < number and free[r] < 0 else EVERY
+        every, useful = beyond, 0
+        for i in range(size):
+            column = x + runs[i, 1]
+            if column >= extent[0] or y + runs[i, 3] >= extent[1]:
+                continue
+            every, new = _meet(busy, high, runs[i, 0] + y, column, runs[i, 2], met)
+            if new != NONE:
+                if i != useful:
+                    for c in range(4):
+                        runs[i, c], runs[useful, c] = runs[useful, c], runs[i, c]
+                useful += 1
+                if every == EVERY:
+                    break
+        if every != EVERY:
+            found = True
+            for r in range(number):
+                if met[r] != EVERY:
+                    free[r] = x + _lowest(~met[r])
+    return found
 
 
 @inlined
 def _place(
-    ahead: IntArray,
+    busy: Array,
+    high: int,
+    side: int,
     extent: IntArray,
     shapes: IntArray,
     blocks: IntArray,
     start: IntArray,
     first: int,
     after: int,
+    power: IntArray,
+    level: int,
+    runs: IntArray,
+    met: Array,
+    free: IntArray,
 ) -> Place:
     """The best mask, from `first` to before `after`, and where it goes.
 
-    `ahead` is the number of cells from each cell to the right that are free; negative, of those that are not.
+    A page has words of `high` rows: first those where a bit is a taken cell; `level` words on, those where
+    one of two cells from there is, then one of 4.
     """
-    side, width, height = len(ahead), extent[0], extent[1]
+    width, height = extent[0], extent[1]
     rows = min(height + shapes[first:after, 0].max(), side)
     columns = min(width + shapes[first:after, 1].max(), side)
-    best, mask, best_x, best_y = np.inf, -1, -1, -1
-    longest = 8.0 * side**2  # is more than all that squares are alike in
+    least, rest = side + 1, np.inf  # the square that holds all, and how far out the mask is in it
+    mask, best_x, best_y = -1, -1, -1
     for k in range(first, after):
-        high, wide = shapes[k, 0], shapes[k, 1]
-        block, above = start[k], blocks[start[k], 0]  # whose row, so far above y, met taken cells last
-        for y in range(rows - high + 1):
-            x, tall, up = 0, max(width, max(y + high, height)), (y + high / 2) ** 2
-            while x + wide <= columns:
-                cost = max(x + wide, tall) * longest + (x + wide / 2) ** 2 + up
-                if cost >= best:  # and so is all that is further right
+        tall, wide = shapes[k, 0], shapes[k, 1]
+        if max(max(tall, height), max(wide, width)) > least:
+            continue
+        size, low = _runs_of(blocks[start[k] : start[k + 1]], power, level, runs), 0
+        while low <= min(rows, least) - tall:
+            number, last = min(ROWS, min(rows, least) - tall - low + 1), min(columns, least) - wide
+            if max(width, max(height, low + tall)) == least:  # then places far out are no better
+                up = (low + tall / 2) ** 2
+                if up >= rest:
                     break
-                if y + above < height and x + blocks[block, 1] < width:
-                    step = _behind(ahead[y + above], x + blocks[block, 1], blocks[block, 2])
-                    if step:  # as mostly: charts have thick limbs
-                        x += step
-                        continue
-                step = 0
-                for i in range(start[k], start[k + 1]):
-                    column, lowest = x + blocks[i, 1], y + blocks[i, 0]
-                    if column >= width:
-                        continue
-                    for row in range(lowest, min(lowest + blocks[i, 3], height)):
-                        step = _behind(ahead[row], column, blocks[i, 2])
-                        if step:
-                            block, above = i, row - y
-                            break
-                    if step:
-                        break
-                if not step:
-                    best, mask, best_x, best_y = cost, k, x, y
-                    break
-                x += step
-            if x == 0:  # it has a place there, or costs too much, and so does all that is further up
+                last = min(last, int(np.sqrt(rest - up) - wide / 2))
+            if last < 0:
                 break
+            if _free(busy, high, extent, runs, size, low, number, last, met, free):
+                for r in range(number):
+                    x, y = free[r], low + r
+                    if x < 0:
+                        continue
+                    square, far = max(x + wide, y + tall), (x + wide / 2) ** 2 + (y + tall / 2) ** 2
+                    square = max(square, max(width, height))
+                    if square < least or (square == least and far < rest):
+                        least, rest, mask, best_x, best_y = square, far, k, x, y
+            low += ROWS
     return mask, best_x, best_y
 
 
 @inlined
-def _take(ahead: IntArray, shape: IntArray, blocks: IntArray, x: int, y: int) -> None:
+def _take(
+    busy: Array, high: int, levels: int, words: int, tall: int, blocks: IntArray, x: int, y: int
+) -> None:
     """Take the cells of a mask at (x, y)."""
-    high, wide = shape
     for i in range(len(blocks)):
-        for row in range(y + blocks[i, 0], y + blocks[i, 0] + blocks[i, 3]):
-            ahead[row, x + blocks[i, 1] : x + blocks[i, 1] + blocks[i, 2]] = -1
-    for row in range(y, y + high):
-        there = ahead[row, x + wide] if x + wide < len(ahead) else FREE
-        for column in range(x + wide - 1, -1, -1):
-            there = min(there, 0) - 1 if ahead[row, column] < 0 else max(there, 0) + 1
-            ahead[row, column] = there
+        begin, end = x + blocks[i, 1], x + blocks[i, 1] + blocks[i, 2]
+        for word in range(begin // WORD, (end - 1) // WORD + 1):
+            bits = EVERY
+            if word * WORD < begin:
+                bits = bits << np.uint64(begin - word * WORD)
+            if (word + 1) * WORD > end:
+                bits = bits & (EVERY >> np.uint64((word + 1) * WORD - end))
+            for row in range(y + blocks[i, 0], y + blocks[i, 0] + blocks[i, 3]):
+                busy[word * high + row] |= bits
+    for j in range(1, levels):
+        far, by = (1 << (j - 1)) // WORD, np.uint64((1 << (j - 1)) % WORD)
+        for word in range(words - 1):  # the last one stays free
+            at = ((j - 1) * words + word) * high
+            to, behind = at + words * high, at + min(far, words - 2 - word) * high
+            for row in range(y, y + tall):
+                bits = (busy[behind + row] >> by) | (
+                    (busy[behind + high + row] << ONE) << (np.uint64(63) - by)
+                )
+                busy[to + row] = busy[at + row] | bits
 
 
 def _placed(
@@ -107,33 +209,58 @@ def _placed(
     known: IntArray,
 ) -> Placed:
     places, number = np.full((len(spans), 4), -1, dtype=np.int64), 0
-    extents, ahead = np.zeros((0, 2), dtype=np.int64), np.empty((0, side, side), dtype=np.int16)
+    longest, most_runs = 1, 0
+    for chart in range(len(known), len(spans)):
+        for k in range(spans[chart, 0], spans[chart, 1]):
+            size = 0
+            for i in range(start[k], start[k + 1]):
+                longest, size = max(longest, blocks[i, 2]), size + blocks[i, 3]
+            most_runs = max(most_runs, size)
+    power = np.zeros(longest + 1, dtype=np.int64)
+    for length in range(2, longest + 1):
+        power[length] = power[length // 2] + 1
+    levels, words, high = power[longest] + 1, side // WORD + 2, side + ROWS
+    runs = np.empty((most_runs, 4), dtype=np.int64)
+    met, free = np.empty(ROWS, dtype=np.uint64), np.empty(ROWS, dtype=np.int64)
+    extents = np.zeros((0, 2), dtype=np.int64)
+    busy = np.zeros((0, levels * words * high), dtype=np.uint64)
     for chart in range(len(places)):
         page = 0
         while places[chart, 0] < 0:
             if page == number:
                 if page == most or (page and not extents[page - 1, 0]):
-                    return places, extents[:number], ahead[:number] < 0
-                if page == len(ahead):
-                    ahead = np.concatenate((ahead, np.empty((page + 1, side, side), dtype=np.int16)))
+                    return places, extents[:number]
+                if page == len(busy):
+                    more = np.zeros((page + 1, levels * words * high), dtype=np.uint64)
+                    busy = np.concatenate((busy, more))
                     extents = np.concatenate((extents, np.zeros((page + 1, 2), dtype=np.int64)))
-                for row in range(side):
-                    for column in range(side):
-                        ahead[page, row, column] = FREE + side - column
                 number += 1
             if chart < len(known):
                 k, x, y = known[chart, 0] if known[chart, 1] == page else -1, known[chart, 2], known[chart, 3]
             else:
                 k, x, y = _place(
-                    ahead[page], extents[page], shapes, blocks, start, spans[chart, 0], spans[chart, 1]
+                    busy[page],
+                    high,
+                    side,
+                    extents[page],
+                    shapes,
+                    blocks,
+                    start,
+                    spans[chart, 0],
+                    spans[chart, 1],
+                    power,
+                    words * high,
+                    runs,
+                    met,
+                    free,
                 )
             if k >= 0:
-                _take(ahead[page], shapes[k], blocks[start[k] : start[k + 1]], x, y)
+                _take(busy[page], high, levels, words, shapes[k, 0], blocks[start[k] : start[k + 1]], x, y)
                 extents[page, 0] = max(extents[page, 0], x + shapes[k, 1])
                 extents[page, 1] = max(extents[page, 1], y + shapes[k, 0])
                 places[chart, 0], places[chart, 1], places[chart, 2], places[chart, 3] = k, page, x, y
             page += 1
-    return places, extents[:number], ahead[:number] < 0
+    return places, extents[:number]
 
 
 @with_loops(_placed)
@@ -152,9 +279,8 @@ def placed(
     the `blocks` from `start[k]` to `start[k + 1]`: the first row and column, the length and the number of
     rows of equal runs of cells, the largest ones first. The places of the first charts may be `known`.
 
-    Returns the chart's mask, page, x and y; the pages' widths and heights that are taken, and their cells
-    that are. If `most` pages have no room for a chart, or an empty one has none, it and those after it have
-    places of -1.
+    Returns the chart's mask, page, x and y; and the pages' widths and heights that are taken. If `most` pages
+    have no room for a chart, or an empty one has none, it and those after it have places of -1.
     """
     places, taken = np.full((len(spans), 4), -1, dtype=np.int64), list[BoolArray]()
     widths, heights = list[int](), list[int]()
@@ -190,8 +316,22 @@ def placed(
             page += 1
         if places[chart, 0] < 0:
             break
-    extents = np.column_stack((widths, heights)).astype(np.int64)
-    return places, extents, np.array(taken, dtype=bool).reshape(-1, side, side)
+    return places, np.column_stack((widths, heights)).astype(np.int64)
+
+
+def taken_cells(side: int, places: IntArray, blocks: IntArray, start: IntArray) -> BoolArray:
+    """The cells (#pages, side, side) that charts at their places take, as `placed` gives these."""
+    pages = int(places[:, 1].max(initial=-1)) + 1
+    change = np.zeros((pages, side + 1, side + 1), dtype=np.int64)
+    number = np.diff(start)[places[:, 0]]
+    of = np.repeat(np.arange(len(places)), number)
+    first = start[:-1][places[:, 0]] - np.cumsum(number) + number
+    row, column, length, high = blocks[np.arange(len(of)) + np.repeat(first, number)].T
+    page, x, y = places[of, 1:].T
+    for rows, by in ((row, 1), (row + high, -1)):
+        np.add.at(change, (page, y + rows, x + column), by)
+        np.add.at(change, (page, y + rows, x + column + length), -by)
+    return np.asarray(change.cumsum(axis=1).cumsum(axis=2)[:, :side, :side] > 0)
 
 
 def _best_place(
@@ -217,7 +357,7 @@ def _best_within(
     blocks: IntArray,
     start: IntArray,
 ) -> Place:
-    gaps, side = _Gaps(taken[:rows, :columns]), len(taken)
+    gaps, side = Gaps(taken[:rows, :columns]), len(taken)
     least, best = np.inf, (-1, -1, -1)
     for k, (high, wide) in enumerate(shapes.tolist()):
         x, y = gaps.free(high, wide, blocks[start[k] : start[k + 1]].tolist())
@@ -229,67 +369,3 @@ def _best_within(
         if cost[at] < least:
             least, best = float(cost[at]), (k, int(x[at]), int(y[at]))
     return best
-
-
-class _Gaps:
-    """Where masks fit on cells some of which are taken."""
-
-    def __init__(self, taken: BoolArray) -> None:
-        self._rows, self._columns = taken.shape
-        bits = np.ones((self._rows, self._columns + 1), dtype=bool)  # a last column ends each row
-        bits[:, :-1] = taken
-        self._runs = [_number(bits)]  # where a run of 1, 2, 4, ... cells is not free
-        self._of_block: dict[tuple[int, int], int] = {}
-
-    def _taken_from(self, length: int, rows: int) -> int:
-        """Where a block of runs of this length is not free."""
-        known = self._of_block.get((length, rows))
-        if known is None:
-            if rows > 1:
-                half = (rows + 1) // 2
-                known = self._taken_from(length, half)
-                known |= known >> ((rows - half) * (self._columns + 1))
-            else:
-                power = length.bit_length() - 1
-                while len(self._runs) <= power:
-                    last = self._runs[-1]
-                    self._runs.append(last | (last >> (1 << (len(self._runs) - 1))))
-                known = self._runs[power]
-                if length > 1 << power:
-                    known |= known >> (length - (1 << power))
-            self._of_block[length, rows] = known
-        return known
-
-    def free(self, rows: int, columns: int, blocks: list[list[int]]) -> tuple[IntArray, IntArray]:
-        """Places (x, y) for the lower left corner of a mask, from which it goes no further left or down.
-
-        The others are never the best: each is farther out than one of these.
-        """
-        up, across = self._rows - rows + 1, self._columns - columns + 1
-        if up <= 0 or across <= 0:
-            none = np.zeros(0, dtype=np.int64)
-            return none, none
-        stride = self._columns + 1
-        bits = up * stride
-        every = (1 << bits) - 1
-        outside = np.zeros((up, stride), dtype=bool)
-        outside[:, across:] = True
-        bad, most = _number(outside), 4
-        for tried, (row, begin, length, high) in enumerate(blocks):
-            if tried == most:  # the longest come first: mostly they tell that there is no place
-                if bad & every == every:
-                    break
-                most *= 2
-            bad |= self._taken_from(length, high) >> (row * stride + begin)
-        free = every ^ (bad & every)
-        corner = free ^ (free & (free << 1 | free << stride))
-        data = np.frombuffer(corner.to_bytes((bits + 7) // 8, "little"), np.uint8)
-        byte = np.flatnonzero(data)
-        of_byte, bit = np.nonzero(np.unpackbits(data[byte, None], axis=1, bitorder="little"))
-        y, x = np.divmod(8 * byte[of_byte] + bit, stride)
-        return x, y
-
-
-def _number(bits: BoolArray) -> int:
-    """Bits as one integer, row after row."""
-    return int.from_bytes(np.packbits(bits, bitorder="little").tobytes(), "little")
