@@ -1,4 +1,4 @@
-"""Errors and warnings of the package, and how their texts list indices."""
+"""Errors and warnings of the package, how their texts list indices, and what they take for a number."""
 
 from __future__ import annotations
 
@@ -45,6 +45,27 @@ def some(indices: ArrayLike, limit: int = 5) -> str:
     values = np.asarray(indices)
     head = ", ".join(str(v.tolist()) for v in values[:limit])
     return head if len(values) <= limit else f"{head}, ... ({len(values)} in all)"
+
+
+def is_number(
+    value: object, low: float = -np.inf, high: float = np.inf, *, above: bool = False, whole: bool = False
+) -> bool:
+    """Whether an option is one real number from `low` to `high`, or with `above` beyond `low`; a whole one.
+
+    Text, lists and complex numbers are none: the error of the option can then name them.
+
+    Examples
+    --------
+    >>> is_number(2, 0), is_number(0, 0, above=True), is_number("2", 0), is_number([2, 3], 0), is_number(None)
+    (True, False, False, False, False)
+    """
+    if isinstance(value, bool | np.bool_ | str | bytes) or np.ndim(value) != 0:  # type: ignore[arg-type]
+        return False
+    try:
+        number = float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError, OverflowError):
+        return False
+    return low <= number <= high and not (above and number == low) and not (whole and number % 1 != 0)
 
 
 def stack_level() -> int:

@@ -5,16 +5,34 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
-from functools import cache
+from functools import cache, partial
+from itertools import product
 from pathlib import Path
 
+import igl
 import numpy as np
 import pytest
 from bad_input import REFUSED, WARNED, F, V
 from conftest import load
 
-from igl_linabf import MeshError, MeshWarning, linabf, quality
+from igl_linabf import (
+    Isometric,
+    MeshError,
+    MeshWarning,
+    abf,
+    bake,
+    clean,
+    compare,
+    find_cones,
+    find_seams,
+    flatten,
+    linabf,
+    quad_grid,
+    quality,
+    unwrap,
+)
 from igl_linabf.flattening import METHODS
 
 SCRIPT = Path(__file__).with_name("bad_input.py")
@@ -87,3 +105,45 @@ def test_real_meshes_that_are_no_disks(name: str, says: str) -> None:
 def test_a_clockwise_triangle_is_a_disk_like_any_other() -> None:
     uv = linabf(*load("invalid__optcuts_triangle_clockwise.obj"))
     assert np.isfinite(uv).all()
+
+
+NO_NUMBERS = ("2", "", [2.0, 3.0], [], {}, (), np.ones(3), 1j, object(), float("nan"), -1.0, True)
+BALL = igl.icosahedron()
+NUMBERS: dict[str, tuple[Callable[..., object], tuple[str, ...]]] = {
+    "unwrap": (partial(unwrap, *BALL), ("trade", "max_stretch", "margin", "weld", "resolution")),
+    "unwrap for a texture": (partial(unwrap, *BALL, resolution=64), ("padding", "texel_density", "pages")),
+    "unwrap with cones": (partial(unwrap, *BALL, cones=6, cone_angles="quarter"), ("period",)),
+    "find_seams": (partial(find_seams, *BALL), ("trade",)),
+    "find_cones": (partial(find_cones, *BALL), ("n", "trade")),
+    "clean": (partial(clean, *BALL), ("weld",)),
+    "linabf": (partial(linabf, V, F), ("tol", "rtol", "threshold", "iterations")),
+    "abf": (partial(abf, V, F), ("tol", "threshold")),
+    "Isometric": (Isometric, ("weight",)),
+    "compare": (partial(compare, V, F, ["lscm"]), ("repeat",)),
+    "bake": (
+        lambda **wrong: bake(*BALL, unwrap(*BALL), BALL[0], **{"resolution": 64, **wrong}),
+        ("resolution", "padding"),
+    ),
+    "quad_grid": (partial(quad_grid, V, F, V[:, :2]), ("spacing",)),
+}
+
+
+@pytest.mark.parametrize("name", NUMBERS)
+def test_an_option_that_is_no_number_is_named(name: str) -> None:
+    call, options = NUMBERS[name]
+    for option, wrong in product(options, NO_NUMBERS):
+        with pytest.raises(ValueError, match=f"^{option} is .*: (give|use) "):
+            call(**{option: wrong})
+
+
+def test_a_method_or_progress_that_is_none_is_named() -> None:
+    for wrong in (3, [], ["linabf"], np.ones(2), {}, "x"):
+        with pytest.raises(ValueError, match=r"^method is .*: use one of 'linabf'"):
+            flatten(V, F, wrong)
+        with pytest.raises(ValueError, match=r"^progress is .*: give a function"):
+            flatten(V, F, progress=wrong)
+    for wrong in (3, [], "linabf", None):
+        with pytest.raises(ValueError, match=r"^methods is .*: give a list"):
+            compare(V, F, wrong)
+    with pytest.raises(ValueError, match=r"^padding is 8, and texels need a resolution: give"):
+        unwrap(*BALL, padding=8)

@@ -91,6 +91,7 @@ def reporting(progress: Progress) -> Iterator[None]:
     if progress is None and _current.get() is not None:
         yield
         return
+    _check(progress)
     bar = _Bar() if progress is None and on_terminal() else None
     token = _current.set(_Report(bar or progress or _silent))
     try:
@@ -101,6 +102,13 @@ def reporting(progress: Progress) -> Iterator[None]:
         _current.reset(token)
         if bar is not None:
             bar.close()
+
+
+def _check(progress: Progress) -> None:
+    if progress is not None and progress is not False and not callable(progress):
+        raise ValueError(
+            f"progress is {progress!r}: give a function of a stage and the fraction done, None or False"
+        )
 
 
 def _silent(stage: str, done: float) -> None:

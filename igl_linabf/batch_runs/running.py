@@ -18,6 +18,7 @@ from typing import Any, Literal, get_args
 
 from .._runtime import Progress, counting, undone_at_once
 from ..charts import TRADE
+from ..errors import is_number
 from ..flattening import BoundaryName, Method, method_of
 from ..io import SUFFIXES
 from . import places
@@ -165,8 +166,8 @@ def batch(
     _check(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers are those of the scheduler: give one of the two")
-    if workers is not None and workers < 1:
-        raise ValueError(f"workers is {workers}: use an integer from 1 on")
+    if workers is not None and not is_number(workers, 1):
+        raise ValueError(f"workers is {workers!r}: use an integer from 1 on")
     folder = places.absolute(out)
     found = places.found([inputs] if isinstance(inputs, str | os.PathLike) else inputs, folder)
     with Table(folder) as table:
@@ -232,10 +233,12 @@ def _check(asked: Settings) -> None:
         raise ValueError(f"cone_angles is {angles!r}: use None, or with cones 'quarter'")
     if cones is not None and (asked.holes or asked.bijective):
         raise ValueError("cones do not go together with holes or bijective: seams run through the cones")
-    if asked.resolution is not None and asked.resolution < 1:
-        raise ValueError(f"resolution is {asked.resolution}: give texels, from 1 on")
-    if not asked.padding >= 0:
-        raise ValueError(f"padding is {asked.padding}: give texels, from 0 on")
+    if asked.resolution is not None and not is_number(asked.resolution, 1):
+        raise ValueError(f"resolution is {asked.resolution!r}: give texels, from 1 on")
+    if not is_number(asked.padding, 0):
+        raise ValueError(f"padding is {asked.padding!r}: give texels, from 0 on")
+    if asked.resolution is None and asked.padding != PADDING:
+        raise ValueError("padding is counted in texels: give a resolution, too")
 
 
 def _planned(found: list[places.Found], table: Table, settings: Settings, retry: bool) -> list[Task]:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import advance
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, some
+from ..errors import MeshError, is_number, some
 from ..surface import Submesh
 from .cone_scale import ConeScale
 from .cut_graph import ClosedSurface, closed_surface
@@ -64,7 +64,7 @@ def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float
         The arrays are malformed, the surface is not an oriented manifold, or a face is degenerate; or
         `n` is too small for a component: no triangles would have the angles.
     ValueError
-        `trade` is not positive.
+        `n` is no number of cones, or `trade` is not positive.
 
     Examples
     --------
@@ -75,6 +75,8 @@ def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float
     >>> len(find_cones(V[:4], F[:2]))  # no interior vertex, no cone
     0
     """
+    if n is not None and not is_number(n, 0, whole=True):
+        raise ValueError(f"n is {n!r}: give a whole number of cones, or None for as many as pay")
     surface = Submesh.checked_manifold(V, F)
     found = [
         component.vertices[found_on(ConePiece(component), n, trade)] for component in surface.components()
@@ -132,7 +134,7 @@ class ConePiece:
 
 def found_on(place: ConePiece, n: int | None, trade: float) -> IntArray:
     """Cones on a component; its own vertices."""
-    if not trade > 0:
+    if not is_number(trade, 0, above=True):
         raise ValueError(f"trade is {trade!r}: use a positive number of cones")
     where = f"the component of faces {some(place.component.faces)}"
     if n is not None and (n < place.fewest or (n == 1 and place.closed_curvature == 0)):

@@ -11,13 +11,13 @@ from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull
 
 from .._types import ComplexArray, FloatArray, IntArray
-from ..errors import MeshError
+from ..errors import MeshError, is_number
 from ..kernels import narrowest_turns
 from ..surface import Parts, Submesh, complex_positions, coordinates, signed_double_areas
 from .layout_search import Charts, Layout, fixed_layout, largest_layout
 from .outlines import outlines
 from .shelves import areas, extents
-from .spacing import Spacing
+from .spacing import PADDING, Spacing
 
 UDIM_ROW = 10  # pages side by side
 ALL_TURNS = np.exp(0.5j * np.pi * np.arange(1000) / 1000)  # of a quarter, for a single chart
@@ -52,7 +52,7 @@ def pack(
     *,
     margin: float = 0.005,
     resolution: int | None = None,
-    padding: float = 2,
+    padding: float = PADDING,
     texel_density: float | None = None,
     pages: int | None = None,
 ) -> list[Placed]:
@@ -138,13 +138,13 @@ class Wish:
     ) -> Wish:
         """The arguments of `unwrap`, checked."""
         spacing = Spacing.of(margin, resolution, padding)
-        if not (pages is None or (isinstance(pages, int | np.integer) and pages >= 1)):
+        if not (pages is None or (isinstance(pages, int | np.integer) and is_number(pages, 1))):
             raise ValueError(f"pages is {pages!r}: give a whole number from 1 upwards, or None")
         if texel_density is None:
             return cls(spacing, None, 1 if pages is None else pages, resolution)
         if resolution is None:
             raise ValueError("texel_density needs a resolution: give the texels along a page's side, too")
-        if not (texel_density > 0 and np.isfinite(texel_density)):
+        if not is_number(texel_density, 0, np.finfo(float).max, above=True):
             raise ValueError(f"texel_density is {texel_density!r}: give texels per unit of length, above 0")
         return cls(spacing, resolution / texel_density, pages, resolution)
 

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import Arrays, run_as_child_process, run_in_child_process
 from .._types import FloatArray
-from ..errors import MeshError, OutcomeWarning, some, stack_level
+from ..errors import MeshError, OutcomeWarning, is_number, some, stack_level
 from ..layouts import on_circle
 from ..linalg import Solvers
 from ..measures import overlapping_pairs_of_chart
@@ -73,8 +73,8 @@ def make_bijective(
     >>> len(overlaps(uv, F)), len(overlaps(make_bijective(uv, F), F))
     (27, 0)
     """
-    if iterations < 1:
-        raise ValueError(f"iterations is {iterations}: use a positive integer")
+    if not is_number(iterations, 1):
+        raise ValueError(f"iterations is {iterations!r}: use a positive integer")
     surface = Submesh.checked(uv, F, 2, "uv")
     topology = surface.topology
     check_planar(topology, surface.vertices)

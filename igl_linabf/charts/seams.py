@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
+from ..errors import is_number
 from ..flattening import Isometric, Method, method_of
 from ..surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
 from .coarse import CLUSTERED, DIRECT, DIRECT_HANDLES, Levels
@@ -181,7 +182,7 @@ def seams_of(
     `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
     `panels`: so are those that are made of panels.
     """
-    if not trade >= 0:
+    if not is_number(trade, 0):
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
     found, known = [np.zeros((0, 2), dtype=np.int64)], None
     if panels and trade > 0 and not holes and hidden is None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
+from ..errors import is_number
 
+PADDING = 2.0  # texels, where none are asked for
 WIDEST = 0.1  # of the side between two charts
 
 
@@ -36,17 +37,22 @@ class Spacing:
             One is out of its range.
         """
         if resolution is None:
-            if not 0 <= margin <= WIDEST:
+            if not is_number(margin, 0, WIDEST):
                 raise ValueError(
                     f"margin is {margin!r}: give a share of the square's side, from 0 to {WIDEST}"
                 )
+            if not (is_number(padding) and padding == PADDING):
+                raise ValueError(
+                    f"padding is {padding!r}, and texels need a resolution: give the texels along a page's "
+                    "side, too, or a margin instead"
+                )
             return cls(margin, margin)
-        if np.ndim(resolution) or not (resolution >= 1 and resolution % 1 == 0):
+        if not is_number(resolution, 1, whole=True):
             raise ValueError(
                 f"resolution is {resolution!r}: give the texels along a square page's side, like 1024"
             )
         most = WIDEST * resolution
-        if not 0 <= padding <= most:
+        if not is_number(padding, 0, most):
             raise ValueError(
                 f"padding is {padding!r} texels of {resolution} along a page: give 0 to {most:g}"
             )

@@ -12,6 +12,7 @@ from ..errors import MeshError
 from ..surface import Parts, complex_positions, coordinates
 from .atlas import Atlas
 from .packing import Wish, pack_maps
+from .spacing import PADDING
 
 
 def pack_together(
@@ -19,7 +20,7 @@ def pack_together(
     *,
     margin: float = 0.005,
     resolution: int | None = None,
-    padding: float = 2,
+    padding: float = PADDING,
     texel_density: float | None = None,
     pages: int | None = None,
 ) -> list[Atlas]:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import Progress, part, reporting
 from .._types import FloatArray
-from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, stack_level
+from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, is_number, stack_level
 from ..flattening import Method, method_of
 from ..kernels import lengths
 from ..measures import Quality, quality_of
@@ -26,6 +26,7 @@ from .packing import Wish, pack_maps, quick_fill
 from .period import with_period
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .seams import TRADE
+from .spacing import PADDING
 from .visibility import Hiding, hiding
 
 MARGINS = 0.64  # share of the square that margins around all charts may take
@@ -46,7 +47,7 @@ def unwrap(
     bijective: bool = False,
     margin: float = 0.005,
     resolution: int | None = None,
-    padding: float = 2,
+    padding: float = PADDING,
     texel_density: float | None = None,
     pages: int | None = None,
     period: float | None = None,
@@ -97,7 +98,7 @@ def unwrap(
         many limbs are cut further where a fuller page is worth the seam, as `trade` says.
     padding : float
         Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
-        charts share a texel of a bilinear lookup.
+        charts share a texel of a bilinear lookup. Needs `resolution`.
     texel_density : float, optional
         Texels per unit of length of V, on average over a chart; needs `resolution`. Charts that are larger
         than a page are cut, unless `seams` are given. By default charts are as large as the pages hold.
@@ -174,12 +175,13 @@ def unwrap(
         if any(asked.values()):
             listed = ", ".join(name for name, given in asked.items() if given)
             raise ValueError(f"cones= does not go together with {listed}: its seams run through the cones")
-    if period is not None and not (cones is not None and cone_angles is not None and 0 < period <= 0.5):
+    of_cones = cones is not None and cone_angles is not None
+    if period is not None and not (of_cones and is_number(period, 0, 0.5, above=True)):
         raise ValueError(
             f"period is {period!r}: give a share of the page's side, above 0 and at most a half, with "
             'cones and cone_angles="quarter"'
         )
-    if max_stretch is not None and not max_stretch >= 1:
+    if max_stretch is not None and not is_number(max_stretch, 1):
         raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
     wish = Wish.of(margin, resolution, padding, texel_density, pages)
     if period is not None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import statistics
 import warnings
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from time import perf_counter
@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from .._notebook import html_table, map_svg, side_by_side
 from .._runtime import advance, aligned, part
 from .._types import FloatArray, IntArray
-from ..errors import FallbackWarning, stack_level
+from ..errors import FallbackWarning, is_number, stack_level
 from ..measures import Quality, quality
 from ..surface import planar, scatter
 from . import other_programs
@@ -147,8 +147,11 @@ def compare(
     >>> list(table.entries), table.entries["linABF"].quality.flips
     (['igl.lscm', 'linABF'], 0)
     """
-    chosen = [method_of(method, several=True) for method in methods]
-    if repeat < 1:
+    listed = isinstance(methods, Iterable) and not isinstance(methods, str)
+    chosen = [method_of(method, several=True) for method in methods] if listed else []
+    if not chosen:
+        raise ValueError(f"methods is {methods!r}: give a list of one method or more, like ['linabf']")
+    if not is_number(repeat, 1, whole=True):
         raise ValueError(f"repeat is {repeat!r}: use a positive integer")
     shaped: dict[str, Any] = {"outer": outer, "boundary": boundary, "corners": corners}
     options = [shaped if method.shapes else {"outer": outer} for method in chosen]

@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Literal
 
 from .._runtime import stopwatch
+from ..errors import is_number
 from ..layouts import GAP, LayoutName, check_method
 from ..linalg import SolverName
 from ..surface import Mesh, Pins
@@ -98,8 +99,10 @@ class LinABF(Method):
     def __post_init__(self) -> None:
         object.__setattr__(self, "iterations", _count(self.iterations))
         _check(self.guarantee, self.layout, self.threshold)
-        if self.rtol is not None and not self.rtol > 0:
+        if self.rtol is not None and not is_number(self.rtol, 0, above=True):
             raise ValueError(f"rtol is {self.rtol!r}: use a positive number")
+        if not is_number(self.tol, 0):
+            raise ValueError(f"tol is {self.tol!r}: use a number, 0 or larger")
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         rtol = self.rtol or (ON_CIRCLE_RTOL if shape.circles else ACTIVE_SET_RTOL)
@@ -168,7 +171,7 @@ class ABF(Method):
 
     def __post_init__(self) -> None:
         _check(self.guarantee, self.layout, self.threshold)
-        if not self.tol > 0:
+        if not is_number(self.tol, 0, above=True):
             raise ValueError(f"tol is {self.tol!r}: use a positive number, at least 1e-10")
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
@@ -214,7 +217,7 @@ class Isometric(Method):
     solver: SolverName = "auto"
 
     def __post_init__(self) -> None:
-        if not 0 <= self.weight <= MAX_WEIGHT:
+        if not is_number(self.weight, 0, MAX_WEIGHT):
             raise ValueError(
                 f"weight is {self.weight!r}: use a number from 0 (angles) over 1 (symmetric Dirichlet) "
                 f"to {MAX_WEIGHT:g} (areas)"
@@ -308,7 +311,7 @@ def method_of(method: str | Method, several: bool = False) -> Method:
     """The given method; for a name, that method with its default options."""
     if isinstance(method, Method):
         return method
-    if method not in METHODS:
+    if not isinstance(method, str) or method not in METHODS:
         amount = "some" if several else "one"
         raise ValueError(f"method is {method!r}: use {amount} of {', '.join(map(repr, METHODS))}")
     return METHODS[method]()
@@ -345,17 +348,13 @@ def _check(guarantee: str | None, layout: LayoutName, threshold: float) -> None:
     check_method(layout)
     if guarantee not in (None, "injective"):
         raise ValueError(f"guarantee is {guarantee!r}: use 'injective' or None")
-    if not threshold >= 0:
+    if not is_number(threshold, 0):
         raise ValueError(f"threshold is {threshold!r}: use a number of radians, 0 or larger")
 
 
 def _count(iterations: Any) -> Iterations:
-    if iterations == "auto":
+    if isinstance(iterations, str) and iterations == "auto":
         return "auto"
-    try:
-        count = operator.index(iterations)
-    except TypeError:
-        count = 0
-    if count < 1:
+    if not (is_number(iterations, 1) and hasattr(iterations, "__index__")):
         raise ValueError(f"iterations is {iterations!r}: use 'auto' or a positive integer")
-    return count
+    return operator.index(iterations)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..errors import MeshError, some
+from ..errors import MeshError, is_number, some
 from ..measures import change_of
 from ..surface import Submesh, complex_positions, connected_labels, cycles, signed_double_areas
 from .slicing import Fragments, slice_region, sliced_along_integers
@@ -101,8 +101,8 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     area = signed_double_areas(complex_positions(map_), topology.corner).sum() / 2
     if spacing is None:
         spacing = float(np.sqrt(area / DEFAULT_CELLS))
-    if not (np.isfinite(spacing) and spacing > 0):
-        raise MeshError(f"spacing is {spacing}: give a positive distance between lines in uv")
+    if not is_number(spacing, 0, np.finfo(float).max, above=True):
+        raise MeshError(f"spacing is {spacing!r}: give a positive distance between lines in uv")
     crossed = np.ptp(map_[topology.edges], axis=1).sum() / spacing  # lines, by edges
     cells = max(area / spacing**2, crossed)
     if cells > MAX_CELLS:

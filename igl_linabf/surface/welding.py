@@ -4,7 +4,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from .._types import FloatArray, IntArray
-from ..errors import MeshError
+from ..errors import MeshError, is_number
 from ..kernels import sum_by
 from .components import connected_labels
 
@@ -52,7 +52,7 @@ def within(V: FloatArray, used: IntArray, distance: float) -> IntArray:
     ValueError
         `distance` is negative or not finite.
     """
-    if not 0 <= distance < np.inf:
+    if not is_number(distance, 0, np.finfo(float).max):
         raise ValueError(f"weld is {distance!r}: give a distance from 0 on, in the units of V")
     if distance == 0:
         return in_one_place(V, used)

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
 from ..charts import Atlas
-from ..errors import MeshError
+from ..errors import MeshError, is_number
 from ..surface import vertex_array
 from .texels import Texels, around, covered, nearest_known
 
@@ -80,8 +80,11 @@ def bake(
     >>> bool(abs(heights).max() <= 1)
     True
     """
-    if not resolution >= 1:
+    if not is_number(resolution, 1, whole=True):
         raise ValueError(f"resolution is {resolution!r}: give the texels along the image's side, like 1024")
+    if not is_number(padding, 0, whole=True):
+        raise ValueError(f"padding is {padding!r}: give the texels around charts that are filled, from 0 on")
+    resolution, padding = int(resolution), int(padding)
     positions = vertex_array(V)
     if len(atlas.origin) and int(atlas.origin.max()) >= len(positions):
         raise MeshError(
@@ -115,7 +118,7 @@ def _corner_values(
     """Values (#T, 3, k) at the corners of the triangles; positions, for a function of the point."""
     if callable(values):
         return positions[atlas.origin[triangles]], values
-    given = np.asarray(values, dtype=np.float64)
+    given = _numbers(values, "values are")
     if given.ndim == 3:
         if given.shape[:2] != triangles.shape:
             raise MeshError(
@@ -131,8 +134,15 @@ def _corner_values(
     return given.reshape(len(given), -1)[atlas.origin[triangles]], None
 
 
+def _numbers(values: ArrayLike, what: str) -> FloatArray:
+    try:
+        return np.asarray(values, dtype=np.float64)
+    except (TypeError, ValueError):
+        raise MeshError(f"{what} no array of real numbers: pass as many in each row") from None
+
+
 def _called(function: Callable[[FloatArray], ArrayLike], points: FloatArray) -> FloatArray:
-    made = np.asarray(function(points), dtype=np.float64)
+    made = _numbers(function(points), "the function returns")
     if made.ndim not in (1, 2) or len(made) != len(points):
         raise MeshError(f"the function returns {made.shape} for {len(points)} points: return a row for each")
     return made.reshape(len(made), -1)
