@@ -11,11 +11,12 @@ from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
 from .choice import compiled, inlined
+from .words import ONE, lowest, ones
 
 Index = NDArray[np.uint32]  # unsigned, as the compiled loops then need not look for negative ones
 Bits = NDArray[np.uint64]
 
-ONE, SIX = np.uint64(1), np.uint64(6)
+SIX = np.uint64(6)
 FEW = 4  # neighbours in a word that are written without asking whether they are there
 
 
@@ -62,15 +63,6 @@ def blocks_of(indptr: IntArray, indices: IntArray) -> IntArray:
 
 
 @inlined
-def _ones(word: np.uint64) -> np.int64:
-    """How many bits are set."""
-    word = word - ((word >> np.uint64(1)) & np.uint64(0x5555555555555555))
-    word = (word & np.uint64(0x3333333333333333)) + ((word >> np.uint64(2)) & np.uint64(0x3333333333333333))
-    word = (word + (word >> np.uint64(4))) & np.uint64(0x0F0F0F0F0F0F0F0F)
-    return np.int64((word * np.uint64(0x0101010101010101)) >> np.uint64(56))
-
-
-@inlined
 def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index) -> bool:
     """Order a block by minimum degree; `rows` gets the neighbours of each row from when it is eliminated.
 
@@ -84,7 +76,7 @@ def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index
         alive[v >> 6] |= ONE << np.uint64(v & 63)
         count = np.int64(-1)
         for i in range(words):
-            count += _ones(near[v, i])
+            count += ones(near[v, i])
         degree[v] = count
     most, at, bits, size = np.int64(-1), words - 1, np.uint64(0), np.int64(indptr[first])
     for k in range(first, first + n):
@@ -101,7 +93,7 @@ def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index
                 for v in range(n):
                     low[v >> 6] |= np.uint64(degree[v] <= most) << np.uint64(v & 63)
                 bits = low[at]
-        v, bit = (at << 6) + _ones((bits - ONE) & ~bits), bits & (~bits + ONE)
+        v, bit = (at << 6) + lowest(bits), bits & (~bits + ONE)
         if size + degree[v] + FEW > len(rows):
             return False
         bits ^= bit
@@ -110,12 +102,12 @@ def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index
         order[k], degree[v], begin = first + v, 2 * n, size
         for i in range(words):
             left, base = near[v, i] & alive[i], first + (i << 6)
-            own[i], count = left, _ones(left)
+            own[i], count = left, ones(left)
             for q in range(FEW):  # without a branch; what is too many is overwritten
-                rows[size + q] = base + _ones((left - ONE) & ~left)
+                rows[size + q] = base + lowest(left)
                 left &= left - ONE
             for q in range(FEW, count):
-                rows[size + q] = base + _ones((left - ONE) & ~left)
+                rows[size + q] = base + lowest(left)
                 left &= left - ONE
             size += count
         for p in range(begin, size):
@@ -125,7 +117,7 @@ def _eliminated(near: Bits, first: int, order: Index, indptr: Index, rows: Index
                 c, d = near[u, j + 2] | own[j + 2], near[u, j + 3] | own[j + 3]
                 c, d = c & alive[j + 2], d & alive[j + 3]
                 near[u, j], near[u, j + 1], near[u, j + 2], near[u, j + 3] = a, b, c, d
-                count += _ones(a) + _ones(b) + _ones(c) + _ones(d)
+                count += ones(a) + ones(b) + ones(c) + ones(d)
             degree[u], word, bit = count, u >> SIX, ONE << (u & np.uint64(63))
             low[word] = low[word] | bit if count <= most else low[word] & ~bit
         indptr[k + 1] = size

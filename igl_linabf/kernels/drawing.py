@@ -4,6 +4,7 @@ import numpy as np
 
 from .._types import Array, BoolArray, ComplexArray, FloatArray, IntArray
 from .choice import inlined, with_loops
+from .words import NONE, ONE, WORD, lowest
 
 ONCE = 1 << 16  # a winding in a number that also counts sides, of which fewer reach a cell
 FEW = 24  # blocks that are sorted one by one
@@ -12,14 +13,23 @@ Drawn = tuple[IntArray, ComplexArray, IntArray, IntArray]
 
 
 @inlined
-def _marked(a: complex, b: complex, weight: int, rows: int, columns: int, half: float, change: Array) -> None:
+def _change(row: int, column: int, by: int, columns: int, change: Array, marks: Array) -> None:
+    """Add to what changes at a cell, and mark it in its row."""
+    change[row * (columns + 1) + column] += by
+    marks[row * (columns // WORD + 1) + column // WORD] |= ONE << np.uint64(column % WORD)
+
+
+@inlined
+def _marked(
+    a: complex, b: complex, weight: int, rows: int, columns: int, half: float, change: Array, marks: Array
+) -> None:
     """Add what a side changes from cell to cell: how often the outline winds, and the sides that are near."""
     across, rise = b.real - a.real, b.imag - a.imag
     low, high = min(a.imag, b.imag), max(a.imag, b.imag)
     for row in range(int(np.ceil(low - 0.5)), int(np.ceil(high - 0.5))):
         column = np.ceil(a.real + (row + 0.5 - a.imag) / rise * across - 0.5)
-        at = row * (columns + 1) + int(min(max(column, 0.0), columns))
-        change[at] += weight * ONCE if rise > 0 else -weight * ONCE
+        by = weight * ONCE if rise > 0 else -weight * ONCE
+        _change(row, int(min(max(column, 0.0), columns)), by, columns, change, marks)
     bottom, top = int(max(np.floor(low - half), 0)), int(min(np.floor(high + half), rows - 1))
     for row in range(bottom, top + 1):
         first, last = 0.0, 1.0
@@ -27,36 +37,42 @@ def _marked(a: complex, b: complex, weight: int, rows: int, columns: int, half: 
             first = min(max((row - half - a.imag) / rise, 0.0), 1.0)
             last = min(max((row + 1 + half - a.imag) / rise, 0.0), 1.0)
         one, other = a.real + first * across, a.real + last * across
-        at = row * (columns + 1)
-        change[at + int(max(np.floor(min(one, other) - half), 0.0))] += 1
-        change[at + int(min(np.floor(max(one, other) + half), columns - 1.0)) + 1] -= 1
+        left, right = max(np.floor(min(one, other) - half), 0.0), np.floor(max(one, other) + half)
+        _change(row, int(left), 1, columns, change, marks)
+        _change(row, int(min(right, columns - 1.0)) + 1, -1, columns, change, marks)
 
 
 @inlined
-def _in_blocks(rows: int, columns: int, change: Array, last: IntArray, blocks: IntArray) -> int:
-    """Fill `blocks` with those of the cells where the sum of changes is not 0; their number."""
+def _in_blocks(rows: int, columns: int, change: Array, marks: Array, last: IntArray, blocks: IntArray) -> int:
+    """Fill `blocks` with those of the cells where the sum of changes is not 0; their number.
+
+    Changes and marks are 0 then.
+    """
     size, at = 0, 0
     last[: columns + 1] = -1  # the block that begins at each column
     for row in range(rows):
         now, begin, inside = 0, 0, False
-        for column in range(columns + 1):  # nothing touches the last one
-            by = change[at]
+        for word in range(columns // WORD + 1):
+            bits = marks[at]
+            marks[at] = NONE
             at += 1
-            if by == 0:  # as mostly
-                continue
-            now += by
-            if (now != 0) == inside:
-                continue
-            inside = not inside
-            if inside:
-                begin = column
-                continue
-            b = last[begin]
-            if b < 0 or blocks[b, 2] != column - begin or blocks[b, 0] + blocks[b, 3] != row:
-                b, last[begin] = size, size
-                blocks[b, 0], blocks[b, 1], blocks[b, 2], blocks[b, 3] = row, begin, column - begin, 0
-                size += 1
-            blocks[b, 3] += 1
+            while bits != NONE:
+                column = word * WORD + int(lowest(bits))
+                bits &= bits - ONE
+                now += change[row * (columns + 1) + column]
+                change[row * (columns + 1) + column] = 0
+                if (now != 0) == inside:
+                    continue
+                inside = not inside
+                if inside:
+                    begin = column
+                    continue
+                b = last[begin]
+                if b < 0 or blocks[b, 2] != column - begin or blocks[b, 0] + blocks[b, 3] != row:
+                    b, last[begin] = size, size
+                    blocks[b, 0], blocks[b, 1], blocks[b, 2], blocks[b, 3] = row, begin, column - begin, 0
+                    size += 1
+                blocks[b, 3] += 1
     return size
 
 
@@ -94,7 +110,8 @@ def _drawn(
         most = max(most, sides[i + 1] - sides[i])
     a, b = np.empty(most, dtype=np.complex128), np.empty(most, dtype=np.complex128)
     shapes, low = np.empty((len(turns), 2), dtype=np.int64), np.empty(len(turns), dtype=np.complex128)
-    change, last = np.empty(0, dtype=np.int32), np.empty(0, dtype=np.int64)
+    change, marks = np.zeros(0, dtype=np.int32), np.zeros(0, dtype=np.uint64)
+    last = np.empty(0, dtype=np.int64)
     blocks, begin, size = (
         np.empty((64 * len(turns), 4), dtype=np.int64),
         np.zeros(len(turns) + 1, np.int64),
@@ -113,15 +130,14 @@ def _drawn(
         columns, rows = int(right - corner.real + half) + 1, int(top - corner.imag + half) + 1
         cells = rows * (columns + 1)
         if cells > len(change):
-            change = np.empty(2 * cells, dtype=np.int32)
+            change, marks = np.zeros(2 * cells, dtype=np.int32), np.zeros(2 * cells, dtype=np.uint64)
         if columns >= len(last):
             last = np.empty(2 * (columns + 1), dtype=np.int64)
-        change[:cells] = 0
         for s in range(number):
-            _marked(a[s] - corner, b[s] - corner, weight[first + s], rows, columns, half, change)
+            _marked(a[s] - corner, b[s] - corner, weight[first + s], rows, columns, half, change, marks)
         if cells > 2 * len(own):
             own = np.empty((cells, 4), dtype=np.int64)
-        found = _in_blocks(rows, columns, change, last, own)
+        found = _in_blocks(rows, columns, change, marks, last, own)
         if size + found > len(blocks):
             blocks = np.concatenate((blocks, np.empty((size + found, 4), dtype=np.int64)))
         _largest_first(own[:found], blocks[size : size + found])

@@ -17,23 +17,12 @@ import numpy as np
 from .._types import Array, BoolArray, IntArray
 from .choice import inlined, with_loops
 from .gaps import Gaps
+from .words import EVERY, NONE, ONE, WORD, lowest
 
-WORD, ROWS = 64, 16  # cells in a word; rows that a mask moves up at once
-NONE, ONE, EVERY = np.uint64(0), np.uint64(1), np.uint64(0xFFFFFFFFFFFFFFFF)
+ROWS = 16  # that a mask moves up at once
 
 Place = tuple[int, int, int]
 Placed = tuple[IntArray, IntArray]
-
-
-@inlined
-def _lowest(bits: np.uint64) -> int:
-    """The place of the lowest bit that is set."""
-    at = 0
-    for half in (32, 16, 8, 4, 2, 1):
-        if bits & ((ONE << np.uint64(half)) - ONE) == NONE:
-            bits = bits >> np.uint64(half)
-            at += half
-    return at
 
 
 @inlined
@@ -114,7 +103,7 @@ def _free(
             found = True
             for r in range(number):
                 if met[r] != EVERY:
-                    free[r] = x + _lowest(~met[r])
+                    free[r] = x + lowest(~met[r])
     return found
 
 
