@@ -28,6 +28,7 @@ from .fans import fans_around
 from .graphs import above, far_apart, shortest_pairs
 from .least_cuts import behind_least_cut
 from .lines_across import divisions
+from .many_sides import backward_many, forward_many
 from .maps import centred, changes, signed_double_areas
 from .minimum_degree import minimum_degree
 from .paths import (
@@ -45,16 +46,9 @@ from .sheets import overlap_sheets
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved, solved_inside
 from .some_rows import block_rows, blocks_of_rows, left_at_rows, without_rows
-from .supernodal import (
-    Subtrees,
-    Work,
-    fresh,
-    supernodal_backward,
-    supernodal_factor,
-    supernodal_forward,
-    supernodal_front,
-)
-from .supernodes import Supernodes, subtrees, supernodes
+from .substitution import backward_one, backward_two, forward_one, forward_two
+from .supernodal import Subtrees, Work, fresh, supernodal_factor, supernodal_front
+from .supernodes import Supernodes, doubled, subtrees, supernodes
 from .symmetric_products import block_product, product_with_pairs, products_of_entries
 from .systems import (
     at_edges,

@@ -3,7 +3,7 @@
 A supernode is a run of columns of the factor with the same rows below them. `supernodal` factors these.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -273,6 +273,57 @@ _analysed = only_loops(_supernodes)
 def supernodes(indptr: IntArray, indices: IntArray, order: IntArray) -> Supernodes:
     """Analyse a symmetric pattern, given by its lower triangle in CSC, for a postordered elimination."""
     return Supernodes(order, *_analysed(indptr, indices, order))
+
+
+def _doubled(a: Supernodes, indptr: IntArray, indices: IntArray) -> tuple[Places, Places]:
+    n = len(a.order)
+    place, own = np.empty(n, dtype=np.int64), np.empty(len(indices), dtype=np.int64)
+    for i in range(n):
+        place[a.order[i]] = i
+    for j in range(n):
+        own[indptr[j] : indptr[j + 1]] = place[j]
+    source, target = np.empty(4 * len(indices), dtype=np.uint32), np.empty(4 * len(indices), dtype=np.uint32)
+    for s in range(len(a.children)):
+        size = a.start[s + 1] - a.start[s] + a.below_start[s + 1] - a.below_start[s]
+        for p in range(a.column[a.start[s]], a.column[a.start[s + 1]]):
+            j, i, k = a.target[p] // size, a.target[p] % size, a.source[p]
+            across = place[indices[k]] < own[k]
+            for c in range(2):
+                for r in range(2):
+                    source[4 * p + 2 * c + r] = 4 * k + (2 * r + c if across else 2 * c + r)
+                    left, right = (r, c) if i == j and r < c else (c, r)
+                    target[4 * p + 2 * c + r] = (2 * j + left) * 2 * size + 2 * i + right
+    return source, target
+
+
+_doubled_entries = only_loops(_doubled)
+
+
+def doubled(a: Supernodes, indptr: IntArray, indices: IntArray) -> Supernodes:
+    """The same of matrices with 2 by 2 blocks for entries.
+
+    Their data are U's of U + U^T, as in `block_product`, but that the two diagonal entries of a block on the
+    diagonal are whole there.
+    """
+
+    def twice(numbers: Any) -> Any:
+        return (2 * numbers[:, None] + np.arange(2, dtype=numbers.dtype)).ravel()
+
+    source, target = _doubled_entries(a, indptr, indices)
+    return Supernodes(
+        order=twice(a.order),
+        column=4 * np.append(np.repeat(a.column[:-1], 2), a.column[-1]),
+        source=source,
+        target=target,
+        start=2 * a.start,
+        below_start=2 * a.below_start,
+        below=twice(a.below),
+        local=twice(a.local),
+        children=a.children,
+        value_start=4 * a.value_start,
+        stack=4 * a.stack,
+        front=2 * a.front,
+    )
 
 
 def _subtrees(a: Supernodes, work: FloatArray) -> tuple[IntArray, FloatArray]:

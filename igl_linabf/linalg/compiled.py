@@ -14,10 +14,11 @@ from scipy import sparse
 from .. import kernels
 from .._runtime import at_once, unfilled
 from .._types import FloatArray, IntArray, Solve
-from .factors import Analysis, Factored, NotConvergedError, NotPositiveDefiniteError, by_pairs_of_columns
+from . import memory
+from .factors import Analysis, Blocks, Factored, NotConvergedError, NotPositiveDefiniteError
 from .krylov import conjugate_gradients
 
-Pair: TypeAlias = "partial[FloatArray]"
+Inverse: TypeAlias = "partial[FloatArray]"
 Precision = type[np.float64] | type[np.float32]
 
 DIVIDED_FROM = 20_000  # rows from which threads save more time than they take to begin
@@ -26,9 +27,12 @@ SPARSE_FROM = 20_000  # rows from which it pays to go only where the entries of 
 SINGLE_FROM = 250_000  # rows from which a preconditioner is in single precision: two thirds of the time
 REFINED_FROM = 1_000_000  # rows from which a solve, too, is by one, and memory counts
 ALL_DIGITS, MOST_TO_REFINE = 1e-10, 20  # relative residual, and steps at most
-TOGETHER = 16  # right-hand sides that go through the factor at a time: more take memory and no less time
 SHARED_FROM = 1e8  # operations for a supernode above the subtrees from which threads share them
+MANY = 8  # right-hand sides, below which they go by pairs
+TOGETHER = 16  # right-hand sides that go through the factor at a time: more take memory and no less time
 LARGEST, SMALLEST = 0.15, 0.005  # share of the whole work in a subtree
+
+WAYS = {1: (kernels.forward_one, kernels.backward_one), 2: (kernels.forward_two, kernels.backward_two)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +150,54 @@ class Spare:
             self._kept.setdefault(len(array), []).append(array)
 
 
+class Elimination:
+    """The factorisation of the matrices of an analysed pattern."""
+
+    def __init__(self, analysed: kernels.Supernodes) -> None:
+        self.analysed, self.divided, self._spare = analysed, Divided.of(analysed), Spare()
+
+    @property
+    def bytes(self) -> int:
+        """What the factor takes."""
+        return 8 * int(self.analysed.value_start[-1])
+
+    def solve(self, data: FloatArray, precision: Precision = np.float64) -> Inverse:
+        """The inverse of the matrix with these data, for (n,) or (n, k)."""
+        values = self._numeric(data, precision)
+        solve = partial(_solved, values.view(precision), self.analysed, self.divided)
+        finalize(solve, self._spare.give, values).atexit = False
+        return solve
+
+    def _numeric(self, data: FloatArray, precision: Precision) -> FloatArray:
+        """The factor's values in the given precision, at the beginning of an array of `Spare`."""
+        a, divided, spare = self.analysed, self.divided, self._spare
+        values, left = spare.take(int(a.value_start[-1])), spare.take(int(divided.parts.left[-1]))
+
+        def part(root: int, runs: list[tuple[IntArray, bool]]) -> int:
+            work = spare.take(a.stack), spare.take(a.front**2), np.empty(a.front)
+            views: list[Any] = [array.view(precision) for array in (values, left, *work)]
+            waiting = np.empty(sum(len(run) for run, _ in runs), dtype=np.int64)
+            space = kernels.Work(views[2], views[3], views[4], waiting, np.zeros(2, dtype=np.int64))
+            to = (*views[:2], space)
+            bad = -1
+            for run, large in runs:
+                if bad < 0 and large:
+                    bad = kernels.supernodal_front(data, a, divided.parts, run[0], *to)
+                elif bad < 0:
+                    bad = kernels.supernodal_factor(data, a, divided.parts, run, root, *to)
+            spare.give(*work[:2])
+            return bad
+
+        bad = max(at_once(lambda s: part(s[1], [(s[0], False)]), divided.subtrees), default=-1)
+        if bad < 0:
+            bad = part(-1, divided.runs)
+        spare.give(left)
+        if bad >= 0:
+            spare.give(values)
+            raise NotPositiveDefiniteError(int(a.order[bad]))
+        return values
+
+
 class Compiled(Analysis):
     """The factorisation of a real matrix by compiled loops."""
 
@@ -154,23 +206,21 @@ class Compiled(Analysis):
     def __init__(self, lower: sparse.csc_array) -> None:
         self._pattern = lower.indptr, lower.indices
         ordered = kernels.dissected if lower.shape[0] >= DISSECTED_FROM else kernels.minimum_degree
-        self._analysed = kernels.supernodes(*self._pattern, ordered(*self._pattern))
-        self._divided = Divided.of(self._analysed)
-        self._spare = Spare()
+        self._scalar = Elimination(kernels.supernodes(*self._pattern, ordered(*self._pattern)))
 
     def factor(self, lower: sparse.csc_array) -> Factored:
         solve = self._solve(lower)
-        pair: Pair = solve.args[0]
-        sparse_pays = lower.shape[0] >= SPARSE_FROM and pair.args[1] is self._analysed
-        return Factored(self.name, True, solve, halfway=partial(self._halfway, pair) if sparse_pays else None)
+        sparse_pays = lower.shape[0] >= SPARSE_FROM and solve.args[1] is self._scalar.analysed
+        halfway = partial(self._halfway, solve) if sparse_pays else None
+        return Factored(self.name, True, solve, halfway=halfway)
 
     @cached_property
     def _paths(self) -> Paths:
-        return Paths.of(self._analysed)
+        return Paths.of(self._scalar.analysed)
 
-    def _halfway(self, pair: Pair, row: IntArray, value: FloatArray) -> FloatArray:
-        """`Factored.halfway` with the factor of `pair`: only supernodes above an entry have to do with it."""
-        values, a, _ = pair.args
+    def _halfway(self, inverse: Inverse, row: IntArray, value: FloatArray) -> FloatArray:
+        """`Factored.halfway` by a factor: only supernodes above an entry have to do with it."""
+        values, a, _ = inverse.args
         n, number, paths = len(a.order), row.shape[1], self._paths
         reached = np.array(paths.up(row.ravel()), dtype=np.int64)
         rows = np.concatenate([np.arange(a.start[s], a.start[s + 1]) for s in reached])
@@ -179,9 +229,21 @@ class Compiled(Analysis):
             own, b, x = row[:, k : k + 2], np.zeros((n, 2)), np.zeros((n, 2))
             np.add.at(b, (own, np.arange(own.shape[1])), value[:, k : k + 2])
             which = np.array(paths.up(own.ravel()), dtype=np.int64)
-            kernels.supernodal_forward(values, a, paths.undivided, which, -1, b, left, x)
+            kernels.forward_two(values, a, paths.undivided, which, -1, b, left, x)
             made[:, k : k + 2] = x[rows]
         return made[:, :number]
+
+    @cached_property
+    def _of_blocks(self) -> Elimination:
+        return Elimination(kernels.doubled(self._scalar.analysed, *self._pattern))
+
+    def of_blocks(self, blocks: Blocks) -> Solve | None:
+        indptr, _, block = blocks
+        if not memory.fits(4 * self._scalar.bytes):
+            return None
+        data = block.copy()
+        data[indptr[:-1], ::3] *= 2  # half the diagonal is kept
+        return self._of_blocks.solve(data.ravel())
 
     def preconditioner(self, lower: sparse.csc_array, *, rough: bool = False) -> Factored:
         if not rough or lower.shape[0] < SINGLE_FROM:
@@ -196,42 +258,10 @@ class Compiled(Analysis):
         rough = self.preconditioner(lower, rough=lower.shape[0] >= REFINED_FROM)
         return replace(rough, solve=partial(_refined, lower, rough.solve)) if rough.single else rough
 
-    def _solve(self, lower: sparse.csc_array, precision: Precision = np.float64) -> Pair:
+    def _solve(self, lower: sparse.csc_array, precision: Precision = np.float64) -> Inverse:
         if not all(map(np.array_equal, self._pattern, (lower.indptr, lower.indices))):
             return Compiled(lower)._solve(lower, precision)
-        values = self._numeric(lower, precision)
-        solve = partial(_solved, values.view(precision), self._analysed, self._divided)
-        finalize(solve, self._spare.give, values).atexit = False
-        return partial(by_pairs_of_columns, solve, together=TOGETHER)
-
-    def _numeric(self, lower: sparse.csc_array, precision: Precision) -> FloatArray:
-        """The factor's values in the given precision, at the beginning of an array of `Spare`."""
-        a, divided, spare = self._analysed, self._divided, self._spare
-        values, left = spare.take(int(a.value_start[-1])), spare.take(int(divided.parts.left[-1]))
-
-        def part(root: int, runs: list[tuple[IntArray, bool]]) -> int:
-            work = spare.take(a.stack), spare.take(a.front**2), np.empty(a.front)
-            views: list[Any] = [array.view(precision) for array in (values, left, *work)]
-            waiting = np.empty(sum(len(run) for run, _ in runs), dtype=np.int64)
-            space = kernels.Work(views[2], views[3], views[4], waiting, np.zeros(2, dtype=np.int64))
-            to = (*views[:2], space)
-            bad = -1
-            for run, large in runs:
-                if bad < 0 and large:
-                    bad = kernels.supernodal_front(lower.data, a, divided.parts, run[0], *to)
-                elif bad < 0:
-                    bad = kernels.supernodal_factor(lower.data, a, divided.parts, run, root, *to)
-            spare.give(*work[:2])
-            return bad
-
-        bad = max(at_once(lambda s: part(s[1], [(s[0], False)]), divided.subtrees), default=-1)
-        if bad < 0:
-            bad = part(-1, divided.runs)
-        spare.give(left)
-        if bad >= 0:
-            spare.give(values)
-            raise NotPositiveDefiniteError(int(a.order[bad]))
-        return values
+        return self._scalar.solve(lower.data, precision)
 
 
 def _refined(lower: sparse.csc_array, rough: Solve, b: FloatArray) -> FloatArray:
@@ -250,20 +280,28 @@ def _refined(lower: sparse.csc_array, rough: Solve, b: FloatArray) -> FloatArray
 
 
 def _solved(values: FloatArray, a: kernels.Supernodes, divided: Divided, b: FloatArray) -> FloatArray:
-    """For an even number of right-hand sides, (n, k)."""
-    b = np.ascontiguousarray(b)
-    x, made = unfilled(b.shape, values.dtype), unfilled(b.shape)
+    """For right-hand sides (n,) or (n, k)."""
+    sides = b.size // max(len(b), 1)
+    if not sides:  # no vertex is inside, or nothing is asked
+        return np.empty(b.shape)
+    together = TOGETHER if sides >= MANY else 2
+    if sides > together:
+        each = range(0, sides, together)
+        return np.hstack([_solved(values, a, divided, b[:, k : k + together]) for k in each])
+    to_below, from_below = WAYS.get(sides, (kernels.forward_many, kernels.backward_many))
+    own = np.ascontiguousarray(b if sides > 1 else b.ravel())
+    x, made = unfilled(own.shape, values.dtype), unfilled(own.shape)
     x[:] = 0.0
-    left = np.empty((divided.parts.rows[-1], b.shape[1]), values.dtype)
+    left = np.empty((divided.parts.rows[-1], *own.shape[1:]), values.dtype)
 
     def forward(chosen: tuple[IntArray, int]) -> None:
-        kernels.supernodal_forward(values, a, divided.parts, *chosen, b, left, x)
+        to_below(values, a, divided.parts, *chosen, own, left, x)
 
     def backward(chosen: tuple[IntArray, int]) -> None:
-        kernels.supernodal_backward(values, a, divided.parts, *chosen, x, made)
+        from_below(values, a, divided.parts, *chosen, x, made)
 
     at_once(forward, divided.subtrees)
     forward((divided.rest, -1))
     backward((divided.rest, -1))
     at_once(backward, divided.subtrees)
-    return made
+    return made.reshape(b.shape)

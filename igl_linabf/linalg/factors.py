@@ -22,6 +22,8 @@ except ImportError:
     cholmod = None
 
 
+Blocks = tuple[IntArray, IntArray, FloatArray]
+
 SIMPLICIAL_UP_TO = 25_000  # rows; supernodal CHOLMOD with a good BLAS is faster above
 NO_ROWS, NO_EQUATIONS = np.empty(0, dtype=np.int64), sparse.csc_matrix((0, 0))
 
@@ -86,6 +88,13 @@ class Analysis:
         With `rough`, a factor may be in single precision.
         """
         return self.factor(lower)
+
+    def of_blocks(self, blocks: Blocks) -> Solve | None:
+        """The inverse of U + U^T, U having 2 by 2 blocks for the entries of the pattern (`Symmetric.blocks`).
+
+        None where there is no such factor, or no memory for it.
+        """
+        return None
 
     def for_one_solve(self, lower: sparse.csc_array) -> Factored:
         """What takes least time to solve with once; a solve may raise NotConvergedError."""
@@ -188,17 +197,14 @@ class SuperLU(Analysis):
         return Factored(self.name, True, lu.solve)
 
 
-def by_pairs_of_columns(pairs: Solve, b: Array, *, together: int = 2) -> Array:
-    """The solutions for one (n,) or several (n, k) right-hand sides, by what solves for an even number.
-
-    It takes up to so many `together`.
-    """
+def by_pairs_of_columns(pairs: Solve, b: Array) -> Array:
+    """The solutions for one (n,) or several (n, k) right-hand sides, by what solves for two."""
     if not len(b):  # no vertex is inside
         return b
     columns = b.reshape(len(b), -1)
     if columns.shape[1] % 2:
         columns = np.column_stack((columns, np.zeros(len(b))))
-    made = [pairs(columns[:, k : k + together]) for k in range(0, columns.shape[1], together)]
+    made = [pairs(columns[:, k : k + 2]) for k in range(0, columns.shape[1], 2)]
     x = made[0] if len(made) == 1 else np.hstack(made or [columns])
     return x[:, : b.size // len(b)].reshape(b.shape)
 
