@@ -220,11 +220,13 @@ def _small_or_many(pieces: list[Submesh]) -> list[int]:
 def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Chart | list[_Cut]:
     """The flattened piece; or its parts, if it has to be cut further."""
     try:
-        result = _flattened(piece, task) if known is None else known.result
+        result, seams = _flattened(piece, splits, task) if known is None else (known.result, _NO_SEAM)
     except SingularSystemError:  # faces of no size beside others of the chart
         if parts := halves(piece):
             return _anew(parts)
         raise
+    if len(seams):
+        return _anew(piece.cut_along(seams))
     if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
         if parts := _less_flipped(piece, len(result.flipped), splits, task):
             return _anew(parts)
@@ -270,15 +272,25 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
     return Chart(piece.faces, result, quality, splits, len(pairs), cost)
 
 
-def _flattened(piece: Submesh, task: Task) -> Flattening:
-    """Its map; if many faces flip it is a sketch, as the piece is then cut further."""
-    method = task.method
+def _flattened(piece: Submesh, splits: int, task: Task) -> tuple[Flattening, IntArray]:
+    """Its map, and seams that are worth it by a rough one, which then is the map.
+
+    If many faces flip it is a sketch, as the piece is then cut further.
+    """
+    method, seams = task.method, _NO_SEAM
+
+    def has_tips(uv: FloatArray) -> bool:
+        nonlocal seams
+        seams = _to_tips(piece, Measured(piece, uv), splits, task)
+        return len(seams) > 0
+
     if type(method) is LinABF and method.iterations == "auto" and task.may_find_seams:
-        sketch = flattened(piece, Sketch(**vars(method)))
-        if not 0 < len(sketch.flipped) <= MANY_FLIPS * len(piece.F):
-            return sketch
+        looks = has_tips if task.weighs_stretch and not splits else None
+        sketch = flattened(piece, Sketch(**vars(method), is_enough=looks))
+        if len(seams) or not 0 < len(sketch.flipped) <= MANY_FLIPS * len(piece.F):
+            return sketch, seams
     try:
-        return flattened(piece, method)
+        return flattened(piece, method), seams
     except SingularSystemError as error:
         if isinstance(method, LinABF | ABF | Isometric):
             raise
@@ -287,7 +299,7 @@ def _flattened(piece: Submesh, task: Task) -> Flattening:
             FallbackWarning,
             stacklevel=stack_level(),
         )
-        return flattened(piece, LinABF())
+        return flattened(piece, LinABF()), seams
 
 
 def _worth_of_map(piece: Submesh, stretch: float, change: Measured, splits: int, task: Task) -> IntArray:

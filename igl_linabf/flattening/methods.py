@@ -8,11 +8,13 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, ClassVar, Literal
 
 from .._runtime import stopwatch
+from .._types import FloatArray
 from ..errors import is_number
 from ..layouts import GAP, LayoutName, check_method
 from ..linalg import SolverName
 from ..surface import Mesh, Pins
 from . import baselines
+from .first_look import looked_at
 from .ladder import (
     ACTIVE_SET_RTOL,
     Stage,
@@ -117,10 +119,21 @@ class LinABF(Method):
 
 @dataclass(frozen=True)
 class Sketch(LinABF):
-    """Linear ABF as far as it is quick, for maps that are only compared."""
+    """Linear ABF as far as it is quick, for maps that are only compared.
+
+    Attributes
+    ----------
+    is_enough : callable, optional
+        Whether a map (#V, 2) whose boundary fails to close by a little is enough, so that no further steps
+        are taken to close it.
+    """
+
+    is_enough: Callable[[FloatArray], bool] | None = None
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         stages = _automatic(None, self.tol)[:2]
+        if self.is_enough is not None and pinned is None:
+            stages.insert(1, looked_at(self.is_enough, ROUGH_GAP))
         return _climbed(self, mesh, pinned, shape, stages)
 
 
