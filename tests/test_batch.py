@@ -22,7 +22,11 @@ from hostile_methods import Hostile
 from test_interrupts import of_session
 
 from igl_linabf import MeshError, batch, unwrap
+from igl_linabf.batch_runs import places
+from igl_linabf.batch_runs.one_mesh import Settings, run
+from igl_linabf.batch_runs.running import _planned
 from igl_linabf.batch_runs.table import Table
+from igl_linabf.flattening import method_of
 from igl_linabf.io import read_file, read_mesh, read_texture, write_file
 
 distributed = pytest.importorskip("distributed")
@@ -77,9 +81,11 @@ def snapshot(out: Path) -> dict[str, tuple[int, int]]:
 
 
 def written_down(out: Path) -> set[str]:
-    """The maps that the table or its journal knows."""
-    journal = out / ".results.journal"
-    new = journal.read_text() if journal.exists() else ""
+    """The maps that the table or a journal knows."""
+    new = ""
+    for journal in out.glob(".results.journal*"):
+        with suppress(FileNotFoundError):  # the run is at its end
+            new += journal.read_text()
     rows = table(out) if (out / "results.csv").exists() else []
     return {row["output"] for row in rows if row["outcome"] == "valid" or f'"{row["output"]}"' in new}
 
@@ -279,6 +285,28 @@ def wait_for(condition: Callable[[], bool], seconds: float = 60) -> None:
     while not condition():
         assert time.monotonic() < end
         time.sleep(0.01)
+
+
+def test_what_workers_have_finished_counts_though_nobody_was_told(tmp_path: Path) -> None:
+    paths, out = disks(tmp_path / "in", [100] * 5), tmp_path / "out"
+    settings = Settings("unwrap", method_of("lscm"), "obj")
+    found = places.found([str(tmp_path / "in")], str(out))
+
+    def killed_after(number: int) -> None:
+        with pytest.raises(ZeroDivisionError), Table(str(out)) as table:  # all of it is the run
+            for task in _planned(found, table, settings, retry=False)[:number]:
+                run(task)
+            raise ZeroDivisionError
+
+    killed_after(2)
+    before = snapshot(out)
+    assert len(before) == len(written_down(out)) == 2
+    killed_after(1)  # and again
+    rest = batch(tmp_path / "in", out, method="lscm", workers=1, progress=False)
+    assert (rest.good, rest.done, len(rest.rows)) == (True, len(paths) - 3, len(paths))
+    after = snapshot(out)
+    assert all(after[name] == place for name, place in before.items())
+    assert [path.name for path in out.glob(".*")] == [".results.journal"]
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")

@@ -21,7 +21,7 @@ from ..flattening import BoundaryName, Method, Outcome, flatten
 from ..io import MeshFile, read_file, unit_square, write_file
 from ..measures import Quality, quality
 from . import places
-from .table import FAILED, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row
+from .table import FAILED, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row, write_down
 
 How = Literal["unwrap", "flatten"]
 PADDING = 2.0  # texels
@@ -82,7 +82,9 @@ def run(task: Task) -> Row:
         row = _tried(task)
     told = dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, UserWarning))
     message = " ".join("; ".join(filter(None, (row.message, *told))).split())
-    return replace(row, message=message, seconds=perf_counter() - start)
+    row = replace(row, message=message, seconds=perf_counter() - start)
+    write_down(row, task.folder)
+    return row
 
 
 def _tried(task: Task) -> Row:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import json
 import os
+import platform
 import sys
 from collections.abc import Iterable
 from contextlib import nullcontext, suppress
@@ -90,12 +91,31 @@ def shown(path: str) -> str:
     return path.encode("utf-8", "backslashreplace").decode().replace("\n", "\\n").replace("\r", "\\r")
 
 
+def write_down(row: Row, folder: str) -> None:
+    """Append a row to the journal of this worker."""
+    if places.is_url(folder):
+        return
+    path = os.path.join(folder, f"{JOURNAL}-{platform.node()}-{os.getpid()}")
+    journal = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+    try:
+        _append(row, journal, path)
+    finally:
+        os.close(journal)
+
+
+def _append(row: Row, journal: int, path: str) -> None:
+    line = json.dumps(asdict(row)).encode() + b"\n"
+    if os.write(journal, line) < len(line):
+        raise OSError(28, "No space left on device", path)
+
+
 class Table:
     """The rows of an output folder, on disk and here; only one process at a time has it open.
 
     Every result is appended to the journal at once. The table itself is written anew now and then, and where
-    the table is closed; opened again, it has what the journal knows. Where a URL has the folder there is no
-    journal: the table on disk may lack the last results.
+    the table is closed; opened again, it has what the journal knows, and those of the workers, which may have
+    done more than this process has heard of when it is killed. Where a URL has the folder there are no
+    journals: the table on disk may lack the last results.
     """
 
     def __init__(self, folder: str) -> None:
@@ -112,7 +132,10 @@ class Table:
         try:
             if self._journal is not None:
                 _lock(self._journal, self.folder)
-            self._rows = {row.input: row for row in (*self._of_csv(), *self._of_journal())}
+            known = *self._of_csv(), *self._of_journal(JOURNAL)
+            self._rows = {row.input: row for row in known}
+            for name in self._workers_journals():  # rows of an input are as new as the table's, or newer
+                self._rows |= {row.input: row for row in self._of_journal(name)}
         except BaseException:
             self._close()
             raise
@@ -122,6 +145,8 @@ class Table:
         try:
             with nullcontext() if kind is None else suppress(OSError):  # what ended the run is told
                 self.write()
+                if kind is None:
+                    self._forget_workers()
         finally:
             self._close()
 
@@ -143,14 +168,13 @@ class Table:
         kept = {row.input: row for row in self._rows.values() if row.outcome != WAITING}
         self._rows = {**{k: row for k, row in kept.items() if k not in planned}, **planned}
         self.write()
+        self._forget_workers()
         self._cost = 0.0  # pyarrow's imports are no part of the next
 
     def add(self, row: Row) -> None:
         """A result."""
         if self._journal is not None:
-            line = json.dumps(asdict(row)).encode() + b"\n"
-            if os.write(self._journal, line) < len(line):
-                raise OSError(28, "No space left on device", os.path.join(self.folder, JOURNAL))
+            _append(row, self._journal, os.path.join(self.folder, JOURNAL))
         self._rows[row.input] = row
         if perf_counter() - self._written_at > PAUSES * self._cost:
             self.write()
@@ -189,10 +213,20 @@ class Table:
             pass
         raise OSError(None, "is no table of a batch: move it away", places.joined(self.folder, CSV))
 
-    def _of_journal(self) -> list[Row]:
+    def _workers_journals(self) -> list[str]:
         if self._journal is None:
             return []
-        data = Path(self.folder, JOURNAL).read_bytes()
+        return sorted(name for name in os.listdir(self.folder) if name.startswith(f"{JOURNAL}-"))
+
+    def _forget_workers(self) -> None:
+        """Remove the journals of workers, whose rows are in the table that is written."""
+        for name in self._workers_journals():
+            Path(self.folder, name).unlink(missing_ok=True)
+
+    def _of_journal(self, name: str) -> list[Row]:
+        if self._journal is None:
+            return []
+        data = Path(self.folder, name).read_bytes()
         whole, _, _ = data.rpartition(b"\n")  # a process may have been killed in the midst of a line
         return [Row(**json.loads(line)) for line in whole.splitlines()]
 
