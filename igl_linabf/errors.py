@@ -71,6 +71,7 @@ def is_number(
 def stack_level() -> int:
     """Depth of the first frame outside this package, so that a warning points at the caller."""
     level, frame = 1, sys._getframe(1)
-    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith("igl_linabf"):
+    inside = ("igl_linabf", "contextlib")  # whose frames are between those of context managers
+    while frame.f_back is not None and frame.f_globals.get("__name__", "").startswith(inside):
         level, frame = level + 1, frame.f_back
     return level

@@ -253,3 +253,13 @@ def test_the_figures_of_json_are_those_of_the_api(mesh, tmp_path) -> None:
     assert said["quality"] == pytest.approx(dataclasses.asdict(quality(V, F, linabf(V, F))))
     assert said["result"]["ladder"][0]["name"] == "linear step"
     assert "uv" not in said["result"]
+
+
+def test_a_folder_is_no_mesh_and_patterns_pass_over_folders(mesh, tmp_path, capsys) -> None:
+    (tmp_path / "in" / "more").mkdir(parents=True)
+    shutil.copy(mesh, tmp_path / "in" / "one.obj")
+    assert main(["unwrap", str(tmp_path / "in"), "-o", str(tmp_path / "one.obj")]) == 2
+    assert "is a folder: give its files, or use igl-linabf batch" in capsys.readouterr().err
+    assert main(["unwrap", str(tmp_path / "in" / "*"), "-o", str(tmp_path / "one.obj"), "--quiet"]) == 0
+    assert (tmp_path / "one.obj").exists()
+    assert "folder" not in capsys.readouterr().err

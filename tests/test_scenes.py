@@ -303,6 +303,38 @@ def test_freesurfer_and_3mf_and_vtp_come_in(tmp_path: Path) -> None:
     assert (again.cell_data["label"] == np.arange(len(F))).all()
 
 
+def test_colours_and_normals_of_vtp_come_in_and_a_warning_points_at_the_caller(tmp_path: Path) -> None:
+    pyvista = pytest.importorskip("pyvista")
+    ball = pyvista.Icosphere(nsub=1).compute_normals(cell_normals=False, split_vertices=False)
+    ball.point_data["shade"] = (np.arange(ball.n_points * 3) % 256).reshape(-1, 3).astype(np.uint8)
+    ball.save(tmp_path / "ball.vtp")
+    before, after = unwrapped(tmp_path / "ball.vtp", tmp_path / "ball.glb")
+    for mesh in (before, after):
+        assert mesh.colours is not None
+        corners = mesh.V[mesh.polygons.corners]
+        at = pyvista.PolyData(np.asarray(ball.points)).find_closest_point
+        nearest = [at(point) for point in corners]
+        shade = ball.point_data["shade"][nearest] / 255
+        assert np.abs(mesh.colours[mesh.polygons.corners][:, :3] - shade).max() < 1e-3
+        normals = mesh.extras.normals[mesh.extras.normal]
+        assert (np.einsum("ij,ij->i", normals, ball.point_normals[nearest]) > 1 - 1e-6).all()
+    with pytest.warns(MeshWarning, match="VTP does not keep .*normals") as caught:
+        write_file(tmp_path / "ball.vtp", after, after.TC, after.FTC)
+    assert {warning.filename for warning in caught} == {__file__}
+
+
+def test_3mf_leaves_out_faces_with_a_vertex_twice(tmp_path: Path) -> None:
+    pytest.importorskip("lib3mf")
+    V, F = np.eye(3), np.array([[0, 1, 1], [0, 1, 2], [2, 2, 2]])
+    with pytest.warns(MeshWarning, match="faces 0, 2 have a vertex twice, which 3MF does not know"):
+        write_mesh(tmp_path / "one.3mf", V, F, V[:, :2])
+    mesh = read_file(tmp_path / "one.3mf")
+    assert np.allclose(mesh.V[mesh.triangles], V[F[1:2]])
+    with pytest.raises(MeshError, match="no face has three vertices"):
+        write_mesh(tmp_path / "none.3mf", V, F[[0, 2]], V[:, :2])
+    assert not (tmp_path / "none.3mf").exists()
+
+
 @pytest.mark.parametrize("name", ["scene.glb", "box.vtp", "two.3mf", "lh.surf.gii", "lh.white"])
 def test_damaged_files_are_refused_in_one_sentence(tmp_path: Path, name: str) -> None:
     V, F = igl.icosahedron()

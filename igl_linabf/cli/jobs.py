@@ -53,6 +53,8 @@ def _in_one_bar(options: argparse.Namespace, run: Run) -> int:
 
 def given_mesh(options: argparse.Namespace) -> MeshFile:
     """What the file of `options.mesh` holds."""
+    if options.mesh.is_dir():
+        raise ValueError(f"{options.mesh} is a folder: give its files, or use igl-linabf batch")
     with part("reading", READ):
         return read_file(options.mesh)
 
@@ -67,7 +69,7 @@ def _expanded(given: Sequence[str]) -> list[str]:
     for name in given:
         found = [name]
         if glob.has_magic(name) and not os.path.exists(name):
-            found = sorted(glob.glob(name, recursive=True))
+            found = sorted(path for path in glob.glob(name, recursive=True) if not os.path.isdir(path))
             if not found:
                 raise ValueError(f"{name}: no file has such a name")
         names += found

@@ -69,10 +69,12 @@ def direction(text: str) -> list[float] | str:
     """Three numbers with commas between, or "back"."""
     if text == "back":
         return text
-    numbers = [float(number) for number in text.split(",")]
-    if len(numbers) != 3:
-        raise argparse.ArgumentTypeError(f"{text!r} is no direction: give three numbers, as 0,-1,0, or back")
-    return numbers
+    try:
+        x, y, z = (float(number) for number in text.split(","))
+    except ValueError:
+        said = f"{text!r} is no direction: give three numbers, as 0,-1,0, or back"
+        raise argparse.ArgumentTypeError(said) from None
+    return [x, y, z]
 
 
 def _table(path: str, kind: type, what: str) -> Any:

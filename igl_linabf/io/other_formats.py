@@ -2,9 +2,11 @@
 
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from .._types import FloatArray
 from ..errors import MeshError, some
 from ..surface import Polygons, topology_of
 from .mesh_file import MeshFile
@@ -48,11 +50,26 @@ def parse_vtp(path: Path) -> MeshFile:
     if (polygons.sizes < 3).any():
         raise Damaged("it has polygons of less than three corners")
     TC = mesh.active_texture_coordinates
-    made = checked(np.asarray(mesh.points, dtype=np.float64), polygons, Extras(source=mesh))
+    normals = mesh.point_data.active_normals
+    extras = Extras(
+        colours=_colours(mesh),
+        normals=None if normals is None else np.asarray(normals, dtype=np.float64),
+        normal=None if normals is None else corners,
+        source=mesh,
+    )
+    made = checked(np.asarray(mesh.points, dtype=np.float64), polygons, extras)
     if TC is None:
         return made
     map_, same = np.unique(np.asarray(TC, dtype=np.float64)[:, :2], axis=0, return_inverse=True)
     return replace(made, TC=map_, texture=same.ravel().astype(np.int64)[polygons.corners])
+
+
+def _colours(mesh: Any) -> FloatArray | None:
+    """The first array of bytes at the points with three or four columns, as VTK has colours."""
+    for values in mesh.point_data.values():
+        if values.dtype == np.uint8 and values.ndim == 2 and values.shape[1] in (3, 4):
+            return np.asarray(values, dtype=np.float64) / 255
+    return None
 
 
 def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:

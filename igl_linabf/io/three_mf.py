@@ -1,5 +1,6 @@
 """3MF, by lib3mf: objects where the build places them, their names, the unit, texture coordinates."""
 
+import warnings
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -8,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._types import FloatArray
+from .._types import BoolArray, FloatArray
+from ..errors import MeshError, MeshWarning, some, stack_level
 from ..surface import Polygons
 from .mesh_file import MeshFile
 from .one_index import single
@@ -109,8 +111,9 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
     names, part = mesh.extras.parts or (("",), np.zeros(len(mesh.polygons), dtype=np.int64))
     group = _group(lib3mf, model, mesh)
     part, corners = part[mesh.split.face], mesh.texture[mesh.split.place]
-    for i in np.unique(part).tolist():
-        mine = part == i
+    kept = _with_three_vertices(mesh)
+    for i in np.unique(part[kept]).tolist():
+        mine = (part == i) & kept
         used, F = np.unique(mesh.triangles[mine], return_inverse=True)
         thing = model.AddMeshObject()
         thing.SetName(names[i] if i >= 0 else "")
@@ -124,6 +127,19 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
         thing.SetObjectLevelProperty(group.GetResourceID(), int(corners[mine][0, 0]) + 1)
         model.AddBuildItem(thing, wrapper.GetIdentityTransform())
     model.QueryWriter("3mf").WriteToFile(temporary)
+
+
+def _with_three_vertices(mesh: MeshFile) -> BoolArray:
+    """The triangles that 3MF takes; a warning names the faces of the others."""
+    F = mesh.triangles
+    kept = np.asarray((np.roll(F, 1, axis=1) != F).all(axis=1))
+    left_out = np.unique(mesh.split.face[~kept])
+    if len(left_out) == len(mesh.polygons):
+        raise MeshError("no face has three vertices, as 3MF asks for: write OBJ, or remove them")
+    if len(left_out):
+        said = f"faces {some(left_out)} have a vertex twice, which 3MF does not know: they are left out"
+        warnings.warn(said, MeshWarning, stacklevel=stack_level())
+    return kept
 
 
 def _group(lib3mf: Any, model: Any, mesh: MeshFile) -> Any:
