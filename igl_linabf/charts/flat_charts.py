@@ -43,7 +43,8 @@ class Flat:
     @cached_property
     def centre(self) -> FloatArray:
         """Of the cells, in the map."""
-        return centres(self.piece.cells[0], self.uv[self.piece.F].mean(axis=1))
+        a, b, c = self.uv[self.piece.topology.corner]
+        return centres(self.piece.cells[0], (a + b + c) / 3)
 
     @cached_property
     def sides(self) -> IntArray:
@@ -83,7 +84,8 @@ class Flat:
     @cached_property
     def hull(self) -> float:
         """The area of the convex hull of those points that are farthest out in some directions."""
-        x, y = self.uv[(self.uv @ OUTWARDS).argmax(axis=0)].T
+        rim = self.uv[self.rim[0][:, 0]]
+        x, y = rim[(rim @ OUTWARDS).argmax(axis=0)].T
         return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1))) / 2
 
     @cached_property

@@ -6,8 +6,11 @@ ones are found again on a fine grid, with the turns that they have. If there is 
 are tried before: a chart at another place of the order, or held in one direction.
 """
 
+from __future__ import annotations
+
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -159,15 +162,24 @@ class _Grown:
     Gaps are shares of the side of `layout`; so it serves only pages that are not larger.
     """
 
-    layout: Layout
+    pages: _Pages
     order: IntArray
-    places: IntArray  # of charts in this order: mask, page, column and row
+    side: float
     cells: int  # along the square's side, with a gap
     reached: float
 
+    @cached_property
+    def layout(self) -> Layout:
+        return self.pages.layout(self.order, self.side)
+
+    @property
+    def places(self) -> IntArray:
+        """Of charts in this order: mask, page, column and row."""
+        return self.pages.places
+
     @property
     def serves(self) -> bool:
-        return self.reached <= self.layout.side
+        return self.reached <= self.side
 
 
 def _coarse(charts: Charts, shaped: IntArray, spacing: Spacing) -> list[_Grown]:
@@ -276,13 +288,22 @@ def _row(charts: Charts, chosen: IntArray, turns: Turns, cells: float, gap: floa
 
 @dataclass(frozen=True, eq=False)
 class _Pages:
-    """Pages with charts on them; in units of the charts."""
+    """Pages with some of `n` charts on them; in cells, `cells` of which are a unit of the charts."""
 
-    places: IntArray  # in cells, in the order of the charts: mask, page, column and row
-    extents: IntArray  # in cells, widths and heights that are taken
-    turn: ComplexArray
-    number: IntArray
-    corner: ComplexArray
+    n: int
+    row: Row
+    cells: float
+    places: IntArray  # in the order of the charts: mask, page, column and row
+    extents: IntArray  # widths and heights that are taken
+
+    def layout(self, order: IntArray, side: float) -> Layout:
+        """Where charts are that were placed in this order; the others stay at 0 on the first page."""
+        k, page, x, y = self.places.T
+        turn, corner = np.ones(self.n, dtype=np.complex128), np.zeros(self.n, dtype=np.complex128)
+        number = np.zeros(self.n, dtype=np.int64)
+        turn[order], number[order] = self.row.turns[k], page
+        corner[order] = (x + 1j * y) / self.cells - self.row.origin[k]
+        return Layout(turn, number, corner, side)
 
 
 def _grown(
@@ -298,9 +319,8 @@ def _grown(
 
 def _grown_to(pages: _Pages, order: IntArray, side: float, grid: int, spacing: Spacing) -> _Grown:
     cells = int(pages.extents.max())
-    layout = Layout(pages.turn, pages.number, pages.corner, side)
     reached = (cells - spacing.gap * grid) / grid * side / spacing.inner
-    return _Grown(layout, order, pages.places, cells, reached)
+    return _Grown(pages, order, side, cells, reached)
 
 
 def _placed(
@@ -319,14 +339,9 @@ def _placed(
     The places of the first charts may be `known`.
     """
     places, extents = row.placed(side, most, spans, known)
-    k, page, x, y = places.T
-    if (k < 0).any():
+    if len(places) and places[-1, 0] < 0:
         return None
-    turn, corner = np.ones(n, dtype=np.complex128), np.zeros(n, dtype=np.complex128)
-    number = np.zeros(n, dtype=np.int64)
-    turn[order], number[order] = row.turns[k], page
-    corner[order] = (x + 1j * y) / cells - row.origin[k]
-    return _Pages(places, extents, turn, number, corner)
+    return _Pages(n, row, cells, places, extents)
 
 
 def _on_pages(
@@ -340,10 +355,11 @@ def _on_pages(
     made = _placed(n, order, row, row.spans, cells, inner, len(order) if pages is None else pages)
     if made is None:
         return None
-    turn, number, corner = made.turn, made.number, made.corner
+    layout = made.layout(order, side)
     small = np.setdiff1d(np.arange(len(charts.outlines)), shaped)
     if not len(small):
-        return Layout(turn, number, corner, side)
+        return layout
+    turn, number, corner = layout.turn, layout.page, layout.corner
     sheets = row.taken(inner, made.places)
     width, height = charts.sizes[small].T
     lies = width >= height
@@ -364,4 +380,4 @@ def _on_pages(
         low = (places @ [1, 1j] + gap / 2 * (1 + 1j)) / cells
         corner[small[on]] = low + np.where(lies[on], 0, charts.sizes[small[on], 1])
         first, at = first + len(places), at + 1
-    return Layout(turn, number, corner, side)
+    return layout

@@ -92,19 +92,20 @@ class Row:
     @classmethod
     def of(cls, masks: Sequence[Masks]) -> Row:
         """That of these charts."""
-        masks = (NO_MASKS, *masks)
+        if not masks:
+            masks = (NO_MASKS,)
         first = Parts.of_sizes([len(one.turns) for one in masks])
-        blocks = Parts.of_sizes([len(one.blocks) for one in masks])
-        start = np.concatenate([*(one.start[:-1] for one in masks), blocks.start[-1:]])
-        start[:-1] += np.repeat(blocks.start[:-1], first.sizes)
-        spans = np.column_stack((first.start[1:-1], first.start[2:]))
-        turns, origin = (
-            np.concatenate([getattr(one, name) for one in masks]) for name in ("turns", "origin")
+        reached = Parts.of_sizes([len(one.blocks) for one in masks]).start
+        start = np.concatenate([*(one.start[:-1] for one in masks), reached[-1:]])
+        start[:-1] += first.spread(reached[:-1])
+        return cls(
+            np.stack((first.start[:-1], first.start[1:]), axis=1),
+            np.concatenate([one.turns for one in masks]),
+            np.concatenate([one.shapes for one in masks]),
+            np.concatenate([one.origin for one in masks]),
+            np.concatenate([one.blocks for one in masks]),
+            start,
         )
-        shapes, every = (
-            np.concatenate([getattr(one, name) for one in masks]) for name in ("shapes", "blocks")
-        )
-        return cls(spans, turns, shapes, origin, every, start)
 
     def placed(
         self, side: int, most: int, spans: IntArray, known: IntArray = NONE_KNOWN

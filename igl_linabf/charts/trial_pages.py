@@ -8,9 +8,10 @@ from itertools import pairwise
 import numpy as np
 
 from .._types import IntArray
-from ..surface import Parts
+from ..surface import Parts, coordinates
 from .layout_search import ROOM, SHARE, turns_of
 from .outlines import Masks, Outline, Row, masks_of
+from .shelves import extents
 from .spacing import Spacing
 
 DIRECTIONS = 8  # of charts
@@ -55,7 +56,8 @@ class TrialPage:
 
     def drawn(self, outlines: Sequence[Outline]) -> list[Drawn]:
         """Charts, turned to their narrowest rectangles."""
-        sizes = np.array([np.ptp(np.column_stack((o.start.real, o.start.imag)), axis=0) for o in outlines])
+        sides = Parts.of_sizes([len(outline.start) for outline in outlines])
+        sizes = coordinates(extents(np.concatenate([outline.start for outline in outlines]), sides)[1])
         areas = np.array([outline.area for outline in outlines])
         turns = turns_of(areas, sizes, self.area, DIRECTIONS, self.upright)
         masks = masks_of(outlines, turns, self._cells, self.spacing.gap * CELLS)
@@ -99,7 +101,7 @@ class TrialPage:
         room = ROOM * CELLS
         while limit >= 1:
             places, extents = row.placed(int(min(room, limit)), 1, spans)
-            if (places[:, 0] >= 0).all():
+            if places[-1, 0] >= 0:
                 return float(((extents.max() - gap) / inner) ** 2)
             if room >= limit:
                 break

@@ -26,7 +26,9 @@ class Parts:
     @classmethod
     def of_sizes(cls, sizes: Sequence[int] | IntArray) -> Parts:
         """Parts of these sizes."""
-        return cls(np.concatenate(([0], np.cumsum(np.asarray(sizes, dtype=np.int64)))))
+        start = np.zeros(len(sizes) + 1, dtype=np.int64)
+        np.cumsum(sizes, out=start[1:])
+        return cls(start)
 
     def __len__(self) -> int:
         return len(self.start) - 1
