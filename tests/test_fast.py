@@ -50,6 +50,19 @@ def masks_in_turn(scale=1):
     return 48 * scale, 3, row.spans, row.shapes, row.blocks, row.start, NONE_KNOWN
 
 
+def stars_in_places():
+    """What `masks_in_turn` is placed as."""
+    side, most, spans, shapes, blocks, start, none = masks_in_turn()
+    places, _ = kernels.placed(side, most, spans, shapes, blocks, start, none)
+    return side, places, blocks, start
+
+
+def boxes_beside(taken):
+    """Low ones, the highest ones first, of which most find room; and cells that are taken."""
+    sizes = np.random.default_rng(3).uniform((0.3, 0.5), (6, 5), (60, 2))
+    return sizes[np.argsort(-sizes[:, 1])], taken
+
+
 def groups_of_points():
     """A turned box of a grid, all four sides of which are as good; a pentagon; a cloud; a line."""
     x, y = np.divmod(np.arange(12), 4)
@@ -213,6 +226,8 @@ def cases():
         "without_rows": (*rows[:2], own, rng.normal(size=2 * len(some)), rng.normal(size=2 * pattern.n + 3)),
         "left_at_rows": (*rows[:2], own, some, *rng.normal(size=(2, 2 * pattern.n + 3))),
         "placed": (*masks_in_turn(),),
+        "taken_cells": stars_in_places(),
+        "on_shelves": boxes_beside(kernels.taken_cells(*stars_in_places())[0]),
         "narrowest_turns": groups_of_points(),
         "divisions": (
             mesh.V[:, :2],

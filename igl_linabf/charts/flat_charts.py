@@ -10,9 +10,9 @@ import numpy as np
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import lengths, narrowest_turns
 from ..surface import Parts, Submesh, centres, complex_positions, connected_labels, signed_double_areas
+from .extents import extents
 from .outlines import Outline
 from .pieces import of_own_size, on_part
-from .shelves import extents
 
 OUTWARDS = np.stack((np.cos(np.pi / 16 * np.arange(32)), np.sin(np.pi / 16 * np.arange(32))))
 

@@ -15,8 +15,8 @@ from functools import cached_property
 import numpy as np
 
 from .._types import ComplexArray, FloatArray, IntArray
+from ..kernels import on_shelves
 from .outlines import NONE_KNOWN, Outline, Row, masks_of
-from .shelves import on_shelves
 from .spacing import Spacing
 
 FEW, SOME = 24, 40  # charts up to which as many turns and layouts are tried as for few, or for some
@@ -347,7 +347,10 @@ def _placed(
 def _on_pages(
     charts: Charts, shaped: IntArray, turns: Turns, side: float, spacing: Spacing, pages: int | None
 ) -> Layout | None:
-    """Charts on pages of this side; the small ones as rectangles in what the others leave."""
+    """Charts on pages of this side; the small ones as rectangles in what the others leave.
+
+    The rectangles lie, and stand on shelves, the highest ones first.
+    """
     n, gap, cells = len(charts.outlines), spacing.gap * FIXED, FIXED / side
     inner = int(spacing.inner * FIXED + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]

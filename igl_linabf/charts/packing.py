@@ -14,9 +14,9 @@ from .._types import ComplexArray, FloatArray, IntArray
 from ..errors import MeshError, is_number
 from ..kernels import narrowest_turns
 from ..surface import Parts, Submesh, complex_positions, coordinates, signed_double_areas
+from .extents import areas, extents
 from .layout_search import Charts, Layout, fixed_layout, largest_layout
 from .outlines import outlines
-from .shelves import areas, extents
 from .spacing import PADDING, Spacing
 
 UDIM_ROW = 10  # pages side by side

@@ -9,9 +9,9 @@ import numpy as np
 
 from .._types import IntArray
 from ..surface import Parts, coordinates
+from .extents import extents
 from .layout_search import ROOM, SHARE, turns_of
 from .outlines import Masks, Outline, Row, masks_of
-from .shelves import extents
 from .spacing import Spacing
 
 DIRECTIONS = 8  # of charts

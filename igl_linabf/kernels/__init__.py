@@ -43,6 +43,7 @@ from .paths import (
 from .places import placed, taken_cells
 from .rectangles import narrowest_turns
 from .sheets import overlap_sheets
+from .shelves import on_shelves
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved, solved_inside
 from .some_rows import block_rows, blocks_of_rows, left_at_rows, without_rows

@@ -308,6 +308,21 @@ def placed(
     return places, np.column_stack((widths, heights)).astype(np.int64)
 
 
+def _taken_cells(side: int, places: IntArray, blocks: IntArray, start: IntArray) -> BoolArray:
+    pages = 0
+    for chart in range(len(places)):
+        pages = max(pages, places[chart, 1] + 1)
+    taken = np.zeros((pages, side, side), dtype=np.bool_)
+    for chart in range(len(places)):
+        k, page, x, y = places[chart, 0], places[chart, 1], places[chart, 2], places[chart, 3]
+        for i in range(start[k], start[k + 1]):
+            for row in range(y + blocks[i, 0], y + blocks[i, 0] + blocks[i, 3]):
+                for column in range(x + blocks[i, 1], x + blocks[i, 1] + blocks[i, 2]):
+                    taken[page, row, column] = True
+    return taken
+
+
+@with_loops(_taken_cells)
 def taken_cells(side: int, places: IntArray, blocks: IntArray, start: IntArray) -> BoolArray:
     """The cells (#pages, side, side) that charts at their places take, as `placed` gives these."""
     pages = int(places[:, 1].max(initial=-1)) + 1
