@@ -15,11 +15,13 @@ from igl_linabf.angles import (
     State,
     constraints_of,
     converge,
+    converged,
     corner_angles,
     initial_estimate,
 )
 from igl_linabf.angles.converged import _searched, objective
 from igl_linabf.angles.full_system import interior_rows, right_hand_sides, triangle_rows
+from igl_linabf.kernels import is_fast
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import planar
 
@@ -111,6 +113,16 @@ def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) ->
         default, exact = (float((((result.angles - start) / start) ** 2).mean()) for result in made)
         assert abs(default / exact - 1) <= 5e-5
     assert made[0].steps[-1].residual <= ABF().tol
+
+
+@pytest.mark.skipif(not is_fast(), reason="numba is not installed")
+def test_a_factor_of_the_system_itself_saves_inner_steps_and_changes_nothing(monkeypatch) -> None:
+    V, F = load("disk__optcuts_armadillo_i_f10000.obj")
+    made = flatten(V, F, ABF(tol=1e-9))
+    monkeypatch.setattr(converged, "LABOUR", np.inf)
+    expected = flatten(V, F, ABF(tol=1e-9))
+    assert made.inner_steps <= 0.7 * expected.inner_steps
+    assert np.abs(made.angles - expected.angles).max() <= 1e-7
 
 
 def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:

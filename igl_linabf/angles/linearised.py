@@ -58,8 +58,10 @@ class Linearised:
         The columns of the closing rows that `inverse` was solved for.
     slivers : SliverRows or None
         The rows of slivers, for the correction of the preconditioner.
+    own : callable or None
+        The inverse of an earlier S, which preconditions instead.
     precondition : callable or None
-        diag(L_s, L_s)^-1, bordered and corrected.
+        That, or diag(L_s, L_s)^-1, bordered and corrected.
     whole : Factored or None
         The factor of S, if it was factored as a whole.
     whole_analysis : Analysis or None
@@ -77,6 +79,7 @@ class Linearised:
     inverse: Factored | None = None
     across: Across | None = None
     slivers: SliverRows | None = None
+    own: Solve | None = None
     precondition: Solve | None = None
     whole: Factored | None = None
     whole_analysis: Analysis | None = None
@@ -98,7 +101,7 @@ class Linearised:
     @property
     def without_factors(self) -> Linearised:
         """The same without what only its own solves need; columns of closing rows may serve others."""
-        return replace(self.without_matrix, inverse=None)
+        return replace(self.without_matrix, inverse=None, own=None)
 
     @property
     def without_matrix(self) -> Linearised:
@@ -153,6 +156,7 @@ def linearise(
     close_paths: bool = True,
     same_factor: bool = False,
     same_slivers: bool = True,
+    by_own: bool = False,
     fall_back: bool = True,
 ) -> Linearised:
     """Linearise the constraints at some angles, and prepare to solve for errors weighed by `weights`.
@@ -173,6 +177,9 @@ def linearise(
         Use the factor of `reuse` as the preconditioner.
     same_slivers : bool
         Reuse the sliver rows of `reuse`.
+    by_own : bool
+        Precondition by a factor of S itself, if that is possible, and no rows close anything. It takes as
+        long as some inner steps, and serves for later systems with `same_factor`.
     fall_back : bool
         Factor the whole system where the preconditioner is singular.
 
@@ -198,6 +205,7 @@ def linearise(
             lin,
             laplacian=reuse.laplacian,
             inverse=reuse.inverse if same_factor else None,
+            own=reuse.own if same_factor else None,
             across=reuse.across,
             slivers=slivers,
             whole_analysis=reuse.whole_analysis,
@@ -205,6 +213,8 @@ def linearise(
         )
     if problem.solvers.direct:
         return _factored(lin, at)
+    if by_own and closing is None:
+        lin = _by_own(lin)
     try:
         return _preconditioned(lin)
     except NotPositiveDefiniteError:
@@ -213,9 +223,23 @@ def linearise(
         return _fallen_back(lin, at, "the preconditioner is singular in double precision")
 
 
+def _by_own(lin: Linearised) -> Linearised:
+    """Add the inverse of S, or of that earlier one, if there can be one."""
+    if lin.own is not None or lin.laplacian is None:
+        return lin
+    with timed("factor"):
+        try:
+            own = lin.laplacian.of_blocks(lin.S.blocks)
+        except NotPositiveDefiniteError:  # that of the Laplacian may yet be
+            return lin
+    return lin if own is None else replace(lin, own=own, inverse=None)
+
+
 def _preconditioned(lin: Linearised, *, rough: bool = True) -> Linearised:
     """Add the preconditioner: diag(L_s, L_s)^-1, bordered by the closing rows, corrected on sliver rows."""
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
+    if lin.own is not None and lin.closing is None:
+        return replace(lin, precondition=lin.own, how="conjugate gradients, compiled Cholesky")
     if laplacian is None or inverse is None:
         with timed("assembly"):
             lower = lin.system.laplacian()

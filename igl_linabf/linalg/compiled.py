@@ -25,6 +25,7 @@ DIVIDED_FROM = 20_000  # rows from which threads save more time than they take t
 DISSECTED_FROM = 250_000  # rows from which separators save more time than they take to find
 SPARSE_FROM = 20_000  # rows from which it pays to go only where the entries of a right-hand side lead
 SINGLE_FROM = 250_000  # rows from which a preconditioner is in single precision: two thirds of the time
+BLOCKS_UP_TO = 250_000  # rows, above which a factor of 2 by 2 blocks saves no time, and takes much memory
 REFINED_FROM = 1_000_000  # rows from which a solve, too, is by one, and memory counts
 ALL_DIGITS, MOST_TO_REFINE = 1e-10, 20  # relative residual, and steps at most
 SHARED_FROM = 1e8  # operations for a supernode above the subtrees from which threads share them
@@ -239,7 +240,7 @@ class Compiled(Analysis):
 
     def of_blocks(self, blocks: Blocks) -> Solve | None:
         indptr, _, block = blocks
-        if not memory.fits(4 * self._scalar.bytes):
+        if len(indptr) > BLOCKS_UP_TO or not memory.fits(4 * self._scalar.bytes):
             return None
         data = block.copy()
         data[indptr[:-1], ::3] *= 2  # half the diagonal is kept
