@@ -9,35 +9,12 @@ from numpy.typing import ArrayLike
 
 from .._runtime import advance, part
 from .._types import FloatArray, IntArray
-from ..errors import FallbackWarning, MeshError, SingularSystemError, some, stack_level
-from ..flattening import (
-    ABF,
-    Flattening,
-    Isometric,
-    LinABF,
-    Method,
-    Outcome,
-    Sketch,
-    flatten_together,
-    guaranteed,
-)
-from ..measures import (
-    change_of,
-    overlapping_pairs_of_chart,
-    overlapping_pairs_of_each,
-    quality_of,
-    quality_of_each,
-)
-from ..surface import (
-    Cleaned,
-    Submesh,
-    check_finite,
-    complex_positions,
-    flipped_faces,
-    seam_mask,
-    signed_double_areas,
-)
+from ..errors import FallbackWarning, SingularSystemError, some, stack_level
+from ..flattening import ABF, Flattening, Isometric, LinABF, Method, Sketch, flatten_together, guaranteed
+from ..measures import overlapping_pairs_of_chart, overlapping_pairs_of_each, quality_of, quality_of_each
+from ..surface import Cleaned, Submesh, check_finite, seam_mask
 from .atlas import BEYOND_USE, ROUNDING, Chart
+from .bijectively import made_bijective
 from .crease_cuts import is_isometric, parted
 from .creases import extent
 from .given import sides_of_cleaned
@@ -46,8 +23,7 @@ from .kept_maps import Known, Measured, kept_maps
 from .laid_narrower import laid_narrower
 from .lone_slivers import with_width
 from .overlap_seams import MAX_SPLITS, parts_between
-from .pieces import flattened
-from .scaf import moved_apart
+from .pieces import flattened, on_part
 from .seams import MEDIUM, seams_of
 from .small_charts import with_small_joined
 from .tips import TIPPED, seams_to_tips
@@ -237,7 +213,7 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         return _anew(parts)
     pairs, cost = overlapping_pairs_of_chart(piece.topology, result.uv) if known is None else known.pairs, 0.0
     without_tips, change = known is not None and known.without_tips, Measured(piece, result.uv)
-    moved = _made_bijective(piece, result) if len(pairs) and task.bijective and not result.holes else None
+    moved = made_bijective(piece, result) if len(pairs) and task.bijective and not result.holes else None
     if moved is not None:
         result, cost = moved
         pairs, known = overlapping_pairs_of_chart(piece.topology, result.uv), None
@@ -257,7 +233,14 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
             parts = [disk for part in parted(piece, result.uv, pairs) for disk in _disks(part, task)]
             parts = parts or parts_between(piece, piece.faces[pairs])
             if len(parts) > 1:
-                return list(zip(parts, kept_maps(piece, result, parts, pairs, without_tips), strict=True))
+                kept = kept_maps(piece, result, parts, pairs, without_tips)
+                if not task.weighs_stretch or few or not result.outcome.good:
+                    return list(zip(parts, kept, strict=True))
+                return [
+                    tipped
+                    for part, known in zip(parts, kept, strict=True)
+                    for tipped in _cut_to_tips(piece, result, part, known, splits, task)
+                ]
     elif len(pairs) and (parts := halves(piece)):
         return _anew(parts)
     quality = None if known is None else known.quality
@@ -322,6 +305,17 @@ def _to_tips(piece: Submesh, change: Measured, splits: int, task: Task) -> IntAr
     return seams_to_tips(piece, change.at_triangles, task.trade, task.hidden)
 
 
+def _cut_to_tips(
+    piece: Submesh, result: Flattening, part: Submesh, known: Known | None, splits: int, task: Task
+) -> list[_Cut]:
+    """A part of a piece; one that is to be flattened anew is cut to the tips that the piece's map shrinks."""
+    if known is None and len(part.F) >= LITTLE * len(piece.F):
+        seams = _to_tips(part, Measured(part, on_part(result.uv, piece, part)), splits, task)
+        if len(seams):
+            return _anew(part.cut_along(seams))
+    return [(part, known)]
+
+
 def _is_needle(piece: Submesh, result: Flattening) -> bool:
     """Whether double precision hardly tells the map from a line: no packing could turn it."""
     return float(piece.measured[0].sum()) <= NEEDLE * extent(result.uv) ** 2
@@ -373,28 +367,3 @@ def _flattened_without_flips(piece: Submesh, result: Flattening, task: Task) -> 
         stacklevel=stack_level(),
     )
     return flattened(piece, surer)
-
-
-def _made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, float] | None:
-    """The map with its overlapping parts moved apart, and the increase of F/3nt; None where SCAF cannot."""
-    try:
-        uv, _ = moved_apart(result.uv, piece.topology)  # what is wrong is told of the atlas
-    except MeshError as error:
-        warnings.warn(
-            f"parts of the chart of faces {some(piece.faces)} overlap, and are cut apart, not moved: {error}",
-            FallbackWarning,
-            stacklevel=stack_level(),
-        )
-        return None
-    corner = piece.topology.corner
-    areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
-    uv *= np.sqrt(areas[0] / areas[1])
-    before, after = (float(change_of(piece, m).angle_distortion.mean()) for m in (result.uv, uv))
-    message = f"{result.message}; moved apart to be bijective: F/3nt {before:.4g} -> {after:.4g}"
-    return _with_map(result, uv, corner, message), after - before
-
-
-def _with_map(result: Flattening, uv: FloatArray, corner: IntArray, message: str) -> Flattening:
-    flipped = flipped_faces(complex_positions(uv), corner)
-    outcome = Outcome.FLIPPED if len(flipped) else result.outcome
-    return replace(result, uv=uv, flipped=flipped, outcome=outcome, message=message)

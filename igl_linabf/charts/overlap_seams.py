@@ -99,8 +99,10 @@ def _separated(
         part, around = waiting.pop()
         rows = np.minimum(np.searchsorted(part.faces, around), len(part.faces) - 1)
         own = (part.faces[rows] == around).all(axis=1)
-        inside, local = around[own], part.cells[0][rows[own]]
-        local = local[local[:, 0] != local[:, 1]]  # no seam takes a polygon apart
+        inside, local = around[own], rows[own]
+        if part.inner is not None:
+            local = part.cells[0][local]
+            local = local[local[:, 0] != local[:, 1]]  # no seam takes a polygon apart
         if len(local):
             check_planar(part.topology, part.vertices)
             seams.append(np.sort(part.vertices[_shortest_seam(part, local, most)], axis=1))
