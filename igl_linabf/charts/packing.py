@@ -15,7 +15,7 @@ from ..errors import MeshError, is_number
 from ..kernels import narrowest_turns
 from ..surface import Parts, Submesh, complex_positions, coordinates, signed_double_areas
 from .extents import areas, extents
-from .layout_search import Charts, Layout, fixed_layout, largest_layout
+from .layout_search import FEW, Charts, Layout, fixed_layout, largest_layout
 from .outlines import outlines
 from .spacing import PADDING, Spacing
 
@@ -177,9 +177,13 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
     ]
 
 
-def quick_fill(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> float:
-    """The share of the pages that charts can cover, as a search without moves finds it."""
-    placed = pack_maps(maps, replace(wish, resolution=None))
+def packed_quickly(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> tuple[list[Placed], bool]:
+    """`pack_maps` by a search without moves; and whether a search has any for so many charts."""
+    return pack_maps(maps, replace(wish, resolution=None)), len(maps) <= FEW
+
+
+def fill_of(placed: Sequence[Placed]) -> float:
+    """The share of the pages that charts cover."""
     return sum(chart.area for chart in placed) / (1 + max(chart.page for chart in placed))
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._runtime import Progress, part, reporting
-from .._types import FloatArray
+from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, is_number, stack_level
 from ..flattening import Method, method_of
 from ..kernels import lengths
@@ -22,7 +22,7 @@ from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, without_charts
 from .given_seams import textured_seams
 from .limbs import cut_for_fill, cut_to_fit
-from .packing import Wish, pack_maps, quick_fill
+from .packing import Placed, Wish, fill_of, pack_maps, packed_quickly
 from .period import with_period
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .seams import TRADE
@@ -246,8 +246,10 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, task:
     worth = 1 / fuller.fill + longer / 2 / size / task.trade  # is the page of uncut charts that is as good
     if SURE * whole > worth:
         return fuller
-    quick = quick_fill([(chart.result.uv, piece.F) for chart, piece in done], wish)
-    return fuller if 1 / quick > worth else _packed(surface, done, wish)
+    quick, moves = packed_quickly(_maps(done), wish)
+    if 1 / fill_of(quick) > worth:
+        return fuller
+    return _packed(surface, done, wish, None if moves else quick)
 
 
 def _boundary(pieces: Iterable[Submesh]) -> float:
@@ -256,14 +258,22 @@ def _boundary(pieces: Iterable[Submesh]) -> float:
     return float(sum(lengths(V, rim).sum() for V, rim in rims))
 
 
-def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> Atlas:
+def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]]:
+    return [(chart.result.uv, piece.F) for chart, piece in done]
+
+
+def _packed(
+    surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, placed: list[Placed] | None = None
+) -> Atlas:
+    """The atlas of charts on pages; where they are may be known."""
     most = float(np.sqrt(MARGINS / len(done)))
     closer = wish.spacing.at_most(most)
     if closer != wish.spacing:
         what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
         warnings.warn(what, FallbackWarning, stacklevel=stack_level())
         wish = replace(wish, spacing=closer)
-    placed = pack_maps([(chart.result.uv, piece.F) for chart, piece in done], wish)
+    if placed is None:
+        placed = pack_maps(_maps(done), wish)
     pages = np.array([p.page for p in placed])
     FTC, label = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64)
     vertices, faces = (
@@ -287,7 +297,7 @@ def _packed(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish) -> 
         seam_length=float(lengths(surface.V, seams).sum()),
         seam_mismatch=mismatch,
         splits=len(done) - int(surface.label.max() + 1),
-        fill=sum(p.area for p in placed) / (int(pages.max()) + 1),
+        fill=fill_of(placed),
         page=pages,
         scale=abs(placed[0].ratio),
         quality=_quality(Submesh(V, FTC, surface.faces, origin, surface.n_given), TC, done, overlaps),
