@@ -15,6 +15,8 @@ from .across import Across, Border, Columns, ColumnsOfGaps, ColumnsOfPaths, Tall
 from .loops import Closure
 from .reduced import System
 
+TOGETHER = 8  # gaps whose columns are solved for at a time
+
 
 class ClosingRows:
     """The closure rows T of holes and closed paths, and the angle system bordered by them.
@@ -170,9 +172,10 @@ class ClosingRows:
         else:
             of_gap = np.zeros((len(asked), constraints.n), dtype=np.complex128)
             number = np.cumsum(self._asked).reshape(-1, 2) - 1
-            for made, parts, columns in zip(of_gap, asked, number, strict=True):
-                solved = inverse(B.second(constraints.n, columns[parts]))
-                made.view(np.float64).reshape(-1, 2)[:, parts] = solved
+            for first in range(0, len(asked), TOGETHER):
+                some = slice(first, first + TOGETHER)
+                made = of_gap[some].view(np.float64).reshape(-1, constraints.n, 2).transpose(0, 2, 1)
+                made[asked[some]] = inverse(B.second(constraints.n, number[some][asked[some]])).T
             across = ColumnsOfGaps(of_gap, self._closure, D)
         return replace(across, schur=D - across.onto_border(B))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -42,7 +43,7 @@ class Loops:
     weight : (#E,) float64
         Of edges in the Laplacian L.
     solve : callable
-        L^-1 over the rows, for (#rows, 2).
+        L^-1 over the rows, for (#rows, k).
     """
 
     def __init__(self, constraints: Constraints, weight: FloatArray, solve: Solve) -> None:
@@ -68,10 +69,15 @@ class Loops:
 
     def harmonic(self, along: ComplexArray) -> Harmonic:
         """The harmonic map of positions on the loops."""
-        pull = self._weight * self._across(np.append(along, 0.0))
-        rhs = self._sums(self._rows, pull, self._n)
-        inside = complex_positions(self._solve(np.ascontiguousarray(-coordinates(rhs))))
-        return Harmonic(along, np.append(inside, 0.0))
+        return self.harmonics([along])[0]
+
+    def harmonics(self, each: Sequence[ComplexArray]) -> list[Harmonic]:
+        """Those of several such positions, solved for at once."""
+        pulls = (self._weight * self._across(np.append(along, 0.0)) for along in each)
+        rhs = np.hstack([-coordinates(self._sums(self._rows, pull, self._n)) for pull in pulls])
+        inside = np.split(self._solve(np.ascontiguousarray(rhs)), len(each), axis=1)
+        positions = (complex_positions(np.ascontiguousarray(own)) for own in inside)
+        return [Harmonic(along, np.append(z, 0.0)) for along, z in zip(each, positions, strict=True)]
 
     def force(self, z: Harmonic) -> ComplexArray:
         """L z on the loops; inside it is zero."""
@@ -158,8 +164,7 @@ def drawn(loops: Loops, closure: Closure, outer: ComplexArray) -> Harmonic:
     """
     beside: ComplexArray = np.append(np.zeros_like(outer), -closure.q)  # q leads to the loop's end
     shapes = loops.split(beside)[1:]
-    holes = [loops.harmonic(loops.on(h, shape)) for h, shape in enumerate(shapes, start=1)]
-    z = loops.harmonic(loops.on(0, outer))
+    z, *holes = loops.harmonics([loops.on(h, shape) for h, shape in enumerate((outer, *shapes))])
     force = [loops.split(loops.force(each))[1:] for each in (z, *holes)]
     pulled = np.array([[s.conj() @ f for s, f in zip(shapes, each, strict=True)] for each in force]).T
     area = [(s.conj() * np.roll(s, -1)).imag.sum() / 2 for s in shapes]
