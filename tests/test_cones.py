@@ -14,11 +14,23 @@ from conftest import load
 from nasty_meshes import NASTY, joined, voxels
 from scipy.spatial import cKDTree
 
-from igl_linabf import ABF, Atlas, LinABF, MeshError, find_cones, find_seams, quality, texture_seams, unwrap
+from igl_linabf import (
+    ABF,
+    Atlas,
+    LinABF,
+    MeshError,
+    find_cones,
+    find_seams,
+    overlaps,
+    quality,
+    texture_seams,
+    unwrap,
+)
 from igl_linabf.angles import constraints_of, rescaled, residual
 from igl_linabf.charts.cone_seams import paths_across, seam_through
 from igl_linabf.charts.cut_graph import closed_surface
 from igl_linabf.charts.lattice import nearest_whole
+from igl_linabf.charts.spacing import Spacing
 from igl_linabf.cli import main
 from igl_linabf.io import read_texture
 from igl_linabf.surface import Submesh
@@ -175,6 +187,27 @@ def test_pieces_have_a_period_whatever_is_beside_them() -> None:
     atlas = unwrap(*joined((V, F), sheet, (V + np.array([0, 5, 0]), F)), **given)
     assert atlas.good and atlas.seam_mismatch < 1e-8
     assert (atlas.cones[: len(atlas.cones) // 2] + len(V) + 3 == atlas.cones[len(atlas.cones) // 2 :]).all()
+
+
+def test_charts_that_a_period_moves_stay_apart(monkeypatch: pytest.MonkeyPatch) -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 2)
+    surface = joined(*((V + 3 * k, F) for k in range(8)))
+    given: dict[str, object] = {"cones": "auto", "cone_angles": "quarter", "period": 1 / 50}
+    asked: list[float] = []
+    wider = Spacing.wider
+
+    def small_at_first(spacing: Spacing, by: float) -> Spacing:
+        asked.append(by)
+        return wider(spacing, 0.0 if len(asked) == 1 else by)
+
+    monkeypatch.setattr(Spacing, "wider", small_at_first)
+    atlas = unwrap(*surface, **given, resolution=256, padding=2)
+    assert asked == [0.02, 0.04]
+    corners = atlas.TC[atlas.FTC]
+    for i, j in zip(*np.triu_indices(len(atlas.charts), 1), strict=True):
+        one, other = (corners[atlas.chart == k].reshape(-1, 2) for k in (i, j))
+        assert cKDTree(one).query(other)[0].min() > 2 / 256 * (1 - 1e-6)
+    assert not len(overlaps(atlas.TC, atlas.FTC, between=True))
 
 
 def test_triangles_between_three_cones_have_a_period_too() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import igl
 import numpy as np
 import pytest
 from conftest import load
@@ -91,3 +92,15 @@ def test_input_is_left_as_it_is_and_runs_repeat_exactly() -> None:
     assert (linabf(V, F) == linabf(V, F)).all()
     assert (before[0] == V).all()
     assert (before[1] == F).all()
+
+
+@pytest.mark.parametrize("scale", [1e-20, 1e3, 1e20])
+def test_the_spectral_map_has_the_size_of_the_surface_in_any_unit(scale: float) -> None:
+    V, F = load("disk__igl_camel_b.obj")
+    uv, other = (flatten(factor * V, F, "scp").uv @ [1, 1j] for factor in (1.0, scale))
+    one, other = uv - uv.mean(), (other - other.mean()) / scale
+    turn = np.vdot(one, other) / np.vdot(one, one)
+    assert np.abs(other - turn * one).max() <= 1e-4 * np.abs(one).max()  # igl ends at 1e-6
+    assert abs(abs(turn) - 1) <= 1e-4
+    covered, area = (igl.doublearea(P, F).sum() for P in (np.column_stack((uv.real, uv.imag)), V))
+    assert abs(covered / area - 1) < 1e-2  # two triangles are flipped

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import igl
 import numpy as np
 import pytest
@@ -9,7 +11,7 @@ import shapely
 from conftest import bumps
 from scipy.spatial import cKDTree
 
-from igl_linabf import MeshError, unwrap
+from igl_linabf import MeshError, find_seams, unwrap
 from igl_linabf.charts import pack
 from igl_linabf.charts.flat_charts import Cells, Flat
 from igl_linabf.charts.layout_search import largest_layout
@@ -341,3 +343,12 @@ def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
                 assert not drawn[row : row + high, first : first + length].any()
                 drawn[row : row + high, first : first + length] = True
             assert (drawn == touched).all()
+
+
+@pytest.mark.filterwarnings("ignore:the mesh is repaired")
+@pytest.mark.parametrize("size", [1e-100, 1.0, 1e100])  # the first and the last are scaled before
+def test_what_does_not_fit_is_told_in_the_density_that_was_asked_for(size: float) -> None:
+    V, F = igl.icosahedron()
+    seams = find_seams(V, F)
+    with pytest.raises(MeshError, match=re.escape(f"at a texel density of {64 / size:g} does not fit")):
+        unwrap(V * size, F, seams, resolution=64, texel_density=64 / size, pages=1)

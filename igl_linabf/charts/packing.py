@@ -119,6 +119,8 @@ class Wish:
     resolution : int or None
     upright : bool
         Turn several charts by quarter turns only.
+    unit : float
+        The length of the charts' units in the caller's.
     """
 
     spacing: Spacing
@@ -126,6 +128,7 @@ class Wish:
     pages: int | None
     resolution: int | None
     upright: bool = False
+    unit: float = 1.0
 
     @classmethod
     def of(
@@ -150,7 +153,7 @@ class Wish:
 
     def in_units(self, length: float) -> Wish:
         """The same, for charts that have been scaled by `length`."""
-        return self if self.side is None else replace(self, side=self.side * length)
+        return self if self.side is None else replace(self, side=self.side * length, unit=self.unit * length)
 
 
 def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[Placed]:
@@ -216,7 +219,8 @@ def _layout(charts: Charts, wish: Wish) -> Layout:
     if found is not None:
         return found
     assert wish.resolution is not None
-    density = wish.resolution / wish.side
+    density = wish.resolution / wish.side  # texels per unit of the charts
+    asked = density * wish.unit
     largest = int(charts.sizes.min(axis=1).argmax())
     wide, high = charts.sizes[largest] * density
     allowed = "a page" if wish.pages in (None, 1) else f"{wish.pages} pages"
@@ -225,7 +229,7 @@ def _layout(charts: Charts, wish: Wish) -> Layout:
         remedy = "use a smaller density, a larger resolution, or more pages"
     verb = "do" if n > 1 else "does"
     raise MeshError(
-        f"{n} chart{'s' * (n > 1)} at a texel density of {density:g} {verb} not fit on {allowed} of "
+        f"{n} chart{'s' * (n > 1)} at a texel density of {asked:g} {verb} not fit on {allowed} of "
         f"{wish.resolution} x {wish.resolution} texels (chart {largest} takes {wide:.0f} x {high:.0f}): "
         f"{remedy}"
     )

@@ -1,12 +1,14 @@
 """A map whose seams shift a periodic texture by whole periods, so that it goes on across them."""
 
-from collections.abc import Sequence
+import warnings
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 
 import numpy as np
+import shapely
 
 from .._types import FloatArray
-from ..errors import MeshError, some
+from ..errors import MeshError, OutcomeWarning, some, stack_level
 from ..measures import quality_of
 from ..surface import Submesh
 from .atlas import Atlas, Chart
@@ -14,16 +16,45 @@ from .given_seams import textured_seams
 from .shifted import Shifted
 
 MOST_HALVINGS = 8  # of a period that is too long
+DOUBLINGS = 4  # of the room around charts that come too near to each other
+ROUNDING = 1e-6  # of distances
 
 
-def with_period(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: float) -> Atlas:
-    """The atlas with seams that shift by whole periods; `pieces` are the surfaces of its charts.
+def with_period(
+    surface: Submesh, pack: Callable[[float], Atlas], pieces: list[Submesh], period: float, gap: float
+) -> Atlas:
+    """The atlas with seams that shift by whole periods; its charts stay `gap` apart if they can.
+
+    `pack` packs them with so much more room around each, and `pieces` are their surfaces. They mostly move by
+    less than a period.
 
     Raises
     ------
     MeshError
         Triangles would flip; the message has a period that would do.
     """
+    for room in period * 2.0 ** np.arange(DOUBLINGS):
+        atlas = _shifted(surface, pack(room), pieces, period)
+        if not _near(atlas.TC, pieces, gap):
+            return atlas
+    said = "parts of charts lie over others, or near to them, as the period moves them: use a shorter period"
+    warnings.warn(said, OutcomeWarning, stacklevel=stack_level())
+    return atlas
+
+
+def _near(TC: FloatArray, pieces: list[Submesh], gap: float) -> bool:
+    """Whether the boundaries of two charts are nearer than that."""
+    maps = np.split(TC, np.cumsum([len(piece.V) for piece in pieces])[:-1])
+    rims = [
+        shapely.multilinestrings(shapely.linestrings(uv[piece.topology.edges[piece.topology.sides[1] < 0]]))
+        for piece, uv in zip(pieces, maps, strict=True)
+    ]
+    one, other = shapely.STRtree(rims).query(rims, predicate="dwithin", distance=gap * (1 - ROUNDING))
+    return bool((one != other).any())
+
+
+def _shifted(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: float) -> Atlas:
+    """The atlas with seams that shift by whole periods."""
     if not len(atlas.seams):
         return replace(atlas, period=period)
     shifted = Shifted.of(surface, atlas.TC, atlas.FTC)

@@ -184,8 +184,6 @@ def unwrap(
     if max_stretch is not None and not is_number(max_stretch, 1):
         raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
     wish = Wish.of(margin, resolution, padding, texel_density, pages)
-    if period is not None:
-        wish = replace(wish, spacing=wish.spacing.wider(period))  # charts may move by about so much
     split = split_polygons(V, F)
     if split is not None:
         F, seams = split.F, None if seams is None else mask_of_triangles(seams, split, len(np.asarray(V)))
@@ -220,10 +218,16 @@ def unwrap(
             charts = cut_to_fit(made.charts, wish) if may_cut and wish.side is not None else made.charts
             if may_cut and wish.side is None:
                 atlas = _full(surface, charts, wish, task)
-            else:
+            elif period is None:
                 atlas = replace(_packed(surface, charts, wish), cones=made.cones)
-            if period is not None:
-                atlas = with_period(surface, atlas, [piece for _, piece in charts], period)
+            else:
+                pieces, gap = [piece for _, piece in charts], wish.spacing.gap
+
+                def pack(room: float) -> Atlas:
+                    roomy = replace(wish, spacing=wish.spacing.wider(room))
+                    return replace(_packed(surface, charts, roomy), cones=made.cones)
+
+                atlas = with_period(surface, pack, pieces, period, gap)
     atlas = replace(atlas, max_stretch=max_stretch, cone_angles=made.angles)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)

@@ -35,9 +35,12 @@ from ..surface import (
     flat_angles,
     flipped_faces,
     placed_at,
+    signed_double_areas,
 )
 from .ladder import Candidate, Problem, Tried, drawn
 from .result import Flattening, Hole, Outcome, Residuals
+
+SCP_SIZE = 1 / 32  # root of the area, in the midst of those at which igl finds the eigenvector
 
 
 def lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
@@ -58,13 +61,17 @@ def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
         raise MeshError(
             f"scp is only moved to its pins, and there are {len(pinned[0])}: pin two vertices, or use lscm"
         )
-    try:
-        z = complex_positions(igl.spectra.lscm(mesh.V, mesh.faces))
+    area = mesh.double_area.sum() / 2
+    try:  # igl's search for the eigenvector depends on the unit of length, and so does the size that it gives
+        scale = 2.0 ** np.round(np.log2(SCP_SIZE / np.sqrt(area)))
+        z = complex_positions(igl.spectra.lscm(scale * mesh.V, mesh.faces))
     except RuntimeError:
         raise _failed(mesh, "igl.spectra.lscm") from None
     # the eigenvector's sign and igl's order of the coordinates leave the orientation open
     backwards = len(flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
     z = z.conj() if backwards else z
+    covered = signed_double_areas(z, mesh.topology.corner).sum() / 2
+    z = z * np.sqrt(area / covered) if covered > 0 else z
     if pinned is not None:
         z = placed_at(z, pinned)
     return _report("scp", mesh, z, "igl.spectra.lscm", start, pinned)
