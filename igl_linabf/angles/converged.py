@@ -21,6 +21,7 @@ SLOW = 0.7  # share of the least change so far, above which they do, and steps a
 TOIL = 12  # inner steps of a slow step, above which steps in the plane take less time
 LABOUR, SEVERAL = 6, 1.05  # inner steps of a step, and such steps to go, for which a factor of S pays
 MOVED = 0.6  # where the change is below that, so that it serves for later steps
+QUICK = 0.3  # share of the last step's change, below which such a factor helps one of more than `TOIL`
 DIGITS = 1e-5  # tolerance for which positions in the plane mostly have enough digits
 NEAR = 1.0  # where the change is below that, by
 DEPTH = 2  # earlier ones
@@ -131,9 +132,13 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
             ended = _ended(state, enough, tol)
             if ended is not None:
                 return AbfResult(ended.at_rest(), True, held)
-        inner_steps, asked = state.steps[-1].inner_steps, by_own or lin.closing is not None
+        inner_steps = state.steps[-1].inner_steps
+        toilsome = in_plane and inner_steps > TOIL
+        quick = size < QUICK * size_before and not any(step.limited for step in state.steps[-2:])
         if not same:
             lin, by_own = replace(lin, own=None), False
+        elif toilsome and quick and not by_own and lin.closing is None:
+            by_own, toilsome = True, False
         elif not limited and inner_steps >= LABOUR and change < MOVED:
             by_own = by_own or _steps_to(enough, size, size_before) >= SEVERAL
         if limited or not same:
@@ -145,9 +150,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
                 rtol = max(rtol / 3, LEAST_RTOL)
         else:
             best, stalled = reached, 0
-        toilsome = slow and inner_steps > TOIL
-        by_own = by_own or toilsome
-        if stalled > STALLED or (not bounded and ((toilsome and in_plane and asked) or (limited and k > 1))):
+        if stalled > STALLED or (not bounded and ((slow and toilsome) or (limited and k > 1))):
             break
     return AbfResult(state.at_rest(), False, held)
 
