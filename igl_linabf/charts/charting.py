@@ -19,7 +19,7 @@ from .crease_cuts import is_isometric, parted
 from .creases import extent
 from .given import sides_of_cleaned
 from .halving import halves
-from .kept_maps import Known, Measured, kept_maps
+from .kept_maps import EVEN, Known, Measured, kept_maps
 from .laid_narrower import laid_narrower
 from .lone_slivers import with_width
 from .overlap_seams import MAX_SPLITS, parts_between
@@ -310,8 +310,8 @@ def _cut_to_tips(
 ) -> list[_Cut]:
     """A part of a piece; one that is to be flattened anew is cut to the tips that the piece's map shrinks."""
     if known is None and len(part.F) >= LITTLE * len(piece.F):
-        seams = _to_tips(part, Measured(part, on_part(result.uv, piece, part)), splits, task)
-        if len(seams):
+        change = Measured(part, on_part(result.uv, piece, part))
+        if change.stretch > EVEN and len(seams := _to_tips(part, change, splits, task)):
             return _anew(part.cut_along(seams))
     return [(part, known)]
 

@@ -65,6 +65,8 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     if trade == 0 or not TIPPED**2 < total < np.inf:
         return none
     faces, saved = tips_of(piece.F, len(piece.V), changed, SHRUNK)
+    if not saved.sum() / (np.sqrt(total) + 1) >= WORTH:  # not even with seams for nothing
+        return none
     interior = piece.topology.interior
     leaves = np.where(interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
     # in space the boundary is no farther than on the surface, and a map of stretch 1 has none to save
