@@ -385,6 +385,17 @@ def test_turning_handles_by_quarters_costs_little(name: str) -> None:
     assert quarter.stretch_l2 < 1.1 * free.stretch_l2
 
 
+@pytest.mark.parametrize("n", [8, None])
+def test_quarter_cones_that_are_found_go_where_handles_turn_by_quarters(n: int | None) -> None:
+    V, F = load("closed__igl_3holes.off")
+    stay = unwrap(V, F, cones=find_cones(V, F, n), cone_angles="quarter").quality
+    atlas = unwrap(V, F, cones="auto" if n is None else n, cone_angles="quarter")
+    assert len(np.unique(atlas.cones)) == len(find_cones(V, F, n)) and atlas.seam_mismatch <= 1e-6
+    assert atlas.quality.angle_distortion < 0.75 * stay.angle_distortion  # 0.56 and 0.65
+    assert atlas.quality.stretch_l2 < stay.stretch_l2
+    assert not atlas.quality.flips
+
+
 def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
     surface = Submesh.checked_manifold(*load("nut"))
     piece = closed_surface(surface)

@@ -17,12 +17,15 @@ from .cut_graph import ClosedSurface, join, open_handles
 CLUSTERED = 1_000  # clusters on which handles are opened, at most; drawn tight twice, the seam is shorter
 
 
-def seam_through(piece: ClosedSurface, cones: IntArray) -> IntArray:
-    """A short cut graph that opens the handles and joins holes and cones; edges of `piece`."""
-    return join(piece, _along_handles(piece), cones)
+def seam_through(piece: ClosedSurface, cones: IntArray, handles: IntArray | None = None) -> IntArray:
+    """A short cut graph that opens the handles and joins holes and cones; edges of `piece`.
+
+    What opens the handles may be known.
+    """
+    return join(piece, along_handles(piece) if handles is None else handles, cones)
 
 
-def _along_handles(piece: ClosedSurface) -> IntArray:
+def along_handles(piece: ClosedSurface) -> IntArray:
     """A short cut graph that opens the handles; of a large surface found on clusters, and drawn tight."""
     none = np.zeros(0, dtype=np.int64)
     if not piece.genus:

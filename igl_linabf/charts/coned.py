@@ -13,10 +13,11 @@ from .._runtime import advance, part
 from .._types import FloatArray, IntArray
 from ..angles import Turnings
 from ..errors import MeshError, SingularSystemError, some
-from ..flattening import Flattening, KnownLaplacian, Method, Turned, flatten_with_cones
+from ..flattening import Flattening, KnownLaplacian, Method, Turned, flatten_with_cones, turnings_of
 from ..measures import overlapping_pairs_of_chart, quality_of
 from ..surface import Cleaned, Submesh, check_finite, planar_mesh
 from .atlas import Chart
+from .cone_moves import ConeMoves
 from .cone_scale import ConeScale
 from .cone_seams import paths_across, seam_through
 from .cones import CONE_TRADE, ConePiece, angles_of, found_on
@@ -29,6 +30,8 @@ ConeAngles = Literal["quarter"] | ArrayLike | None
 
 
 FEW_THIN = 0.15  # share of edges across which cotangents are negative
+COARSE = 1_000  # nodes below which there are hardly any to move to
+THIN = 0.2  # and share of such edges above which what is expected of moves does not come true
 SMALL = 5_000  # nodes below which a factor for the first step's own metric takes little time
 NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angles
 
@@ -91,7 +94,7 @@ class Cones:
         if self.vertices is None or isinstance(self.vertices, int):
             own = found_on(place, self.vertices, CONE_TRADE)
             assert not isinstance(self.angles, np.ndarray)
-            return Placed(place, own, *angles_of(place, own, self.angles))
+            return _settled(Placed(place, own, *angles_of(place, own, self.angles)))
         here = np.flatnonzero(np.isin(self.vertices, component.vertices))
         own = np.searchsorted(component.vertices, self.vertices[here])
         wanted = self.angles[here] if isinstance(self.angles, np.ndarray) else self.angles
@@ -112,7 +115,7 @@ class Placed:
     scale : ConeScale or None
         What these follow from, if there are cones and their sums are not given.
     quarters : QuarterTurns or None
-        Those, if they are in quarter turns.
+        Those, if they are in quarter turns that may be exchanged.
     """
 
     place: ConePiece
@@ -120,6 +123,37 @@ class Placed:
     sums: FloatArray
     scale: ConeScale | None
     quarters: QuarterTurns | None
+
+
+def _settled(found: Placed) -> Placed:
+    """Quarter cones where they were found, or moved so that closed paths turn by nearly whole quarters."""
+    place, quarters = found.place, found.quarters
+    component, piece = place.component, place.piece
+    if quarters is None or piece.n < COARSE or piece.thin_share > THIN:
+        return found
+    seam = seam_through(piece, np.zeros(0, dtype=np.int64), place.along_handles)
+    paths = paths_across(component, piece, seam)
+    if not paths:
+        return found
+    turnings = turnings_of(
+        component.topology, np.arctan2(*component.measured), _asked(found), paths, _known(found)
+    )
+    if turnings is None:
+        return found
+    by_node = np.zeros((piece.n, len(paths)))
+    by_node[piece.holes :] = turnings.by_vertex[place.inner]
+    best = ConeMoves(place, quarters, replace(turnings, by_vertex=by_node)).best()
+    if best is None:
+        return found
+    own = place.vertices(best.scale.nodes)
+    return Placed(place, own, np.asarray(2 * np.pi - best.k * QUARTER), best.scale, None)
+
+
+def _asked(chosen: Placed) -> FloatArray:
+    """The angle sums of the component's vertices; NaN at its boundary."""
+    sums = np.where(chosen.place.component.topology.interior, 2 * np.pi, np.nan)
+    sums[chosen.own] = chosen.sums
+    return sums
 
 
 def _sums(angles: ArrayLike, n: int) -> FloatArray:
@@ -206,13 +240,11 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
     """The component cut along its seam, its map, and the angle sums of its cones there."""
     start, place = perf_counter(), chosen.place
     component, piece = place.component, place.piece
-    seam = seam_through(piece, piece.node[chosen.own])
+    seam = seam_through(piece, piece.node[chosen.own], place.along_handles)
     (cut,) = component.cut_at(component.cells[1][seam])
     advance("seams", 0.2)
     mesh = replace(planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
     paths, angles = paths_across(component, piece, seam), chosen.sums
-    sums = np.where(component.topology.interior, 2 * np.pi, np.nan)
-    sums[chosen.own] = angles
 
     def quarters(turnings: Turnings) -> tuple[FloatArray, FloatArray, FloatArray | None]:
         nonlocal angles
@@ -227,7 +259,9 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
     checked = perf_counter() - start
     turned = Turned(chosen.own, quarters) if quarter and paths else None
     try:
-        made = flatten_with_cones(mesh, component.topology, sums, paths, turned, method, _known(chosen))
+        made = flatten_with_cones(
+            mesh, component.topology, _asked(chosen), paths, turned, method, _known(chosen)
+        )
     except SingularSystemError as error:
         other = "leave out cone_angles='quarter'" if quarter else "cut along seams instead"
         raise SingularSystemError(

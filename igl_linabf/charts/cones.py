@@ -14,6 +14,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, is_number, some
 from ..surface import Submesh
 from .cone_scale import ConeScale
+from .cone_seams import along_handles
 from .cut_graph import ClosedSurface, closed_surface
 from .quarter_turns import QUARTER, QuarterTurns
 
@@ -94,6 +95,11 @@ class ConePiece:
     def piece(self) -> ClosedSurface:
         """Its graph."""
         return closed_surface(self.component)
+
+    @cached_property
+    def along_handles(self) -> IntArray:
+        """A cut graph that opens the handles; edges of `piece`."""
+        return along_handles(self.piece)
 
     @cached_property
     def inner(self) -> IntArray:

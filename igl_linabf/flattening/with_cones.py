@@ -138,21 +138,41 @@ def flatten_with_cones(
         problem = posed(cut, None, method.layout, method.threshold, method.solver, safeguard, asked)
         begun = problem.start
         if known is not None and (known.even or turned is not None):
-            begun = _begun(problem, known)
+            begun = replace(begun, lin=_preconditioned(problem.angles, known))
         if turned is not None:
             problem, begun = _turned(problem, begun, turned)
         return report(problem, method.name, climb(problem, _stages(method, begun)), seconds)
 
 
-def _begun(problem: Problem, known: KnownLaplacian) -> State:
-    """The initial estimate, with what preconditions a step from there if its factor is known."""
-    start = problem.start
+def turnings_of(
+    topology: Topology,
+    surface: FloatArray,
+    sums: FloatArray,
+    paths: Sequence[ClosedPath],
+    known: KnownLaplacian | None = None,
+) -> Turnings | None:
+    """What closed paths of a surface of these angles turn by, and how a cone at any vertex changes that.
+
+    None if its Laplacian is singular in double precision. The parameters are those of `flatten_with_cones`.
+    """
+    uncut = replace(topology, n_outer=len(topology.loops))
+    constraints = constraints_of(uncut, sums, paths, left_out=None if known is None else known.left_out)
+    angles, lin = AngleProblem(constraints, opened(surface)[0], Solvers()), None
+    if known is not None:
+        constraints.pattern.adopt(angles.solvers, known.analysis)
+        lin = _preconditioned(angles, known)
+    try:
+        return Turnings.of(angles, np.arange(topology.n), angles.estimate, lin)[0]
+    except NotPositiveDefiniteError:
+        return None
+
+
+def _preconditioned(angles: AngleProblem, known: KnownLaplacian) -> Linearised | None:
+    """What preconditions a step from the estimate, if its factor is known."""
     if known.inverse is None:
-        return start
-    system = System(problem.angles.constraints, start.at.alpha, cot=start.at.cot)
-    return replace(
-        start, lin=Linearised.preconditioned(problem.angles, system, known.analysis, known.inverse)
-    )
+        return None
+    system = System(angles.constraints, angles.estimate, cot=angles.start.cot)
+    return Linearised.preconditioned(angles, system, known.analysis, known.inverse)
 
 
 def _turned(problem: Problem, begun: State, turned: Turned) -> tuple[Problem, State]:
