@@ -255,6 +255,24 @@ def test_the_figures_of_json_are_those_of_the_api(mesh, tmp_path) -> None:
     assert "uv" not in said["result"]
 
 
+def test_a_picture_of_a_mesh_with_faces_without_area(tmp_path, capsys) -> None:
+    box = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n"
+    for text, code in ((f"{box}f 1 1 2\n", 0), (f"{box[:32]}f 1 1 2\n", 2)):
+        (tmp_path / "in.obj").write_text(text)
+        given = [
+            str(tmp_path / "in.obj"),
+            "-o",
+            str(tmp_path / "out.obj"),
+            "--picture",
+            str(tmp_path / "p.png"),
+        ]
+        assert main(["unwrap", *given]) == code
+        assert (tmp_path / "p.png").exists() == (tmp_path / "out.obj").exists() == (code == 0)
+        for name in ("p.png", "out.obj"):
+            (tmp_path / name).unlink(missing_ok=True)
+    assert "has an area, and a picture would be empty: leave it out" in capsys.readouterr().err
+
+
 def test_a_folder_is_no_mesh_and_patterns_pass_over_folders(mesh, tmp_path, capsys) -> None:
     (tmp_path / "in" / "more").mkdir(parents=True)
     shutil.copy(mesh, tmp_path / "in" / "one.obj")

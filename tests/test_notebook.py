@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import warnings
 import xml.etree.ElementTree as ElementTree
 from pathlib import Path
 
@@ -76,6 +77,18 @@ def test_an_atlas_shows_each_chart_and_its_repairs() -> None:
     text = "".join(page.itertext())
     assert all(str(repair) in text for repair in atlas.repairs)
     assert repr(atlas).startswith(f"<Atlas of {len(F)} triangles: {len(atlas.charts)} charts")
+
+
+def test_an_atlas_of_polygons_shows_the_outlines_of_its_charts() -> None:
+    V = [[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)]
+    box = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]]
+    V, lone = [*V, [2, 0, 0], [3, 0, 0], [2, 1, 0], [9, 9, 9], [9, 9, 9]], [8, 9, 10]
+    for F in (box, [*box[:-1], [1, 3, 7], [1, 7, 5]], [*box, lone], [*box, lone, [11, 11, 12]]):
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", MeshWarning)
+            atlas = unwrap(V, F)
+        page = parsed(atlas._repr_html_())
+        assert outlines(page) == [1] * len(atlas.charts)
 
 
 def test_a_thousand_charts_are_a_short_page() -> None:

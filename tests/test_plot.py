@@ -249,6 +249,18 @@ def test_an_atlas_brings_its_seams(tmp_path) -> None:
         plot_checkerboard(V_cut, F_cut[:-1], atlas, plotter=off_screen())
 
 
+@pytest.mark.filterwarnings("ignore:the mesh is repaired")
+@pytest.mark.parametrize("face", [[1, 1, 2], [11, 12, 13], [13, 13, 14], [0, 0, 0]])
+def test_faces_without_area_are_left_out_of_an_atlas_picture(face: list[int]) -> None:
+    V, F = igl.icosahedron()
+    V = np.vstack((V, [[9, 9, 9], [9, 9, 9], [8, 8, 8.0]]))  # two in one place
+    atlas = unwrap(V, [*F.tolist(), face])
+    for plot in (plot_checkerboard, plot_distortion):
+        drawn = plot(V, [*F.tolist(), face], atlas, plotter=off_screen())
+        assert max(a.mapper.dataset.n_cells for a in drawn.actors.values()) >= len(F)
+    assert plot_uv(atlas, atlas.FTC, plotter=off_screen()).actors
+
+
 def test_a_grid_has_its_cells_on_the_surface_and_in_the_plane(tmp_path) -> None:
     V, F = load("bumps")
     uv = linabf(V, F)

@@ -135,6 +135,12 @@ class Atlas:
         return np.concatenate([np.ravel(row) for row in self.FTC])[self.split.place]
 
     @property
+    def drawn(self) -> IntArray:
+        """The `triangles` that can be drawn: those without area may have a corner twice."""
+        F = self.triangles
+        return F[(np.roll(F, 1, axis=1) != F).all(axis=1)]
+
+    @property
     def good(self) -> bool:
         """Whether no face is flipped, no chart overlaps itself, and none is stretched beyond use."""
         return not self.troubles
@@ -194,7 +200,8 @@ class Atlas:
             left_out = (f"{len(rows) - 2 - SHOWN:,} more", *[""] * (len(rows[0]) - 1))
             rows = [*rows[: SHOWN + 1], left_out, rows[-1]]
         lines = [html_table([[line]], header=False) for line in (*self._lines(), *self.troubles[:SHOWN])]
-        picture = map_svg(self.TC, self.FTC, self.chart)
+        face = slice(None) if self.split is None else self.split.face
+        picture = map_svg(self.TC, self.triangles, self.chart[face])
         return side_by_side([("", picture), ("", html_table(rows) + "".join(lines))])
 
     def _lines(self) -> list[str]:

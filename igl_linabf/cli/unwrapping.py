@@ -56,7 +56,9 @@ def _unwrap(options: argparse.Namespace) -> int:
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         with part("unwrapping", COMPUTED):
             atlas = unwrap(V, F, seams, method, cones=cones, cone_angles=angles, **settings)
-    pictured = V[atlas.origin], atlas.triangles, {options.method: atlas.TC}
+    if options.picture and not len(atlas.drawn):
+        raise MeshError(f"no face of {options.mesh} has an area, and a picture would be empty: leave it out")
+    pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
     with part("baking", BAKED):
         image = _baked(options.bake, mesh, atlas, options.resolution) if options.bake else None

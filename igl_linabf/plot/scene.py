@@ -84,7 +84,7 @@ def _of_atlas(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: ArrayLike |
             f"the atlas is of {len(atlas.FTC)} faces, F has {len(given)}: pass the unwrapped V and F"
         )
     edges = atlas.seams if seams is None else _ends(seams, given, len(points))
-    vertices, faces = compact(atlas.triangles, len(atlas.TC))
+    vertices, faces = compact(atlas.drawn, len(atlas.TC))
     at = points[atlas.origin[vertices]]
     drawn = Scene(at, faces, atlas.TC[vertices], points[edges], period=atlas.period)
     if len(atlas.cones) and seams is None:
@@ -101,7 +101,7 @@ def _ends(seams: ArrayLike, F: IntArray, n: int) -> IntArray:
 def flat_scene(uv: ArrayLike | Atlas, F: ArrayLike) -> Scene:
     """The map as a surface in the plane z = 0."""
     if isinstance(uv, Atlas):
-        flat = replace(flat_scene(uv.TC, uv.triangles), period=uv.period)
+        flat = replace(flat_scene(uv.TC, uv.drawn), period=uv.period)
         return replace(flat, sides=seam_sides(uv)) if len(uv.cones) else flat
     return scene(np.insert(vertex_array(uv, 2, "uv"), 2, 0.0, axis=1), F, uv)
 

@@ -35,7 +35,9 @@ def map_array(uv: ArrayLike, n: int) -> FloatArray:
 
 def face_array(F: ArrayLike) -> IntArray:
     """`F` as a C-ordered (#F, 3) int64 array."""
-    array = _array(F, "iuf", "F is not an array of integers: pass #F by 3 vertex indices")
+    array = _array(
+        F, "iuf", "F is not an array of integers: pass #F by 3 vertex indices, of polygons their triangles"
+    )
     if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
         hint = "split polygons into triangles" if array.shape[1:] == (4,) else "pass #F by 3 vertex indices"
         raise MeshError(f"F has the shape {array.shape}, not (#F, 3) with at least one triangle: {hint}")
