@@ -138,7 +138,7 @@ class Atlas:
     def drawn(self) -> IntArray:
         """The `triangles` that can be drawn: those without area may have a corner twice."""
         F = self.triangles
-        return F[(np.roll(F, 1, axis=1) != F).all(axis=1)]
+        return np.asarray(F[(np.roll(F, 1, axis=1) != F).all(axis=1)])
 
     @property
     def good(self) -> bool:
