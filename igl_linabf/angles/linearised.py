@@ -22,6 +22,7 @@ from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..kernels import cut_short
 from ..linalg import (
     MAX_CG_STEPS,
+    SMALL,
     Analysis,
     Factored,
     NotPositiveDefiniteError,
@@ -225,7 +226,9 @@ def linearise(
 
 def _by_own(lin: Linearised) -> Linearised:
     """Add the inverse of S, or of that earlier one, if there can be one."""
-    if lin.own is not None or lin.laplacian is None:
+    topology = lin.problem.constraints.topology
+    small = topology.corner.shape[1] <= SMALL * topology.n_outer  # its steps take next to no time
+    if lin.own is not None or lin.laplacian is None or small:
         return lin
     with timed("factor"):
         try:

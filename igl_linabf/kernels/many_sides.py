@@ -6,9 +6,9 @@ import numpy as np
 
 from .._types import FloatArray, IntArray
 from .choice import only_loops
-from .substitution import FOUR, ONE, THREE, TWO, ZERO, index
 from .supernodal import Subtrees
 from .supernodes import Supernodes
+from .unsigned import FOUR, ONE, THREE, TWO, ZERO, index
 
 
 def _forward_many(

@@ -6,17 +6,13 @@ who refers to an array: that would take as long as the few products of a small s
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from .._types import FloatArray, IntArray
 from .choice import only_loops
 from .supernodal import Subtrees
 from .supernodes import Supernodes
-
-index: Any = np.uint64
-ZERO, ONE, TWO, THREE, FOUR = (index(i) for i in range(5))
+from .unsigned import FOUR, ONE, THREE, TWO, ZERO, index
 
 
 def _forward_two(

@@ -6,6 +6,7 @@ from scipy import sparse
 from .._runtime import at_once, unfilled
 from .._types import FloatArray, IntArray
 from .choice import filled_by, instead, pieces_of, run
+from .unsigned import ONE, TWO, index
 
 
 def _block_product(
@@ -18,19 +19,21 @@ def _block_product(
     y: FloatArray,
 ) -> None:
     y[:] = 0.0
-    for i in range(first, last):
-        u, v = x[2 * i], x[2 * i + 1]
+    before = TWO * index(first)
+    for i in range(index(first), index(last)):
+        row = TWO * i
+        u, v = x[row], x[row + ONE]
         s = t = 0.0
-        for k in range(indptr[i], indptr[i + 1]):
-            j = indices[k]
+        for k in range(index(indptr[i]), index(indptr[i + ONE])):
+            column = TWO * index(indices[k])
             a, b, c, d = block[k, 0], block[k, 1], block[k, 2], block[k, 3]
-            p, q, at = x[2 * j], x[2 * j + 1], 2 * (j - first)
+            p, q, at = x[column], x[column + ONE], column - before
             s += a * p + b * q
             t += c * p + d * q
             y[at] += a * u + c * v
-            y[at + 1] += b * u + d * v
-        y[2 * (i - first)] += s
-        y[2 * (i - first) + 1] += t
+            y[at + ONE] += b * u + d * v
+        y[row - before] += s
+        y[row - before + ONE] += t
 
 
 def _block_product_in_threads(

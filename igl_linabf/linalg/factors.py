@@ -94,7 +94,11 @@ class Analysis:
 
         None where there is no such factor, or no memory for it.
         """
-        return None
+        indptr, indices, block = blocks
+        n = 2 * (len(indptr) - 1)
+        upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(n, n)).tocsr()
+        lower = sparse.tril(upper + upper.T).tocsc()
+        return type(self)(lower).factor(lower).solve
 
     def for_one_solve(self, lower: sparse.csc_array) -> Factored:
         """What takes least time to solve with once; a solve may raise NotConvergedError."""
