@@ -21,7 +21,6 @@ from igl_linabf.angles import (
 )
 from igl_linabf.angles.converged import _searched, objective
 from igl_linabf.angles.full_system import interior_rows, right_hand_sides, triangle_rows
-from igl_linabf.kernels import is_fast
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import planar
 
@@ -115,7 +114,6 @@ def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) ->
     assert made[0].steps[-1].residual <= ABF().tol
 
 
-@pytest.mark.skipif(not is_fast(), reason="numba is not installed")
 def test_a_factor_of_the_system_itself_saves_inner_steps_and_changes_nothing(monkeypatch) -> None:
     V, F = load("disk__optcuts_armadillo_i_f10000.obj")
     made = flatten(V, F, ABF(tol=1e-9))

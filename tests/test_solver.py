@@ -26,7 +26,9 @@ from igl_linabf.linalg import (
 from igl_linabf.linalg import compiled as loops
 from igl_linabf.linalg import factors as solver
 from igl_linabf.linalg.factors import IglCholesky
+from igl_linabf.linalg.sparsity import Blocked
 
+DIRECT = [IglCholesky, *([solver.Cholmod] if solver.has_cholmod() else [])]
 WITH_CHOLMOD = [solver.Cholmod, *([loops.Compiled] if is_fast() else [])] if solver.has_cholmod() else []
 needs_cholmod = pytest.mark.skipif(not solver.has_cholmod(), reason="scikit-sparse is not installed")
 
@@ -136,11 +138,10 @@ def test_compiled_factors_of_any_pattern_are_right(n: int, divided: bool, monkey
         )
         block = 0.1 * rng.normal(size=(len(lower.data), 4))
         block[lower.indptr[:-1]] = [2 * n, 0.1, 0.1, 3 * n]
-        shape = 2 * n, 2 * n
-        U = sparse.bsr_array((block.reshape(-1, 2, 2), lower.indices, lower.indptr), shape=shape)
-        x = rng.normal(size=2 * n)
-        inverse = analysis.of_blocks((lower.indptr, lower.indices, block))
-        assert np.allclose(inverse(U @ x + U.T @ x), x)
+        system, x = Blocked((lower.indptr, lower.indices, block)), rng.normal(size=2 * n)
+        for kind in (analysis, *(kind(lower) for kind in DIRECT)):
+            inverse = kind.of_blocks(system)
+            assert np.allclose(inverse.solve(system.whole() @ x), x)
 
 
 @pytest.mark.skipif(not is_fast(), reason="numba is not installed")

@@ -59,8 +59,8 @@ class Linearised:
         The columns of the closing rows that `inverse` was solved for.
     slivers : SliverRows or None
         The rows of slivers, for the correction of the preconditioner.
-    own : callable or None
-        The inverse of an earlier S, which preconditions instead.
+    own : Factored or None
+        The factor of an earlier S, which preconditions instead.
     precondition : callable or None
         That, or diag(L_s, L_s)^-1, bordered and corrected.
     whole : Factored or None
@@ -80,7 +80,7 @@ class Linearised:
     inverse: Factored | None = None
     across: Across | None = None
     slivers: SliverRows | None = None
-    own: Solve | None = None
+    own: Factored | None = None
     precondition: Solve | None = None
     whole: Factored | None = None
     whole_analysis: Analysis | None = None
@@ -225,14 +225,14 @@ def linearise(
 
 
 def _by_own(lin: Linearised) -> Linearised:
-    """Add the inverse of S, or of that earlier one, if there can be one."""
+    """Add the factor of S, or of that earlier one, if there can be one."""
     topology = lin.problem.constraints.topology
     small = topology.corner.shape[1] <= SMALL * topology.n_outer  # its steps take next to no time
     if lin.own is not None or lin.laplacian is None or small:
         return lin
     with timed("factor"):
         try:
-            own = lin.laplacian.of_blocks(lin.S.blocks)
+            own = lin.laplacian.of_blocks(lin.S)
         except NotPositiveDefiniteError:  # that of the Laplacian may yet be
             return lin
     return lin if own is None else replace(lin, own=own, inverse=None)
@@ -242,7 +242,7 @@ def _preconditioned(lin: Linearised, *, rough: bool = True) -> Linearised:
     """Add the preconditioner: diag(L_s, L_s)^-1, bordered by the closing rows, corrected on sliver rows."""
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
     if lin.own is not None and lin.closing is None:
-        return replace(lin, precondition=lin.own, how="conjugate gradients, compiled Cholesky")
+        return replace(lin, precondition=lin.own.solve, how=f"conjugate gradients, {lin.own.name}")
     if laplacian is None or inverse is None:
         with timed("assembly"):
             lower = lin.system.laplacian()

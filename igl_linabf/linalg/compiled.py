@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from heapq import heapify, heappop, heappush
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 from weakref import finalize
 
 import numpy as np
@@ -15,8 +15,11 @@ from .. import kernels
 from .._runtime import at_once, unfilled
 from .._types import FloatArray, IntArray, Solve
 from . import memory
-from .factors import Analysis, Blocks, Factored, NotConvergedError, NotPositiveDefiniteError
+from .factors import BLOCKS_UP_TO, Analysis, Factored, NotConvergedError, NotPositiveDefiniteError
 from .krylov import conjugate_gradients
+
+if TYPE_CHECKING:
+    from .sparsity import Symmetric
 
 Inverse: TypeAlias = "partial[FloatArray]"
 Precision = type[np.float64] | type[np.float32]
@@ -25,7 +28,6 @@ DIVIDED_FROM = 20_000  # rows from which threads save more time than they take t
 DISSECTED_FROM = 250_000  # rows from which separators save more time than they take to find
 SPARSE_FROM = 20_000  # rows from which it pays to go only where the entries of a right-hand side lead
 SINGLE_FROM = 250_000  # rows from which a preconditioner is in single precision: two thirds of the time
-BLOCKS_UP_TO = 250_000  # rows, above which a factor of 2 by 2 blocks saves no time, and takes much memory
 REFINED_FROM = 1_000_000  # rows from which a solve, too, is by one, and memory counts
 ALL_DIGITS, MOST_TO_REFINE = 1e-10, 20  # relative residual, and steps at most
 SHARED_FROM = 1e8  # operations for a supernode above the subtrees from which threads share them
@@ -238,13 +240,13 @@ class Compiled(Analysis):
     def _of_blocks(self) -> Elimination:
         return Elimination(kernels.doubled(self._scalar.analysed, *self._pattern))
 
-    def of_blocks(self, blocks: Blocks) -> Solve | None:
-        indptr, _, block = blocks
-        if len(indptr) > BLOCKS_UP_TO or not memory.fits(4 * self._scalar.bytes):
+    def of_blocks(self, system: Symmetric) -> Factored | None:
+        if system.size > 2 * BLOCKS_UP_TO or not memory.fits(4 * self._scalar.bytes):
             return None
+        indptr, _, block = system.blocks
         data = block.copy()
         data[indptr[:-1], ::3] *= 2  # half the diagonal is kept
-        return self._of_blocks.solve(data.ravel())
+        return Factored(self.name, True, self._of_blocks.solve(data.ravel()))
 
     def preconditioner(self, lower: sparse.csc_array, *, rough: bool = False) -> Factored:
         if not rough or lower.shape[0] < SINGLE_FROM:

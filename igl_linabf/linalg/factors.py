@@ -5,9 +5,11 @@ afterwards. CHOLMOD is used where scikit-sparse is installed; where it is not, t
 Eigen in libigl's own wheel.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import igl
 import numpy as np
@@ -16,14 +18,16 @@ from scipy.sparse import linalg
 
 from .._types import Array, FloatArray, IntArray, Solve
 
+if TYPE_CHECKING:
+    from .sparsity import Symmetric
+
 try:
     from sksparse import cholmod
 except ImportError:
     cholmod = None
 
 
-Blocks = tuple[IntArray, IntArray, FloatArray]
-
+BLOCKS_UP_TO = 250_000  # rows, above which a factor of 2 by 2 blocks saves no time, and takes much memory
 SIMPLICIAL_UP_TO = 25_000  # rows; supernodal CHOLMOD with a good BLAS is faster above
 NO_ROWS, NO_EQUATIONS = np.empty(0, dtype=np.int64), sparse.csc_matrix((0, 0))
 
@@ -89,23 +93,33 @@ class Analysis:
         """
         return self.factor(lower)
 
-    def of_blocks(self, blocks: Blocks) -> Solve | None:
-        """The inverse of U + U^T, U having 2 by 2 blocks for the entries of the pattern (`Symmetric.blocks`).
+    def of_blocks(self, system: Symmetric) -> Factored | None:
+        """The factor of a matrix that has 2 by 2 blocks for the entries of the pattern.
 
         None where there is no such factor, or no memory for it.
         """
-        indptr, indices, block = blocks
-        n = 2 * (len(indptr) - 1)
-        upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(n, n)).tocsr()
-        lower = sparse.tril(upper + upper.T).tocsc()
-        return type(self)(lower).factor(lower).solve
+        return None
 
     def for_one_solve(self, lower: sparse.csc_array) -> Factored:
         """What takes least time to solve with once; a solve may raise NotConvergedError."""
         return self.factor(lower)
 
 
-class Cholmod(Analysis):
+class Direct(Analysis):
+    """One whose factors have all digits, of any pattern."""
+
+    _whole: Analysis | None = None
+
+    def of_blocks(self, system: Symmetric) -> Factored | None:
+        if system.size > 2 * BLOCKS_UP_TO:
+            return None
+        lower = system.lower()
+        if self._whole is None:
+            self._whole = type(self)(lower)
+        return self._whole.factor(lower)
+
+
+class Cholmod(Direct):
     """CHOLMOD's symbolic analysis of P A P^T = L D L^H."""
 
     name = "CHOLMOD"
@@ -144,7 +158,7 @@ class Cholmod(Analysis):
         return numeric
 
 
-class IglCholesky(Analysis):
+class IglCholesky(Direct):
     """Eigen's simplicial L L^T with AMD, as libigl's wheel holds it; it orders anew with each factorisation.
 
     `igl.min_quad_with_fixed_precompute` without fixed values factors a matrix by its lower triangle, and

@@ -8,7 +8,7 @@ from scipy import sparse
 from scipy.sparse import linalg
 
 from .._types import Array, Solve
-from .factors import Analysis, Blocks, Factored, NotConvergedError, mirrored
+from .factors import Analysis, Factored, NotConvergedError, mirrored
 from .krylov import conjugate_gradients
 
 RTOL = 1e-10  # where multigrid stands in for a factorisation
@@ -19,9 +19,6 @@ class Multigrid(Analysis):
     """PyAMG's smoothed aggregation: one V-cycle as the preconditioner, O(n) memory."""
 
     name: str = "PyAMG"
-
-    def of_blocks(self, blocks: Blocks) -> None:
-        return None
 
     def factor(self, lower: sparse.csc_array) -> Factored:
         """Solve by conjugate gradients, preconditioned by a V-cycle."""

@@ -19,9 +19,11 @@ from ..kernels import (
 )
 from ..surface import Topology, sum_by
 from .choice import Solvers
-from .factors import Analysis, Blocks
+from .factors import Analysis
 from .multigrid import Multigrid
 from .small_blocks import SMALL
+
+Blocks = tuple[IntArray, IntArray, FloatArray]
 
 AT_ONCE = 1024  # rows of a matrix that is multiplied by a few columns
 
