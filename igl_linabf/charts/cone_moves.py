@@ -12,16 +12,11 @@ from ..angles import Turnings
 from .cone_scale import ConeScale
 from .cones import WIDE, ConePiece
 from .expected import MAX_LOG_SCALE
-from .quarter_turns import FIDELITY as WORTH
-from .quarter_turns import QUARTER, QuarterTurns, nearest_quarters
+from .quarter_turns import FIDELITY, QUARTER, QuarterTurns, nearest_quarters
 
-FIDELITY = (
-    200.0  # growth of the log stretch that is as bad as one of F/3nt by one: what is missing bends needles
-)
+BENT = 200.0  # growth of the log stretch as bad as one of F/3nt by one: missing turns bend needles
 NEEDLES = 0.02  # F/3nt of a quarter turn that the triangles right at cones give for: more it never costs
-BALL = (
-    0.3  # radius of the balls around cones within which they move; lengths are shares of the surface's size
-)
+BALL = 0.3  # radius of the balls within which cones move; lengths are shares of the surface's size
 APART = 0.4  # share of the way to the nearest other cone that one may go
 CANDIDATES, FITTED = 1_500, 200  # vertices of a ball that are tried; and to which its slopes are fitted
 ROUNDS, SWEEPS = 4, 30
@@ -160,7 +155,7 @@ class ConeMoves:
         fixed = self._exchanged(self.turnings.cost)
         if fixed.log_stretch > LARGEST or self._cost(fixed) < fixed.log_stretch + LITTLE:
             return None
-        free = self._exchanged(self._softened / WORTH / QUARTER**2)
+        free = self._exchanged(self._softened / FIDELITY / QUARTER**2)
         starts = [fixed] if np.array_equal(free.k, fixed.k) else [fixed, free]
         now = min((self._further(start) for start in starts), key=self._cost)
         for _ in range(ROUNDS - 1):
@@ -192,7 +187,7 @@ class ConeMoves:
         """What missing quarter turns cost in log stretch, (#paths, #paths)."""
         cost = self.turnings.cost * QUARTER**2
         least = ROUNDING * np.trace(cost) * np.eye(len(cost))
-        return FIDELITY * _in_series(cost + least, np.eye(len(cost)) / NEEDLES)
+        return BENT * _in_series(cost + least, np.eye(len(cost)) / NEEDLES)
 
     @cached_property
     def _root(self) -> FloatArray:
