@@ -152,7 +152,7 @@ def test_text_of_editors_and_shells_is_the_same_mesh(mark: str) -> None:
 
 def test_bytes_after_the_triangles_of_an_stl_file_are_skipped_with_a_warning() -> None:
     data = files_of(np.eye(3), np.array([[0, 1, 2]]))["stl"][0]
-    with pytest.warns(MeshWarning, match="3 bytes follow the 1 triangles"):
+    with pytest.warns(MeshWarning, match="3 bytes follow face 0"):
         mesh = parse(data + b"end", ".stl", "mesh")
     assert (mesh.V[mesh.triangles] == np.eye(3)).all()
     with pytest.raises(MeshError, match="promises 1 triangles, and 2 follow"):

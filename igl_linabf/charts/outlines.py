@@ -92,10 +92,9 @@ class Row:
     @classmethod
     def of(cls, masks: Sequence[Masks]) -> Row:
         """That of these charts."""
-        if not masks:
-            masks = (NO_MASKS,)
         first = Parts.of_sizes([len(one.turns) for one in masks])
         reached = Parts.of_sizes([len(one.blocks) for one in masks]).start
+        masks = masks or (NO_MASKS,)  # of no chart
         start = np.concatenate([*(one.start[:-1] for one in masks), reached[-1:]])
         start[:-1] += first.spread(reached[:-1])
         return cls(

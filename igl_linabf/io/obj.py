@@ -163,10 +163,10 @@ def _table(lines: list[bytes], at: IntArray, least: int, columns: int, what: str
     """All numbers of the lines, if they are equally many; else the first of each. What lacks is 0."""
     if not len(at):
         return np.empty((0, 3))
-    try:
-        table = np.loadtxt([lines[i].partition(b" ")[2] for i in at.tolist()], ndmin=2, comments=None)
-    except ValueError:
-        table = np.empty((0, 0))
+    rows, table = [lines[i].partition(b" ")[2] for i in at.tolist()], np.empty((0, 0))
+    if any(row.strip() for row in rows):
+        with contextlib.suppress(ValueError):
+            table = np.loadtxt(rows, ndmin=2, comments=None)
     if len(table) < len(at) or table.shape[1] < least:
         table = np.zeros((len(at), columns))
         for row, i in zip(table, at.tolist(), strict=True):

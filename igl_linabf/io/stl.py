@@ -21,7 +21,7 @@ def parse_stl(data: bytes) -> MeshFile:
     follow, more = divmod(len(data) - HEAD, TRIANGLE.itemsize)
     if follow == promised and (promised or not more):
         if more:
-            said = f"{more} bytes follow the {promised} triangles of the STL file: they are skipped"
+            said = f"{more} bytes follow face {promised - 1}, the last one of the STL file: they are skipped"
             warnings.warn(said, MeshWarning, stacklevel=stack_level())
         V = np.frombuffer(data, TRIANGLE, promised, HEAD)["corner"].astype(np.float64).reshape(-1, 3)
     elif (text := plain_text(data)).lstrip()[:5].lower() == b"solid":
