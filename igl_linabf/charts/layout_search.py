@@ -240,7 +240,7 @@ def _moved(charts: Charts, start: _Grown, spacing: Spacing) -> _Grown:
             now = spans.copy()
             now[chart] = own
         known = _still_known(best, spans, order, now)
-        pages = _placed(n, order, row, now[order], cells, best.cells, 1, known)
+        pages = _placed(n, row, now[order], cells, best.cells, 1, known)
         if pages is not None:  # it takes no more cells; an equal one may lead on
             best, spans = _grown_to(pages, order, side, MIDDLE, spacing), now
     return best
@@ -312,7 +312,7 @@ def _grown(
     """Some of `n` charts on one page whose gaps are those of a page of this side, which has `grid` cells."""
     room, pages = ROOM, None
     while pages is None:
-        pages = _placed(n, order, row, spans, grid / side, int(room * grid), 1)
+        pages = _placed(n, row, spans, grid / side, int(room * grid), 1)
         room *= ROOM
     return _grown_to(pages, order, side, grid, spacing)
 
@@ -324,14 +324,7 @@ def _grown_to(pages: _Pages, order: IntArray, side: float, grid: int, spacing: S
 
 
 def _placed(
-    n: int,
-    order: IntArray,
-    row: Row,
-    spans: IntArray,
-    cells: float,
-    side: int,
-    most: int,
-    known: IntArray = NONE_KNOWN,
+    n: int, row: Row, spans: IntArray, cells: float, side: int, most: int, known: IntArray = NONE_KNOWN
 ) -> _Pages | None:
     """Some of `n` charts one after the other, each on the first page that has room for it.
 
@@ -355,7 +348,7 @@ def _on_pages(
     inner = int(spacing.inner * FIXED + gap)
     order = shaped[np.argsort(-charts.areas[shaped], kind="stable")]
     row = _row(charts, order, turns, cells, gap)
-    made = _placed(n, order, row, row.spans, cells, inner, len(order) if pages is None else pages)
+    made = _placed(n, row, row.spans, cells, inner, len(order) if pages is None else pages)
     if made is None:
         return None
     layout = made.layout(order, side)
