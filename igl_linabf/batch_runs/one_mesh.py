@@ -15,7 +15,7 @@ from typing import Any, Literal
 import psutil
 
 from .._types import FloatArray
-from ..charts import TRADE, unwrap
+from ..charts import PADDING, TRADE, unwrap
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import BoundaryName, Method, Outcome, flatten
 from ..io import MeshFile, read_file, unit_square, write_file
@@ -24,7 +24,6 @@ from . import places
 from .table import FAILED, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row, write_down
 
 How = Literal["unwrap", "flatten"]
-PADDING = 2.0  # texels
 OF_UNWRAP = ("trade", "holes", "bijective", "cones", "cone_angles", "resolution", "padding")
 
 _one_at_a_time = threading.Lock()  # the limit of memory and the warnings are the process's

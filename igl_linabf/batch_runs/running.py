@@ -17,13 +17,13 @@ from time import perf_counter
 from typing import Any, Literal, get_args
 
 from .._runtime import Progress, counting, undone_at_once
-from ..charts import TRADE
+from ..charts import PADDING, TRADE, Spacing
 from ..errors import is_number
 from ..flattening import BoundaryName, Method, method_of
 from ..io import SUFFIXES
 from . import places
 from .clusters import client_of, local_client
-from .one_mesh import OF_UNWRAP, PADDING, How, Settings, Task, run
+from .one_mesh import OF_UNWRAP, How, Settings, Task, run
 from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, Row, Table, shown
 
 AHEAD = 8  # meshes that are handed out for each thread, and
@@ -166,7 +166,7 @@ def batch(
     _check(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers are those of the scheduler: give one of the two")
-    if workers is not None and not is_number(workers, 1):
+    if workers is not None and not is_number(workers, 1, whole=True):
         raise ValueError(f"workers is {workers!r}: use an integer from 1 on")
     folder = places.absolute(out)
     found = places.found([inputs] if isinstance(inputs, str | os.PathLike) else inputs, folder)
@@ -233,12 +233,7 @@ def _check(asked: Settings) -> None:
         raise ValueError(f"cone_angles is {angles!r}: use None, or with cones 'quarter'")
     if cones is not None and (asked.holes or asked.bijective):
         raise ValueError("cones do not go together with holes or bijective: seams run through the cones")
-    if asked.resolution is not None and not is_number(asked.resolution, 1):
-        raise ValueError(f"resolution is {asked.resolution!r}: give texels, from 1 on")
-    if not is_number(asked.padding, 0):
-        raise ValueError(f"padding is {asked.padding!r}: give texels, from 0 on")
-    if asked.resolution is None and asked.padding != PADDING:
-        raise ValueError("padding is counted in texels: give a resolution, too")
+    Spacing.of(0.0, asked.resolution, asked.padding)
 
 
 def _planned(found: list[places.Found], table: Table, settings: Settings, retry: bool) -> list[Task]:

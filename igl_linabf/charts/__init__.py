@@ -12,5 +12,6 @@ from .overlap_seams import separating_seams
 from .packing import pack
 from .scaf import make_bijective
 from .seams import TRADE, cut, find_seams
+from .spacing import PADDING, Spacing
 from .together import pack_together
 from .unwrapping import unwrap

@@ -73,7 +73,7 @@ def make_bijective(
     >>> len(overlaps(uv, F)), len(overlaps(make_bijective(uv, F), F))
     (27, 0)
     """
-    if not is_number(iterations, 1):
+    if not is_number(iterations, 1, whole=True):
         raise ValueError(f"iterations is {iterations!r}: use a positive integer")
     surface = Submesh.checked(uv, F, 2, "uv")
     topology = surface.topology

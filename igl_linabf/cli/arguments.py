@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
-from ..charts import TRADE
+from ..charts import PADDING, TRADE
 from ..flattening import METHODS, BoundaryName
 
 Argument = Mapping[str, Any]
@@ -65,7 +65,7 @@ SHARED: Mapping[str, Argument] = {
     "resolution": value(
         "TEXELS", "texels along a page's side; distances between charts are then counted in texels", int
     ),
-    "padding": value("TEXELS", "between two charts, with --resolution", float, 2.0),
+    "padding": value("TEXELS", "between two charts, with --resolution", float, PADDING),
     "json": switch("print every figure as JSON, a line a mesh, instead of tables"),
     "quiet": switch("print no tables and show no progress"),
 }
