@@ -13,7 +13,7 @@ from .._types import FloatArray, IntArray
 from ..errors import some
 from ..flattening import Flattening
 from ..measures import Quality
-from ..surface import Repair, Triangles
+from ..surface import Repair, Triangles, three_vertices
 
 SHOWN = 20  # charts in a notebook
 BEYOND_USE = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
@@ -138,7 +138,7 @@ class Atlas:
     def drawn(self) -> IntArray:
         """The `triangles` that can be drawn: those without area may have a corner twice."""
         F = self.triangles
-        return np.asarray(F[(np.roll(F, 1, axis=1) != F).all(axis=1)])
+        return np.asarray(F[three_vertices(F)])
 
     @property
     def good(self) -> bool:

@@ -3,6 +3,7 @@
 import numpy as np
 
 from .._types import IntArray
+from ..surface import three_vertices
 
 
 def triangles_of_strips(corners: IntArray, strip: IntArray) -> IntArray:
@@ -26,5 +27,4 @@ def triangles_of_strips(corners: IntArray, strip: IntArray) -> IntArray:
     F = np.column_stack((corners[:-2], corners[1:-1], corners[2:]))
     turned = (at - first)[:-2] % 2 == 1
     F[turned] = F[turned][:, [1, 0, 2]]
-    distinct = (F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0])
-    return np.asarray(F[distinct & (strip[:-2] == strip[2:])])
+    return np.asarray(F[three_vertices(F) & (strip[:-2] == strip[2:])])

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from .._types import BoolArray, FloatArray
 from ..errors import MeshError, MeshWarning, some, stack_level
-from ..surface import Polygons
+from ..surface import Polygons, three_vertices
 from .mesh_file import MeshFile
 from .one_index import single
 from .packages import checked, needed, quietly
@@ -132,7 +132,7 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
 def _with_three_vertices(mesh: MeshFile) -> BoolArray:
     """The triangles that 3MF takes; a warning names the faces of the others."""
     F = mesh.triangles
-    kept = np.asarray((np.roll(F, 1, axis=1) != F).all(axis=1))
+    kept = three_vertices(F)
     left_out = np.unique(mesh.split.face[~kept])
     if len(left_out) == len(mesh.polygons):
         raise MeshError("no face has three vertices, as 3MF asks for: write OBJ, or remove them")

@@ -17,6 +17,7 @@ from .arrays import (
     pins,
     scatter,
     seam_mask,
+    three_vertices,
     vertex_array,
     vertex_indices,
 )

@@ -70,13 +70,18 @@ def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
     used, sound = used_vertices(F, n)
     if not sound:
         check_indices(F, n)
-        bad = np.flatnonzero((F[:, 0] == F[:, 1]) | (F[:, 1] == F[:, 2]) | (F[:, 2] == F[:, 0]))
+        bad = np.flatnonzero(~three_vertices(F))
         raise MeshError(
             f"faces {some(bad)} hold a vertex twice (face {bad[0]} is {F[bad[0]].tolist()}): remove them, "
             "as igl_linabf.clean does"
         )
     vertices = np.flatnonzero(used)
     return vertices, F if len(vertices) == n else (np.cumsum(used) - 1)[F]
+
+
+def three_vertices(F: IntArray) -> BoolArray:
+    """Which triangles have three vertices; the others have one twice."""
+    return np.asarray((F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0]))
 
 
 def check_finite(V: FloatArray, vertices: IntArray, name: str = "V") -> None:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from .areas import SMALLEST_COORDINATE, without_area
-from .arrays import check_finite, check_indices, face_array, vertex_array
+from .arrays import check_finite, check_indices, face_array, three_vertices, vertex_array
 from .components import face_components
 from .sheets import Sheets, as_sheets
 from .slivers import collapsed, opened_caps
@@ -226,9 +226,9 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
         V[tiny] = 0.0
     merged = collapsed(V, merged[F])[merged]
     G = merged[F]
-    twice = (G[:, [1, 2, 0]] == G).any(axis=1)
-    note("collapsed", "faces", np.flatnonzero(twice))
-    rows = np.flatnonzero(~twice)
+    distinct = three_vertices(G)
+    note("collapsed", "faces", np.flatnonzero(~distinct))
+    rows = np.flatnonzero(distinct)
     sheets = as_sheets(V, G[rows])
     note("crowded", "edges", sheets.crowded)
     note("twin", "faces", rows[sheets.twins])
