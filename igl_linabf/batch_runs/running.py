@@ -24,7 +24,7 @@ from ..io import SUFFIXES
 from . import places
 from .clusters import client_of, local_client
 from .one_mesh import OF_UNWRAP, How, Settings, Task, run
-from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, Row, Table, shown, write_down
+from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, Row, Table, shown
 
 AHEAD = 8  # meshes that are handed out for each thread, and
 AT_LEAST = 64  # in all
@@ -331,10 +331,7 @@ def _of_the_dead(client: Any, task: Task, killed: Any) -> Row:
     exceeded = [event["worker"] for _, event in client.get_events("worker-restart-memory") or ()]
     if killed.last_worker.address in exceeded:
         said = "its process took more memory than it may, also alone: allow it more, or decimate the mesh"
-        row = replace(task.row, outcome=OUT_OF_MEMORY, message=said)
-    else:
-        limit = ", maybe for want of memory" if task.settings.memory else ""
-        said = f"its process died{limit}, and once more when it was tried alone"
-        row = replace(task.row, outcome=DIED, message=said)
-    write_down(row, task.folder)  # the worker could not
-    return row
+        return replace(task.row, outcome=OUT_OF_MEMORY, message=said)
+    limit = ", maybe for want of memory" if task.settings.memory else ""
+    said = f"its process died{limit}, and once more when it was tried alone"
+    return replace(task.row, outcome=DIED, message=said)

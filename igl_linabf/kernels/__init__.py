@@ -49,7 +49,7 @@ from .small_systems import solved, solved_inside
 from .some_rows import block_rows, blocks_of_rows, left_at_rows, without_rows
 from .substitution import backward_one, backward_two, forward_one, forward_two
 from .supernodal import Subtrees, Work, fresh, supernodal_factor, supernodal_front
-from .supernodes import Supernodes, doubled, subtrees, supernodes
+from .supernodes import Supernodes, doubled, padded, subtrees, supernodes
 from .symmetric_products import block_product, product_with_pairs, products_of_entries
 from .systems import (
     at_edges,

@@ -16,7 +16,8 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from .choice import only_loops
 from .fronts import add, add_leaf, eliminate, eliminate_in_threads
-from .supernodes import Supernodes
+from .supernodes import Supernodes, padded
+from .unsigned import ONE, ZERO, index
 
 THIN = 2  # columns up to which what a leaf leaves goes to its parent's front at once
 ALL, FRONT, LEAVE = 0, 1, 2  # of the work at a supernode: what is before its elimination, and after it
@@ -84,58 +85,66 @@ def _factor(
     left: FloatArray,
     work: Work,
     does: int = ALL,
-) -> int:
-    least, waiting, stack, last, top = work.least, work.waiting, work.stack, work.size[0], work.size[1]
+) -> np.int64:
+    # a look into a tuple counts who refers to the array
+    source, target, column, start, value_start = a.source, a.target, a.column, a.start, a.value_start
+    below_start, local, children = a.below_start, a.local, a.children
+    number, left_start, least, waiting = parts.number, parts.left, work.least, work.waiting
+    stack, space, last, top = work.stack, work.space, index(work.size[0]), index(work.size[1])
     digits = values.dtype.type(DIGITS if values.itemsize < 8 else 0)
     for s in which:
-        first, width = a.start[s], a.start[s + 1] - a.start[s]
-        m = a.below_start[s + 1] - a.below_start[s]
-        if parts.number[s] >= 0 and s != root:  # it is done
+        first, width = index(start[s]), index(start[s + 1] - start[s])
+        m = index(below_start[s + 1] - below_start[s])
+        if number[s] >= 0 and s != root:  # it is done
             if m:
                 waiting[last] = s
-                last += 1
+                last += ONE
             continue
-        block = values[a.value_start[s] : a.value_start[s + 1]]
-        rest = 0 if a.children[s] == 0 and width <= THIN else m
-        L, U = block.reshape(width, width + m), work.space[: rest * rest].reshape(rest, rest)
+        at, size = index(value_start[s]), width + m
+        thin = children[s] == 0 and width <= THIN
+        rest = ZERO if thin else index(padded(below_start[s + 1] - below_start[s]))
         if does != LEAVE:
-            block[:] = 0.0
-            for p in range(a.column[first], a.column[first + width]):
-                block[a.target[p]] += data[a.source[p]]
+            for i in range(at, at + width * size):
+                values[i] = 0.0
+            for i in range(index(column[first]), index(column[first + width])):
+                values[at + target[i]] += data[source[i]]
             for j in range(width):
-                least[j] = digits * block[j * (width + m + 1)]
-            for j in range(rest):
-                U[j, j:] = 0.0
-            for _ in range(a.children[s]):
-                last -= 1
+                least[j] = digits * values[at + j * size + j]
+            for i in range(rest * rest):
+                space[i] = 0.0
+            for _ in range(children[s]):
+                last -= ONE
                 c = waiting[last]
-                wide, to = a.start[c + 1] - a.start[c], a.local[a.below_start[c] : a.below_start[c + 1]]
-                if parts.number[c] >= 0:
-                    begin = parts.left[parts.number[c]]
-                    add(left[begin : begin + len(to) ** 2], to, L, U)
-                elif a.children[c] == 0 and wide <= THIN:
-                    add_leaf(values[a.value_start[c] : a.value_start[c + 1]], wide, to, L, U)
+                wide, under = index(start[c + 1] - start[c]), index(below_start[c])
+                n = index(below_start[c + 1]) - under
+                step = index(padded(below_start[c + 1] - below_start[c]))
+                if number[c] >= 0:
+                    begin = index(left_start[number[c]])
+                    add(left, begin, step, local, under, n, values, at, width, size, space, rest)
+                elif children[c] == 0 and wide <= THIN:
+                    begin = index(value_start[c])
+                    add_leaf(values, begin, wide, local, under, n, values, at, width, size, space, rest)
                 else:
-                    top -= len(to) ** 2
-                    add(stack[top : top + len(to) ** 2], to, L, U)
+                    top -= step * step
+                    add(stack, top, step, local, under, n, values, at, width, size, space, rest)
         if does == ALL:
-            bad = eliminate(L, U, least)
+            bad = eliminate(values, at, width, size, space, rest, least)
             if bad >= 0:
-                return int(first + bad)
+                return np.int64(first) + bad
         if does != FRONT:
             if s == root:
-                begin = parts.left[parts.number[s]]
-                kept = left[begin : begin + rest * rest]
+                begin = index(left_start[number[s]])
+                for i in range(rest * rest):
+                    left[begin + i] = space[i]
             else:
-                kept = stack[top : top + rest * rest]
+                for i in range(rest * rest):
+                    stack[top + i] = space[i]
                 top += rest * rest
-            for j in range(rest):
-                kept[j * rest + j : (j + 1) * rest] = U[j, j:]
             if m:
                 waiting[last] = s
-                last += 1
+                last += ONE
     work.size[0], work.size[1] = last, top
-    return -1
+    return np.int64(-1)
 
 
 supernodal_factor = only_loops(_factor)
@@ -152,10 +161,10 @@ def supernodal_front(
 ) -> int:
     """The same for one large supernode above all subtrees, in which threads share the work."""
     args = data, a, parts, np.array([s]), -1, values, left, work
-    width, rest = int(a.start[s + 1] - a.start[s]), int(a.below_start[s + 1] - a.below_start[s])
+    width, m = int(a.start[s + 1] - a.start[s]), int(a.below_start[s + 1] - a.below_start[s])
     supernodal_factor(*args, FRONT)
-    L = values[a.value_start[s] : a.value_start[s + 1]].reshape(width, width + rest)
-    bad = eliminate_in_threads(L, work.space[: rest**2].reshape(rest, rest), work.least)
+    front = int(a.value_start[s]), width, width + m
+    bad = eliminate_in_threads(values, *front, work.space, padded(m), work.least)
     if bad >= 0:
         return int(a.start[s] + bad)
-    return supernodal_factor(*args, LEAVE)
+    return int(supernodal_factor(*args, LEAVE))

@@ -58,6 +58,12 @@ class Supernodes(NamedTuple):
 
 
 @inlined
+def padded(rows: Any) -> Any:
+    """The rows of what is left of a front, up to a multiple of `WIDTH`."""
+    return rows + (WIDTH - 1) & -WIDTH
+
+
+@inlined
 def _permuted(indptr: IntArray, indices: IntArray, place: IntArray) -> tuple[IntArray, Numbers, Places]:
     """The lower triangle of P A P^T by columns, `place` being the inverse of the order."""
     n = len(place)
@@ -245,12 +251,12 @@ def _supernodes(
     children, left = np.zeros(number, dtype=np.int64), np.zeros(number, dtype=np.int64)
     depth = stack = front = 0
     for s in range(number):
-        depth += (size[s] - (start[s + 1] - start[s])) ** 2 - left[s]
+        depth += padded(size[s] - (start[s + 1] - start[s])) ** 2 - left[s]
         stack, front = max(stack, depth), max(front, size[s])
         if parent[start[s + 1] - 1] >= 0:
             above[s] = of[parent[start[s + 1] - 1]]
             children[above[s]] += 1
-            left[above[s]] += (below_start[s + 1] - below_start[s]) ** 2
+            left[above[s]] += padded(below_start[s + 1] - below_start[s]) ** 2
     below, end = np.empty(below_start[number], dtype=np.uint32), below_start[:-1].copy()
     seen = np.full(number, -1, dtype=np.int64)
     for i in range(n):

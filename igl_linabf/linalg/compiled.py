@@ -71,7 +71,8 @@ class Divided:
         for root in roots:
             outside[first[root] : root] = False
         rows = rows_below[roots]
-        parts = kernels.Subtrees(number, *(np.append(0, np.cumsum(count)) for count in (rows**2, rows)))
+        sizes = kernels.padded(rows) ** 2, rows
+        parts = kernels.Subtrees(number, *(np.append(0, np.cumsum(size)) for size in sizes))
         chosen = [(np.arange(first[root], root + 1), root) for root in roots]
         rest = np.flatnonzero(outside)
         width = np.diff(a.start)[rest]
@@ -177,7 +178,7 @@ class Elimination:
         values, left = spare.take(int(a.value_start[-1])), spare.take(int(divided.parts.left[-1]))
 
         def part(root: int, runs: list[tuple[IntArray, bool]]) -> int:
-            work = spare.take(a.stack), spare.take(a.front**2), np.empty(a.front)
+            work = spare.take(a.stack), spare.take(kernels.padded(a.front) ** 2), np.empty(a.front)
             views: list[Any] = [array.view(precision) for array in (values, left, *work)]
             waiting = np.empty(sum(len(run) for run, _ in runs), dtype=np.int64)
             space = kernels.Work(views[2], views[3], views[4], waiting, np.zeros(2, dtype=np.int64))
@@ -187,7 +188,7 @@ class Elimination:
                 if bad < 0 and large:
                     bad = kernels.supernodal_front(data, a, divided.parts, run[0], *to)
                 elif bad < 0:
-                    bad = kernels.supernodal_factor(data, a, divided.parts, run, root, *to)
+                    bad = int(kernels.supernodal_factor(data, a, divided.parts, run, root, *to))
             spare.give(*work[:2])
             return bad
 
