@@ -8,6 +8,7 @@ import signal
 import socket
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import suppress
@@ -22,7 +23,7 @@ from hostile_methods import Hostile
 from test_interrupts import of_session
 
 from igl_linabf import MeshError, batch, unwrap
-from igl_linabf.batch_runs import places
+from igl_linabf.batch_runs import clusters, places, running
 from igl_linabf.batch_runs.one_mesh import Settings, run
 from igl_linabf.batch_runs.running import _planned
 from igl_linabf.batch_runs.table import Table
@@ -265,6 +266,30 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
         *(path.name for path in out.glob("results.parquet")),
     }
     assert batch(paths, out, workers=1, method=method, memory="500 MB", progress=False).done == 0
+
+
+def test_a_mesh_that_waited_for_a_dead_process_may_die_once_itself(tmp_path: Path, monkeypatch) -> None:
+    # Dask forgets a process that is not there again at once: it is replaced
+    monkeypatch.setitem(clusters.SETTINGS, "distributed.deploy.lost-worker-timeout", "1ms")
+    paths = disks(tmp_path / "in", [200, 220, 240])
+    faces = [len(read_mesh(path)[1]) for path in paths]
+    method = Hostile(aborts=faces[0], aborts_once=faces[1], flag=str(tmp_path / "flag"))
+    done = batch(paths, tmp_path / "out", workers=1, method=method, progress=False)
+    assert [row.outcome for row in done.rows] == ["died", "valid", "valid"]
+    assert (tmp_path / "flag").exists()
+
+
+def test_a_batch_says_that_it_waits_for_workers(tmp_path: Path, monkeypatch) -> None:
+    monkeypatch.setattr(running, "PATIENCE", 0.2)
+    paths = disks(tmp_path / "in", [200])
+    options = {"host": "127.0.0.1", "dashboard_address": "127.0.0.1:0", "silence_logs": 50}
+    with distributed.LocalCluster(n_workers=0, threads_per_worker=1, **options) as cluster:
+        late = threading.Timer(1, cluster.scale, [1])
+        late.start()
+        with pytest.warns(UserWarning, match="no workers: the batch waits"):
+            done = batch(paths, tmp_path / "out", scheduler=cluster.scheduler_address, progress=False)
+        late.join()
+    assert done.good
 
 
 def command(*arguments: object, entry: list[str] = ENTRY, **options: object) -> subprocess.Popen[str]:

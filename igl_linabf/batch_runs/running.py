@@ -13,6 +13,7 @@ from functools import partial
 from hashlib import sha256
 from importlib.util import find_spec
 from itertools import islice
+from queue import Empty, SimpleQueue
 from time import perf_counter
 from typing import Any, Literal, get_args
 
@@ -22,7 +23,7 @@ from ..errors import is_number
 from ..flattening import BoundaryName, Method, method_of
 from ..io import SUFFIXES
 from . import places
-from .clusters import client_of, local_client
+from .clusters import PATIENCE, Lookout, client_of, local_client
 from .one_mesh import OF_UNWRAP, How, Settings, Task, run
 from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, Row, Table, shown
 
@@ -277,33 +278,54 @@ def _outputs(found: list[places.Found], table: Table, suffix: str) -> dict[str, 
 
 
 def _results(client: Any, tasks: list[Task]) -> Iterator[Row]:
-    """The rows of the tasks, as they come; those whose process died last, each once more and alone."""
-    suspects: list[Task] = []
+    """The rows of the tasks, as they come; those whose process died come last, each alone.
+
+    A process that dies takes the meshes that wait for it with it, and something else may have killed it: only
+    a mesh that was alone twice is to blame.
+    """
     threads = sum(client.nthreads().values())
+    suspects: list[Task] = []
     for task, result in _run(client, iter(tasks), max(AT_LEAST, AHEAD * threads)):
         if isinstance(result, Row):
             yield result
         else:
             suspects.append(task)
+    again: list[Task] = []
     for task, result in _run(client, iter(suspects), 1):
-        yield result if isinstance(result, Row) else _of_the_dead(client, task, result)
+        if isinstance(result, Row):
+            yield result
+        elif _took_too_much(client, result):
+            said = "its process took more memory than it may, also alone: allow it more, or decimate the mesh"
+            yield replace(task.row, outcome=OUT_OF_MEMORY, message=said)
+        else:
+            again.append(task)
+    for task, result in _run(client, iter(again), 1):
+        limit = ", maybe for want of memory" if task.settings.memory else ""
+        said = f"its process died twice when it had this mesh alone{limit}"
+        yield result if isinstance(result, Row) else replace(task.row, outcome=DIED, message=said)
 
 
 def _run(client: Any, tasks: Iterator[Task], ahead: int) -> Iterator[tuple[Task, Row | Any]]:
     """The tasks with their rows, or with Dask's KilledWorker; so many at most are handed out at a time."""
-    from distributed import as_completed
-
     under_way: dict[Any, Task] = {}
-    finished = as_completed(loop=client.loop)
+    finished: SimpleQueue[Any] = SimpleQueue()
+    lookout = Lookout(client)
     while True:
         more = list(islice(tasks, ahead - len(under_way)))
         if more:
             futures = client.map(run, more, key="igl_linabf", pure=False)
             under_way.update(zip(futures, more, strict=True))
-            finished.update(futures)
+            for future in futures:
+                future.add_done_callback(finished.put)
         if not under_way:
             return
-        futures = finished.next_batch()
+        try:
+            futures = [finished.get(timeout=PATIENCE)]
+        except Empty:
+            lookout.look()
+            continue
+        while not finished.empty():
+            futures.append(finished.get())
         yield from zip([under_way.pop(f) for f in futures], _gathered(client, futures), strict=True)
 
 
@@ -326,12 +348,7 @@ def _gathered(client: Any, futures: list[Any]) -> list[Row | Any]:
     return rows
 
 
-def _of_the_dead(client: Any, task: Task, killed: Any) -> Row:
-    """The row of a mesh on which a process died twice."""
-    exceeded = [event["worker"] for _, event in client.get_events("worker-restart-memory") or ()]
-    if killed.last_worker.address in exceeded:
-        said = "its process took more memory than it may, also alone: allow it more, or decimate the mesh"
-        return replace(task.row, outcome=OUT_OF_MEMORY, message=said)
-    limit = ", maybe for want of memory" if task.settings.memory else ""
-    said = f"its process died{limit}, and once more when it was tried alone"
-    return replace(task.row, outcome=DIED, message=said)
+def _took_too_much(client: Any, killed: Any) -> bool:
+    """Whether Dask ended the process because of its memory."""
+    exceeded = client.get_events("worker-restart-memory") or ()
+    return any(event["worker"] == killed.last_worker.address for _, event in exceeded)
