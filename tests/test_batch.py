@@ -279,17 +279,6 @@ def test_a_mesh_that_waited_for_a_dead_process_may_die_once_itself(tmp_path: Pat
     assert (tmp_path / "flag").exists()
 
 
-def test_a_script_that_starts_itself_again_is_told_how_to_stop_that(tmp_path: Path) -> None:
-    disks(tmp_path / "in", [100])
-    script = tmp_path / "script.py"
-    script.write_text("import igl_linabf\nigl_linabf.batch('in', 'out', workers=1, progress=False)\n")
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    done = subprocess.run(
-        [sys.executable, script], cwd=tmp_path, env=environment, capture_output=True, text=True
-    )
-    assert "call `batch` under `if __name__ == '__main__':`" in done.stderr.splitlines()[-1]
-
-
 def test_a_batch_says_that_it_waits_for_workers(tmp_path: Path, monkeypatch) -> None:
     monkeypatch.setattr(running, "PATIENCE", 0.2)
     paths = disks(tmp_path / "in", [200])
@@ -478,8 +467,6 @@ def test_what_cannot_be_is_said_before_any_work(tmp_path: Path, monkeypatch) -> 
         batch(tmp_path / "empty", out)
     with pytest.raises(MeshError, match="holds no mesh file"):
         batch(str(tmp_path / "in/*.png"), out)
-    with pytest.raises(MeshError, match="there is no input"):
-        batch([], out)
     with pytest.raises(FileNotFoundError):
         batch(tmp_path / "nowhere.obj", out)
     monkeypatch.setitem(sys.modules, "distributed", None)

@@ -196,6 +196,12 @@ def cases():
         "above": (t.edges[kernels.spanning_forest(t.edges, np.arange(len(t.edges))[::3], t.n)], t.n),
         "nearest_sources": (*ways, np.array([3, 9, 9]), np.arange(t.n) % 7 > 0, 20.0),
         "ways_towards": (*ways, 3, np.arange(t.n) % 7 > 0, kernels.Rest(mesh.V, mesh.V[:0], 0.0, 20.0)),
+        "meeting": (
+            *ways,
+            (np.array([3, 9, 9]), t.edges[40], np.array([t.n - 9])),
+            np.arange(t.n) % 7 > 0,
+            30.0,
+        ),
         "shortest_pairs": (merged[t.edges] + 3, rng.permutation(len(t.edges)) * 1.0, 24),
         "far_apart": (*ways[:2], rng.permutation(t.n), 2, np.arange(t.n) % 9 == 4),
         "arcs_between": (t.edges[::2], np.bincount(t.edges[::2].ravel(), minlength=t.n) != 2),
@@ -324,6 +330,35 @@ def test_what_leads_away_from_all_targets_is_left_out_of_the_ways_to_them():
         assert np.isinf(part).sum() > np.isinf(whole).sum()
         assert (part[end] == whole[end]) == (most == whole[end])
         assert (before[np.isfinite(part)] >= 0).sum() == np.isfinite(part).sum() - 1
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_ways_meet_where_they_are_shortest_in_total(seed):
+    """And nowhere, if the total is over the limit; sets may share a node or be closed in."""
+    indptr, indices, length = cases()["nearest_sources"][:3]
+    rng, n = np.random.default_rng(seed), len(indptr) - 1
+    length = np.maximum(rng.uniform(-0.1, 1, len(length)), 0.0) * length
+    open_ = rng.random(n) > rng.choice([0.0, 0.3, 0.6])
+    sets = tuple(rng.choice(n, rng.choice([1, 1, 2, 20]), replace=False) for _ in range(3))
+    with kernels.numpy_only():
+        expected, start = kernels.meeting(indptr, indices, length, sets, open_, 1e9)
+        total = sum(
+            kernels.nearest_sources(indptr, indices, length, own, open_ | np.isin(np.arange(n), own), 1e9)[0]
+            for own in sets
+        )
+    assert len(expected) == 0 or total[expected[0]] == total.min()
+    for share in (0.9, 1.0, 1.1, 3.0):
+        limit = share * float(total.min()) if len(expected) else 1e9
+        nodes, start = kernels.meeting(indptr, indices, length, sets, open_, limit)
+        if not len(expected) or share < 1:
+            assert not len(nodes)
+            continue
+        assert total[nodes[0]] == total.min()
+        for own, i, j in zip(sets, start[:-1], start[1:], strict=True):
+            assert nodes[i] == nodes[0] and nodes[j - 1] in own
+            for a, b in pairwise(nodes[i:j].tolist()):
+                assert b in indices[indptr[a] : indptr[a + 1]]
+                assert open_[b] or b in own
 
 
 @pytest.mark.parametrize("limit", [-1.0, 0.0])

@@ -56,21 +56,17 @@ def local_client(workers: int | None, memory: int | None) -> Iterator[Any]:
         stack.callback(shutil.rmtree, folder, ignore_errors=True)
         stack.enter_context(_single_threaded())
         stack.enter_context(dask.config.set(SETTINGS))
-        try:
-            cluster = LocalCluster(
-                n_workers=workers or CPU_COUNT,
-                threads_per_worker=1,
-                host="127.0.0.1",
-                dashboard_address="127.0.0.1:0",
-                memory_limit="auto" if memory is None else int((memory + ROOM) / TERMINATE),
-                local_directory=folder,
-                silence_logs=logging.CRITICAL,  # what becomes of a mesh is in its row
-                preload=["igl_linabf.batch_runs.one_mesh"],
-                scheduler_kwargs={"allowed_failures": 0},  # who was there when a worker died is tried alone
-            )
-        except RuntimeError as error:
-            said = "call `batch` under `if __name__ == '__main__':`, or use fewer workers"
-            raise OSError(None, f"no worker process starts: {said}", "this machine") from error
+        cluster = LocalCluster(
+            n_workers=workers or CPU_COUNT,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            dashboard_address="127.0.0.1:0",
+            memory_limit="auto" if memory is None else int((memory + ROOM) / TERMINATE),
+            local_directory=folder,
+            silence_logs=logging.CRITICAL,  # what becomes of a mesh is in its row
+            preload=["igl_linabf.batch_runs.one_mesh"],
+            scheduler_kwargs={"allowed_failures": 0},  # who was there when a worker died is tried alone
+        )
         stack.enter_context(cluster)
         ending = stack.enter_context(_mended(cluster))
 

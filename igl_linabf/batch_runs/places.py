@@ -45,7 +45,7 @@ def found(inputs: Iterable[str | os.PathLike[str]], out: str) -> list[Found]:
     Raises
     ------
     MeshError
-        A glob or a folder holds no mesh file, or there is no input.
+        A glob or a folder holds no mesh file.
     OSError
         There is no such file or folder.
     """
@@ -60,8 +60,6 @@ def found(inputs: Iterable[str | os.PathLike[str]], out: str) -> list[Found]:
             )
         for file in meshes:
             files.setdefault(file.place, file)
-    if not files:
-        raise MeshError("there is no input: give files, folders or globs")
     return list(files.values())
 
 

@@ -143,12 +143,12 @@ def batch(
     Raises
     ------
     MeshError
-        A folder or glob holds no meshes, or there is no input.
+        A folder or glob holds no meshes.
     ValueError
         An argument is none of those above.
     OSError
         There is no such input, `out` cannot be written to, the disk is full, another batch is writing
-        there, no scheduler answers, or no worker process starts.
+        there, or no scheduler answers.
     ImportError
         Dask is not installed.
 

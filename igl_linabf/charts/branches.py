@@ -6,7 +6,7 @@ from typing import TypeVar
 
 import numpy as np
 
-from .._types import FloatArray, IntArray
+from .._types import IntArray
 from ..surface import connected_labels
 from .cut_graph import SHORTER, ClosedSurface, Shape, shape
 
@@ -109,18 +109,13 @@ def _moved(
         label = connected_labels(piece.ends[rest], piece.n)
         groups = label[tips]
         if len(set(groups.tolist())) == 3:
-            sources, others = [np.flatnonzero(label == group) for group in groups], None
+            sets, avoid = [np.flatnonzero(label == group) for group in groups], None
         else:
-            sources, others = [np.array([tip]) for tip in tips], piece.ends[rest].ravel()
-        first = piece.search(sources[0], others, length)
-        away = [_way_to(piece, first[0], nodes) for nodes in sources]
-        # where all three meet, the ways to two of them are as long as it is from one to the other, or longer
-        searches = [first, *(piece.search(sources[k], others, length - away[3 - k]) for k in (1, 2))]
-        centre = int(np.argmin(sum(distance for distance, _, _ in searches)))
-        ways = [piece.paths(before, [centre]) for _, before, _ in searches]
-        moved = piece.together(rest, *ways)
+            sets, avoid = [np.array([tip]) for tip in tips], piece.ends[rest].ravel()
+        centre, ways = piece.meeting((sets[0], sets[1], sets[2]), avoid, length)
+        moved = piece.together(rest, ways)
         shorter = piece.total(moved) < piece.total(seam) * SHORTER
-        if shorter and shape(piece, moved) == kept and cost(moved) < cost(seam):
+        if centre >= 0 and shorter and shape(piece, moved) == kept and cost(moved) < cost(seam):
             return moved, {*tips, centre}
     return seam, set()
 
@@ -135,15 +130,6 @@ def _side_by_side(piece: ClosedSurface, arcs: list[Ended]) -> list[tuple[Ended, 
         near = {(min(i, j), max(i, j)) for i, row in enumerate(nearest.tolist()) for j in row}
         pairs = sorted(near, key=lambda pair: float(apart[pair]))
     return [(arcs[i], arcs[j]) for i, j in pairs]
-
-
-def _way_to(piece: ClosedSurface, distance: FloatArray, nodes: IntArray) -> float:
-    """The least distance to some nodes; to one that is not passed, by way of its neighbours. 0 if unknown."""
-    way, graph = float(distance[nodes].min()), piece.graph
-    if len(nodes) == 1:
-        row = slice(graph.indptr[nodes[0]], graph.indptr[nodes[0] + 1])
-        way = min(way, float((distance[graph.indices[row]] + graph.data[row]).min(initial=np.inf)))
-    return way if np.isfinite(way) else 0.0
 
 
 def steps_along(piece: ClosedSurface, seam: IntArray) -> Steps:

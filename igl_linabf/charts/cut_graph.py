@@ -11,7 +11,9 @@ from scipy import sparse
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import (
+    Sources,
     lengths,
+    meeting,
     nearest_sources,
     nodes_on_paths,
     shortest_pairs,
@@ -184,6 +186,23 @@ class ClosedSurface:
             open_[sources] = True
         graph = self.graph
         return nearest_sources(graph.indptr, graph.indices, graph.data, sources, open_, limit)
+
+    def meeting(self, sets: Sources, avoid: IntArray | None, limit: float) -> tuple[int, IntArray]:
+        """The node where ways to three sets are shortest in total, -1 if over the limit; their edges.
+
+        `avoid` are nodes that no way passes.
+        """
+        open_ = np.ones(self.n, dtype=bool)
+        if avoid is not None:
+            open_[avoid] = False
+        graph = self.graph
+        nodes, start = meeting(graph.indptr, graph.indices, graph.data, sets, open_, limit)
+        if not len(nodes):
+            return -1, nodes
+        on = np.ones(len(nodes), dtype=bool)
+        on[start[1:] - 1] = False  # the last node of each way
+        on = np.flatnonzero(on)
+        return int(nodes[0]), self.between(nodes[on], nodes[on + 1])
 
     def paths(self, before: IntArray, ends: IntArray | list[int]) -> IntArray:
         """The edges on the shortest paths from some nodes to their sources, each once."""

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import Rest, arcs_between, lengths, ways_towards
+from ..kernels import Rest, arcs_between, lengths, meeting, ways_towards
 from .branches import Arc, Steps, arm, in_groups, longest, replaced, steps_along
 from .cut_graph import SHORTER, ClosedSurface, opened
 
@@ -96,6 +96,15 @@ class _Corridor:
         at = targets[self._nodes[targets] >= self.piece.holes]
         rest = Rest(self._position, self._position[at], self._share, limit * (1 + 1e-9))
         return ways_towards(graph.indptr, graph.indices, graph.data, source, passed, rest)
+
+    def meeting(self, tips: IntArray, closed: BoolArray, limit: float) -> list[IntArray]:
+        """The ways to three nodes, given by their places, from where they are shortest in total.
+
+        They are empty if the total is over the limit.
+        """
+        graph, sets = self._graph, (tips[:1], tips[1:2], tips[2:])
+        nodes, start = meeting(graph.indptr, graph.indices, graph.data, sets, ~closed, limit)
+        return [self._nodes[nodes[i:j]] for i, j in pairwise(start.tolist())]
 
     def way(self, before: IntArray, end: int) -> list[int]:
         """The nodes from an end, by its place in the corridor, back to the source."""
@@ -188,11 +197,8 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
                 closed[corridor.places(nodes[:-1])] = False
             length = corridor.total(own)
             at = corridor.places(tips)
-            searches = [corridor.search(int(at[k]), np.delete(at, k), closed, length) for k in range(3)]
-            total = np.sum([distance for distance, _ in searches], axis=0)
-            centre = int(np.argmin(total))
-            if total[centre] < length * SHORTER:
-                ways = [np.array(corridor.way(before, centre)) for _, before in searches]
+            ways = corridor.meeting(at, closed, length * SHORTER)
+            if len(ways[0]):
                 parts = [piece.between(way[:-1], way[1:]) for way in ways]
                 on[own] = False
                 firsts = [part[0] for part in parts if len(part)]

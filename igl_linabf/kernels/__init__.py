@@ -30,6 +30,7 @@ from .least_cuts import behind_least_cut
 from .lines_across import divisions
 from .many_sides import backward_many, forward_many
 from .maps import centred, changes, signed_double_areas
+from .meetings import Sources, meeting
 from .minimum_degree import minimum_degree
 from .paths import (
     Rest,

@@ -8,6 +8,7 @@ from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
 from .choice import inlined, with_loops
+from .heaps import reached, taken_first
 
 Paths = tuple[FloatArray, IntArray, IntArray]
 
@@ -24,56 +25,6 @@ class Rest(NamedTuple):
     limit: float
 
 
-@inlined
-def _risen(heap: IntArray, place: IntArray, key: FloatArray, i: int) -> None:
-    """Restore a binary heap of nodes, the least key first, above place i; `place` is that of each node."""
-    node = heap[i]
-    while i > 0 and key[heap[(i - 1) >> 1]] > key[node]:
-        heap[i] = heap[(i - 1) >> 1]
-        place[heap[i]] = i
-        i = (i - 1) >> 1
-    heap[i] = node
-    place[node] = i
-
-
-@inlined
-def _taken(heap: IntArray, place: IntArray, key: FloatArray, size: int) -> int:
-    """The first node of a heap of this size, which is a heap of the others then."""
-    first, node, i = heap[0], heap[size - 1], 0
-    while 2 * i + 1 < size - 1:
-        child = 2 * i + 1
-        if child + 2 < size and key[heap[child + 1]] < key[heap[child]]:
-            child += 1
-        if key[heap[child]] >= key[node]:
-            break
-        heap[i] = heap[child]
-        place[heap[i]] = i
-        i = child
-    heap[i] = node
-    place[node] = i
-    return int(first)
-
-
-@inlined
-def _reached(
-    there: int,
-    way: float,
-    node: int,
-    heap: IntArray,
-    place: IntArray,
-    distance: FloatArray,
-    before: IntArray,
-    size: int,
-) -> int:
-    """Give a node its way over another one, and its place in the heap; return the heap's size."""
-    if place[there] < 0:
-        heap[size], place[there] = there, size
-        size += 1
-    distance[there], before[there] = way, node
-    _risen(heap, place, distance, place[there])
-    return size
-
-
 def _nearest_sources(
     indptr: IntArray, indices: IntArray, length: FloatArray, sources: IntArray, open_: BoolArray, limit: float
 ) -> Paths:
@@ -87,12 +38,12 @@ def _nearest_sources(
             heap[size], place[node] = node, size
             size += 1
     while size:
-        node, size = _taken(heap, place, distance, size), size - 1
+        node, size = taken_first(heap, place, distance, size), size - 1
         for at in range(indptr[node], indptr[node + 1]):
             there, way = indices[at], distance[node] + length[at]
             if open_[there] and way < distance[there] and way <= limit:
                 source[there] = source[node]
-                size = _reached(there, way, node, heap, place, distance, before, size)
+                size = reached(there, way, node, heap, place, distance, before, size)
     return distance, before, source
 
 
@@ -126,7 +77,7 @@ def _ways_towards(
     place, heap, ahead = np.full(n, -1, dtype=np.int64), np.empty(n, dtype=np.int64), np.empty(n)
     distance[source], heap[0], place[source] = 0.0, source, 0
     while size:
-        node, size = _taken(heap, place, distance, size), size - 1
+        node, size = taken_first(heap, place, distance, size), size - 1
         for at in range(indptr[node], indptr[node + 1]):
             there, way = indices[at], distance[node] + length[at]
             if not open_[there] or way >= distance[there]:
@@ -140,7 +91,7 @@ def _ways_towards(
                     ahead[there] += rest.share * np.sqrt(squared)
             if way + ahead[there] > rest.limit:
                 continue
-            size = _reached(there, way, node, heap, place, distance, before, size)
+            size = reached(there, way, node, heap, place, distance, before, size)
     return distance, before
 
 
@@ -308,7 +259,7 @@ def _shortest_odd_walk(
     _begin(0, n, begun, distance, before, place)
     distance[start], heap[0], place[start], first[start], other_label[start] = 0.0, start, 0, start, -1
     while size and 2 * distance[heap[0]] < cost[last]:
-        node, size = _taken(heap, place, distance, size), size - 1
+        node, size = taken_first(heap, place, distance, size), size - 1
         copy, label = node // n, first[node % n]
         while label >= 0 and (label == node or distance[label] + cost[copy ^ (label // n)] > distance[node]):
             label = other_label[label]
@@ -324,7 +275,7 @@ def _shortest_odd_walk(
                     continue
                 if distance[there] == np.inf:
                     other_label[there], first[vertex] = first[vertex], there
-                size = _reached(there, way, node, heap, place, distance, before, size)
+                size = reached(there, way, node, heap, place, distance, before, size)
             label = first[vertex]
             while label >= 0:
                 ways = other ^ (label // n)
