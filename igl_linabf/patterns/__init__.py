@@ -4,8 +4,9 @@ In: a surface and its atlas or flat map. Out: a `Pattern`, the outlines of its p
 numbered seams, fold lines and grain arrows; and the drawing of it in a file.
 """
 
-from .pieces import MILLIMETRES, Pattern, PatternSeam
+from .pieces import MILLIMETRES, Pattern
 from .pieces import pattern_of as pattern_of
+from .seam_pairs import PatternSeam
 from .writing import PAPERS, PATTERN_SUFFIXES, write_pattern
 from .writing import drawn as drawn
 
