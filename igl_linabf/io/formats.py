@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike
 
 from .._runtime import replacing
 from ..errors import MeshError, MeshWarning, stack_level
-from .gltf_reading import GltfFile, parse_gltf, save_gltf
+from .gltf_again import save_gltf
+from .gltf_reading import GltfFile, parse_gltf
 from .mesh_file import MeshFile
 from .obj import ObjText, parse_obj
 from .obj_writing import materials_beside, save_obj

@@ -1,28 +1,22 @@
-"""Read glTF and GLB, and write what was read again with texture coordinates."""
+"""Read glTF and GLB."""
 
-import copy
-import mimetypes
-from collections.abc import Callable
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, NamedTuple
-from urllib.parse import unquote
 
 import numpy as np
 
 from .._types import FloatArray, IntArray
 from ..surface import Polygons
-from .gltf import INDICES, VERTEX_ATTRIBUTES, Buffer, save_new_gltf, triangles_of, write_gltf
 from .gltf_scene import Gltf, load_gltf, placements
-from .materials import PLAIN, Material, as_gltf, of_gltf, srgb, warn_of_images
+from .materials import of_gltf, srgb
 from .mesh_file import MeshFile
 from .ngons import EXTENSION, polygons_among
-from .one_index import one_index, single
 from .parsing import Damaged, Extras
 from .strips import triangles_of_strips
 
-# keys of accessors; and all in "attributes"
-REFERENCES = {"indices", "input", "output", "inverseBindMatrices"}
+COLOURS, NORMALS, TEXTURE = "COLOR_0", "NORMAL", "TEXCOORD_0"
 UNMOVED: tuple[str, FloatArray] = ("", np.eye(4))
 
 
@@ -54,6 +48,27 @@ class GltfFile:
     primitives: list[Primitive]
 
 
+class _Content(NamedTuple):
+    """What a primitive holds.
+
+    Attributes
+    ----------
+    V : (#v, 3) float64
+        Where the scene has its vertices.
+    polygons : Polygons
+        By these vertices.
+    attributes : dict
+        COLOURS, NORMALS and TEXTURE, (#v, width) float64 each, or None.
+    material : int
+        -1 if it has none.
+    """
+
+    V: FloatArray
+    polygons: Polygons
+    attributes: dict[str, FloatArray | None]
+    material: int
+
+
 def parse_gltf(path: Path) -> MeshFile:
     """The mesh of a glTF or GLB file; each mesh once, where the first node shows it."""
     try:
@@ -65,61 +80,90 @@ def parse_gltf(path: Path) -> MeshFile:
 
 
 def _parsed(gltf: Gltf) -> MeshFile:
-    shown, primitives = placements(gltf), list[Primitive]()
-    V, corners, sizes = list[FloatArray](), list[IntArray](), list[IntArray]()
-    attributes: dict[str, list[FloatArray | None]] = {"TEXCOORD_0": [], "COLOR_0": [], "NORMAL": []}
-    material = list[IntArray]()
-    points = faces = at = 0
-    for i, j, primitive in gltf.primitives():
-        matrix = shown.get(i, UNMOVED)[1]
-        its = primitive["attributes"]
-        local = gltf.numbers(its["POSITION"])
-        if local.ndim != 2 or local.shape[1] != 3:
-            raise Damaged(f"the positions of its mesh {i} have not three columns")
-        polygons = _polygons(gltf, primitive, len(local))
-        k, m = len(polygons), len(polygons.corners)
-        V.append(local @ matrix[:3, :3].T + matrix[:3, 3])
-        primitives.append(Primitive(i, j, faces + np.arange(k), at + np.arange(m), polygons.corners))
-        corners.append(polygons.corners + points)
-        sizes.append(polygons.sizes)
-        for name, rows in attributes.items():
-            values = gltf.numbers(its[name]) if name in its else None
-            rows.append(values if values is not None and values.shape[:1] == local.shape[:1] else None)
-        if (normals := attributes["NORMAL"][-1]) is not None:
-            attributes["NORMAL"][-1] = normals @ np.linalg.pinv(matrix[:3, :3])
-        number = int(primitive.get("material", -1))
-        material.append(np.full(k, number if number < len(gltf.listed("materials")) else -1))
-        points, faces, at = points + len(local), faces + k, at + m
-    if not primitives or not at:
-        raise Damaged("it has no mesh of triangles")
-    flat, size = np.concatenate(corners), np.concatenate(sizes)
-    merged = _welded(np.concatenate(V), np.repeat([p.mesh for p in primitives], [len(v) for v in V]))
-    used, corner = np.unique(merged[flat], return_inverse=True)
-    colours, normals = _whole(attributes["COLOR_0"]), _whole(attributes["NORMAL"])
-    part = [np.full(len(p.faces), p.mesh) for p in primitives]
-    names = [
-        shown.get(i, UNMOVED)[0] or str(mesh.get("name", f"mesh {i}"))
-        for i, mesh in enumerate(gltf.listed("meshes"))
+    shown = placements(gltf)
+    found = [
+        (i, j, _content(gltf, primitive, i, shown.get(i, UNMOVED)[1]))
+        for i, j, primitive in gltf.primitives()
     ]
-    words = [str(of.get("name", f"material {i}")) for i, of in enumerate(gltf.listed("materials"))]
-    named = any("name" in of for of in gltf.listed("materials"))
-    extras = Extras(
-        colours=None if colours is None else np.column_stack((srgb(colours[:, :3]), colours[:, 3:]))[used],
-        normals=normals,
-        normal=None if normals is None else flat,
-        parts=(tuple(names), np.concatenate(part)),
-        materials=(tuple(words), np.concatenate(material)) if named else None,
-        looks=tuple(map(of_gltf, gltf.listed("materials"))) if named else None,
-        units="meter",
-        source=GltfFile(gltf, primitives),
+    held = [content for _, _, content in found]
+    polygons = [content.polygons for content in held]
+    if not any(len(of.corners) for of in polygons):
+        raise Damaged("it has no mesh of triangles")
+    point, face, corner = (
+        [0, *accumulate(sizes)]
+        for sizes in (
+            [len(of.V) for of in held],
+            [len(of) for of in polygons],
+            [len(of.corners) for of in polygons],
+        )
     )
-    polygons = Polygons(corner.ravel().astype(np.int64), size)
-    made = MeshFile(np.concatenate(V)[used], polygons, extras=extras)
-    map_ = _whole(attributes["TEXCOORD_0"])
+    primitives = [
+        Primitive(i, j, np.arange(*face[k : k + 2]), np.arange(*corner[k : k + 2]), content.polygons.corners)
+        for k, (i, j, content) in enumerate(found)
+    ]
+    V = np.concatenate([of.V for of in held])
+    flat = np.concatenate([of.corners + start for of, start in zip(polygons, point[:-1], strict=True)])
+    mesh = np.array([i for i, _, _ in found])
+    used, merged = np.unique(_welded(V, np.repeat(mesh, np.diff(point)))[flat], return_inverse=True)
+    made = MeshFile(
+        V[used],
+        Polygons(merged.ravel().astype(np.int64), np.concatenate([of.sizes for of in polygons])),
+        extras=Extras(
+            **_colours_and_normals(held, used, flat),
+            **_materials(gltf, np.repeat([of.material for of in held], np.diff(face))),
+            parts=(_names(gltf, shown), np.repeat(mesh, np.diff(face))),
+            units="meter",
+            source=GltfFile(gltf, primitives),
+        ),
+    )
+    map_ = _whole([of.attributes[TEXTURE] for of in held])
     if map_ is None:
         return made
     TC, same = np.unique(map_, axis=0, return_inverse=True)
     return replace(made, TC=TC * [1, -1] + [0, 1], texture=same.ravel()[flat].astype(np.int64))
+
+
+def _content(gltf: Gltf, primitive: dict[str, Any], mesh: int, matrix: FloatArray) -> _Content:
+    """What a primitive of a mesh holds, placed by a transform (4, 4)."""
+    its, linear = primitive["attributes"], matrix[:3, :3]
+    local = gltf.numbers(its["POSITION"])
+    if local.ndim != 2 or local.shape[1] != 3:
+        raise Damaged(f"the positions of its mesh {mesh} have not three columns")
+    polygons = _polygons(gltf, primitive, len(local))
+    attributes: dict[str, FloatArray | None] = {}
+    for name in (TEXTURE, COLOURS, NORMALS):
+        values = gltf.numbers(its[name]) if name in its else None
+        attributes[name] = values if values is not None and values.shape[:1] == local.shape[:1] else None
+    if (normals := attributes[NORMALS]) is not None:
+        attributes[NORMALS] = normals @ np.linalg.pinv(linear)
+    number = int(primitive.get("material", -1))
+    material = number if number < len(gltf.listed("materials")) else -1
+    return _Content(local @ linear.T + matrix[:3, 3], polygons, attributes, material)
+
+
+def _colours_and_normals(held: list[_Content], used: IntArray, flat: IntArray) -> dict[str, Any]:
+    """Of `Extras`: colours at the vertices that are used, and normals at the corners."""
+    colours, normals = (_whole([of.attributes[name] for of in held]) for name in (COLOURS, NORMALS))
+    if colours is not None:
+        colours = np.column_stack((srgb(colours[:, :3]), colours[:, 3:]))[used]
+    return {"colours": colours, "normals": normals, "normal": None if normals is None else flat}
+
+
+def _materials(gltf: Gltf, of_face: IntArray) -> dict[str, Any]:
+    """Of `Extras`: the materials and what they look like, if one has a name."""
+    listed = gltf.listed("materials")
+    if not any("name" in material for material in listed):
+        return {}
+    names = tuple(str(material.get("name", f"material {i}")) for i, material in enumerate(listed))
+    return {"materials": (names, of_face), "looks": tuple(map(of_gltf, listed))}
+
+
+def _names(gltf: Gltf, shown: dict[int, tuple[str, FloatArray]]) -> tuple[str, ...]:
+    """Of the meshes: those of the nodes that show them, or their own."""
+    return tuple(
+        shown.get(i, UNMOVED)[0] or str(mesh.get("name", f"mesh {i}"))
+        for i, mesh in enumerate(gltf.listed("meshes"))
+    )
 
 
 def _whole(rows: list[FloatArray | None]) -> FloatArray | None:
@@ -155,114 +199,3 @@ def _welded(V: FloatArray, mesh: IntArray) -> IntArray:
         np.column_stack((mesh, V + 0.0)), axis=0, return_index=True, return_inverse=True
     )
     return np.asarray(first[same.ravel()])
-
-
-def save_gltf(temporary: str, mesh: MeshFile, path: Path) -> None:
-    """Write GLB or glTF: a new file, or the one that was read with texture coordinates."""
-    if isinstance(mesh.extras.source, GltfFile):
-        _save_again(temporary, mesh, mesh.extras.source)
-    else:
-        save_new_gltf(temporary, mesh)
-
-
-def _save_again(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
-    """The file that was read, each primitive's vertices once for each of their texture coordinates."""
-    assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
-    gltf, text, buffer = source.gltf, copy.deepcopy(source.gltf.text), Buffer()
-    primitives = [text["meshes"][of.mesh]["primitives"][of.number] for of in source.primitives]
-    old = [(its.pop("attributes"), its.pop("targets", [])) for its in primitives]
-    for its in primitives:
-        its.pop("indices", None)
-    if mesh.image is None:
-        warn_of_images(len(text.get("textures", ())))
-    else:
-        text.pop("images", None)  # it is the only one then
-    _carry_over(gltf, text, buffer)
-    map_ = mesh.TC * [1, -1] + [0, 1]
-    for of, primitive, (attributes, targets) in zip(source.primitives, primitives, old, strict=True):
-        (own, texture), vertex = one_index(of.vertex, mesh.texture[of.corners])
-
-        def taken(numbers: dict[str, int], rows: IntArray = own) -> dict[str, int]:
-            return {
-                key: buffer.add(gltf.array(number)[rows], VERTEX_ATTRIBUTES, gltf.text["accessors"][number])
-                for key, number in numbers.items()
-            }
-
-        attributes.pop("TEXCOORD_0", None)
-        st = buffer.add(single(map_[texture], "TC"), VERTEX_ATTRIBUTES)
-        primitive |= {"mode": 4, "attributes": {**taken(attributes), "TEXCOORD_0": st}}
-        if targets:
-            primitive["targets"] = [taken(target) for target in targets]
-        triangles, extensions = triangles_of(mesh, of.faces, of.corners, vertex)
-        primitive["indices"] = buffer.add(triangles.ravel(), INDICES)
-        if extensions:
-            primitive.setdefault("extensions", {}).update(extensions["extensions"])
-            if EXTENSION not in text.setdefault("extensionsUsed", []):
-                text["extensionsUsed"].append(EXTENSION)
-        if "material" not in primitive:
-            primitive["material"] = _plain_material(text)
-    write_gltf(temporary, text, buffer, mesh.image)
-
-
-def _plain_material(text: dict[str, Any]) -> int:
-    """Readers drop texture coordinates that no material goes with."""
-    materials = text.setdefault("materials", [])
-    for i, material in enumerate(materials):
-        if material.get("name") == PLAIN:
-            return i
-    materials.append(as_gltf(Material(), PLAIN))
-    return len(materials) - 1
-
-
-def _carry_over(gltf: Gltf, text: dict[str, Any], buffer: Buffer) -> None:
-    """Move what the description still uses of the old buffers, and all images, to the new one."""
-    views, accessors = dict[int, int](), dict[int, int]()
-
-    def move(holder: dict[str, Any]) -> None:
-        number = holder["bufferView"]
-        if number not in views:
-            given = text["bufferViews"][number]
-            more = {key: given[key] for key in ("byteStride", "target", "name") if key in given}
-            views[number] = buffer.put(gltf.view(number), **more)
-        holder["bufferView"] = views[number]
-
-    def moved(number: int) -> int:
-        if number not in accessors:
-            accessor = text["accessors"][number]
-            sparse = [accessor["sparse"][key] for key in ("indices", "values") if "sparse" in accessor]
-            for holder in (*([accessor] if "bufferView" in accessor else []), *sparse):
-                move(holder)
-            accessors[number] = len(buffer.accessors)
-            buffer.accessors.append(accessor)
-        return accessors[number]
-
-    for image in text.get("images", ()):
-        if "bufferView" in image:
-            move(image)
-        else:
-            _embed(image, gltf.folder, buffer)
-    _visit(text, moved)
-
-
-def _embed(image: dict[str, Any], folder: Path, buffer: Buffer) -> None:
-    """An image in a file of its own goes into the new file."""
-    uri = str(image.get("uri", "data:"))
-    file = folder / unquote(uri)
-    kind = mimetypes.guess_type(uri)[0]
-    if not uri.startswith("data:") and kind in ("image/png", "image/jpeg") and file.is_file():
-        del image["uri"]
-        image |= {"bufferView": buffer.put(file.read_bytes()), "mimeType": kind}
-
-
-def _visit(text: Any, change: Callable[[int], int], inside: bool = False) -> None:
-    """Apply `change` to each number of an accessor in the description."""
-    if isinstance(text, dict):
-        for key, value in text.items():
-            if isinstance(value, int) and not isinstance(value, bool):
-                if key in REFERENCES or inside:
-                    text[key] = change(value)
-            elif key not in ("extras", "accessors", "bufferViews"):
-                _visit(value, change, key in ("attributes", "targets"))
-    elif isinstance(text, list):
-        for value in text:
-            _visit(value, change, inside)
