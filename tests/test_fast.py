@@ -72,13 +72,13 @@ def groups_of_points():
 
 
 def turned_outlines():
-    """Two closed outlines, one with level sides, one that counts twice; small masks and large ones."""
+    """Two closed outlines, one with level sides, one that counts twice; masks small, large and opposite."""
     star = 12 + 10j + np.exp(2j * np.pi * np.arange(30) / 30) * (7 + 2 * np.cos(np.arange(30) * np.pi / 3))
     box = np.array([2, 9.3, 9.3 + 4j, 2 + 4j]) + 1.7j
     start, end = np.concatenate((star, box)), np.concatenate((np.roll(star, -1), np.roll(box, -1)))
-    turns = np.array([1, np.exp(0.7j), 5.1 * np.exp(1.9j), 1, 1j, 3 * np.exp(-1j)])
+    turns = np.array([1, np.exp(0.7j), -np.exp(0.7j), 5.1 * np.exp(1.9j), 1, -1, 1, 1j, 3 * np.exp(-1j)])
     weight = np.repeat([2, 1], [30, 4])
-    return start, end, weight, np.array([0, 30, 34]), turns, np.array([0, 0, 0, 1, 1, 1]), 0.8
+    return start, end, weight, np.array([0, 30, 34]), turns, np.array([0, 0, 0, 0, 1, 1, 1, 1, 1]), 0.8
 
 
 def triangles():

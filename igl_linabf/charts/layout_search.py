@@ -101,12 +101,16 @@ class Charts:
 def turns_of(
     areas: FloatArray, sizes: FloatArray, total: float, directions: int, upright: bool
 ) -> list[ComplexArray]:
-    """As `Charts.turns`, of charts that are a part of a layout of this area in total."""
+    """As `Charts.turns`, of charts that are a part of a layout of this area in total.
+
+    Opposite ones stand side by side, so that they are drawn once.
+    """
     few = min(directions, 4)
     rectangular = areas > RECTANGULAR * sizes.prod(axis=1)
     rectangular &= sizes.max(axis=1) < np.sqrt(total) / 2  # or along a diagonal
     steps = np.where(upright | rectangular, few, directions)
-    by = {n: np.exp(2j * np.pi * np.arange(n) / n) for n in (few, directions)}
+    halves = {n: np.exp(2j * np.pi * np.arange(n // 2) / n) for n in (few, directions)}
+    by = {n: np.column_stack((half, -half)).ravel() for n, half in halves.items()}
     return [by[n] for n in steps.tolist()]
 
 

@@ -96,6 +96,15 @@ def _largest_first(blocks: IntArray, to: IntArray) -> None:
             to[i, j] = blocks[k, j]
 
 
+@inlined
+def _turned_over(blocks: IntArray, rows: int, columns: int, to: IntArray) -> None:
+    """Fill `to` with the blocks of a mask turned by half a turn."""
+    for i in range(len(blocks)):
+        to[i, 0] = rows - blocks[i, 0] - blocks[i, 3]
+        to[i, 1] = columns - blocks[i, 1] - blocks[i, 2]
+        to[i, 2], to[i, 3] = blocks[i, 2], blocks[i, 3]
+
+
 def _drawn(
     start: ComplexArray,
     end: ComplexArray,
@@ -119,6 +128,16 @@ def _drawn(
     )
     own = np.empty((0, 4), dtype=np.int64)
     for k in range(len(turns)):
+        if k and of[k] == of[k - 1] and turns[k] == -turns[k - 1]:
+            before, rows, columns = begin[k - 1], shapes[k - 1, 0], shapes[k - 1, 1]
+            found = size - before
+            if size + found > len(blocks):
+                blocks = np.concatenate((blocks, np.empty((size + found, 4), dtype=np.int64)))
+            _turned_over(blocks[before:size], rows, columns, blocks[size : size + found])
+            size += found
+            shapes[k, 0], shapes[k, 1], begin[k + 1] = rows, columns, size
+            low[k] = complex(-low[k - 1].real - columns, -low[k - 1].imag - rows)
+            continue
         first, number = sides[of[k]], sides[of[k] + 1] - sides[of[k]]
         left, bottom, right, top = np.inf, np.inf, -np.inf, -np.inf
         for s in range(number):
@@ -159,11 +178,36 @@ def drawn(
     """The blocks of cells that turned outlines, widened by `half` to all four sides, touch.
 
     Outline i has the sides from sides[i] to sides[i + 1], each with a weight. Mask k is that of outline
-    of[k], which ascends, times turns[k], in the smallest grid from its lower left corner.
+    of[k], which ascends, times turns[k], in the smallest grid from its lower left corner; where turns[k] is
+    the opposite of the one before, of the same outline, it is that mask turned over.
 
     Returns rows and columns (#M, 2), the corners (#M,), the blocks (#B, 4), those of a mask by size, and
     where each mask's begin (#M + 1,).
     """
+    anew = np.append(True, (of[1:] != of[:-1]) | (turns[1:] != -turns[:-1]))[: len(turns)]
+    shapes, low, blocks, begin = _each_drawn(start, end, weight, sides, turns[anew], of[anew], half)
+    by = np.cumsum(anew) - 1
+    number = np.diff(begin)[by]
+    over = (np.arange(len(turns)) - np.flatnonzero(anew)[by]) % 2 == 1
+    whole = np.append(0, np.cumsum(number))
+    blocks = blocks[np.arange(whole[-1]) + np.repeat(begin[:-1][by] - whole[:-1], number)]
+    shapes, low = shapes[by], low[by]
+    low.real[over], low.imag[over] = -low.real[over] - shapes[over, 1], -low.imag[over] - shapes[over, 0]
+    turned = np.repeat(over, number)
+    blocks[turned, :2] = (np.repeat(shapes, number, axis=0) - blocks[:, :2] - blocks[:, [3, 2]])[turned]
+    return shapes, low, blocks, whole
+
+
+def _each_drawn(
+    start: ComplexArray,
+    end: ComplexArray,
+    weight: IntArray,
+    sides: IntArray,
+    turns: ComplexArray,
+    of: IntArray,
+    half: float,
+) -> Drawn:
+    """`drawn`, for which all turns are drawn."""
     number = np.diff(sides)[of]
     begin = np.concatenate(([0], np.cumsum(number)))
     side = np.arange(begin[-1]) + np.repeat(sides[:-1][of] - begin[:-1], number)
