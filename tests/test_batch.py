@@ -262,7 +262,7 @@ def test_a_process_that_dies_costs_one_mesh_at_most(tmp_path: Path) -> None:
     assert set(listening()) <= set(before)
     assert {path.name for path in out.rglob("*")} == {
         *(f"{k}.obj" for k in by_outcome["valid"]),
-        *("results.csv", ".results.journal"),
+        *("results.csv", ".results.lock"),
         *(path.name for path in out.glob("results.parquet")),
     }
     assert batch(paths, out, workers=1, method=method, memory="500 MB", progress=False).done == 0
@@ -331,7 +331,7 @@ def test_what_workers_have_finished_counts_though_nobody_was_told(tmp_path: Path
     assert (rest.good, rest.done, len(rest.rows)) == (True, len(paths) - 3, len(paths))
     after = snapshot(out)
     assert all(after[name] == place for name, place in before.items())
-    assert [path.name for path in out.glob(".*")] == [".results.journal"]
+    assert [path.name for path in out.glob(".*")] == [".results.lock"]
 
 
 @pytest.mark.skipif(not os.path.exists("/proc/self/stat"), reason="needs /proc")

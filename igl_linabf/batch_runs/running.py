@@ -25,7 +25,7 @@ from ..io import SUFFIXES
 from . import places
 from .clusters import PATIENCE, Lookout, client_of, local_client
 from .one_mesh import OF_UNWRAP, How, Settings, Task, run
-from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, Row, Table, shown
+from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, Row, Table, shown, write_down
 
 AHEAD = 8  # meshes that are handed out for each thread, and
 AT_LEAST = 64  # in all
@@ -296,13 +296,13 @@ def _results(client: Any, tasks: list[Task]) -> Iterator[Row]:
             yield result
         elif _took_too_much(client, result):
             said = "its process took more memory than it may, also alone: allow it more, or decimate the mesh"
-            yield replace(task.row, outcome=OUT_OF_MEMORY, message=said)
+            yield _blamed(task, OUT_OF_MEMORY, said)
         else:
             again.append(task)
     for task, result in _run(client, iter(again), 1):
         limit = ", maybe for want of memory" if task.settings.memory else ""
         said = f"its process died twice when it had this mesh alone{limit}"
-        yield result if isinstance(result, Row) else replace(task.row, outcome=DIED, message=said)
+        yield result if isinstance(result, Row) else _blamed(task, DIED, said)
 
 
 def _run(client: Any, tasks: Iterator[Task], ahead: int) -> Iterator[tuple[Task, Row | Any]]:
@@ -352,3 +352,10 @@ def _took_too_much(client: Any, killed: Any) -> bool:
     """Whether Dask ended the process because of its memory."""
     exceeded = client.get_events("worker-restart-memory") or ()
     return any(event["worker"] == killed.last_worker.address for _, event in exceeded)
+
+
+def _blamed(task: Task, outcome: str, said: str) -> Row:
+    """The row of a mesh on which processes died; the worker could not write it down."""
+    row = replace(task.row, outcome=outcome, message=said)
+    write_down(row, task.folder)
+    return row

@@ -1,4 +1,4 @@
-"""The table of results: a row for every input, written as a whole; a journal of what is new since then."""
+"""The table of results: a row for every input, written as a whole; journals of what is new since then."""
 
 from __future__ import annotations
 
@@ -26,7 +26,8 @@ GOOD = frozenset(outcome.value for outcome in Outcome if outcome.good)
 MISSING = frozenset({WAITING, UNREADABLE})  # done by every run
 MAY_DIFFER = frozenset({FAILED, OUT_OF_MEMORY, DIED})  # another time
 
-CSV, PARQUET, JOURNAL = "results.csv", "results.parquet", ".results.journal"
+CSV, PARQUET = "results.csv", "results.parquet"
+JOURNAL, LOCK = ".results.journal", ".results.lock"
 PAUSES = 50  # writing the table takes a fiftieth of the time at most
 
 
@@ -92,50 +93,44 @@ def shown(path: str) -> str:
 
 
 def write_down(row: Row, folder: str) -> None:
-    """Append a row to the journal of this worker."""
+    """Append a row to the journal of this process."""
     if places.is_url(folder):
         return
     path = os.path.join(folder, f"{JOURNAL}-{platform.node()}-{os.getpid()}")
     journal = os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND, 0o666)
+    line = json.dumps(asdict(row)).encode() + b"\n"
     try:
-        _append(row, journal, path)
+        if os.write(journal, line) < len(line):
+            raise OSError(28, "No space left on device", path)
     finally:
         os.close(journal)
-
-
-def _append(row: Row, journal: int, path: str) -> None:
-    line = json.dumps(asdict(row)).encode() + b"\n"
-    if os.write(journal, line) < len(line):
-        raise OSError(28, "No space left on device", path)
 
 
 class Table:
     """The rows of an output folder, on disk and here; only one process at a time has it open.
 
-    Every result is appended to the journal at once. The table itself is written anew now and then, and where
-    the table is closed; opened again, it has what the journal knows, and those of the workers, which may have
-    done more than this process has heard of when it is killed. Where a URL has the folder there are no
-    journals: the table on disk may lack the last results.
+    Every process appends its results to a journal of its own at once, by `write_down`. The table itself is
+    written anew now and then, and where it is closed; opened again, it has what the journals know. So a
+    process that is killed loses nothing, also of what the workers have done and it has not heard of. Where a
+    URL has the folder there are no journals: the table on disk may lack the last results.
     """
 
     def __init__(self, folder: str) -> None:
         self.folder = folder
         self._rows: dict[str, Row] = {}
-        self._journal: int | None = None
+        self._lock: int | None = None
         self._written_at = self._cost = 0.0
 
     def __enter__(self) -> Table:
         if not places.is_url(self.folder):
             os.makedirs(self.folder, exist_ok=True)
-            path = os.path.join(self.folder, JOURNAL)
-            self._journal = os.open(path, os.O_RDWR | os.O_CREAT | os.O_APPEND, 0o666)
+            self._lock = os.open(os.path.join(self.folder, LOCK), os.O_RDWR | os.O_CREAT, 0o666)
         try:
-            if self._journal is not None:
-                _lock(self._journal, self.folder)
-            known = *self._of_csv(), *self._of_journal(JOURNAL)
-            self._rows = {row.input: row for row in known}
-            for name in self._workers_journals():  # rows of an input are as new as the table's, or newer
-                self._rows |= {row.input: row for row in self._of_journal(name)}
+            if self._lock is not None:
+                _held(self._lock, self.folder)
+            self._rows = {row.input: row for row in self._of_csv()}
+            for path in self._journals():  # rows of an input are as new as the table's, or newer
+                self._rows |= {row.input: row for row in _of_journal(path)}
         except BaseException:
             self._close()
             raise
@@ -146,14 +141,14 @@ class Table:
             with nullcontext() if kind is None else suppress(OSError):  # what ended the run is told
                 self.write()
                 if kind is None:
-                    self._forget_workers()
+                    self._remove_journals()
         finally:
             self._close()
 
     def _close(self) -> None:
-        if self._journal is not None:
-            os.close(self._journal)
-            self._journal = None
+        if self._lock is not None:
+            os.close(self._lock)
+            self._lock = None
 
     def row(self, input: str) -> Row | None:
         return self._rows.get(input)
@@ -168,13 +163,11 @@ class Table:
         kept = {row.input: row for row in self._rows.values() if row.outcome != WAITING}
         self._rows = {**{k: row for k, row in kept.items() if k not in planned}, **planned}
         self.write()
-        self._forget_workers()
+        self._remove_journals()
         self._cost = 0.0  # pyarrow's imports are no part of the next
 
     def add(self, row: Row) -> None:
-        """A result."""
-        if self._journal is not None:
-            _append(row, self._journal, os.path.join(self.folder, JOURNAL))
+        """A result, which is in a journal."""
         self._rows[row.input] = row
         if perf_counter() - self._written_at > PAUSES * self._cost:
             self.write()
@@ -193,8 +186,6 @@ class Table:
         if find_spec("pyarrow"):
             with places.written(places.joined(self.folder, PARQUET)) as path:
                 _save_parquet(path, rows)
-        if self._journal is not None:
-            os.ftruncate(self._journal, 0)
         self._written_at = perf_counter()
         self._cost = self._written_at - start
 
@@ -213,22 +204,18 @@ class Table:
             pass
         raise OSError(None, "is no table of a batch: move it away", places.joined(self.folder, CSV))
 
-    def _workers_journals(self) -> list[str]:
-        if self._journal is None:
-            return []
-        return sorted(name for name in os.listdir(self.folder) if name.startswith(f"{JOURNAL}-"))
+    def _journals(self) -> list[Path]:
+        return [] if places.is_url(self.folder) else sorted(Path(self.folder).glob(f"{JOURNAL}-*"))
 
-    def _forget_workers(self) -> None:
-        """Remove the journals of workers, whose rows are in the table that is written."""
-        for name in self._workers_journals():
-            Path(self.folder, name).unlink(missing_ok=True)
+    def _remove_journals(self) -> None:
+        """Their rows are in the table that is written."""
+        for path in self._journals():
+            path.unlink(missing_ok=True)
 
-    def _of_journal(self, name: str) -> list[Row]:
-        if self._journal is None:
-            return []
-        data = Path(self.folder, name).read_bytes()
-        whole, _, _ = data.rpartition(b"\n")  # a process may have been killed in the midst of a line
-        return [Row(**json.loads(line)) for line in whole.splitlines()]
+
+def _of_journal(path: Path) -> list[Row]:
+    whole, _, _ = path.read_bytes().rpartition(b"\n")  # a process may have been killed in the midst of a line
+    return [Row(**json.loads(line)) for line in whole.splitlines()]
 
 
 def _row(cells: dict[str, str]) -> Row:
@@ -251,13 +238,13 @@ def _save_parquet(path: str, rows: list[Row]) -> None:
     parquet.write_table(pa.table(columns), path)
 
 
-def _lock(journal: int, folder: str) -> None:
-    """Until the process ends, however it does."""
+def _held(lock: int, folder: str) -> None:
+    """Lock the folder for other batches until the process ends, however it does."""
     if sys.platform == "win32":
         return
     import fcntl
 
     try:
-        fcntl.flock(journal, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         raise OSError(None, "another batch is writing there: wait for its end", folder) from None

@@ -11,7 +11,8 @@ from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
 from .choice import compiled, inlined
-from .words import ONE, lowest, ones
+from .unsigned import ONE
+from .words import lowest, ones
 
 Index = NDArray[np.uint32]  # unsigned, as the compiled loops then need not look for negative ones
 Bits = NDArray[np.uint64]

@@ -4,7 +4,8 @@ import numpy as np
 
 from .._types import Array, BoolArray, ComplexArray, FloatArray, IntArray
 from .choice import inlined, with_loops
-from .words import NONE, ONE, WORD, lowest
+from .unsigned import ONE
+from .words import NONE, WORD, lowest
 
 ONCE = 1 << 16  # a winding in a number that also counts sides, of which fewer reach a cell
 FEW = 24  # blocks that are sorted one by one

@@ -17,7 +17,8 @@ import numpy as np
 from .._types import Array, BoolArray, IntArray
 from .choice import inlined, with_loops
 from .gaps import Gaps
-from .words import EVERY, NONE, ONE, WORD, lowest
+from .unsigned import ONE
+from .words import EVERY, NONE, WORD, lowest
 
 ROWS = 16  # that a mask moves up at once
 

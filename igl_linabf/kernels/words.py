@@ -3,9 +3,10 @@
 import numpy as np
 
 from .choice import inlined
+from .unsigned import ONE
 
 WORD = 64
-NONE, ONE, EVERY = np.uint64(0), np.uint64(1), np.uint64(0xFFFFFFFFFFFFFFFF)
+NONE, EVERY = np.uint64(0), np.uint64(0xFFFFFFFFFFFFFFFF)
 
 
 @inlined
