@@ -227,6 +227,7 @@ def cases():
         "go": (rng.normal(size=40), 0.7, *rng.normal(size=(2, 40))),
         "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),
         "drawn": (*turned_outlines(),),
+        "drawn_loops": (some[:30], np.array([0, 3, 11, 30]), *rng.normal(size=(2, t.n)) / 3),
         "block_rows": (*at[:2], number),
         "blocks_of_rows": (block, *rows[1:], of),
         "without_rows": (*rows[:2], own, rng.normal(size=2 * len(some)), rng.normal(size=2 * pattern.n + 3)),

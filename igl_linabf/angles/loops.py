@@ -6,8 +6,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from .. import kernels
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..surface import Topology
+from ..surface import Parts, Topology
+
+NO_SITES = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,17 +85,12 @@ def closure_of(
     `drawn` has the sum of the logarithms + i angles over the left fans of each path.
     """
     holes = topology.holes
-    gap, q = np.zeros(len(holes), dtype=np.complex128), []
-    for i, loop in enumerate(holes):
-        angle, ratio = turning[loop], log_ratio[loop]
-        angle = angle - (angle.sum() + 2 * np.pi) / len(loop)  # the mesh on the left: clockwise
-        length = np.cumsum(ratio - ratio.mean())
-        edge = np.exp(length - length.max() + 1j * np.cumsum(angle))  # it leaves the loop vertex
-        edge /= np.abs(edge).sum()
-        to_end = np.cumsum(edge[::-1])[::-1]
-        gap[i] = to_end[0]
-        to_end += gap[i] * np.arange(len(loop)) / len(loop)  # the mean over all beginnings
-        q.append(to_end - to_end.mean())
+    if not holes and not paths:
+        none = np.empty(0, dtype=np.complex128)
+        return Closure(none, NO_SITES, NO_SITES, none, NO_SITES.reshape(0, 2) > 0)
+    parts = Parts.of_sizes([len(loop) for loop in holes])
+    site = np.concatenate((*holes, topology.n + np.arange(len(paths))))
+    gap, q = kernels.drawn_loops(site[: parts.start[-1]], parts.start, turning, log_ratio)
     asked = np.ones((len(holes) + len(paths), 2), dtype=bool)
     if paths:
         assert drawn is not None
@@ -100,9 +98,6 @@ def closure_of(
         asked[len(holes) :, 1] = ~np.isnan(wanted)
         beyond = np.where(np.isnan(wanted), 0.0, wanted - drawn.imag)
         gap = np.concatenate((gap, drawn.real + 1j * beyond))
-        q.append(np.ones(len(paths), dtype=np.complex128))
-    if not q:
-        return Closure(gap, np.empty(0, dtype=np.int64), np.empty(0, dtype=np.int64), gap, asked)
-    sites = [*holes, topology.n + np.arange(len(paths))]
-    row = np.repeat(np.arange(len(gap)), [len(loop) for loop in holes] + [1] * len(paths))
-    return Closure(gap, np.concatenate(sites), row, np.concatenate(q), asked)
+        q = np.append(q, np.ones(len(paths)))
+    row = np.repeat(np.arange(len(gap)), np.append(parts.sizes, np.ones(len(paths), dtype=np.int64)))
+    return Closure(gap, site, row, q, asked)

@@ -24,6 +24,7 @@ from .connectivity import (
 from .development import developed
 from .dissection import dissected, neighbours, separators
 from .drawing import drawn
+from .drawn_loops import drawn_loops
 from .fans import fans_around
 from .graphs import above, far_apart, shortest_pairs
 from .least_cuts import behind_least_cut
