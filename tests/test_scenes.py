@@ -173,6 +173,19 @@ def scene(path: Path) -> None:
     glb(path, text, parts)
 
 
+def test_a_gltf_that_cannot_be_used_says_why(tmp_path: Path) -> None:
+    path, V = tmp_path / "in.glb", np.array([[0, 0, 0], [1, 0, 0], [0, np.inf, 0]], dtype="<f4")
+    text = {"asset": {"version": "2.0"}, "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}],
+            "nodes": [{"mesh": 0, "scale": [2] * 3}],
+            "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"}]}  # fmt: skip
+    glb(path, text, [V.tobytes()])
+    with pytest.raises(MeshError, match="in V of vertices 2 are NaN or infinite"):
+        unwrap(*read_mesh(path))
+    glb(path, text | {"asset": {"version": "1.0"}}, [V.tobytes()])
+    with pytest.raises(MeshError, match=r"a glTF of version 1\.0: write it as glTF 2\.0"):
+        read_mesh(path)
+
+
 def test_a_scene_of_gltf_comes_back_whole(tmp_path: Path) -> None:
     scene(tmp_path / "in.glb")
     before, after = unwrapped(tmp_path / "in.glb", tmp_path / "out.glb")

@@ -138,7 +138,9 @@ def _content(gltf: Gltf, primitive: dict[str, Any], mesh: int, matrix: FloatArra
         attributes[NORMALS] = normals @ np.linalg.pinv(linear)
     number = int(primitive.get("material", -1))
     material = number if number < len(gltf.listed("materials")) else -1
-    return _Content(local @ linear.T + matrix[:3, 3], polygons, attributes, material)
+    with np.errstate(invalid="ignore"):  # infinite positions: whoever uses the mesh names their vertices
+        V = local @ linear.T + matrix[:3, 3]
+    return _Content(V, polygons, attributes, material)
 
 
 def _colours_and_normals(held: list[_Content], used: IntArray, flat: IntArray) -> dict[str, Any]:

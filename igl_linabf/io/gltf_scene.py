@@ -122,8 +122,10 @@ def load_gltf(path: Path) -> Gltf:
         text = json.loads(data)
     except (ValueError, RecursionError) as error:
         raise Damaged(f"its description is no JSON ({error})") from None
-    if not isinstance(text, dict) or str(text.get("asset", {}).get("version", "")).split(".")[0] != "2":
-        raise Damaged("it is no glTF of version 2")
+    version = str(text.get("asset", {}).get("version", "")) if isinstance(text, dict) else ""
+    if version.split(".")[0] != "2":
+        named = f"of version {version}" if version else "without a version"
+        raise Damaged(f"it is a glTF {named}: write it as glTF 2.0, for example from Blender")
     buffers = []
     for i, buffer in enumerate(text.get("buffers", ())):
         uri = buffer.get("uri")
