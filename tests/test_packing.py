@@ -283,15 +283,20 @@ def test_what_cannot_be_packed_is_refused() -> None:
         pack(stars(np.ones(100)), margin=0.1)
 
 
-def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam() -> None:
-    # four long limbs on a hub: a flat cross
+@pytest.mark.parametrize("others", [0, 45])
+def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam(others: int) -> None:
+    # four long limbs on a hub: a flat cross, alone or beside small squares
     V, F = igl.triangulated_grid(41, 41)
     V = np.column_stack((V * 40 - 20, np.zeros(len(V))))
     inside = (np.abs(V[F].mean(axis=1)[:, :2]) < 2).any(axis=1)
     V, F = igl.remove_unreferenced(V, F[inside])[:2]
+    square = np.array([[0, 0, 0], [0.7, 0, 0], [0.7, 0.7, 0], [0, 0.7, 0]])
+    beside = len(V) + 4 * np.arange(others)[:, None, None] + [[0, 1, 2], [0, 2, 3]]
+    V = np.concatenate([V, *(square + np.array([k, 30, 0]) for k in range(others))])
+    F = np.concatenate((F, beside.reshape(-1, 3)))
     whole, cut = (unwrap(V, F, trade=trade, resolution=256) for trade in (0, 6))
-    assert len(whole.charts) == 1
-    assert len(cut.charts) > 1
+    assert len(whole.charts) == 1 + others
+    assert len(cut.charts) > 1 + others
     assert cut.good
     gain = 1 / whole.fill - 1 / cut.fill
     size = np.sqrt(igl.doublearea(V, F).sum() / 2)

@@ -259,9 +259,16 @@ def _still_known(best: _Grown, spans: IntArray, order: IntArray, now: IntArray) 
 
 
 def _fine(charts: Charts, coarse: list[_Grown], spacing: Spacing, tried: int) -> Layout | None:
-    """The first ones again on a fine grid, until one serves the page that it needs; None if none does."""
+    """The first ones again on a fine grid, until one serves the page that it needs; None if none does.
+
+    On it a chart may miss the bay of another one, and all end far apart: then more of them are tried.
+    """
     found: list[_Grown] = []
-    for entry in _different(coarse)[:tried]:
+    close = CLOSE * min(entry.reached for entry in coarse)
+    for number, entry in enumerate(_different(coarse)):
+        best_side = min((made.reached for made in found if made.serves), default=np.inf)
+        if number >= tried and (best_side <= close or entry.reached >= best_side):
+            break
         side, turns = entry.reached * (1 + SLACK), entry.layout.turn[:, None]
         for trial in range(MOST_TRIALS):
             row = _row(charts, entry.order, turns, FINE / side, spacing.gap * FINE)

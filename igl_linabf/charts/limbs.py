@@ -20,6 +20,7 @@ from .packing import Wish
 from .pieces import cut_out
 from .trial_pages import Drawn, TrialPage
 
+MOST_CHARTS, SMALL = 30, 1 / 400  # that are tried on a page; of more, those with this share of the area
 MOST_CUTS, MOST_IDLE = 8, 1  # of all cuts, and of those in a row that do not pay yet
 DIRECTIONS, OFFSETS = 8, 7  # of the lines that are tried
 TRIED, SOUGHT = 8, 3  # of them are packed, and of these shifted to the shortest seam
@@ -61,11 +62,14 @@ def cut_for_fill(done: Charts, wish: Wish, trade: float, most_stretch: float) ->
     """The charts, some of them cut along short seams; what a trial's page is over their area if none is.
 
     One cut alone may not pay where two do: so some more are tried before the best ones so far are taken.
-    A chart of which a part would have more than `most_stretch` alone stays whole.
+    Of many charts only the largest ones are looked at: the others go into gaps. A chart of which a part would
+    have more than `most_stretch` alone stays whole.
     """
     if trade == 0:
         return done, np.inf
-    charts = _flat(done)
+    charts, others = _largest(_flat(done))
+    if not charts:
+        return done, np.inf
     page = TrialPage(sum(chart.area for chart in charts), wish.spacing, wish.upright)
     outlines = whole_outlines(charts)
     if not outlines:
@@ -82,7 +86,8 @@ def cut_for_fill(done: Charts, wish: Wish, trade: float, most_stretch: float) ->
             best, idle = state, 0
         if idle > MOST_IDLE:
             break
-    return _within(done, _parted(done, best.charts), best.charts, most_stretch), page.least_size(drawn)
+    parts = sorted([*best.charts, *others], key=lambda chart: chart.parent)
+    return _within(done, _parted(done, parts), parts, most_stretch), page.least_size(drawn)
 
 
 def cut_to_fit(done: Charts, wish: Wish) -> Charts:
@@ -109,6 +114,19 @@ def cut_to_fit(done: Charts, wish: Wish) -> Charts:
 
 def _flat(done: Charts) -> list[Flat]:
     return [Flat(piece, chart.result.uv, i) for i, (chart, piece) in enumerate(done)]
+
+
+def _largest(charts: list[Flat]) -> tuple[list[Flat], list[Flat]]:
+    """The largest charts, in their order, and the others."""
+    if len(charts) <= MOST_CHARTS:
+        return charts, []
+    size = np.array([chart.piece.measured[0].sum() for chart in charts])
+    is_large = np.zeros(len(charts), dtype=bool)
+    is_large[np.argsort(-size, kind="stable")[:MOST_CHARTS]] = True
+    is_large &= size > SMALL * size.sum()
+    return [chart for chart in charts if is_large[chart.parent]], [
+        chart for chart in charts if not is_large[chart.parent]
+    ]
 
 
 def _parted(done: Charts, parts: list[Flat]) -> Charts:

@@ -21,7 +21,7 @@ from .charting import CHARTS_END, SEAMS_END, Task, charts_of, pieces_of
 from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, without_charts
 from .given_seams import textured_seams
-from .limbs import cut_for_fill, cut_to_fit
+from .limbs import MOST_CHARTS, cut_for_fill, cut_to_fit
 from .packing import Placed, Wish, fill_of, pack_maps, packed_quickly
 from .period import with_period
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
@@ -31,7 +31,7 @@ from .visibility import Hiding, hiding
 
 MARGINS = 0.64  # share of the square that margins around all charts may take
 SURE = 0.88  # of the page that a trial takes is what a search among more places hardly goes below
-MOST_TO_CUT = 30  # charts, from which on none is cut to fill a page
+SPARSE = 0.57  # of a page is what many charts take of it where one of them may be in the way of the others
 
 
 def unwrap(
@@ -238,22 +238,31 @@ def unwrap(
 
 
 def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, task: Task) -> Atlas:
-    """The atlas, with charts of many limbs cut further if the fuller page is worth its seams."""
-    if len(done) > MOST_TO_CUT:
-        return _packed(surface, done, wish)
+    """The atlas, with charts of many limbs cut further if the fuller page is worth its seams.
+
+    Many charts mostly fill the gaps of each other, so their page is looked at first.
+    """
+    placed, moves = None, False
+    if len(done) > MOST_CHARTS:
+        placed = _placed(done, wish)
+        if fill_of(placed) > SPARSE:
+            return _packed(surface, done, wish, placed)
     parts, whole = cut_for_fill(done, wish, task.trade, task.most_stretch)
     if len(parts) == len(done):
-        return _packed(surface, done, wish)
-    fuller = _packed(surface, parts, wish)
-    longer = _boundary(piece for _, piece in parts) - _boundary(piece for _, piece in done)
+        return _packed(surface, done, wish, placed)
+    fuller = _placed(parts, wish)
+    uncut = {id(piece) for _, piece in done}.intersection(id(piece) for _, piece in parts)
+    longer, shorter = (
+        _boundary(piece for _, piece in charts if id(piece) not in uncut) for charts in (parts, done)
+    )
     size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in done))
-    worth = 1 / fuller.fill + longer / 2 / size / task.trade  # is the page of uncut charts that is as good
-    if SURE * whole > worth:
-        return fuller
-    quick, moves = packed_quickly(_maps(done), wish)
-    if 1 / fill_of(quick) > worth:
-        return fuller
-    return _packed(surface, done, wish, None if moves else quick)
+    # the page of uncut charts that is as good
+    worth = 1 / fill_of(fuller) + (longer - shorter) / 2 / size / task.trade
+    if placed is None and SURE * whole <= worth:
+        placed, moves = packed_quickly(_maps(done), wish)
+    if placed is None or 1 / fill_of(placed) > worth:
+        return _packed(surface, parts, wish, fuller)
+    return _packed(surface, done, wish, None if moves else placed)
 
 
 def _boundary(pieces: Iterable[Submesh]) -> float:
@@ -266,18 +275,22 @@ def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]
     return [(chart.result.uv, piece.F) for chart, piece in done]
 
 
-def _packed(
-    surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, placed: list[Placed] | None = None
-) -> Atlas:
-    """The atlas of charts on pages; where they are may be known."""
+def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[Placed]:
+    """Charts on pages, with margins that leave room for so many."""
     most = float(np.sqrt(MARGINS / len(done)))
     closer = wish.spacing.at_most(most)
     if closer != wish.spacing:
         what = f"a margin of {wish.spacing.gap:g} leaves no room for {len(done):,} charts: it is {most:.2g}"
         warnings.warn(what, FallbackWarning, stacklevel=stack_level())
-        wish = replace(wish, spacing=closer)
+    return pack_maps(_maps(done), replace(wish, spacing=closer))
+
+
+def _packed(
+    surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, placed: list[Placed] | None = None
+) -> Atlas:
+    """The atlas of charts on pages; where they are may be known."""
     if placed is None:
-        placed = pack_maps(_maps(done), wish)
+        placed = _placed(done, wish)
     pages = np.array([p.page for p in placed])
     FTC, label = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64)
     vertices, faces = (
