@@ -27,7 +27,7 @@ from igl_linabf import (
     quality,
     unwrap,
 )
-from igl_linabf.charts import charting
+from igl_linabf.charts import charting, task
 from igl_linabf.charts.pieces import cut_out, on_part
 from igl_linabf.io import read_mesh, read_texture
 from igl_linabf.surface import Submesh, arrays, face_components
@@ -299,7 +299,7 @@ def test_only_a_part_that_has_flipped_triangles_is_flipped() -> None:
 def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
     name: str, method: str, says: str, monkeypatch
 ) -> None:
-    monkeypatch.setattr(charting, "MAX_SPLITS", 0)
+    monkeypatch.setattr(task, "MAX_SPLITS", 0)
     monkeypatch.setattr(charting, "halves", lambda _: [])
     V, F = spiral() if name == "spiral" else load(name)
     with pytest.warns(OutcomeWarning, match=rf"chart 0 .* {says}") as caught:
@@ -311,7 +311,7 @@ def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
 
 
 def test_what_still_overlaps_after_all_rounds_of_splitting_is_halved(monkeypatch) -> None:
-    monkeypatch.setattr(charting, "MAX_SPLITS", 0)
+    monkeypatch.setattr(task, "MAX_SPLITS", 0)
     V, F = spiral()
     atlas = unwrap(V, F, np.zeros((0, 2), dtype=int))
     assert atlas.good and len(atlas.charts) > 1
@@ -323,10 +323,10 @@ def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself(cuts_before: 
     V, F = igl.upsample(*igl.icosahedron(), 3)
     V /= np.linalg.norm(V, axis=1)[:, None]
     dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > -0.7])  # L2 stretch 1.6
-    task = charting.Task(LinABF(), True, 6.0, False, False, None, None)
-    parts = charting._chart(dome, cuts_before, task, None)
+    asked = task.Task(LinABF(), True, 6.0, False, False, None, None)
+    parts = charting._chart(dome, cuts_before, asked, None)
     assert isinstance(parts, list)
-    charts = charting.charts_of([piece for piece, _ in parts], np.zeros((0, 2), dtype=np.int64), task)
+    charts = charting.charts_of([piece for piece, _ in parts], np.zeros((0, 2), dtype=np.int64), asked)
     assert max(chart.quality.stretch_l2 for chart, _ in charts) < 1.2
 
 

@@ -12,7 +12,7 @@ from hard_surfaces import DEVELOPABLE, box, plate_with_holes, rock
 from nasty_meshes import joined
 
 from igl_linabf import MeshError, OutcomeWarning, cut, find_seams, unwrap
-from igl_linabf.charts import charting
+from igl_linabf.charts import task
 
 
 @pytest.mark.parametrize("name", DEVELOPABLE)
@@ -54,8 +54,8 @@ def test_many_open_boxes_and_tents_are_cut_to_their_nets_in_one_search(
         parts.append((V * rng.uniform(0.5, 2, 3), F[keep]))
         parts.append((tent * rng.uniform(0.8, 2, 3), np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])))
     searches = []
-    found = charting.seams_of
-    monkeypatch.setattr(charting, "seams_of", lambda *a, **k: searches.append(a) or found(*a, **k))
+    found = task.seams_of
+    monkeypatch.setattr(task, "seams_of", lambda *a, **k: searches.append(a) or found(*a, **k))
     atlas = unwrap(*joined(*parts))
     assert atlas.good
     assert len(searches) == 1

@@ -1,8 +1,10 @@
 """The charts of a surface: pieces, flattened, and cut further where they flip, overlap or stretch."""
 
+from __future__ import annotations
+
 import warnings
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -11,9 +13,15 @@ from .._runtime import advance, part
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..flattening import ABF, Flattening, Isometric, LinABF, Method, Sketch, flatten_together, guaranteed
-from ..measures import overlapping_pairs_of_chart, overlapping_pairs_of_each, quality_of, quality_of_each
+from ..measures import (
+    Quality,
+    overlapping_pairs_of_chart,
+    overlapping_pairs_of_each,
+    quality_of,
+    quality_of_each,
+)
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
-from .atlas import BEYOND_USE, ROUNDING, Chart
+from .atlas import Chart
 from .bijectively import made_bijective
 from .crease_cuts import is_isometric, parted
 from .creases import extent
@@ -22,18 +30,18 @@ from .halving import halves
 from .kept_maps import EVEN, Known, Measured, kept_maps
 from .laid_narrower import laid_narrower
 from .lone_slivers import with_width
-from .overlap_seams import MAX_SPLITS, parts_between
+from .overlap_seams import parts_between
 from .pieces import flattened, on_part
-from .seams import MEDIUM, seams_of
+from .seams import MEDIUM
 from .small_charts import with_small_joined
+from .task import MAX_SPLITS_FOR_STRETCH, Task
 from .tips import TIPPED, seams_to_tips
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none
 MANY = 8  # charts from which they are flattened and measured together
 TINY = 4_000  # triangles of the smallest in all, up to which these always are
-MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
-MAX_LEAF_ROUNDS = 8  # of more seams for that or for flips, before it is halved
+MAX_LEAF_ROUNDS = 8  # of more seams for flips or stretch, before a chart is halved
 MANY_FLIPS, FEW_ROUNDS = 0.05, 2  # share of its faces that flip, and rounds then: no tips are to blame
 SMALL_STRETCH = 1.15  # from which on a small piece gets seams that are sought for it alone
 MAX_TIP_ROUNDS = 3  # of seams to shrunk tips
@@ -41,59 +49,6 @@ LITTLE = 0.02  # share of its faces that overlap, up to which tips come first: m
 NEEDLE = 1e-13  # area over squared length, up to which a chart is divided
 TRADE_DOUBLINGS = 12  # until a chart that flips is cut further
 _NO_SEAM = np.zeros((0, 2), dtype=np.int64)
-
-
-@dataclass(frozen=True)
-class Task:
-    """Arguments of `unwrap`, and whether more seams may be found."""
-
-    method: Method
-    may_find_seams: bool
-    trade: float
-    holes: bool
-    bijective: bool
-    max_stretch: float | None
-    hidden: FloatArray | None
-
-    def seams_of(
-        self,
-        piece: Submesh,
-        *,
-        disks: bool = False,
-        gain: float = 0.0,
-        part_overlaps: bool = False,
-        panels: bool = False,
-    ) -> IntArray:
-        """`seams_of` a piece, as the task wants them; `part_overlaps` only if overlapping maps are cut."""
-        isometric = isinstance(self.method, Isometric)
-        return seams_of(
-            piece,
-            self.trade,
-            holes=self.holes,
-            disks=disks,
-            gain=gain,
-            hidden=self.hidden,
-            isometric=isometric,
-            part_overlaps=part_overlaps and not (isometric or self.bijective),
-            panels=panels and not self.bijective,
-        )
-
-    @property
-    def most_stretch(self) -> float:
-        """Of a chart, in L2, from which on it is cut further."""
-        if self.max_stretch is not None:
-            return self.max_stretch * (1 + ROUNDING)
-        return BEYOND_USE if self.may_find_seams else np.inf
-
-    @property
-    def weighs_stretch(self) -> bool:
-        """Whether charts are cut further where the stretch of their map is worth a seam."""
-        return self.may_find_seams and not self.holes and self.max_stretch is None
-
-    @property
-    def most_splits(self) -> int:
-        """Of a chart and its parts."""
-        return MAX_SPLITS if self.max_stretch is None else MAX_SPLITS_FOR_STRETCH
 
 
 def pieces_of(
@@ -193,8 +148,63 @@ def _small_or_many(pieces: list[Submesh]) -> list[int]:
     return sorted(order[np.cumsum(size[order]) <= TINY].tolist())
 
 
+@dataclass(frozen=True, eq=False)
+class _Mapped:
+    """A piece's map, and what is known of it.
+
+    Attributes
+    ----------
+    result : Flattening
+    pairs : (#pairs, 2) int64
+        Faces that overlap.
+    change : Measured
+    quality : Quality or None
+        None if it is not known yet.
+    without_tips : bool
+        Whether no tip in it is worth a seam.
+    cost : float
+        Increase of F/3nt by moving overlapping parts apart.
+    """
+
+    result: Flattening
+    pairs: IntArray
+    change: Measured
+    quality: Quality | None = None
+    without_tips: bool = False
+    cost: float = 0.0
+
+    @classmethod
+    def of(cls, piece: Submesh, known: Known) -> _Mapped:
+        change = Measured(piece, known.result.uv)
+        return cls(known.result, known.pairs, change, known.quality, known.without_tips)
+
+    def moved(self, piece: Submesh, result: Flattening, pairs: IntArray, cost: float = 0.0) -> _Mapped:
+        """With another map, of which nothing is measured yet."""
+        change = Measured(piece, result.uv)
+        return replace(self, result=result, pairs=pairs, change=change, quality=None, cost=cost)
+
+
 def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Chart | list[_Cut]:
     """The flattened piece; or its parts, if it has to be cut further."""
+    made = _mapped(piece, splits, task, known)
+    if isinstance(made, _Mapped) and len(made.pairs):
+        made = _without_overlaps(piece, made, splits, task)
+    if not isinstance(made, _Mapped):
+        return made
+    stretch = made.change.stretch if made.quality is None else made.quality.stretch_l2
+    weighed = task.weighs_stretch and not made.without_tips
+    if weighed and len(seams := _worth_of_map(piece, stretch, made.change, splits, task)):
+        return _anew(piece.cut_along(seams))
+    if stretch > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
+        return _anew(parts)
+    quality = made.quality
+    if quality is None:
+        quality = quality_of(piece, made.result.uv, len(made.pairs), made.change.at_triangles)
+    return Chart(piece.faces, made.result, quality, splits, len(made.pairs), made.cost)
+
+
+def _mapped(piece: Submesh, splits: int, task: Task, known: Known | None) -> _Mapped | list[_Cut]:
+    """The piece's map; or its parts, if a seam is worth it, or if double precision does not hold the map."""
     try:
         result, seams = _flattened(piece, splits, task) if known is None else (known.result, _NO_SEAM)
     except SingularSystemError:  # faces of no size beside others of the chart
@@ -203,7 +213,7 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         raise
     if len(seams):
         return _anew(piece.cut_along(seams))
-    if len(result.flipped) and task.may_find_seams:  # double precision does not hold the map so little cut
+    if len(result.flipped) and task.may_find_seams:
         if parts := _less_flipped(piece, len(result.flipped), splits, task):
             return _anew(parts)
         result, known = _flattened_without_flips(piece, result, task), None
@@ -211,48 +221,66 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
         check_finite(result.uv, piece.vertices, "uv")
     if _is_needle(piece, result) and (parts := halves(piece)):
         return _anew(parts)
-    pairs, cost = overlapping_pairs_of_chart(piece.topology, result.uv) if known is None else known.pairs, 0.0
-    without_tips, change = known is not None and known.without_tips, Measured(piece, result.uv)
-    moved = made_bijective(piece, result) if len(pairs) and task.bijective and not result.holes else None
-    if moved is not None:
-        result, cost = moved
-        pairs, known = overlapping_pairs_of_chart(piece.topology, result.uv), None
-        change = Measured(piece, result.uv)
-    elif len(pairs) and splits < task.most_splits:
-        if result.holes:  # first to a disk
-            return _anew(_disks(piece, task))
-        few = len(np.unique(pairs)) < LITTLE * len(piece.F)
-        without_tips = task.weighs_stretch and few
-        if without_tips and len(seams := _to_tips(piece, change, splits, task)):
-            return _anew(piece.cut_along(seams))
-        if few and result.outcome.good and not is_isometric(piece, result.uv):
-            before, (result, pairs) = result, laid_narrower(piece, result, pairs)
-            if result is not before:
-                known, change = None, Measured(piece, result.uv)
-        if len(pairs):
-            parts = [disk for part in parted(piece, result.uv, pairs) for disk in _disks(part, task)]
-            parts = parts or parts_between(piece, piece.faces[pairs])
-            if len(parts) > 1:
-                kept = kept_maps(piece, result, parts, pairs, without_tips)
-                if not task.weighs_stretch or few or not result.outcome.good:
-                    return list(zip(parts, kept, strict=True))
-                return [
-                    tipped
-                    for part, known in zip(parts, kept, strict=True)
-                    for tipped in _cut_to_tips(piece, result, part, known, splits, task)
-                ]
-    elif len(pairs) and (parts := halves(piece)):
-        return _anew(parts)
-    quality = None if known is None else known.quality
-    stretch = change.stretch if quality is None else quality.stretch_l2
-    weighed = task.weighs_stretch and not without_tips
-    if weighed and len(seams := _worth_of_map(piece, stretch, change, splits, task)):
+    if known is None:
+        known = Known(result, overlapping_pairs_of_chart(piece.topology, result.uv), None)
+    return _Mapped.of(piece, known)
+
+
+def _without_overlaps(piece: Submesh, made: _Mapped, splits: int, task: Task) -> _Mapped | list[_Cut]:
+    """A map in which parts are moved apart or laid narrower; else the piece's parts; else the same map."""
+    result, pairs = made.result, made.pairs
+    bijective = made_bijective(piece, result) if task.bijective and not result.holes else None
+    if bijective is not None:
+        apart, cost = bijective
+        return made.moved(piece, apart, overlapping_pairs_of_chart(piece.topology, apart.uv), cost)
+    if splits >= task.most_splits:
+        parts = halves(piece)
+        return _anew(parts) if parts else made
+    if result.holes:  # first to a disk
+        return _anew(_disks(piece, task))
+    few = len(np.unique(pairs)) < LITTLE * len(piece.F)
+    made = replace(made, without_tips=task.weighs_stretch and few)
+    if made.without_tips and len(seams := _to_tips(piece, made.change, splits, task)):
         return _anew(piece.cut_along(seams))
-    if stretch > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
-        return _anew(parts)
-    if quality is None:
-        quality = quality_of(piece, result.uv, len(pairs), change.at_triangles)
-    return Chart(piece.faces, result, quality, splits, len(pairs), cost)
+    if few and result.outcome.good and not is_isometric(piece, result.uv):
+        narrower, left = laid_narrower(piece, result, pairs)
+        if narrower is not result:
+            made = made.moved(piece, narrower, left)
+        if not len(left):
+            return made
+    return _cut_apart(piece, made, few, splits, task) or made
+
+
+def _cut_apart(piece: Submesh, made: _Mapped, few: bool, splits: int, task: Task) -> list[_Cut]:
+    """The parts of a piece, cut where its map overlaps itself; nothing if it cannot be cut there.
+
+    `few` says whether few of its faces overlap: then its tips have been looked at.
+    """
+    result, pairs = made.result, made.pairs
+    parts = [disk for part in parted(piece, result.uv, pairs) for disk in _disks(part, task)]
+    parts = parts or parts_between(piece, piece.faces[pairs])
+    if len(parts) <= 1:
+        return []
+    cuts = list(zip(parts, kept_maps(piece, result, parts, pairs, made.without_tips), strict=True))
+    if not task.weighs_stretch or few or not result.outcome.good:
+        return cuts
+    return [
+        tipped for part, known in cuts for tipped in _cut_to_tips(piece, result, part, known, splits, task)
+    ]
+
+
+@dataclass(eq=False)
+class _SeamsToTips:
+    """Whether a rough map shrinks tips that are worth seams; and these seams."""
+
+    piece: Submesh
+    splits: int
+    task: Task
+    found: IntArray = field(default_factory=lambda: _NO_SEAM)
+
+    def __call__(self, uv: FloatArray) -> bool:
+        self.found = _to_tips(self.piece, Measured(self.piece, uv), self.splits, self.task)
+        return len(self.found) > 0
 
 
 def _flattened(piece: Submesh, splits: int, task: Task) -> tuple[Flattening, IntArray]:
@@ -260,20 +288,14 @@ def _flattened(piece: Submesh, splits: int, task: Task) -> tuple[Flattening, Int
 
     If many faces flip it is a sketch, as the piece is then cut further.
     """
-    method, seams = task.method, _NO_SEAM
-
-    def has_tips(uv: FloatArray) -> bool:
-        nonlocal seams
-        seams = _to_tips(piece, Measured(piece, uv), splits, task)
-        return len(seams) > 0
-
+    method, tips = task.method, _SeamsToTips(piece, splits, task)
     if type(method) is LinABF and method.iterations == "auto" and task.may_find_seams:
-        looks = has_tips if task.weighs_stretch and not splits else None
+        looks = tips if task.weighs_stretch and not splits else None
         sketch = flattened(piece, Sketch(**vars(method), is_enough=looks))
-        if len(seams) or not 0 < len(sketch.flipped) <= MANY_FLIPS * len(piece.F):
-            return sketch, seams
+        if len(tips.found) or not 0 < len(sketch.flipped) <= MANY_FLIPS * len(piece.F):
+            return sketch, tips.found
     try:
-        return flattened(piece, method), seams
+        return flattened(piece, method), tips.found
     except SingularSystemError as error:
         if isinstance(method, LinABF | ABF | Isometric):
             raise
@@ -282,7 +304,7 @@ def _flattened(piece: Submesh, splits: int, task: Task) -> tuple[Flattening, Int
             FallbackWarning,
             stacklevel=stack_level(),
         )
-        return flattened(piece, LinABF()), seams
+        return flattened(piece, LinABF()), tips.found
 
 
 def _worth_of_map(piece: Submesh, stretch: float, change: Measured, splits: int, task: Task) -> IntArray:

@@ -17,7 +17,7 @@ from ..kernels import lengths
 from ..measures import Quality, quality_of
 from ..surface import Parts, Submesh, as_it_is, cleaned_surface, complex_positions, signed_double_areas
 from .atlas import Atlas, Chart
-from .charting import CHARTS_END, SEAMS_END, Task, charts_of, pieces_of
+from .charting import CHARTS_END, SEAMS_END, charts_of, pieces_of
 from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .given import given_back, without_charts
 from .given_seams import textured_seams
@@ -27,6 +27,7 @@ from .period import with_period
 from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
 from .seams import TRADE
 from .spacing import PADDING
+from .task import Task
 from .visibility import Hiding, hiding
 
 MARGINS = 0.64  # share of the square that margins around all charts may take
