@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._types import FloatArray, IntArray
+from .._types import BoolArray, IntArray
 from ..errors import MeshError, some
 from ..kernels import lengths, overlap_sheets, shortest_odd_walk, shortest_pairs, way_of_fewest
-from ..surface import Submesh, Topology, check_planar, face_components
+from ..surface import Submesh, check_planar, face_components
 from .creases import sides_of_box
 
 BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
@@ -94,22 +94,36 @@ def _separated(
     charts: list[Submesh], pairs: IntArray, most: int = MAX_OVERLAPS
 ) -> tuple[list[IntArray], list[Submesh]]:
     seams, parts = list[IntArray](), list[Submesh]()
-    waiting = [(chart, pairs) for chart in charts]
+    waiting = []
+    for chart in charts:
+        rows = np.minimum(np.searchsorted(chart.faces, pairs), len(chart.faces) - 1)
+        waiting.append((chart, rows[(chart.faces[rows] == pairs).all(axis=1)]))
     while waiting:
-        part, around = waiting.pop()
-        rows = np.minimum(np.searchsorted(part.faces, around), len(part.faces) - 1)
-        own = (part.faces[rows] == around).all(axis=1)
-        inside, local = around[own], rows[own]
+        part, local = waiting.pop()
+        apart = local
         if part.inner is not None:
-            local = part.cells[0][local]
-            local = local[local[:, 0] != local[:, 1]]  # no seam takes a polygon apart
-        if len(local):
+            apart = part.cells[0][local]
+            apart = apart[apart[:, 0] != apart[:, 1]]  # no seam takes a polygon apart
+        if len(apart):
             check_planar(part.topology, part.vertices)
-            seams.append(np.sort(part.vertices[_shortest_seam(part, local, most)], axis=1))
-            waiting += [(smaller, inside) for smaller in part.cut_along(seams[-1])]
+            seams.append(np.sort(part.vertices[_shortest_seam(part, apart, most)], axis=1))
+            waiting += _with_pairs(part, part.cut_along(seams[-1]), local)
         else:
             parts.append(part)
     return seams, sorted(parts, key=lambda part: int(part.faces[0]))
+
+
+def _with_pairs(whole: Submesh, parts: list[Submesh], pairs: IntArray) -> list[tuple[Submesh, IntArray]]:
+    """The parts of a whole, each with those pairs of faces that are both in it, as the part has them."""
+    of, row = np.empty(len(whole.F), dtype=np.int64), np.empty(len(whole.F), dtype=np.int64)
+    for k, part in enumerate(parts):
+        rows = np.searchsorted(whole.faces, part.faces)
+        of[rows], row[rows] = k, np.arange(len(rows))
+    label = of[pairs]
+    pairs, label = row[pairs[same := label[:, 0] == label[:, 1]]], label[same, 0]
+    order = np.argsort(label, kind="stable")
+    start = np.searchsorted(label[order], np.arange(len(parts) + 1)).tolist()
+    return [(part, pairs[order[i:j]]) for part, (i, j) in zip(parts, pairwise(start), strict=True)]
 
 
 def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
@@ -132,55 +146,70 @@ def _pair_array(pairs: ArrayLike, m: int) -> IntArray:
 
 def _shortest_seam(part: Submesh, pairs: IntArray, most: int) -> IntArray:
     """The edges (#E, 2) of the seams that separate the sheets of the largest overlaps; pairs of polygons."""
-    V, topology = part.V, part.topology
-    cell, inner = part.cells
-    m = int(cell.max()) + 1
-    right, left = cell[topology.sides[:, inner] % len(part.F)]  # the faces that such an edge separates
-    most = min(most, max(1, int(np.log2(MAX_NODES / topology.n))))
-    dual = _Dual(*shortest_pairs(np.column_stack((right, left)), np.zeros(len(inner)), m))
-    code = np.sort(np.concatenate((pairs @ [m, 1], pairs @ [1, m])))
-    upper, lower = np.divmod(code[np.append(True, code[1:] != code[:-1])], m)
-    sheets = list(overlap_sheets(upper, lower, dual.begin, dual.neighbour, most))
-    while not len(seam := _seam_between(V, topology, inner, right, left, dual, sheets)):
+    search, most = _Search(part), min(most, max(1, int(np.log2(MAX_NODES / part.topology.n))))
+    overlaps = search.largest(pairs, most)
+    while not len(seam := search.seam(overlaps)):
         # three single faces over each other: no closed line crosses all three ways an odd number of times
-        sheets.pop()
+        overlaps.pop()
     return seam
 
 
-def _seam_between(
-    V: FloatArray,
-    topology: Topology,
-    inner: IntArray,
-    right: IntArray,
-    left: IntArray,
-    dual: _Dual,
-    sheets: list[IntArray],
-) -> IntArray:
-    """The shortest seam that has the two sheets of each overlap on different sides; no edge if none does."""
-    edges = topology.edges
-    length = lengths(V, edges[inner])
-    spoke = PART_COST * np.linalg.norm(sides_of_box(V)) / 2
-    flip = np.zeros(len(inner), dtype=np.int64)
-    barred = np.zeros(len(inner), dtype=bool)
-    for k, sheet in enumerate(sheets):
-        flip[dual.crossed(sheet)] |= 1 << k
-        barred |= (sheet[right] == sheet[left]) & (sheet[right] > 0)
-    # A closed line separates two sheets if it crosses the way from one to the other an odd number of
-    # times. With a copy of the vertices for each combination of odd and even, and edges across a way
-    # leading from copy to copy, it goes from a point to that point's all-odd copy. Each boundary
-    # loop is one more vertex: a seam may end there, and another begin elsewhere on the loop.
-    rim = np.concatenate(topology.loops)
-    loop = np.repeat(np.arange(len(topology.loops)), [len(vertices) for vertices in topology.loops])
-    n, copies = topology.n + len(topology.loops), 1 << len(sheets)
-    a = np.concatenate((edges[inner, 0], rim))
-    b = np.concatenate((edges[inner, 1], topology.n + loop))
-    cost = np.concatenate((np.where(barred, BARRIER_COST, 1.0) * length, np.full(len(rim), spoke)))
-    flip = np.concatenate((flip, np.zeros(len(rim), dtype=np.int64)))
-    indptr, indices, edge = shortest_pairs(np.column_stack((a, b)), cost, n)
-    walk = shortest_odd_walk(indptr, indices, cost[edge], flip[edge], topology.n, copies).tolist()
-    path = np.array(_pruned(walk, n, topology.n), dtype=np.int64)
-    steps = np.column_stack((path[:-1], path[1:]))
-    return np.asarray(steps[(steps < topology.n).all(axis=1)])
+class _Overlap(NamedTuple):
+    """The edges that a way from one of two sheets to the other crosses, and the edges in a sheet."""
+
+    way: IntArray
+    barred: IntArray
+
+
+class _Search:
+    """The graphs of a part in which seams are sought."""
+
+    def __init__(self, part: Submesh) -> None:
+        cell, inner = part.cells
+        topology = part.topology
+        self._m, self._n = int(cell.max()) + 1, topology.n
+        sides = cell[topology.sides[:, inner] % len(part.F)].T  # the faces that such an edge separates
+        self._dual = _Dual(*shortest_pairs(sides, np.zeros(len(inner)), self._m))
+        edges = topology.edges[inner]
+        # each boundary loop is one more vertex: a seam may end there, and another begin elsewhere on it
+        rim = np.concatenate(topology.loops)
+        loop = np.repeat(np.arange(len(topology.loops)), [len(vertices) for vertices in topology.loops])
+        ends = np.concatenate((edges, np.column_stack((rim, topology.n + loop))))
+        spoke = PART_COST * np.linalg.norm(sides_of_box(part.V)) / 2
+        self._cost = np.append(lengths(part.V, edges), np.full(len(rim), spoke))
+        self._graph = shortest_pairs(ends, self._cost, topology.n + len(topology.loops))
+
+    def largest(self, pairs: IntArray, most: int) -> list[_Overlap]:
+        """The largest overlaps, so many at most, by their pairs of polygons."""
+        m, dual = self._m, self._dual
+        code = np.sort(np.concatenate((pairs @ [m, 1], pairs @ [1, m])))
+        upper, lower = np.divmod(code[np.append(True, code[1:] != code[:-1])], m)
+        faces, start = overlap_sheets(upper, lower, dual.begin, dual.neighbour, most)
+        within, overlaps = np.zeros((2, m), dtype=bool), list[_Overlap]()
+        sheets = [faces[i:j] for i, j in pairwise(start.tolist())]
+        for one, other in zip(sheets[::2], sheets[1::2], strict=True):
+            within[0, one], within[1, other] = True, True
+            barred = np.append(dual.inside(one, within[0]), dual.inside(other, within[1]))
+            overlaps.append(_Overlap(dual.crossed(*within), barred))
+            within[0, one], within[1, other] = False, False
+        return overlaps
+
+    def seam(self, overlaps: list[_Overlap]) -> IntArray:
+        """The shortest that has the two sheets of each overlap on different sides; no edge if none does."""
+        indptr, indices, edge = self._graph
+        flip, cost = np.zeros(len(self._cost), dtype=np.int64), self._cost.copy()
+        barred = np.concatenate([overlap.barred for overlap in overlaps])
+        cost[barred] = BARRIER_COST * self._cost[barred]
+        for k, overlap in enumerate(overlaps):
+            flip[overlap.way] |= 1 << k
+        # A closed line separates two sheets if it crosses the way from one to the other an odd number of
+        # times. With a copy of the vertices for each combination of odd and even, and edges across a way
+        # leading from copy to copy, it goes from a point to that point's all-odd copy.
+        n, copies = len(indptr) - 1, 1 << len(overlaps)
+        walk = shortest_odd_walk(indptr, indices, cost[edge], flip[edge], self._n, copies).tolist()
+        path = np.array(_pruned(walk, n, self._n), dtype=np.int64)
+        steps = np.column_stack((path[:-1], path[1:]))
+        return np.asarray(steps[(steps < self._n).all(axis=1)])
 
 
 def _pruned(walk: list[int], n: int, rim: int) -> list[int]:
@@ -216,11 +245,19 @@ class _Dual(NamedTuple):
     neighbour: IntArray
     edge: IntArray
 
-    def crossed(self, sheet: IntArray) -> list[int]:
-        """The edges that a way from sheet 1 to sheet 2 crosses."""
-        way = way_of_fewest(self.begin, self.neighbour, sheet == 1, sheet == 2).tolist()
-        edges = []
-        for face, before in pairwise(way):
-            row = slice(self.begin[face], self.begin[face + 1])
-            edges.append(int(self.edge[row][self.neighbour[row] == before][0]))
-        return edges
+    def crossed(self, one: BoolArray, other: BoolArray) -> IntArray:
+        """The edges that a way from one sheet to another crosses, both masks of faces."""
+        way = way_of_fewest(self.begin, self.neighbour, one, other)
+        at, of = self._around(way[:-1])
+        return np.asarray(self.edge[at[self.neighbour[at] == way[1:][of]]])
+
+    def inside(self, faces: IntArray, within: BoolArray) -> IntArray:
+        """The edges between two of some faces, which are also given as a mask; each twice."""
+        at, _ = self._around(faces)
+        return np.asarray(self.edge[at[within[self.neighbour[at]]]])
+
+    def _around(self, faces: IntArray) -> tuple[IntArray, IntArray]:
+        """The entries of some faces, and of which face each is."""
+        number = self.begin[faces + 1] - self.begin[faces]
+        of = np.repeat(np.arange(len(faces)), number)
+        return (self.begin[faces] - np.cumsum(number) + number)[of] + np.arange(len(of)), of

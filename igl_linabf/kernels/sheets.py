@@ -12,46 +12,57 @@ ROOM = 0.8  # share of the way to where a face is on both sheets, that they are 
 
 
 @inlined
-def _place_of(upper_start: IntArray, lower: IntArray, one: int, other: int) -> int:
-    """The row of the pair of two faces, or -1; the rows of face f begin at `upper_start[f]`."""
-    low, high = upper_start[one], upper_start[one + 1]
-    while low < high:
-        middle = (low + high) >> 1
-        if lower[middle] < other:
-            low = middle + 1
-        else:
-            high = middle
-    return int(low) if low < upper_start[one + 1] and lower[low] == other else -1
+def _mirrors(upper_start: IntArray, lower: IntArray) -> IntArray:
+    """The row of each pair the other way around."""
+    mirror, filled = np.empty(len(lower), dtype=np.int64), upper_start[:-1].copy()
+    for k in range(len(lower)):  # the upper faces ascend, as they do in each row
+        mirror[k] = filled[lower[k]]
+        filled[lower[k]] += 1
+    return mirror
 
 
 @inlined
 def _beside(
-    upper_start: IntArray, upper: IntArray, lower: IntArray, begin: IntArray, neighbour: IntArray
+    upper_start: IntArray, lower: IntArray, mirror: IntArray, begin: IntArray, neighbour: IntArray
 ) -> tuple[IntArray, IntArray]:
     """The pairs beside each pair, in ascending order, as in CSR."""
-    number = len(upper)
-    start, most = np.empty(number + 1, dtype=np.int64), 0
-    for k in range(number):
-        most += begin[upper[k] + 1] - begin[upper[k]] + begin[lower[k] + 1] - begin[lower[k]]
-    beside, size = np.empty(most, dtype=np.int64), 0
-    for k in range(number):
-        start[k] = size
-        for side in range(2):
-            face, other = (upper[k], lower[k]) if side == 0 else (lower[k], upper[k])
-            for at in range(begin[face], begin[face + 1]):
-                if side == 0:
-                    there = _place_of(upper_start, lower, neighbour[at], other)
+    number = len(lower)
+    start = np.zeros(number + 1, dtype=np.int64)
+    for face in range(len(begin) - 1):
+        for k in range(upper_start[face], upper_start[face + 1]):
+            start[k + 1] = start[k] + begin[face + 1] - begin[face]
+    above, end = np.empty(start[number], dtype=np.int64), start[:-1].copy()  # with another upper face
+    for face in range(len(begin) - 1):
+        for at in range(begin[face], begin[face + 1]):
+            k, last = upper_start[face], upper_start[face + 1]
+            other, last_other = upper_start[neighbour[at]], upper_start[neighbour[at] + 1]
+            while k < last and other < last_other:
+                if lower[k] == lower[other]:
+                    above[end[k]] = other
+                    end[k], k, other = end[k] + 1, k + 1, other + 1
+                elif lower[k] < lower[other]:
+                    k += 1
                 else:
-                    there = _place_of(upper_start, lower, other, neighbour[at])
-                if there >= 0:
-                    place = size
-                    while place > start[k] and beside[place - 1] > there:
-                        beside[place] = beside[place - 1]
-                        place -= 1
-                    beside[place] = there
-                    size += 1
-    start[number] = size
-    return start, beside
+                    other += 1
+    begins, most = np.empty(number + 1, dtype=np.int64), 0
+    for k in range(number):
+        begins[k] = most
+        most += end[k] - start[k] + end[mirror[k]] - start[mirror[k]]
+    begins[number] = most
+    beside = np.empty(most, dtype=np.int64)
+    for k in range(number):
+        size = begins[k]
+        for side in range(2):
+            row = k if side == 0 else mirror[k]
+            for at in range(start[row], end[row]):
+                there = above[at] if side == 0 else mirror[above[at]]
+                place = size
+                while place > begins[k] and beside[place - 1] > there:
+                    beside[place] = beside[place - 1]
+                    place -= 1
+                beside[place] = there
+                size += 1
+    return begins, beside
 
 
 @inlined
@@ -70,36 +81,36 @@ def _flooded(
 
 
 @inlined
-def _keep_connected(
-    sheet: IntArray, begin: IntArray, neighbour: IntArray, face: int, queue: IntArray
-) -> None:
-    """Make the marks of faces negative that are joined to one of the same mark."""
+def _connected(sheet: IntArray, begin: IntArray, neighbour: IntArray, face: int, queue: IntArray) -> int:
+    """Put the faces into the queue that are joined to one of the same mark, and take it off; their number."""
     mark, size, done = sheet[face], 1, 0
-    queue[0], sheet[face] = face, -mark
+    queue[0], sheet[face] = face, 0
     while done < size:
         for at in range(begin[queue[done]], begin[queue[done] + 1]):
             if sheet[neighbour[at]] == mark:
-                sheet[neighbour[at]], queue[size] = -mark, neighbour[at]
+                sheet[neighbour[at]], queue[size] = 0, neighbour[at]
                 size += 1
         done += 1
+    return size
 
 
 def _overlap_sheets(
     upper: IntArray, lower: IntArray, begin: IntArray, neighbour: IntArray, most: int
-) -> IntArray:
+) -> tuple[IntArray, IntArray]:
     m, number, overlaps = len(begin) - 1, len(upper), 0
     upper_start = np.zeros(m + 1, dtype=np.int64)
     for k in range(number):
         upper_start[upper[k] + 1] += 1
     for face in range(m):
         upper_start[face + 1] += upper_start[face]
-    start, beside = _beside(upper_start, upper, lower, begin, neighbour)
+    mirrors = _mirrors(upper_start, lower)
+    start, beside = _beside(upper_start, lower, mirrors, begin, neighbour)
     marked, queue = np.full(number, -1, dtype=np.int64), np.empty(number, dtype=np.int64)
     seeds, sizes = np.empty(number, dtype=np.int64), np.zeros(number, dtype=np.int64)
     for k in range(number):
         if marked[k] < 0:
             size = _flooded(start, beside, k, overlaps, marked, queue)
-            mirror = marked[_place_of(upper_start, lower, lower[k], upper[k])]
+            mirror = marked[mirrors[k]]
             if 0 <= mirror < overlaps:  # the same overlap, seen from the other side
                 sizes[mirror] += size
             seeds[overlaps], sizes[overlaps] = k, size if mirror < 0 or mirror == overlaps else 0
@@ -108,35 +119,44 @@ def _overlap_sheets(
     found = 0
     while found < min(most, overlaps) and sizes[order[found]]:
         found += 1
-    sheets = np.zeros((found, m), dtype=np.int64)
-    when, faces = np.empty((2, m), dtype=np.int64), np.empty(m, dtype=np.int64)
+    sheet, faces = np.zeros(m, dtype=np.int64), np.empty(m, dtype=np.int64)
+    when = np.full((2, m), number, dtype=np.int64)
+    made, start_of = np.empty(m + 1, dtype=np.int64), np.zeros(2 * found + 1, dtype=np.int64)
     for k in range(found):
         seed = seeds[order[k]]
         size = _flooded(start, beside, seed, number + k, marked, queue)
-        when[:] = size
         for at in range(size - 1, -1, -1):
             when[0, upper[queue[at]]] = at
             when[1, lower[queue[at]]] = at
         met = size
-        for face in range(m):
-            met = min(met, max(when[0, face], when[1, face]))
+        for at in range(size):
+            for face in (upper[queue[at]], lower[queue[at]]):
+                met = min(met, max(when[0, face], when[1, face]))
         limit = float(met) if met == size else ROOM * met
-        for face in range(m):
-            sheets[k, face] = 1 if when[0, face] < limit else 2 if when[1, face] < limit else 0
-        sheets[k, upper[seed]], sheets[k, lower[seed]] = 1, 2
-        _keep_connected(sheets[k], begin, neighbour, upper[seed], faces)
-        _keep_connected(sheets[k], begin, neighbour, lower[seed], faces)
-        for face in range(m):
-            sheets[k, face] = max(0, -sheets[k, face])
-    return sheets
+        for at in range(size):
+            for face in (upper[queue[at]], lower[queue[at]]):
+                sheet[face] = 1 if when[0, face] < limit else 2 if when[1, face] < limit else 0
+        sheet[upper[seed]], sheet[lower[seed]] = 1, 2
+        for side in range(2):
+            row = 2 * k + side
+            own = _connected(sheet, begin, neighbour, upper[seed] if side == 0 else lower[seed], faces)
+            start_of[row + 1] = start_of[row] + own
+            if start_of[row + 1] > len(made):
+                made = np.append(made, np.empty(len(made) + own, dtype=np.int64))
+            made[start_of[row] : start_of[row + 1]] = np.sort(faces[:own])
+        for at in range(size):
+            for face in (upper[queue[at]], lower[queue[at]]):
+                sheet[face], when[0, face], when[1, face] = 0, number, number
+    return made[: start_of[-1]].copy(), start_of
 
 
 @with_loops(_overlap_sheets)
 def overlap_sheets(
     upper: IntArray, lower: IntArray, begin: IntArray, neighbour: IntArray, most: int
-) -> IntArray:
-    """The two sheets of each of the `most` largest overlaps, (#O, #F): faces marked 1 and 2, 0 elsewhere.
+) -> tuple[IntArray, IntArray]:
+    """The two sheets of each of the `most` largest overlaps: the faces of each, ascending.
 
+    And where each sheet begins, (2 #O + 1,).
     The pairs of faces, both ways around, are in lexicographic order, each once; the faces beside each face
     are given as in CSR. Pairs are neighbours if one face is the same, and the others are neighbours: so an
     overlap is a component of them, and of those the other way around. Where it winds on, so that a face is
@@ -163,17 +183,17 @@ def overlap_sheets(
     np.minimum.at(seeds, label, np.arange(number))
     size, seeds = size[size > 0], seeds[seeds < number]
     chosen = seeds[np.argsort(-size, kind="stable")][:most]
-    sheets, owner = np.zeros((len(chosen), m), dtype=np.int64), np.repeat(np.arange(m), np.diff(begin))
-    for sheet, seed in zip(sheets, chosen, strict=True):
+    sheets, owner = list[IntArray](), np.repeat(np.arange(m), np.diff(begin))
+    for seed in chosen:
         reached = csgraph.breadth_first_order(graph, seed, return_predecessors=False)
         when = np.full((2, m), len(reached))
         for side, faces in enumerate((upper[reached], lower[reached])):
             np.minimum.at(when[side], faces, np.arange(len(reached)))
         met = when.max(axis=0).min()  # where a face is first both; short of that is room for a seam
         near = when < (met if met == len(reached) else ROOM * met)
-        sheet[:] = np.where(near[0], 1, np.where(near[1], 2, 0))
+        sheet = np.where(near[0], 1, np.where(near[1], 2, 0))
         sheet[[upper[seed], lower[seed]]] = 1, 2
         same = (sheet[owner] == sheet[neighbour]) & (sheet[owner] > 0)
         piece = connected_labels(np.column_stack((owner[same], neighbour[same])), m)
-        sheet[(piece != piece[upper[seed]]) & (piece != piece[lower[seed]])] = 0
-    return sheets
+        sheets += [np.flatnonzero(piece == piece[face]) for face in (upper[seed], lower[seed])]
+    return np.concatenate(sheets), np.append(0, np.cumsum([len(sheet) for sheet in sheets]))
