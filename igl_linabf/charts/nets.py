@@ -4,9 +4,9 @@ Cut along a tree through all of its curved vertices, a surface is developable: a
 cylinder into a rectangle and two disks.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 
 import numpy as np
 
@@ -32,6 +32,7 @@ SHARP_SHARE = 0.15  # of its length: what a sharp crease counts, beyond what is 
 LEFT = 0.05  # of stretch and shear that a net may leave; more is a smooth surface with some creases, of which
 MUCH = 0.1  # a net has to save so much more
 EXACT = 1e-3  # of stretch and bend that a net may leave
+CLEAR = 0.02  # of cost below that expected of a seam, at which a net needs no comparison with the seam's map
 NEAR, NEAR_CREASED = 0.05, 0.5  # of price above the least that is not worth to look for another seam
 
 
@@ -151,6 +152,21 @@ class Nets:
         length = float(least[nodes].sum()) / 2 / piece.size
         return max(0.0, length - SHARP_SHARE * self.trade) / self.trade
 
+    @cached_property
+    def _least_prices(self) -> list[float]:
+        """The same of each level."""
+        return [self._least_price(nodes) for nodes in self._nodes]
+
+    @cached_property
+    def _joined(self) -> dict[int, Seam]:
+        """The nets that are known, by their levels."""
+        return {}
+
+    def _net(self, level: int) -> Seam:
+        if level not in self._joined:
+            self._joined[level] = join(self._priced, self._loops, self._nodes[level])
+        return self._joined[level]
+
     def settled(self, hard: bool) -> Seam | None:
         """A net that leaves nothing to be stretched, and costs so little that nothing else is to be compared.
 
@@ -160,8 +176,8 @@ class Nets:
         nearly = NEAR_CREASED if self.creased else NEAR
         most = nearly + self._price(self._loops) if hard else EXACT
         found: Seam | None = None
-        for nodes in self._nodes if hard else self._nodes[:1]:
-            net = self._through(nodes, most)
+        for level in range(len(self._nodes) if hard else min(1, len(self._nodes))):
+            net = self._through(level, most)
             if net is not None and self._price(net) < most and self.expected(net) <= 1 + EXACT:
                 found, most = net, self._price(net)
         return found
@@ -171,42 +187,57 @@ class Nets:
 
         With a `gain`, no seam is needed, and one has to save this.
         """
-        levels = self._nodes if self.piece.n <= DIRECT else self._promising(seam, grow)
+        levels = range(len(self._nodes)) if self.piece.n <= DIRECT else self._promising(seam, grow)
         if not levels:
             return None
-        least, best = distortion(parts(seam)) + self._price(seam), None
-        if gain is not None:
-            least = min(least, distortion(parts(seam[:0])) - gain)
-        for nodes in levels:
-            net = self._through(nodes, least - 1)
-            if net is None or 1 + self._price(net) >= least:
-                continue
-            if self.expected(net) > 1 + EXACT:
-                net = grow(net)
-            left = distortion(parts(net))
-            cost = left + self._price(net)
-            if cost < least - (MUCH if left > 1 + LEFT else 0.0):
-                best, least = net, cost
+        left = cache(lambda level: self._left(level, parts, grow))
+        uncut = np.inf if gain is None else distortion(parts(seam[:0])) - gain
+        expected = self.cost(seam)
+        best, least = self._cheapest(levels, min(expected, uncut), left)
+        if best is None or least > expected - CLEAR:  # less than that a map's stretch hardly is
+            best, _ = self._cheapest(levels, min(distortion(parts(seam)) + self._price(seam), uncut), left)
         return best
 
-    def _promising(self, seam: Seam, grow: Grow) -> list[IntArray]:
+    def _cheapest(
+        self, levels: Sequence[int], least: float, left: Callable[[int], tuple[Seam, float]]
+    ) -> tuple[Seam | None, float]:
+        """The net that costs least, if that is less than `least`; what is `left` is measured if it may be."""
+        best = None
+        for level in levels:
+            net = self._through(level, least - 1)
+            if net is None or 1 + self._price(net) >= least:
+                continue
+            net, stretch = left(level)
+            cost = stretch + self._price(net)
+            if cost < least - (MUCH if stretch > 1 + LEFT else 0.0):
+                best, least = net, cost
+        return best, least
+
+    def _left(self, level: int, parts: Parts, grow: Grow) -> tuple[Seam, float]:
+        """The net of a level, with branches where they help, and the stretch of its map."""
+        net = self._net(level)
+        if self.expected(net) > 1 + EXACT:
+            net = grow(net)
+        return net, distortion(parts(net))
+
+    def _promising(self, seam: Seam, grow: Grow) -> list[int]:
         """The levels of nets that are exact, or with branches are expected to cost clearly less than a seam.
 
         A large surface takes long to flatten, which only these are worth.
         """
-        cost, promising = self.cost(seam), list[IntArray]()
-        for nodes in self._nodes:
-            net = self._through(nodes, cost + NEAR - 1)
+        cost, promising = self.cost(seam), list[int]()
+        for level in range(len(self._nodes)):
+            net = self._through(level, cost + NEAR - 1)
             if net is None or 1 + self._price(net) >= cost + NEAR:
                 continue
             clearly = 1 + self._price(net) < cost - NEAR and self.cost(grow(net)) < cost - NEAR
             if clearly or self.expected(net) <= 1 + EXACT:
-                promising.append(nodes)
+                promising.append(level)
         return promising
 
-    def _through(self, nodes: IntArray, most: float = EXACT) -> Seam | None:
-        """The net through these nodes, unless no net can be had at the price `most`."""
-        if self._least_price(nodes) >= most:
+    def _through(self, level: int, most: float = EXACT) -> Seam | None:
+        """The net of a level, unless no net can be had at the price `most`."""
+        if self._least_prices[level] >= most:
             return None
-        net = join(self._priced, self._loops, nodes)
+        net = self._net(level)
         return net if len(net) > 1 or self.piece.holes else None
