@@ -20,6 +20,8 @@ LEAST_RTOL = 0.003  # and at least, where they shake the angles about
 SLOW = 0.7  # share of the least change so far, above which they do, and steps are accelerated
 TOIL = 12  # inner steps of a slow step, above which steps in the plane take less time
 LABOUR, SEVERAL = 6, 1.05  # inner steps of a step, and such steps to go, for which a factor of S pays
+HARD = 9  # inner steps of a first step, from which such a factor pays for those that follow,
+LIGHT = 15_000  # up to so many rows: solves with larger ones leave the processor's caches
 MOVED = 0.6  # where the change is below that, so that it serves for later steps
 QUICK = 0.3  # share of the last step's change, below which such a factor helps one of more than `TOIL`
 DIGITS = 1e-5  # tolerance for which positions in the plane mostly have enough digits
@@ -75,8 +77,8 @@ def converge(state: State, tol: float) -> AbfResult:
     constraint not linearised. An *anchored* step is a step of linear ABF with weights alpha_0^2 and
     the change since alpha_0 as its gradient. It is a Gauss-Newton step of the constraints; its fixed
     point is the minimiser. The steps use the factor of the Laplacian at alpha_0, and conjugate gradients
-    start from the last multipliers. Where they take many inner steps, and several steps are to go, these
-    use a factor of the system itself. Slow steps are accelerated.
+    start from the last multipliers. Where they take many inner steps, and several steps are to go, or the
+    first one takes many, these use a factor of the system itself. Slow steps are accelerated.
 
     Parameters
     ----------
@@ -139,6 +141,8 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
             lin, by_own = replace(lin, own=None), False
         elif toilsome and quick and not by_own and lin.closing is None:
             by_own, toilsome = True, False
+        elif k == 0:
+            by_own = not limited and inner_steps >= HARD and problem.constraints.n <= LIGHT
         elif not limited and inner_steps >= LABOUR and change < MOVED:
             by_own = by_own or _steps_to(enough, size, size_before) >= SEVERAL
         if limited or not same:
