@@ -1,12 +1,13 @@
 """Branches of a seam: those that do not pay are cut off, and branch points moved to where it is shorter."""
 
 from collections.abc import Callable
-from itertools import combinations
+from itertools import combinations, pairwise
 from typing import TypeVar
 
 import numpy as np
 
-from .._types import IntArray
+from .._types import FloatArray, IntArray
+from ..kernels import arcs_between
 from ..surface import connected_labels
 from .cut_graph import SHORTER, ClosedSurface, Shape, shape
 
@@ -19,6 +20,7 @@ Item = TypeVar("Item")  # of a seam: a branch point or an arc
 Cost = Callable[[IntArray], float]  # of a seam
 Steps = dict[int, list[tuple[int, int]]]  # from each node: the seam's edges, and where they lead
 Arc = tuple[list[int], list[int]]  # edges in a row, and the nodes from the first to the last
+Row = tuple[IntArray, IntArray]  # an arc, by arrays
 Ended = tuple[IntArray, int]  # edges in a row, and the node at their end
 
 
@@ -29,7 +31,10 @@ def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
     arcs are.
     """
     kept, steps = shape(piece, seam), steps_along(piece, seam)
-    waiting = _longest(piece, steps, [node for node in sorted(steps) if len(steps[node]) >= 3])
+    waiting = [node for node in sorted(steps) if len(steps[node]) >= 3]
+    if len(waiting) > MOST_MOVED:
+        at = lengths_at(piece, arcs_along(piece, seam), piece.length)
+        waiting = longest(waiting, lambda k: float(at[waiting[k]]))
     for _ in range(BRANCH_ROUNDS * len(waiting)):
         if not waiting:
             break
@@ -61,12 +66,11 @@ def pruned(
     return seam
 
 
-def _longest(piece: ClosedSurface, steps: Steps, branches: list[int]) -> list[int]:
-    """The branch points of the longest arcs, in their order."""
-    if len(branches) <= MOST_MOVED:
-        return branches
-    at = [np.concatenate([arc for arc, _ in arcs_at(piece, steps, branch)]) for branch in branches]
-    return longest(branches, lambda k: piece.total(at[k]))
+def lengths_at(piece: ClosedSurface, arcs: list[Row], length: FloatArray, most: float = np.inf) -> FloatArray:
+    """How long the arcs that begin or end at each node are, each up to so much, by lengths of edges."""
+    own = np.minimum([length[edges].sum() for edges, _ in arcs], most)
+    ends = [node for _, nodes in arcs for node in (nodes[0], nodes[-1])]
+    return np.bincount(ends, np.repeat(own, 2), piece.n).astype(np.float64)
 
 
 def longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
@@ -130,6 +134,17 @@ def _side_by_side(piece: ClosedSurface, arcs: list[Ended]) -> list[tuple[Ended, 
         near = {(min(i, j), max(i, j)) for i, row in enumerate(nearest.tolist()) for j in row}
         pairs = sorted(near, key=lambda pair: float(apart[pair]))
     return [(arcs[i], arcs[j]) for i, j in pairs]
+
+
+def arcs_along(piece: ClosedSurface, seam: IntArray, fixed: set[int] | None = None) -> list[Row]:
+    """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
+    ends = piece.ends[seam]
+    joint = np.bincount(ends.ravel(), minlength=piece.n) != 2
+    joint[: piece.holes] = True
+    if fixed:
+        joint[list(fixed)] = True
+    edges, nodes, start = arcs_between(ends, joint)
+    return [(seam[edges[i:j]], nodes[i + k : j + k + 1]) for k, (i, j) in enumerate(pairwise(start.tolist()))]
 
 
 def steps_along(piece: ClosedSurface, seam: IntArray) -> Steps:

@@ -5,13 +5,23 @@ from itertools import pairwise
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import Rest, arcs_between, lengths, meeting, ways_towards
-from .branches import Arc, Steps, arm, in_groups, longest, replaced, steps_along
+from ..kernels import Rest, lengths, meeting, ways_towards
+from .branches import (
+    MOST_MOVED,
+    Arc,
+    Row,
+    Steps,
+    arcs_along,
+    arm,
+    in_groups,
+    lengths_at,
+    longest,
+    replaced,
+    steps_along,
+)
 from .cut_graph import SHORTER, ClosedSurface, opened
 
 LEFT = 0.7  # of its faces is what a part keeps at least when a seam moves: two arcs around it may meet
-
-Row = tuple[IntArray, IntArray]  # the edges of an arc, and its nodes from the first to the last
 
 
 class _Corridor:
@@ -26,13 +36,13 @@ class _Corridor:
         graph = piece.graph.copy()
         graph.data = piece.entry
         self._graph = graph[self._nodes][:, self._nodes]
-        self._length = piece.length * piece.valley
-        self._graph.data = self._length[self._graph.data]
+        self.length = piece.length * piece.valley
+        self._graph.data = self.length[self._graph.data]
         self._position = piece.position[self._nodes]
         in_space = near & (np.arange(piece.n) >= piece.holes)  # a hole is in no one place
         inside = np.flatnonzero(in_space[piece.ends[:, 0]] & in_space[piece.ends[:, 1]])
         straight = lengths(piece.position, piece.ends[inside])
-        self._share = float(np.min(self._length[inside] / straight, initial=1.0, where=straight > 0))
+        self._share = float(np.min(self.length[inside] / straight, initial=1.0, where=straight > 0))
 
     @property
     def is_tree(self) -> bool:
@@ -76,7 +86,7 @@ class _Corridor:
 
     def total(self, edges: IntArray) -> float:
         """Their length, less in valleys."""
-        return float(self._length[edges].sum())
+        return float(self.length[edges].sum())
 
     def closed_at(self, nodes: IntArray) -> BoolArray:
         """A mask of the corridor's nodes: these are not passed."""
@@ -170,7 +180,7 @@ def _straight(corridor: _Corridor, seam: IntArray, fixed: set[int], known: IntAr
         return seam if seam is old or corridor.accepts(seam) else None
 
     new = ~_mask(piece, known)
-    arcs = _arcs(piece, seam, fixed)
+    arcs = arcs_along(piece, seam, fixed)
     arcs = [arc for arc in arcs if arc[1][0] != arc[1][-1] and len(arc[0]) > 1 and new[arc[0]].any()]
     return in_groups(longest(arcs, lambda k: corridor.total(arcs[k][0])), seam, moved)
 
@@ -221,22 +231,13 @@ def _balanced(corridor: _Corridor, seam: IntArray, fixed: set[int], reach: float
     steps = steps_along(piece, seam)
     movable = [node for node in steps if node >= piece.holes and node not in fixed and len(steps[node]) == 3]
 
-    def length(k: int) -> float:
-        return sum(corridor.total(np.array(edges)) for edges, _ in arms_at(steps, movable[k]))
-
-    return in_groups(longest(movable, length), seam, moved)
+    if len(movable) > MOST_MOVED:
+        at = lengths_at(piece, arcs_along(piece, seam, fixed), corridor.length, reach)
+        movable = longest(movable, lambda k: float(at[movable[k]]))
+    return in_groups(movable, seam, moved)
 
 
 def _mask(piece: ClosedSurface, seam: IntArray) -> BoolArray:
     on = np.zeros(len(piece.ends), dtype=bool)
     on[seam] = True
     return on
-
-
-def _arcs(piece: ClosedSurface, seam: IntArray, fixed: set[int]) -> list[Row]:
-    """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
-    ends = piece.ends[seam]
-    joint = np.bincount(ends.ravel(), minlength=piece.n) != 2
-    joint[: piece.holes], joint[list(fixed)] = True, True
-    edges, nodes, start = arcs_between(ends, joint)
-    return [(seam[edges[i:j]], nodes[i + k : j + k + 1]) for k, (i, j) in enumerate(pairwise(start.tolist()))]
