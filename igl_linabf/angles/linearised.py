@@ -361,8 +361,9 @@ def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatA
 
 
 def _multipliers(
-    lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float, most: int | None = None
+    lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float, most: int | None
 ) -> tuple[FloatArray, int, Linearised]:
+    """The solution of a linearised system, the steps that it took, and what solved it."""
     if lin.whole is None:
         assert lin.precondition is not None
         limit = () if most is None else (most,)

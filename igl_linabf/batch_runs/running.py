@@ -161,9 +161,21 @@ def batch(
     >>> [(row.output, row.outcome, row.triangles) for row in done.rows]
     [('ball.obj', 'valid', 20)]
     """
-    shaped, limit = (boundary, cones, cone_angles), _in_bytes(memory)
-    options = trade, holes, bijective, *shaped, resolution, padding, limit
-    settings = Settings(how, method_of(method), format, *options)
+    limit = _in_bytes(memory)
+    settings = Settings(
+        how=how,
+        method=method_of(method),
+        format=format,
+        trade=trade,
+        holes=holes,
+        bijective=bijective,
+        boundary=boundary,
+        cones=cones,
+        cone_angles=cone_angles,
+        resolution=resolution,
+        padding=padding,
+        memory=limit,
+    )
     _check(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers are those of the scheduler: give one of the two")

@@ -41,7 +41,7 @@ def fits(wanted: int) -> bool:
     return free is None or wanted <= free
 
 
-def check_memory(faces: int, factor: int = 0) -> None:
+def check_memory(faces: int, factor: int) -> None:
     """Raise if so many faces, and a factor of so many bytes, do not fit into memory."""
     wanted = PER_FACE * faces + factor
     if not fits(wanted):
