@@ -12,7 +12,7 @@ from ..surface import NEXT, PREV
 from .acceleration import Visited, accelerated
 from .iterates import Kind, Step
 from .iterations import State
-from .last_steps import conformal_steps, corrected_steps
+from .last_steps import astray, conformal_steps, corrected_steps
 from .linearised import Direction, linearise, solve
 
 ANCHORED_RTOL = 0.03  # relative reduction of what an anchored step's multipliers miss
@@ -240,6 +240,8 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         return result
     state, held = result.state, np.zeros(state.at.alpha.shape, dtype=bool)
     state = corrected_steps(state.back_to_start(), None, START_RESIDUAL, START_STEPS, START_RTOL)
+    if astray(state):
+        return AbfResult(state.at_rest(), False, held)
     x: FloatArray | None = None
     past: tuple[Visited, ...] = ()
     scale, value, gain = 1.0, objective(state), np.inf

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -31,6 +32,7 @@ FAST = 0.02  # share left, above which earlier corrections tell more than they c
 MOST_CUT_SHORT = 2  # steps, above which what they leave is not at few triangles alone
 RESTING = 0.5  # share of the last step's residual, above which a step brought little
 FAR = 0.1  # share of the residual before a correction in vain, from which a patch is laid around a row
+GROWING = 4  # steps in a row that leave more than the one before: along closed paths too much is asked
 REMEMBERED = 3  # corrections with the same factor that say how the next one changes what is missing
 LARGE = 5_000  # rows from which new slivers take less time than the inner steps that they save
 ROUGH_RTOL = 0.1  # relative residual to which a step is solved that others follow
@@ -79,11 +81,18 @@ def corrected_steps(
             state = conformal_steps(state, tol, np.inf if paths else SMALL)
             close = close or state.at is before
         residual = state.at.residual.largest
-        if residual <= tol:
+        if residual <= tol or astray(state):
             break
         enough = min(largest, max(residual, tol / (2 * residual))) if rtol is None else rtol
         state = step_by_same_factor(state, enough, close=close)
     return state
+
+
+def astray(state: State) -> bool:
+    """Whether steps that close paths lead away from all solutions."""
+    last = [step.residual for step in state.steps[-1 - GROWING :]]
+    growing = len(last) > GROWING and all(after > before for before, after in pairwise(last))
+    return growing and len(state.problem.constraints.paths) > 0
 
 
 def _turned(state: State) -> bool:

@@ -32,6 +32,7 @@ ConeAngles = Literal["quarter"] | ArrayLike | None
 FEW_THIN = 0.15  # share of edges across which cotangents are negative
 COARSE = 1_000  # nodes below which there are hardly any to move to
 THIN = 0.2  # and share of such edges above which what is expected of moves does not come true
+ASTRAY = 0.5  # residual above which flips are no matter of the layout: the cones do not have their angles
 SMALL = 5_000  # nodes below which a factor for the first step's own metric takes little time
 NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angles
 
@@ -263,13 +264,21 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
             mesh, component.topology, _asked(chosen), paths, turned, method, _known(chosen)
         )
     except SingularSystemError as error:
-        other = "leave out cone_angles='quarter'" if quarter else "cut along seams instead"
-        raise SingularSystemError(
-            f"no map with the {len(angles)} cones {some(component.vertices[chosen.own])} was found: give "
-            f"more cones, or {other} ({error})"
-        ) from error
+        raise SingularSystemError(_none_found(chosen, quarter, str(error))) from error
+    missing = max(made.after.vertex, made.after.wheel)
+    if not made.outcome.good and missing > ASTRAY and len(made.ladder) > 1:
+        raise MeshError(_none_found(chosen, quarter, f"the angle sums end {missing:.2g} away from them"))
     seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
     return cut, replace(made, seconds=seconds), angles
+
+
+def _none_found(chosen: Placed, quarter: bool, why: str) -> str:
+    """The message: no map has these cones."""
+    other = "leave out cone_angles='quarter'" if quarter else "cut along seams instead"
+    return (
+        f"no map with the {len(chosen.own)} cones {some(chosen.place.component.vertices[chosen.own])} was "
+        f"found: give more cones, or {other} ({why})"
+    )
 
 
 def _known(chosen: Placed) -> KnownLaplacian | None:

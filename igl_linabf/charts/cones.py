@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -29,6 +29,8 @@ NARROW = np.pi / 3  # angle of a cone below which another one helps it
 WIDE = 0.75 * np.pi  # angle of a triangle at a cone above which another one helps it
 MOST_QUARTERS = 3  # of curvature at a cone
 QUARTERS_OF_TRIANGLE = 4 / 3  # quarter turns that a triangle at a cone may take, so that it has 120 degrees
+MOST_OF_TRIANGLE = 5 / 3  # where a few cones with many triangles would else take what all others may not
+STRETCHED = 1.0  # growth of the log stretch by that, from which on it is the lesser evil
 
 
 def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float = CONE_TRADE) -> IntArray:
@@ -275,14 +277,21 @@ def _within(angle: FloatArray, around: IntArray) -> BoolArray:
     return np.asarray((angle > 0) & (angle < np.pi * around))
 
 
-def least_quarters(around: IntArray) -> IntArray:
+def least_quarters(around: IntArray, of_triangle: float = QUARTERS_OF_TRIANGLE) -> IntArray:
     """The least curvature of a cone of so many triangles, in quarter turns."""
-    least = 4 - np.floor(QUARTERS_OF_TRIANGLE * around).astype(np.int64)
+    least = 4 - np.floor(of_triangle * around).astype(np.int64)
     return np.asarray(np.minimum(least, MOST_QUARTERS))
 
 
 def _quarters_of(place: ConePiece, scale: ConeScale) -> QuarterTurns:
-    return QuarterTurns(scale, least_quarters(place.valence[scale.nodes]), MOST_QUARTERS)
+    """The cones in quarter turns, with triangles as wide as little stretch asks for."""
+    around = place.valence[scale.nodes]
+    turns = QuarterTurns(scale, least_quarters(around), MOST_QUARTERS)
+    enough = np.log(scale.stretch) + STRETCHED
+    if turns.log_stretch <= enough:
+        return turns
+    wider = replace(turns, least=least_quarters(around, MOST_OF_TRIANGLE))
+    return wider if wider.log_stretch < turns.log_stretch - STRETCHED else turns
 
 
 def _strain(place: ConePiece, scale: ConeScale) -> FloatArray:

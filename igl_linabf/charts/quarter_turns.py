@@ -8,7 +8,7 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..angles import Turnings
 from .cone_scale import ConeScale
-from .expected import MAX_LOG_SCALE
+from .expected import MAX_LOG_SCALE, expected_stretch
 
 QUARTER = np.pi / 2
 SAMPLES = 4000  # nodes from which the stretch of rounded curvatures is told
@@ -88,6 +88,12 @@ class QuarterTurns:
                 break
             k[i], k[j] = k[i] + 1, k[j] - 1
         return self._of_nodes(k)
+
+    @property
+    def log_stretch(self) -> float:
+        """The logarithm of the stretch that is expected with these."""
+        curvature: FloatArray = np.asarray(self.for_stretch * QUARTER)
+        return float(np.log(expected_stretch(self.scale.piece, self.scale.log_scale_of(curvature))))
 
     def for_paths(self, turnings: Turnings) -> tuple[IntArray, FloatArray]:
         """The curvature of each node with which, besides, closed paths turn by nearly whole quarters.
