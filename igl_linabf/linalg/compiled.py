@@ -175,7 +175,9 @@ class Elimination:
     def _numeric(self, data: FloatArray, precision: Precision) -> FloatArray:
         """The factor's values in the given precision, at the beginning of an array of `Spare`."""
         a, divided, spare = self.analysed, self.divided, self._spare
-        values, left = spare.take(int(a.value_start[-1])), spare.take(int(divided.parts.left[-1]))
+        # the loops also read up to three numbers after a column, which go nowhere
+        values = spare.take(int(a.value_start[-1]) + 3)
+        left = spare.take(int(divided.parts.left[-1]))
 
         def part(root: int, runs: list[tuple[IntArray, bool]]) -> int:
             work = spare.take(a.stack), spare.take(kernels.padded(a.front) ** 2), np.empty(a.front)
