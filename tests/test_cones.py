@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from conftest import load
+from hard_surfaces import plate_with_holes
 from nasty_meshes import NASTY, joined, voxels
 from scipy.spatial import cKDTree
 
@@ -452,11 +453,28 @@ def test_all_limbs_of_a_body_get_cones_however_many_they_are() -> None:
     assert unwrap(V, F, cones=cones).quality.stretch_l2 < 10
 
 
+def sieve() -> Surface:
+    """A square plate with 4 x 4 square holes: genus 16."""
+    full = np.ones((9, 9, 1), dtype=bool)
+    full[1::2, 1::2] = False
+    return igl.upsample(*voxels(full), 1)
+
+
+def test_few_quarter_cones_on_a_surface_of_many_handles_share_what_they_take() -> None:
+    atlas = unwrap(*sieve(), cones=20, cone_angles="quarter")
+    assert not atlas.quality.flips and atlas.seam_mismatch <= 1e-8
+    assert atlas.quality.stretch_l2 < 10  # 183 if one vertex of many triangles takes what is left
+
+
+@pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # of the steps on the way
+def test_cones_that_no_map_has_are_refused_with_what_would_help() -> None:
+    with pytest.raises(MeshError, match=r"no map with the 16 cones .* was found: give more cones"):
+        unwrap(*plate_with_holes(12), cones=16, cone_angles="quarter")
+
+
 @pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # of the fewest cones
 def test_cones_that_are_found_have_angles_that_triangles_can_have() -> None:
-    holes = np.ones((9, 9, 1), dtype=bool)
-    holes[1::2, 1::2] = False
-    V, F = igl.upsample(*voxels(holes), 1)
+    V, F = sieve()
     assert igl.euler_characteristic(F) == 2 - 2 * 16
     cones = find_cones(V, F)
     for how in (None, "quarter"):
