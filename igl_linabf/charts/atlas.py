@@ -16,6 +16,7 @@ from ..measures import Quality
 from ..surface import Repair, Triangles, three_vertices
 
 SHOWN = 20  # charts in a notebook
+LARGEST_LOG = 700.0  # the exponential of more overflows
 BEYOND_USE = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
 ROUNDING = 1e-9  # of the stretch
 APART = 1e-4  # `seam_mismatch` of cones above which sides do not match
@@ -173,9 +174,10 @@ class Atlas:
                     + (more or "give more seams there, complete=True, max_stretch or a larger trade")
                 )
         if len(self.cones) and self.seam_mismatch > APART:
+            factor = np.exp(min(self.seam_mismatch, LARGEST_LOG))
             said.append(
                 f"the sides of seams do not match: those of an edge differ in length by a factor of up to "
-                f"{np.exp(self.seam_mismatch):.4g}, as no angles were found that close: give more cones"
+                f"{factor:.4g}, as no angles were found that close: give more cones"
             )
         collapsed = self.quality.flips - sum(len(chart.result.flipped) for chart in self.charts)
         if collapsed > 0:
