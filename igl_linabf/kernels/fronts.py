@@ -199,6 +199,15 @@ def eliminate_in_threads(
 
 
 @inlined
+def _eliminated(to: Places, under: int, n: int, width: int) -> Any:
+    """How many of a child's n rows are among the `width` columns that its parent eliminates."""
+    inner = ZERO
+    while inner < n and to[under + inner] < width:
+        inner += ONE
+    return inner
+
+
+@inlined
 def add(
     left: FloatArray,
     begin: int,
@@ -217,9 +226,7 @@ def add(
 
     These are n columns, one every `step` numbers from `begin` on, and `to` has their places from `under` on.
     """
-    inner = ZERO
-    while inner < n and to[under + inner] < width:
-        inner += ONE
+    inner = _eliminated(to, under, n, width)
     for j in range(inner):
         own, row = begin + j * step, at + to[under + j] * size
         for i in range(j, n):
@@ -246,9 +253,7 @@ def add_leaf(
     rest: int,
 ) -> None:
     """Add what the columns of a thin leaf leave, which are `wide`, one or two, and `own` from `begin` on."""
-    inner, k0 = ZERO, begin + wide
-    while inner < n and to[under + inner] < width:
-        inner += ONE
+    inner, k0 = _eliminated(to, under, n, width), begin + wide
     if wide == ONE:
         for j in range(inner):
             row, f = at + to[under + j] * size, own[k0 + j]
