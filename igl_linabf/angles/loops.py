@@ -10,8 +10,6 @@ from .. import kernels
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import Parts, Topology
 
-NO_SITES = np.empty(0, dtype=np.int64)
-
 
 @dataclass(frozen=True, eq=False)
 class ClosedPath:
@@ -86,8 +84,8 @@ def closure_of(
     """
     holes = topology.holes
     if not holes and not paths:
-        none = np.empty(0, dtype=np.complex128)
-        return Closure(none, NO_SITES, NO_SITES, none, NO_SITES.reshape(0, 2) > 0)
+        none, nowhere = np.empty(0, dtype=np.complex128), np.empty(0, dtype=np.int64)
+        return Closure(none, nowhere, nowhere, none, np.empty((0, 2), dtype=bool))
     parts = Parts.of_sizes([len(loop) for loop in holes])
     site = np.concatenate((*holes, topology.n + np.arange(len(paths))))
     gap, q = kernels.drawn_loops(site[: parts.start[-1]], parts.start, turning, log_ratio)
