@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from .._types import IntArray
 from .choice import inlined, only_loops
-from .supernodes import Numbers, in_order
+from .supernodes import Numbers, Places, in_order
+from .unsigned import ONE, ZERO, index
 
 DENSE = 10.0  # times the root of the number of rows: degree above which a row comes last, as in AMD
 
@@ -39,7 +40,7 @@ def linked(indptr: IntArray, indices: IntArray) -> tuple[IntArray, Numbers]:
 
 
 @inlined
-def _join(i: int, j: int, weight: Numbers, follower: Numbers, tail: Numbers) -> None:
+def _join(i: int, j: int, weight: Numbers, follower: Numbers, tail: Places) -> None:
     """Let variable j be eliminated with i, right after it."""
     weight[j] = 0
     follower[tail[i]] = j
@@ -86,150 +87,191 @@ def postordered(indptr: IntArray, indices: IntArray, order: IntArray) -> IntArra
     return made
 
 
+@inlined
+def _list(i: int, ring: int, after: Places, before: Places) -> None:
+    """Put variable i first into a ring, those of one degree."""
+    other = after[ring]
+    after[ring], after[i] = i, other
+    before[other], before[i] = i, ring
+
+
+@inlined
+def _unlist(i: int, after: Places, before: Places) -> None:
+    """Take variable i out of its ring."""
+    after[before[i]], before[after[i]] = after[i], before[i]
+
+
+@inlined
+def _meet(
+    place: int,
+    at: int,
+    begin: NDArray[np.uint64],
+    elements: Places,
+    lists: Places,
+    weight: Numbers,
+    degree: Places,
+    mark: IntArray,
+    flag: np.int64,
+) -> None:
+    """Let mark - flag be how much of each older element is not in the new one, which is listed there.
+
+    The weights of the new one's variables are negative.
+    """
+    for p in range(place, at):
+        i = lists[p]
+        w = weight[i]
+        for q in range(begin[i], begin[i] + elements[i]):
+            e = lists[q]
+            m = mark[e]
+            mark[e] = (m if m >= flag else degree[e] + flag) + w if m else 0
+
+
+@inlined
+def _merge(
+    k: int,
+    alike: Numbers,
+    begin: NDArray[np.uint64],
+    size: Places,
+    elements: Places,
+    lists: Places,
+    weight: Numbers,
+    follower: Numbers,
+    tail: Places,
+    mark: IntArray,
+    flag: np.int64,
+) -> np.int64:
+    """Join the variables with the same lists in a chain of those with one key; the next flag."""
+    while k >= 0 and alike[k] >= 0:
+        i = index(k)
+        for q in range(begin[i] + ONE, begin[i] + size[i]):
+            mark[lists[q]] = flag
+        last, k = i, alike[i]
+        while k >= 0:
+            j = index(k)
+            same = size[j] == size[i] and elements[j] == elements[i]
+            q, end = begin[j] + ONE, begin[j] + size[j]
+            while same and q < end:
+                same = mark[lists[q]] == flag
+                q += ONE
+            if same:
+                weight[i] += weight[j]
+                _join(i, j, weight, follower, tail)
+                alike[last] = alike[j]
+            else:
+                last = j
+            k = alike[j]
+        flag += 1
+        k = alike[i]
+    return flag
+
+
 def _minimum_degree(indptr: IntArray, indices: IntArray) -> IntArray:
     n = len(indptr) - 1
-    begin, lists = linked(indptr, indices)
-    free = begin[n]
-    size, elements = np.empty(n, dtype=np.int32), np.zeros(n, dtype=np.int32)
-    degree, weight = np.empty(n, dtype=np.int32), np.ones(n, dtype=np.int32)
-    head, after, before = np.full(n + 1, -1, np.int32), np.empty(n, np.int32), np.empty(n, np.int32)
+    starts, ends = linked(indptr, indices)
+    begin, lists = starts.astype(np.uint64), ends.astype(np.uint32)
+    free, rings = begin[n], index(n)  # the ring of degree d begins and ends at rings + d
+    size, elements = np.empty(n, dtype=np.uint32), np.zeros(n, dtype=np.uint32)
+    degree, weight = np.empty(n, dtype=np.uint32), np.ones(n, dtype=np.int32)
+    after, before = np.arange(2 * n + 1).astype(np.uint32), np.arange(2 * n + 1).astype(np.uint32)
     parent, pivot = np.full(n, -1, dtype=np.int32), np.zeros(n, dtype=np.bool_)
-    follower, tail = np.full(n, -1, dtype=np.int32), np.arange(n).astype(np.int32)
+    follower, tail = np.full(n, -1, dtype=np.int32), np.arange(n).astype(np.uint32)
     first_alike, alike = np.full(n, -1, dtype=np.int32), np.empty(n, dtype=np.int32)
-    key, mark = np.empty(n, dtype=np.int32), np.ones(n, dtype=np.int64)  # marks are 0 at dead elements
-    done, least, flag, dense = 0, 0, np.int64(2), max(16, DENSE * np.sqrt(n))
-    for i in range(n - 1, -1, -1):
-        size[i] = degree[i] = d = begin[i + 1] - begin[i]
+    key, mark = np.empty(n, dtype=np.uint32), np.ones(n, dtype=np.int64)  # marks are 0 at dead elements
+    done, least, flag, dense = 0, ZERO, np.int64(2), max(16, DENSE * np.sqrt(n))
+    for back in range(n):
+        i = index(n - 1 - back)
+        d = begin[i + ONE] - begin[i]
+        size[i] = degree[i] = d
         if d > dense:
             weight[i] = 0
             done += 1
-            continue
-        after[i], before[i] = head[d], -1
-        if head[d] >= 0:
-            before[head[d]] = i
-        head[d] = i
+        else:
+            _list(i, rings + d, after, before)
     some_left = done > 0
     while done < n:
-        while head[least] < 0:
-            least += 1
-        me = head[least]
-        head[least] = after[me]
-        if after[me] >= 0:
-            before[after[me]] = -1
+        while after[rings + least] == rings + least:
+            least += ONE
+        me = index(after[rings + least])
+        _unlist(me, after, before)
         done += weight[me]
         weight[me] = -weight[me]
         # the new element's variables, whose weights are negative from now on
-        first, old = begin[me], elements[me]
+        first, old = begin[me], index(elements[me])
         own, place = first + old, first
         if old:
-            place, room = free, size[me]
+            place, room = free, index(size[me])
             for p in range(first, own):
                 room += size[lists[p]]
-            if free + room > len(lists):
-                lists = np.concatenate((lists, np.empty(len(lists) + room, dtype=np.int32)))
+            if free + room > index(len(lists)):
+                lists = np.concatenate((lists, np.empty(len(lists) + np.int64(room), dtype=np.uint32)))
         at, total = place, 0
-        for q in range(old + 1):
-            e = lists[first + q] if q < old else me
+        for q in range(old + ONE):
+            e = index(lists[first + q]) if q < old else me
             low = begin[e] if q < old else own
             for p in range(low, begin[e] + size[e]):
                 i = lists[p]
-                if weight[i] > 0:
-                    total += weight[i]
-                    weight[i] = -weight[i]
+                w = weight[i]
+                if w > 0:
+                    total += w
+                    weight[i] = -w
                     lists[at] = i
-                    at += 1
-                    if after[i] >= 0:
-                        before[after[i]] = before[i]
-                    if before[i] >= 0:
-                        after[before[i]] = after[i]
-                    else:
-                        head[degree[i]] = after[i]
+                    at += ONE
+                    _unlist(i, after, before)
             if q < old:
                 parent[e] = me
                 mark[e] = 0
         begin[me], degree[me], elements[me], pivot[me] = place, total, 0, True
-        # how much of each older element is not in the new one: mark - flag
+        _meet(place, at, begin, elements, lists, weight, degree, mark, flag)
         for p in range(place, at):
             i = lists[p]
-            for q in range(begin[i], begin[i] + elements[i]):
+            low = begin[i]
+            to, middle, end = low, low + elements[i], low + size[i]
+            d, code = np.int64(0), ZERO
+            for q in range(low, middle):
                 e = lists[q]
-                if mark[e] >= flag:
-                    mark[e] += weight[i]
-                elif mark[e]:
-                    mark[e] = degree[e] + flag + weight[i]
-        for p in range(place, at):
-            i = lists[p]
-            low = to = begin[i]
-            d, code = 0, 0
-            for q in range(low, low + elements[i]):
-                e = lists[q]
-                if mark[e]:
-                    d += mark[e] - flag
-                    code += e
-                    lists[to] = e
-                    to += 1
+                m = mark[e]
+                lists[to] = e  # without a branch, which would often be mispredicted
+                d += m - flag if m else 0
+                code += e if m else ZERO
+                to += ONE if m else ZERO
             between = to
-            for q in range(low + elements[i], low + size[i]):
+            for q in range(middle, end):
                 j = lists[q]
-                if weight[j] > 0:
-                    d += weight[j]
-                    code += j
-                    lists[to] = j
-                    to += 1
+                w = weight[j]
+                lists[to] = j
+                d += w if w > 0 else 0
+                code += j if w > 0 else ZERO
+                to += ONE if w > 0 else ZERO
             if to == low:  # it is in the new element only: eliminated with it
                 done -= weight[i]
                 total += weight[i]
                 _join(me, i, weight, follower, tail)
                 continue
-            degree[i] = min(degree[i], d)
+            degree[i] = min(np.int64(degree[i]), d)
             lists[to], lists[between], lists[low] = lists[between], lists[low], me  # first of the elements
-            elements[i], size[i] = between - low + 1, to - low + 1
-            key[i] = code % n
-            alike[i] = first_alike[key[i]]
-            first_alike[key[i]] = i
+            elements[i], size[i] = between - low + ONE, to - low + ONE
+            code %= rings
+            key[i] = code
+            alike[i] = first_alike[code]
+            first_alike[code] = i
         degree[me] = total
         flag += n  # above all marks
-        # variables with the same lists
         for p in range(place, at):
-            i = lists[p]
-            if weight[i] == 0:
-                continue
-            code = key[i]
-            i = first_alike[code]
-            first_alike[code] = -1
-            while i >= 0 and alike[i] >= 0:
-                for q in range(begin[i] + 1, begin[i] + size[i]):
-                    mark[lists[q]] = flag
-                last, j = i, alike[i]
-                while j >= 0:
-                    same = size[j] == size[i] and elements[j] == elements[i]
-                    q = begin[j] + 1
-                    while same and q < begin[j] + size[j]:
-                        same = mark[lists[q]] == flag
-                        q += 1
-                    if same:
-                        weight[i] += weight[j]
-                        _join(i, j, weight, follower, tail)
-                        alike[last] = alike[j]
-                    else:
-                        last = j
-                    j = alike[j]
-                flag += 1
-                i = alike[i]
+            if weight[lists[p]] != 0:
+                chain, first_alike[key[lists[p]]] = first_alike[key[lists[p]]], -1
+                flag = _merge(chain, alike, begin, size, elements, lists, weight, follower, tail, mark, flag)
         to = place
         for p in range(place, at):
-            i = lists[p]
+            i = index(lists[p])
             if weight[i] == 0:
                 continue
-            weight[i] = -weight[i]
-            degree[i] = d = min(degree[i] + total - weight[i], n - done - weight[i])
-            after[i], before[i] = head[d], -1
-            if head[d] >= 0:
-                before[head[d]] = i
-            head[d] = i
+            w = weight[i] = -weight[i]
+            d = index(min(degree[i] + total - w, n - done - w))
+            degree[i] = d
+            _list(i, rings + d, after, before)
             least = min(least, d)
             lists[to] = i
-            to += 1
+            to += ONE
         size[me], weight[me] = to - place, 0
         if old:
             free = to
