@@ -4,6 +4,7 @@ In: a checked mesh and its angles. Out: target angles, steps, residuals (eq. 5-1
 Zayer, Levy, Seidel 2007; converged ABF is Sheffer and de Sturler 2001, with the same steps.
 """
 
+from .across import Across
 from .circles import central_angles, inscribed_sums
 from .closure import ClosingRows
 from .constraints import Constraints, Residual, constraints_of, residual

@@ -47,7 +47,7 @@ class Turnings:
     ) -> tuple[Turnings, Linearised]:
         """At the angles of the surface, (3, #F); and a system whose factor preconditions the first step, too.
 
-        The factor is that of `known`, a system there, if that has one.
+        The factor is that of `known`, a system there, if that has one; and so are the columns C.
 
         Raises
         ------
@@ -68,7 +68,10 @@ class Turnings:
             with timed("factor"):
                 inverse = laplacian.factor(lower)
         with timed("factor"):
-            columns, schur = closing.conformal(inverse.solve)
+            columns = None if known is None else known.across
+            if columns is None:
+                columns, _ = closing.conformal(inverse.solve)
+            schur = columns.schur
             b, rows = at.residual, asked.row[vertices]
             change = columns.onto(np.column_stack((b.vertex, b.wheel)).ravel())
             gap = closing.gap(b.closure, b.vertex) + change

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._runtime import advance, part
 from .._types import FloatArray, IntArray
-from ..angles import Turnings
+from ..angles import Across, Turnings
 from ..errors import MeshError, SingularSystemError, some
 from ..flattening import Flattening, KnownLaplacian, Method, Turned, flatten_with_cones, turnings_of
 from ..measures import overlapping_pairs_of_chart, quality_of
@@ -19,7 +19,7 @@ from ..surface import Cleaned, Submesh, check_finite, planar_mesh
 from .atlas import Chart
 from .cone_moves import ConeMoves
 from .cone_scale import ConeScale
-from .cone_seams import paths_across, seam_through
+from .cone_seams import seam_through
 from .cones import CONE_TRADE, ConePiece, angles_of, found_on
 from .overlap_seams import MAX_SPLITS, seams_between
 from .pieces import cut_out, on_part
@@ -117,6 +117,8 @@ class Placed:
         What these follow from, if there are cones and their sums are not given.
     quarters : QuarterTurns or None
         Those, if they are in quarter turns that may be exchanged.
+    across : Across or None
+        The columns of the closing rows of `place.paths`, if they are known.
     """
 
     place: ConePiece
@@ -124,6 +126,7 @@ class Placed:
     sums: FloatArray
     scale: ConeScale | None
     quarters: QuarterTurns | None
+    across: Across | None = None
 
 
 def _settled(found: Placed) -> Placed:
@@ -132,22 +135,22 @@ def _settled(found: Placed) -> Placed:
     component, piece = place.component, place.piece
     if quarters is None or piece.n < COARSE or piece.thin_share > THIN:
         return found
-    seam = seam_through(piece, np.zeros(0, dtype=np.int64), place.along_handles)
-    paths = paths_across(component, piece, seam)
-    if not paths:
+    if not place.paths:
         return found
-    turnings = turnings_of(
-        component.topology, np.arctan2(*component.measured), _asked(found), paths, _known(found)
+    told = turnings_of(
+        component.topology, np.arctan2(*component.measured), _asked(found), place.paths, _known(found)
     )
-    if turnings is None:
+    if told is None:
         return found
-    by_node = np.zeros((piece.n, len(paths)))
+    turnings, across = told
+    found = replace(found, across=across)
+    by_node = np.zeros((piece.n, len(place.paths)))
     by_node[piece.holes :] = turnings.by_vertex[place.inner]
     best = ConeMoves(place, quarters, replace(turnings, by_vertex=by_node)).best()
     if best is None:
         return found
     own = place.vertices(best.scale.nodes)
-    return Placed(place, own, np.asarray(2 * np.pi - best.k * QUARTER), best.scale, None)
+    return Placed(place, own, np.asarray(2 * np.pi - best.k * QUARTER), best.scale, None, across)
 
 
 def _asked(chosen: Placed) -> FloatArray:
@@ -245,7 +248,7 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
     (cut,) = component.cut_at(component.cells[1][seam])
     advance("seams", 0.2)
     mesh = replace(planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
-    paths, angles = paths_across(component, piece, seam), chosen.sums
+    paths, angles = place.paths, chosen.sums
 
     def quarters(turnings: Turnings) -> tuple[FloatArray, FloatArray, FloatArray | None]:
         nonlocal angles
@@ -289,7 +292,7 @@ def _known(chosen: Placed) -> KnownLaplacian | None:
     left_out = None if first < 0 else int(chosen.place.vertices(np.array([first]))[0])
     piece = chosen.place.piece
     even = piece.n >= SMALL and piece.thin_share <= FEW_THIN
-    return KnownLaplacian(*chosen.scale.known, left_out, even)
+    return KnownLaplacian(*chosen.scale.known, left_out, even, chosen.across)
 
 
 def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:

@@ -11,10 +11,11 @@ from numpy.typing import ArrayLike
 
 from .._runtime import advance
 from .._types import BoolArray, FloatArray, IntArray
+from ..angles import ClosedPath
 from ..errors import MeshError, is_number, some
 from ..surface import Submesh
 from .cone_scale import ConeScale
-from .cone_seams import along_handles
+from .cone_seams import along_handles, paths_across, seam_through
 from .cut_graph import ClosedSurface, closed_surface
 from .quarter_turns import QUARTER, QuarterTurns
 
@@ -102,6 +103,12 @@ class ConePiece:
     def along_handles(self) -> IntArray:
         """A cut graph that opens the handles; edges of `piece`."""
         return along_handles(self.piece)
+
+    @cached_property
+    def paths(self) -> tuple[ClosedPath, ...]:
+        """Closed paths around holes and along handles: those of `paths_across`, wherever cones are."""
+        seam = seam_through(self.piece, np.zeros(0, dtype=np.int64), self.along_handles)
+        return paths_across(self.component, self.piece, seam)
 
     @cached_property
     def inner(self) -> IntArray:

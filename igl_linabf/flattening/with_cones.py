@@ -9,6 +9,7 @@ from .._runtime import stopwatch, timed
 from .._types import FloatArray, IntArray
 from ..angles import (
     ROUGH_RTOL,
+    Across,
     AngleProblem,
     ClosedPath,
     Linearised,
@@ -84,12 +85,15 @@ class KnownLaplacian:
     even : bool
         Whether the surface is large, and few triangles are thin. Else a factor of the first step's own metric
         preconditions that better.
+    across : Across or None
+        The columns of the closing rows of the paths, from `turnings_of` the surface with this inverse.
     """
 
     analysis: Analysis
     inverse: Factored | None
     left_out: int | None
     even: bool
+    across: Across | None = None
 
 
 def flatten_with_cones(
@@ -150,8 +154,10 @@ def turnings_of(
     sums: FloatArray,
     paths: Sequence[ClosedPath],
     known: KnownLaplacian | None = None,
-) -> Turnings | None:
+) -> tuple[Turnings, Across | None] | None:
     """What closed paths of a surface of these angles turn by, and how a cone at any vertex changes that.
+
+    With the columns of their closing rows, which serve for other cones with the same ground, too.
 
     None if its Laplacian is singular in double precision. The parameters are those of `flatten_with_cones`.
     """
@@ -162,9 +168,10 @@ def turnings_of(
         constraints.pattern.adopt(angles.solvers, known.analysis)
         lin = _preconditioned(angles, known)
     try:
-        return Turnings.of(angles, np.arange(topology.n), angles.estimate, lin)[0]
+        turnings, lin = Turnings.of(angles, np.arange(topology.n), angles.estimate, lin)
     except NotPositiveDefiniteError:
         return None
+    return turnings, None if known is None or known.inverse is None else lin.across
 
 
 def _preconditioned(angles: AngleProblem, known: KnownLaplacian) -> Linearised | None:
@@ -172,7 +179,7 @@ def _preconditioned(angles: AngleProblem, known: KnownLaplacian) -> Linearised |
     if known.inverse is None:
         return None
     system = System(angles.constraints, angles.estimate, cot=angles.start.cot)
-    return Linearised.preconditioned(angles, system, known.analysis, known.inverse)
+    return Linearised.preconditioned(angles, system, known.analysis, known.inverse, known.across)
 
 
 def _turned(problem: Problem, begun: State, turned: Turned) -> tuple[Problem, State]:
