@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from .._types import IntArray
 from .choice import inlined, only_loops
 from .supernodes import Numbers, Places, in_order
-from .unsigned import ONE, ZERO, index
+from .unsigned import ONE, TWO, ZERO, index
 
 DENSE = 10.0  # times the root of the number of rows: degree above which a row comes last, as in AMD
 
@@ -20,23 +20,24 @@ DENSE = 10.0  # times the root of the number of rows: degree above which a row c
 def linked(indptr: IntArray, indices: IntArray) -> tuple[IntArray, Numbers]:
     """Where the list of each variable begins, and the lists, with space for elements at the end."""
     n = len(indptr) - 1
-    begin = np.zeros(n + 2, dtype=np.int64)
-    for j in range(n):
-        for p in range(indptr[j], indptr[j + 1]):
-            if indices[p] != j:
-                begin[indices[p] + 2] += 1
-                begin[j + 2] += 1
-    for j in range(n):
-        begin[j + 2] += begin[j + 1]
-    lists = np.empty(2 * begin[n + 1], dtype=np.int32)
-    for j in range(n):
-        for p in range(indptr[j], indptr[j + 1]):
-            i = indices[p]
+    begin = np.zeros(n + 2, dtype=np.uint64)
+    for j in range(index(n)):
+        for p in range(index(indptr[j]), index(indptr[j + ONE])):
+            i = index(indices[p])
             if i != j:
-                lists[begin[i + 1]], lists[begin[j + 1]] = j, i
-                begin[i + 1] += 1
-                begin[j + 1] += 1
-    return begin, lists
+                begin[i + TWO] += ONE
+                begin[j + TWO] += ONE
+    for j in range(index(n)):
+        begin[j + TWO] += begin[j + ONE]
+    lists = np.empty(2 * np.int64(begin[n + 1]), dtype=np.int32)
+    for j in range(index(n)):
+        for p in range(index(indptr[j]), index(indptr[j + ONE])):
+            i = index(indices[p])
+            if i != j:
+                lists[begin[i + ONE]], lists[begin[j + ONE]] = j, i
+                begin[i + ONE] += ONE
+                begin[j + ONE] += ONE
+    return begin.astype(np.int64), lists
 
 
 @inlined

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
 from .choice import inlined, only_loops
+from .unsigned import ONE, TWO, index
 
 SMALL, MEDIUM = 16, 48  # columns
 ZEROS_OF_SMALL, ZEROS_OF_MEDIUM, ZEROS = 0.5, 0.1, 0.05  # share of a supernode's entries that may be zeros
@@ -67,20 +68,23 @@ def padded(rows: Any) -> Any:
 def _permuted(indptr: IntArray, indices: IntArray, place: IntArray) -> tuple[IntArray, Numbers, Places]:
     """The lower triangle of P A P^T by columns, `place` being the inverse of the order."""
     n = len(place)
-    column = np.zeros(n + 2, dtype=np.int64)
-    for j in range(n):
-        for p in range(indptr[j], indptr[j + 1]):
-            column[min(place[j], place[indices[p]]) + 2] += 1
-    for j in range(n):
-        column[j + 2] += column[j + 1]
+    column = np.zeros(n + 2, dtype=np.uint64)
+    for j in range(index(n)):
+        own = index(place[j])
+        for p in range(index(indptr[j]), index(indptr[j + ONE])):
+            column[min(own, index(place[index(indices[p])])) + TWO] += ONE
+    for j in range(index(n)):
+        column[j + TWO] += column[j + ONE]
     row, source = np.empty(indptr[n], dtype=np.int32), np.empty(indptr[n], dtype=np.uint32)
-    for j in range(n):
-        for p in range(indptr[j], indptr[j + 1]):
-            a, b = place[j], place[indices[p]]
-            at = column[min(a, b) + 1]
-            column[min(a, b) + 1] += 1
-            row[at], source[at] = max(a, b), p
-    return column, row, source
+    for j in range(index(n)):
+        own = index(place[j])
+        for p in range(index(indptr[j]), index(indptr[j + ONE])):
+            other = index(place[index(indices[p])])
+            first = min(own, other) + ONE
+            at = column[first]
+            column[first] = at + ONE
+            row[at], source[at] = max(own, other), p
+    return column.astype(np.int64), row, source
 
 
 @inlined
@@ -234,6 +238,23 @@ def _places(
     return target, local
 
 
+@inlined
+def _below(begin: IntArray, before: Numbers, of: Places, above: Places, below_start: IntArray) -> Places:
+    """The rows below each supernode, `of` being that of each column and `above` the parent of each."""
+    below, end = np.empty(below_start[-1], dtype=np.uint32), below_start.astype(np.uint32)
+    seen = np.full(len(above), len(of), dtype=np.uint32)
+    for i in range(index(len(of))):
+        seen[of[i]] = i
+        for p in range(index(begin[i]), index(begin[i + ONE])):
+            s = of[index(before[p])]
+            while seen[s] != i:  # row i is in the supernodes up the tree from there
+                seen[s] = i
+                below[end[s]] = i
+                end[s] += 1
+                s = above[s]
+    return below
+
+
 def _supernodes(
     indptr: IntArray, indices: IntArray, order: IntArray
 ) -> tuple[IntArray, Places, Places, IntArray, IntArray, Places, Places, IntArray, IntArray, int, int]:
@@ -241,13 +262,14 @@ def _supernodes(
     place, column, row, source, begin, before, parent = in_order(indptr, indices, order)
     start, size = _columns(parent, _counts(column, row, parent))
     number = len(size)
-    of, above = np.empty(n, dtype=np.int64), np.full(number, -1, dtype=np.int64)
+    of, above = np.empty(n, dtype=np.uint32), np.empty(number, dtype=np.uint32)
     below_start, value_start = np.zeros(number + 1, np.int64), np.zeros(number + 1, np.int64)
     for s in range(number):
         width = start[s + 1] - start[s]
         below_start[s + 1] = below_start[s] + size[s] - width
         value_start[s + 1] = value_start[s] + size[s] * width
-        of[start[s] : start[s + 1]] = s
+        for j in range(start[s], start[s + 1]):
+            of[j] = s
     children, left = np.zeros(number, dtype=np.int64), np.zeros(number, dtype=np.int64)
     depth = stack = front = 0
     for s in range(number):
@@ -257,17 +279,7 @@ def _supernodes(
             above[s] = of[parent[start[s + 1] - 1]]
             children[above[s]] += 1
             left[above[s]] += padded(below_start[s + 1] - below_start[s]) ** 2
-    below, end = np.empty(below_start[number], dtype=np.uint32), below_start[:-1].copy()
-    seen = np.full(number, -1, dtype=np.int64)
-    for i in range(n):
-        seen[of[i]] = i
-        for p in range(begin[i], begin[i + 1]):
-            s = of[before[p]]
-            while seen[s] != i:  # row i is in the supernodes up the tree from there
-                seen[s] = i
-                below[end[s]] = i
-                end[s] += 1
-                s = above[s]
+    below = _below(begin, before, of, above, below_start)
     target, local = _places(column, row, start, below_start, below, children, place)
     column = column[: n + 1].copy()
     return column, source, target, start, below_start, below, local, children, value_start, stack, front
