@@ -61,7 +61,7 @@ def test_the_examples_of_the_readme_run(tmp_path, monkeypatch) -> None:
         exec(block, names)  # each goes on from the one before
     pv.close_all()
     assert names["uv"].shape == (len(names["V"]), 2)
-    assert Path("bunny.glb").stat().st_size > 10_000
+    assert Path("camelhead.glb").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md", "CHANGELOG.md"])
