@@ -13,7 +13,7 @@ from .estimate import CAP_ANGLE, corner_angles, initial_estimate, opened, rescal
 from .full_system import LEFT, RIGHT, fan_rows, least_norm, triangle_rows, vertex_rows
 from .iterates import REACH, AngleProblem, Iterate, Step
 from .iterations import State, active_set, chord_step, linear_step
-from .last_steps import ROUGH_RTOL, corrected_steps, step_by_same_factor, step_from_surface
+from .last_steps import ROUGH_RTOL, astray, corrected_steps, step_by_same_factor, step_from_surface
 from .linearised import Direction, Linearised, advance, linearise, solve
 from .loops import ClosedPath, Closure, closure_of
 from .patches import within_patches

@@ -13,7 +13,15 @@ from .._runtime import advance, part
 from .._types import FloatArray, IntArray
 from ..angles import Across, Turnings
 from ..errors import MeshError, SingularSystemError, some
-from ..flattening import Flattening, KnownLaplacian, Method, Turned, flatten_with_cones, turnings_of
+from ..flattening import (
+    AstrayError,
+    Flattening,
+    KnownLaplacian,
+    Method,
+    Turned,
+    flatten_with_cones,
+    turnings_of,
+)
 from ..measures import overlapping_pairs_of_chart, quality_of
 from ..surface import Cleaned, Submesh, check_finite, planar_mesh
 from .atlas import Chart
@@ -268,6 +276,8 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
         )
     except SingularSystemError as error:
         raise SingularSystemError(_none_found(chosen, quarter, str(error))) from error
+    except AstrayError as error:
+        raise MeshError(_none_found(chosen, quarter, str(error))) from error
     missing = max(made.after.vertex, made.after.wheel)
     if not made.outcome.good and missing > ASTRAY and len(made.ladder) > 1:
         raise MeshError(_none_found(chosen, quarter, f"the angle sums end {missing:.2g} away from them"))

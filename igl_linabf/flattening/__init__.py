@@ -26,4 +26,4 @@ from .methods import (
 from .result import Flattening, Hole, Outcome, Residuals, Rung, Status
 from .shapes import BoundaryName
 from .verbs import abf, flatten, linabf, linabf_angles, lscm
-from .with_cones import KnownLaplacian, Turned, flatten_with_cones, turnings_of
+from .with_cones import AstrayError, KnownLaplacian, Turned, flatten_with_cones, turnings_of

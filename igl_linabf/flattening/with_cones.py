@@ -17,6 +17,7 @@ from ..angles import (
     System,
     Turnings,
     active_set,
+    astray,
     constraints_of,
     corner_angles,
     corrected_steps,
@@ -52,6 +53,10 @@ from .without_flips import injective_map
 SEAM_TOL = 1e-8  # residual of the angles of converged ABF at which the sides of the seams match
 MORE_STEPS = 3  # to that
 OBTUSE, WIDER = 2.0, 0.2  # largest angle of a triangle scaled conformally; or more than its own by so much
+
+
+class AstrayError(ArithmeticError):
+    """Steps lead away from all angles with these sums and turnings."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -128,6 +133,9 @@ def flatten_with_cones(
     ------
     ValueError
         Another method.
+    AstrayError
+        Turnings are prescribed, and steps lead away from them. What is tried elsewhere after such steps would
+        take far longer, and lead nowhere.
     """
     if not isinstance(method, LinABF | ABF):
         raise ValueError(f"method is {method.name!r}: cones need one that finds angles, 'linabf' or 'abf'")
@@ -145,7 +153,9 @@ def flatten_with_cones(
             begun = replace(begun, lin=_preconditioned(problem.angles, known))
         if turned is not None:
             problem, begun = _turned(problem, begun, turned)
-        return report(problem, method.name, climb(problem, _stages(method, begun)), seconds)
+        return report(
+            problem, method.name, climb(problem, _stages(method, begun, turned is not None)), seconds
+        )
 
 
 def turnings_of(
@@ -239,22 +249,27 @@ def _scaled(angles: AngleProblem, surface: FloatArray, u: FloatArray | None, lin
     return State(angles, at, lin=lin)
 
 
-def _stages(method: LinABF | ABF, begun: State) -> list[Stage]:
+def _stages(method: LinABF | ABF, begun: State, turned: bool) -> list[Stage]:
     if isinstance(method, LinABF) and method.iterations != "auto":
         stages = [iterated(method.rtol or ACTIVE_SET_RTOL, method.tol, method.iterations)]
     else:
         first, tols = list[Stage](), [method.tol]
         if isinstance(method, LinABF):
-            first, tols = [_exact(begun, method.rtol, method.tol)], [ABF_TOL, method.tol]
+            first, tols = (
+                [_exact(begun, method.rtol, method.tol, turned and not method.guarantee)],
+                [ABF_TOL, method.tol],
+            )
         stages = [*first, *(_settled(make(*tols), method.tol) for make in (anchored, feasible))]
     return [*stages, injective_map] if method.guarantee else stages
 
 
-def _exact(begun: State, rtol: float | None, tol: float) -> Stage:
-    """Active-set iterations until both sides of the seam agree."""
+def _exact(begun: State, rtol: float | None, tol: float, only: bool) -> Stage:
+    """Active-set iterations until both sides of the seam agree; or, if `only` they may, an error."""
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
         state = corrected_steps(begun, rtol, tol, MAX_ACTIVE_SET)
+        if only and astray(state):
+            raise AstrayError(f"steps lead to angle sums {state.at.residual.largest:.2g} away from them")
         reached = state.at.residual.largest <= tol
         note = "" if reached else f"the iterations did not converge within {MAX_ACTIVE_SET} steps"
         return drawn(problem, "active set", state, converged=reached, note=note)
