@@ -4,7 +4,7 @@ import argparse
 import platform
 from importlib import metadata
 
-from ..kernels import fast_by
+from ..kernels import fast_by, is_fast
 from ..linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .commands import GOOD, Command
 
@@ -29,7 +29,8 @@ def _doctor(options: argparse.Namespace) -> int:
     if has_cholmod():
         print(f"CHOLMOD: yes, with {blas_of_cholmod() or 'an unknown BLAS'}")
     else:
-        print(f"CHOLMOD: no; libigl's Cholesky and PyAMG's multigrid are used. To get it, {HOW_TO_GET}")
+        instead = "compiled factors" if is_fast() else "libigl's Cholesky and PyAMG's multigrid"
+        print(f"CHOLMOD: no; {instead} are used. To get it, {HOW_TO_GET}")
     print(f"Kernels: {fast_by()}")
     return GOOD
 

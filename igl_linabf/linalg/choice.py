@@ -134,7 +134,8 @@ def _good_blas() -> bool:
 
 HOW_TO_GET = (
     "install SuiteSparse (Debian: apt install libsuitesparse-dev libopenblas0-pthread; macOS: brew install "
-    "suite-sparse; conda: conda install scikit-sparse) and then pip install 'igl-linabf[cholmod]'"
+    "suite-sparse) and then pip install 'igl-linabf[cholmod]'; conda: "
+    "conda install -c conda-forge 'scikit-sparse<0.5'"
 )
 
 
