@@ -472,6 +472,12 @@ def test_cones_that_no_map_has_are_refused_with_what_would_help() -> None:
         unwrap(*plate_with_holes(12), cones=16, cone_angles="quarter")
 
 
+@pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")
+def test_quarter_cones_that_steps_lead_away_from_are_refused_before_other_steps_are_tried() -> None:
+    with pytest.raises(MeshError, match=r"no map with the 20 cones .* \(steps lead to angle sums \d+ away"):
+        unwrap(*plate_with_holes(20), cones=20, cone_angles="quarter")
+
+
 @pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # of the fewest cones
 def test_cones_that_are_found_have_angles_that_triangles_can_have() -> None:
     V, F = sieve()
