@@ -20,6 +20,7 @@ from igl_linabf import (
     Atlas,
     LinABF,
     MeshError,
+    OutcomeWarning,
     find_cones,
     find_seams,
     overlaps,
@@ -429,6 +430,14 @@ def test_seams_of_cones_that_do_not_match_are_told() -> None:
     atlas = unwrap(*cube(3), cones=8)
     assert atlas.good
     assert "a factor of up to 1.5" in " ".join(replace(atlas, seam_mismatch=np.log(1.5)).troubles)
+
+
+def test_seams_that_do_not_match_are_told_where_no_cone_is_needed_too() -> None:
+    V, F = load("nut")
+    with pytest.warns(OutcomeWarning, match="sides of seams do not match.*: give more cones"):
+        atlas = unwrap(V, F, method=LinABF(iterations=1), cones=0)
+    assert not len(atlas.cones) and not atlas.quality.flips
+    assert not unwrap(V, F, atlas.seams).troubles  # without cones nothing has to match
 
 
 def test_a_torus_needs_no_cone() -> None:

@@ -97,6 +97,8 @@ class Atlas:
         The vertices that are cones; empty without.
     cone_angles : (#C,) float64
         The angles of the map's triangles at each sum to this, radians.
+    coned : bool
+        Whether cones were asked for: the sides of all seams are to match then, also if there are no cones.
     period : float or None
         Of the texture that goes on across the seams, from the origin of `TC`; None if none was asked for.
     split : Triangles or None
@@ -120,6 +122,7 @@ class Atlas:
     scale: float = 0.0
     cones: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
     cone_angles: FloatArray = field(default_factory=lambda: np.zeros(0))
+    coned: bool = False
     period: float | None = None
     split: Triangles | None = None
 
@@ -154,7 +157,7 @@ class Atlas:
 
         Beyond use is an L2 stretch of more than `max_stretch`, or than 10 where none was asked for.
         """
-        said, more = [], "give more cones there" if len(self.cones) else ""
+        said, more = [], "give more cones there" if self.coned else ""
         most = BEYOND_USE if self.max_stretch is None else self.max_stretch * (1 + ROUNDING)
         for i, chart in enumerate(self.charts):
             stretched = not chart.quality.stretch_l2 <= most
@@ -173,7 +176,7 @@ class Atlas:
                     f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
                     + (more or "give more seams there, complete=True, max_stretch or a larger trade")
                 )
-        if len(self.cones) and self.seam_mismatch > APART:
+        if self.coned and self.seam_mismatch > APART:
             factor = np.exp(min(self.seam_mismatch, LARGEST_LOG))
             said.append(
                 f"the sides of seams do not match: those of an edge differ in length by a factor of up to "

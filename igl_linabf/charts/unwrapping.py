@@ -229,7 +229,7 @@ def unwrap(
                     return replace(_packed(surface, charts, roomy), cones=made.cones)
 
                 atlas = with_period(surface, pack, pieces, period, gap)
-    atlas = replace(atlas, max_stretch=max_stretch, cone_angles=made.angles)
+    atlas = replace(atlas, max_stretch=max_stretch, cone_angles=made.angles, coned=cones is not None)
     if not as_given:
         atlas = given_back(atlas, cleaned, given)
     atlas = in_polygons(atlas, split)
