@@ -364,3 +364,13 @@ def test_one_triangle_takes_any_shape_that_it_can() -> None:
     assert len(sides) == 3
     with pytest.raises(MeshError, match="four corners"):
         linabf(V, F, boundary="rectangle")
+
+
+@pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")
+def test_a_circle_of_converged_abf_without_a_map_in_double_precision_is_that_of_linear_abf() -> None:
+    V, F = load("disk__igl_camel_b.obj")
+    made = flatten(V, F, method="abf", boundary="circle")
+    assert made.outcome is Outcome.NOT_CONVERGED and "this is the map of linear ABF" in str(made)
+    assert [rung.name for rung in made.ladder] == ["converged ABF", "feasible ABF", "active set"]
+    linear = linabf(V, F, boundary="circle")
+    assert quality(V, F, made.uv).flips == 0 and np.allclose(made.uv, linear, atol=1e-6 * np.ptp(linear))

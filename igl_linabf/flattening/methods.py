@@ -27,6 +27,7 @@ from .ladder import (
     posed,
     prescribed,
 )
+from .linear_instead import linear_instead
 from .reported import report
 from .result import Flattening, Guarantee
 from .shapes import FREE, Shape
@@ -188,7 +189,11 @@ class ABF(Method):
             raise ValueError(f"tol is {self.tol!r}: use a positive number, at least 1e-10")
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
-        return _climbed(self, mesh, pinned, shape, [anchored(self.tol), feasible(self.tol)])
+        stages = [anchored(self.tol), feasible(self.tol)]
+        if shape.sums is not None:
+            rtol = ON_CIRCLE_RTOL if shape.circles else ACTIVE_SET_RTOL
+            stages.append(linear_instead(prescribed(rtol, TOL)))
+        return _climbed(self, mesh, pinned, shape, stages)
 
 
 @dataclass(frozen=True)
