@@ -4,6 +4,7 @@ import os
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextvars import copy_context
+from functools import cache
 from threading import Thread
 from typing import Any, Generic, TypeVar
 
@@ -57,6 +58,16 @@ class Begun(Generic[R]):
 _working: set[Begun[Any]] = set()
 
 
+@cache
+def _helpers() -> ThreadPoolExecutor:
+    """Threads that wait for work: to wake one takes less time than to start one."""
+    return ThreadPoolExecutor(MOST_THREADS - 1, thread_name_prefix="igl_linabf")
+
+
+if hasattr(os, "register_at_fork"):
+    os.register_at_fork(after_in_child=_helpers.cache_clear)  # only the thread that forks goes on there
+
+
 def at_once(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
     """As `in_threads`, for short work: the caller's thread takes part, and all of it is done at the end.
 
@@ -72,12 +83,13 @@ def at_once(work: Callable[[T], R], items: Sequence[T]) -> list[R]:
         for k in todo:
             made[k] = work(items[k])
 
-    others = [Begun(some) for _ in range(threads - 1)]
+    asked = [_helpers().submit(copy_context().run, some) for _ in range(threads - 1)]
     try:
         some()
     finally:
-        for other in others:
-            other.result()
+        errors = [future.exception() for future in asked if not future.cancel()]  # for those nothing is left
+    for error in filter(None, errors):
+        raise error
     return [made[k] for k in range(len(items))]
 
 
