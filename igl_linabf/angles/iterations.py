@@ -49,13 +49,20 @@ class State:
         return State(self.problem, at, (*self.steps, step), direction.lin)
 
 
-def linear_step(state: State, rtol: float, *, close: bool = True, same_factor: bool = False) -> State:
+def linear_step(
+    state: State,
+    rtol: float,
+    *,
+    close: bool = True,
+    same_factor: bool = False,
+    first_rtol: float | None = None,
+) -> State:
     """One step with the system at the present angles; with `close` it also closes the holes' loops.
 
-    With `same_factor`, the factor of the last system is the preconditioner.
+    With `same_factor`, the factor of the last system is the preconditioner. `first_rtol` as of `solve`.
     """
     lin = linearise(state.problem, state.at, reuse=state.lin, close=close, same_factor=same_factor)
-    return state.advanced(solve(lin, state.at, rtol), "step")
+    return state.advanced(solve(lin, state.at, rtol, first_rtol=first_rtol), "step")
 
 
 def chord_step(state: State, rtol: float, *, quick: bool = False) -> State:

@@ -304,6 +304,7 @@ def solve(
     gradient: FloatArray | None = None,
     start: FloatArray | None = None,
     most: int | None = None,
+    first_rtol: float | None = None,
 ) -> Direction:
     """Solve for the errors e that satisfy the linearised constraints at the angles `at`.
 
@@ -321,6 +322,8 @@ def solve(
         Multipliers to start from; `rtol` is then relative to the residual there.
     most : int, optional
         Steps of conjugate gradients after which what they reached is enough.
+    first_rtol : float, optional
+        Relative residual to which a single one is.
     """
     if lin.problem.constraints.empty:
         return Direction(np.zeros_like(at.alpha), np.empty(0), 0, lin)
@@ -339,7 +342,7 @@ def solve(
             start = np.append(start, np.zeros(len(rhs) - len(start)))  # where the closing rows are new
             rhs -= lin.product(start)
     with timed("solve"):
-        x, inner_steps, lin = _multipliers(lin, at, rhs, rtol, most)
+        x, inner_steps, lin = _multipliers(lin, at, rhs, rtol, most, first_rtol)
     with timed("assembly"):
         if start is not None:
             x = start + x
@@ -361,18 +364,20 @@ def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatA
 
 
 def _multipliers(
-    lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float, most: int | None
+    lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float, most: int | None, first_rtol: float | None
 ) -> tuple[FloatArray, int, Linearised]:
     """The solution of a linearised system, the steps that it took, and what solved it."""
     if lin.whole is None:
         assert lin.precondition is not None
         limit = () if most is None else (most,)
-        x, inner_steps, converged = conjugate_gradients(lin.product, rhs, lin.precondition, rtol, *limit)
+        x, inner_steps, converged = conjugate_gradients(
+            lin.product, rhs, lin.precondition, rtol, *limit, first_rtol=first_rtol
+        )
         if converged or (most is not None and np.isfinite(x).all()):
             return x, inner_steps, lin
         if lin.inverse is not None and lin.inverse.single:
             double = _preconditioned(replace(lin, inverse=None, across=None), rough=False)
-            return _multipliers(double, at, rhs, rtol, most)
+            return _multipliers(double, at, rhs, rtol, most, first_rtol)
         lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")
         assert lin.whole is not None
     direct = lin.whole.solve

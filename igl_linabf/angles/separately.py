@@ -75,7 +75,7 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
             return None
         moving = disks.faces.spread(np.where(stepped, 1.0, 0.0))
         for k in range(2):
-            e, inner_steps[k], converged = _errors(solver, at, rows, rtol)
+            e, inner_steps[k], converged = _errors(solver, at, rows, rtol, rtol ** (2 - k))
             with timed("assembly"):
                 e, cut = kernels.cut_short(at.alpha, e * moving, REACH)
                 good &= ~stepped | (converged & ~disks.faces.any(cut))
@@ -194,7 +194,9 @@ def families_of(at: Iterate, rows: Parts, faces: Parts) -> FloatArray:
     return np.stack((rows.max(np.abs(b.vertex)), faces.max(np.abs(b.triangle)), rows.max(np.abs(b.wheel))))
 
 
-def _errors(solver: _Solver, at: Iterate, rows: Parts, rtol: float) -> tuple[FloatArray, IntArray, BoolArray]:
+def _errors(
+    solver: _Solver, at: Iterate, rows: Parts, rtol: float, first_rtol: float
+) -> tuple[FloatArray, IntArray, BoolArray]:
     """The errors that the linearised constraints ask for, the inner steps, and who converged."""
     b, fans = at.residual, solver.fans
     with timed("assembly"):
@@ -207,7 +209,13 @@ def _errors(solver: _Solver, at: Iterate, rows: Parts, rtol: float) -> tuple[Flo
         else:
             assert solver.precondition is not None
             x, steps, converged = block_conjugate_gradients(
-                solver.product, rhs, solver.precondition, Parts(2 * rows.start), rtol, MOST_STEPS
+                solver.product,
+                rhs,
+                solver.precondition,
+                Parts(2 * rows.start),
+                rtol,
+                MOST_STEPS,
+                first_rtol=first_rtol,
             )
     with timed("assembly"):
         return e0 + fans.errors(x), steps, converged

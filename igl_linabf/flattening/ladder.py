@@ -276,7 +276,8 @@ def one_system(rtol: float | None, tol: float, most: float = GAP) -> Stage:
         state, holes = problem.start, len(problem.mesh.topology.loops) > 1
         boundary: Boundary | None = None
         if state.at.residual.largest > tol:
-            state = linear_step(state, enough, close=False)
+            # where little is curved, one inner step to this residual may leave most of the distortion
+            state = linear_step(state, enough, close=False, first_rtol=enough**2)
             # a chord that starts from cut-short steps ends with far smaller angles than a step
             if not state.steps[-1].limited:
                 if holes:  # least squares lays out, which draws no loop

@@ -257,7 +257,7 @@ def _flat_disk(
         for k in range(2):
             e0 = w * (missing / d)
             steps, converged = _errors_by_gradients(
-                fans, factor, slivers, e0, b, limits.rtol, limits.most_steps
+                fans, factor, slivers, e0, b, limits.rtol, limits.rtol ** (2 - k), limits.most_steps
             )
             _cut_short(alpha, e0, limits.reach, 0, m, step, cut)
             if not converged or cut.any():

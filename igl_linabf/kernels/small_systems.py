@@ -161,9 +161,18 @@ X, P, Q = 0, 2, 4  # columns of what conjugate gradients keep: of a row, all is 
 
 @inlined
 def _errors_by_gradients(
-    fans: Fans, factor: Columns, slivers: Slivers, e: FloatArray, b: FloatArray, rtol: float, most: int
+    fans: Fans,
+    factor: Columns,
+    slivers: Slivers,
+    e: FloatArray,
+    b: FloatArray,
+    rtol: float,
+    first_rtol: float,
+    most: int,
 ) -> tuple[int, bool]:
     """Add P M^T x to e, S x = b - M e by conjugate gradients; the steps, and whether they converged.
+
+    That is to a relative residual of `rtol`, or of `first_rtol` by a single step.
 
     S = M P M^T, and the factor is that of the preconditioner, which is corrected at `slivers`, if there are
     any. The row of a corner without one is #rows; b is (#rows, 2).
@@ -178,10 +187,10 @@ def _errors_by_gradients(
         for j in range(2):
             rest[i, j] = b[i, j] - at[i, Q + j]
             norm += rest[i, j] * rest[i, j]
-    goal, rho_before = rtol * np.sqrt(norm), 1.0
-    converged = goal == 0
+    whole, rho_before = np.sqrt(norm), 1.0
+    converged = whole == 0
     while steps < most and not converged:
-        if np.sqrt(norm) < goal:
+        if np.sqrt(norm) < (first_rtol if steps == 1 else rtol) * whole:
             converged = True
         if converged or not np.isfinite(norm):
             break

@@ -11,18 +11,26 @@ MAX_CG_STEPS = 300  # after so many a factorisation is the better way
 
 
 def conjugate_gradients(
-    product: Solve, b: FloatArray, precondition: Solve, rtol: float, most: int = MAX_CG_STEPS
+    product: Solve,
+    b: FloatArray,
+    precondition: Solve,
+    rtol: float,
+    most: int = MAX_CG_STEPS,
+    *,
+    first_rtol: float | None = None,
 ) -> tuple[FloatArray, int, bool]:
     """Solve A x = b to |A x - b| <= rtol |b|; returns x, the steps taken and whether it got there.
 
-    The scalar products are not those of a BLAS, which wake its threads: that costs more than they save.
+    A single step is enough to `first_rtol`, if that is given. The scalar products are not those of a BLAS,
+    which wake its threads: that costs more than they save.
     """
     x, r, d = (unfilled(b.shape) for _ in range(3))
     x[:], r[:], d[:] = 0.0, b, 0.0
     square, last = kernels.dot(b, b), 1.0
-    enough = rtol * np.sqrt(square)
+    size = np.sqrt(square)
     for step in range(most + 1):
-        if not np.sqrt(square) > enough:
+        wanted = rtol if first_rtol is None or step != 1 else first_rtol
+        if not np.sqrt(square) > wanted * size:
             return x, step, bool(np.isfinite(x).all())
         if step == most:
             break
@@ -36,7 +44,14 @@ def conjugate_gradients(
 
 
 def block_conjugate_gradients(
-    product: Solve, b: FloatArray, precondition: Solve, blocks: Parts, rtol: float, most: int
+    product: Solve,
+    b: FloatArray,
+    precondition: Solve,
+    blocks: Parts,
+    rtol: float,
+    most: int,
+    *,
+    first_rtol: float | None = None,
 ) -> tuple[FloatArray, IntArray, BoolArray]:
     """Solve A x = b, A and its preconditioner block-diagonal, to |A x - b| <= rtol |b| in each block.
 
@@ -52,6 +67,8 @@ def block_conjugate_gradients(
     rtol : float
     most : int
         Steps at most.
+    first_rtol : float, optional
+        To which a single step is enough.
 
     Returns
     -------
@@ -62,12 +79,12 @@ def block_conjugate_gradients(
     """
     x, r, p, start = np.zeros_like(b), b.copy(), np.zeros_like(b), blocks.start
     steps = np.zeros(len(blocks), dtype=np.int64)
-    goal = rtol * np.sqrt(kernels.block_dots(start, b, b))
+    whole = np.sqrt(kernels.block_dots(start, b, b))
     rho_before = np.ones(len(blocks))
-    converged = goal == 0
-    for _ in range(most):
+    converged = whole == 0
+    for step in range(most):
         size = np.sqrt(kernels.block_dots(start, r, r))
-        converged |= size < goal
+        converged |= size < (rtol if first_rtol is None or step != 1 else first_rtol) * whole
         going = ~converged & np.isfinite(size)
         if not going.any():
             break
