@@ -19,6 +19,7 @@ FEW = 12  # triangles of a region that need no grid
 LONG = 15.0  # times what a chart that is too long for the page adds to it counts
 SIDES = 24  # directions of those of rectangles around a chart
 MOST_CELLS = 128  # along a side of the grid
+WIDER = 1e-6  # of a cell: rounding
 
 Grids = tuple[FloatArray, IntArray, IntArray, IntArray, IntArray]
 Charts = tuple[IntArray, ComplexArray, ComplexArray]
@@ -61,8 +62,9 @@ def _grids(triangle: ComplexArray, start: IntArray) -> Grids:
     begin, span = np.zeros(first[n] + 1, dtype=np.int64), np.empty(4, dtype=np.int64)
     for r in range(n):
         for t in range(start[r], start[r + 1]):
-            _cells(triangle[t], box[r], shape[r], span)
+            _rows(triangle[t], box[r], shape[r], span)
             for y in range(span[1], span[3] + 1):
+                _columns(triangle[t], box[r], shape[r], y, span)
                 for x in range(span[0], span[2] + 1):
                     begin[first[r] + y * shape[r, 0] + x + 1] += 1
     for cell in range(first[n]):
@@ -70,8 +72,9 @@ def _grids(triangle: ComplexArray, start: IntArray) -> Grids:
     listed, filled = np.empty(begin[-1], dtype=np.int64), begin[:-1].copy()
     for r in range(n):
         for t in range(start[r], start[r + 1]):
-            _cells(triangle[t], box[r], shape[r], span)
+            _rows(triangle[t], box[r], shape[r], span)
             for y in range(span[1], span[3] + 1):
+                _columns(triangle[t], box[r], shape[r], y, span)
                 for x in range(span[0], span[2] + 1):
                     at = first[r] + y * shape[r, 0] + x
                     listed[filled[at]] = t
@@ -80,17 +83,36 @@ def _grids(triangle: ComplexArray, start: IntArray) -> Grids:
 
 
 @inlined
-def _cells(corners: ComplexArray, box: FloatArray, shape: IntArray, span: IntArray) -> None:
-    """The first and the last column and row of the cells that a triangle's box touches, as `span`."""
+def _rows(corners: ComplexArray, box: FloatArray, shape: IntArray, span: IntArray) -> None:
+    """The first and the last row of the cells that a triangle touches, as `span[1]` and `span[3]`."""
     a, b, c = corners
-    low_x, high_x = min(a.real, b.real, c.real), max(a.real, b.real, c.real)
-    low_y, high_y = min(a.imag, b.imag, c.imag), max(a.imag, b.imag, c.imag)
-    by_x = shape[0] / max(box[2] - box[0], 1e-300)
-    by_y = shape[1] / max(box[3] - box[1], 1e-300)
-    span[0] = int(min(max((low_x - box[0]) * by_x, 0.0), shape[0] - 1.0))
-    span[2] = int(min(max((high_x - box[0]) * by_x, 0.0), shape[0] - 1.0))
-    span[1] = int(min(max((low_y - box[1]) * by_y, 0.0), shape[1] - 1.0))
-    span[3] = int(min(max((high_y - box[1]) * by_y, 0.0), shape[1] - 1.0))
+    low, high = min(a.imag, b.imag, c.imag), max(a.imag, b.imag, c.imag)
+    by = shape[1] / max(box[3] - box[1], 1e-300)
+    span[1] = int(min(max((low - box[1]) * by, 0.0), shape[1] - 1.0))
+    span[3] = int(min(max((high - box[1]) * by, 0.0), shape[1] - 1.0))
+
+
+@inlined
+def _columns(corners: ComplexArray, box: FloatArray, shape: IntArray, row: int, span: IntArray) -> None:
+    """The first and the last column that it touches in a row, as `span[0]` and `span[2]`.
+
+    The box around a thin triangle across the grid holds far more cells.
+    """
+    high = (box[3] - box[1]) / shape[1]
+    floor = box[1] + (row - WIDER) * high
+    ceiling = floor + (1 + 2 * WIDER) * high
+    low_x, high_x = np.inf, -np.inf
+    for k in range(3):
+        a, b = corners[k], corners[(k + 1) % 3]
+        if floor <= a.imag <= ceiling:
+            low_x, high_x = min(low_x, a.real), max(high_x, a.real)
+        for level in (floor, ceiling):
+            if min(a.imag, b.imag) < level < max(a.imag, b.imag):
+                x = a.real + (level - a.imag) / (b.imag - a.imag) * (b.real - a.real)
+                low_x, high_x = min(low_x, x), max(high_x, x)
+    by = shape[0] / max(box[2] - box[0], 1e-300)
+    span[0] = int(min(max((low_x - box[0]) * by - WIDER, 0.0), shape[0] - 1.0))
+    span[2] = int(min(max((high_x - box[0]) * by + WIDER, -1.0), shape[0] - 1.0))
 
 
 @inlined
@@ -133,8 +155,9 @@ def _meet(
         low_y, high_y = min(a.imag, b.imag, c.imag), max(a.imag, b.imag, c.imag)
         if high_x < own[0] or low_x > own[2] or high_y < own[1] or low_y > own[3]:
             continue
-        _cells(moved, own, shape[of_grid], span)
+        _rows(moved, own, shape[of_grid], span)
         for y in range(span[1], span[3] + 1):
+            _columns(moved, own, shape[of_grid], y, span)
             for x in range(span[0], span[2] + 1):
                 at = first[of_grid] + y * shape[of_grid, 0] + x
                 for i in range(begin[at], begin[at + 1]):
