@@ -21,6 +21,7 @@ from .pieces import distortion
 Seam = IntArray
 LogScale = Callable[[Seam], FloatArray]
 Grow = Callable[[Seam], Seam]
+Grown = Callable[[int], Seam]
 Parts = Callable[[Seam], list[Submesh]]
 
 HARD = 0.5  # share of the area that lies flat, from which a surface has planes, and nets are compared
@@ -28,6 +29,7 @@ HARD_LARGE = 0.8  # the same, of a surface of many vertices, on which comparing 
 MOST_HANDLES = 8  # of such a surface
 ANGULAR = 0.5  # share of the curvature that is on sharp creases then
 LEVELS = (0.0, 0.02, 0.2)  # radians of curvature at a crease, from which on a net goes through it
+FEWER = 0.9  # times the nodes of the level before that another one has at most
 SHARP_SHARE = 0.15  # of its length: what a sharp crease counts, beyond what is free
 LEFT = 0.05  # of stretch and shear that a net may leave; more is a smooth surface with some creases, of which
 MUCH = 0.1  # a net has to save so much more
@@ -75,14 +77,16 @@ class Nets:
 
     @cached_property
     def _nodes(self) -> list[IntArray]:
-        """What a net has to go through, for each level; levels that add nothing are left out."""
+        """What a net has to go through, for each level that leaves out more than a few of the last one."""
         piece = self.piece
         on_crease = np.zeros(piece.n, dtype=bool)
         on_crease[piece.ends[piece.sharp > 0]] = True
         found = [np.flatnonzero(self._bent > np.where(on_crease, level, TIP)) for level in LEVELS]
-        return [
-            nodes for i, nodes in enumerate(found) if len(nodes) and len(nodes) not in map(len, found[:i])
-        ]
+        kept = list[IntArray]()
+        for nodes in found:
+            if len(nodes) and (not kept or len(nodes) < FEWER * len(kept[-1])):
+                kept.append(nodes)
+        return kept
 
     @cached_property
     def _on_sharp(self) -> BoolArray:
@@ -187,10 +191,11 @@ class Nets:
 
         With a `gain`, no seam is needed, and one has to save this.
         """
-        levels = range(len(self._nodes)) if self.piece.n <= DIRECT else self._promising(seam, grow)
+        grown = cache(lambda level: grow(self._net(level)))
+        levels = range(len(self._nodes)) if self.piece.n <= DIRECT else self._promising(seam, grown)
         if not levels:
             return None
-        left = cache(lambda level: self._left(level, parts, grow))
+        left = cache(lambda level: self._left(level, parts, grown))
         uncut = np.inf if gain is None else distortion(parts(seam[:0])) - gain
         expected = self.cost(seam)
         best, least = self._cheapest(levels, min(expected, uncut), left)
@@ -213,14 +218,14 @@ class Nets:
                 best, least = net, cost
         return best, least
 
-    def _left(self, level: int, parts: Parts, grow: Grow) -> tuple[Seam, float]:
+    def _left(self, level: int, parts: Parts, grown: Grown) -> tuple[Seam, float]:
         """The net of a level, with branches where they help, and the stretch of its map."""
         net = self._net(level)
         if self.expected(net) > 1 + EXACT:
-            net = grow(net)
+            net = grown(level)
         return net, distortion(parts(net))
 
-    def _promising(self, seam: Seam, grow: Grow) -> list[int]:
+    def _promising(self, seam: Seam, grown: Grown) -> list[int]:
         """The levels of nets that are exact, or with branches are expected to cost clearly less than a seam.
 
         A large surface takes long to flatten, which only these are worth.
@@ -230,7 +235,7 @@ class Nets:
             net = self._through(level, cost + NEAR - 1)
             if net is None or 1 + self._price(net) >= cost + NEAR:
                 continue
-            clearly = 1 + self._price(net) < cost - NEAR and self.cost(grow(net)) < cost - NEAR
+            clearly = 1 + self._price(net) < cost - NEAR and self.cost(grown(level)) < cost - NEAR
             if clearly or self.expected(net) <= 1 + EXACT:
                 promising.append(level)
         return promising
