@@ -23,12 +23,12 @@ from igl_linabf.io import read_mesh
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 
-from hard_surfaces import DEVELOPABLE, plate_with_holes
+from hard_surfaces import DEVELOPABLE, ROUNDED, plate_with_holes
 
 
 def parts(files: list[str]) -> Iterator[Mesh]:
     """Names and meshes."""
-    for name, make in DEVELOPABLE.items():
+    for name, make in (DEVELOPABLE | ROUNDED).items():
         yield name, *make()
     yield "plate with 40 holes", *plate_with_holes(40)
     yield from (mesh for mesh in shared("closed") if mesh[0] == "igl_fandisk")

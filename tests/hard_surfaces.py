@@ -84,6 +84,51 @@ def plate_with_holes(n: int = 6) -> Surface:
     return np.vstack((low, low + UP / 2)), np.vstack((F[:, ::-1], F + m, *sides))
 
 
+def rounded_box(x: float, y: float, z: float, radius: float, steps: int = 8) -> Surface:
+    """With fillets along its edges, that meet in eighths of a ball: twice so many strips each."""
+    half, V, F = np.array([x, y, z]) / 2, list[np.ndarray](), list[np.ndarray]()
+    corner, number = np.linspace(0, radius, steps + 1), 2 * steps + 2
+    along = [np.append(corner - h, h - corner[::-1]) for h in half]
+    index = np.arange(number * number).reshape(number, number)
+    quads = np.stack((index[:-1, :-1], index[1:, :-1], index[1:, 1:], index[:-1, 1:]), axis=-1).reshape(-1, 4)
+    for axis in range(3):
+        for sign in (-1, 1):
+            side = np.full((number, number, 3), sign * half[axis])
+            side[..., (axis + 1) % 3], side[..., (axis + 2) % 3] = np.meshgrid(
+                along[(axis + 1) % 3], along[(axis + 2) % 3], indexing="ij"
+            )
+            F.append(triangles(quads[:, ::sign]) + sum(map(len, V)))
+            V.append(side.reshape(-1, 3))
+    points = np.concatenate(V)
+    inner = np.clip(points, radius - half, half - radius)
+    out = points - inner
+    points = inner + radius * out / np.linalg.norm(out, axis=1)[:, None]
+    _, first, at = np.unique(points.round(9), axis=0, return_index=True, return_inverse=True)
+    return points[first], at.ravel()[np.concatenate(F)]
+
+
+def rounded_plate(radius: float, steps: int = 6, around: int = 96) -> Surface:
+    """Longer than wide, round at both ends, with a bore, and fillets along all its rims."""
+    angle = 2 * np.pi * (np.arange(around) + 0.5) / around
+    ways = np.column_stack((np.cos(angle), np.sin(angle)))
+    outside, inside = ways + np.sign(ways[:, :1]) * [2, 0], 0.5 * ways
+    turn = np.pi / 2 * np.arange(steps + 1) / steps
+    across, high = radius * np.append(np.sin(turn), np.cos(turn)), np.append(np.cos(turn), -np.sin(turn))
+    high = radius * high + np.repeat([0.5 - radius, radius - 0.5], steps + 1)
+    rows = [
+        np.column_stack((outside + ways * (a - radius), np.full(around, h)))
+        for a, h in zip(across, high, strict=True)
+    ]
+    rows += [
+        np.column_stack((inside - ways * (a - radius), np.full(around, h)))
+        for a, h in zip(across[::-1], high[::-1], strict=True)
+    ]
+    index = np.arange(around * len(rows)).reshape(len(rows), around)
+    after, below = np.roll(index, -1, axis=1), np.roll(index, -1, axis=0)
+    quads = np.stack((index, below, np.roll(below, -1, axis=1), after), axis=-1)
+    return np.concatenate(rows), triangles(quads.reshape(-1, 4))
+
+
 DEVELOPABLE: dict[str, Callable[[], Surface]] = {
     "cuboid": lambda: box(1, 1, 2),
     "cuboid, fine": lambda: box(1, 1, 2, 3),
@@ -99,4 +144,11 @@ DEVELOPABLE: dict[str, Callable[[], Surface]] = {
     "disk with a rim": lambda: prism(48, 0.3),
     "cone": lambda: cone(32, 2),
     "plate with holes": plate_with_holes,
+}
+
+ROUNDED: dict[str, Callable[[], Surface]] = {
+    "rounded box": lambda: rounded_box(4, 3, 2, 0.2),
+    "rounded sheet": lambda: rounded_box(10, 6, 0.5, 0.2),
+    "rounded plate": lambda: rounded_plate(0.1),
+    "rounded plate, finer": lambda: rounded_plate(0.15, 10, 240),
 }

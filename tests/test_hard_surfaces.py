@@ -8,7 +8,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import load
-from hard_surfaces import DEVELOPABLE, box, plate_with_holes, rock
+from hard_surfaces import DEVELOPABLE, ROUNDED, box, plate_with_holes, rock, rounded_box
 from nasty_meshes import joined
 
 from igl_linabf import MeshError, OutcomeWarning, cut, find_seams, unwrap
@@ -108,6 +108,50 @@ def test_a_plate_is_cut_along_sharp_creases_and_once_along_each_tube() -> None:
     degrees = np.rad2deg(bend[on_seam])
     assert np.count_nonzero((degrees > 1) & (degrees < 40)) <= 12
     assert np.count_nonzero(degrees < 1) <= 2 * 12  # in each plane from bore to bore, and to the rim
+
+
+@pytest.mark.parametrize("name", ROUNDED)
+def test_a_body_with_fillets_is_cut_along_these_and_laid_flat_nearly_exactly(name: str) -> None:
+    V, F = ROUNDED[name]()
+    atlas = unwrap(V, F)
+    assert atlas.good
+    assert atlas.quality.stretch_l2 < 1.005
+    assert atlas.quality.conformal_distortion < 1.03
+    area, normal = igl.doublearea(V, F), igl.per_face_normals(V, F, np.zeros(3))
+    edges, _, sides = igl.edge_flaps(F)[:3]
+    a, b = sides.T
+    in_plane = (normal[a] * normal[b]).sum(axis=1) > 1 - 1e-9
+    large = in_plane & (area[[a, b]].min(axis=0) > 0.02 * area.sum())
+    cuts = {tuple(pair) for pair in np.sort(atlas.seams, axis=1).tolist()}
+    assert not cuts.intersection(map(tuple, np.sort(edges[large], axis=1).tolist()))
+
+
+def test_a_rounded_box_falls_into_the_net_of_the_box_however_it_lies() -> None:
+    V, F = rounded_box(3, 2, 1, 0.1)
+    rng = np.random.default_rng(0)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    order = rng.permutation(len(V))
+    place = np.argsort(order)
+    shortest = 4 * 1 + 2 * 2 + 3  # seven edges of the box
+    for V_other, F_other, scale in (
+        (V, F, 1),
+        (1e3 * V @ turn + 50, F, 1e3),
+        (V[order], place[F][rng.permutation(len(F))][:, [1, 2, 0]], 1),
+        (V.astype(np.float32), F, 1),
+    ):
+        atlas = unwrap(V_other, F_other)
+        assert len(atlas.charts) == 1
+        assert atlas.quality.stretch_l2 < 1.005
+        assert atlas.seam_length < 1.25 * scale * shortest
+
+
+def test_a_small_trade_cuts_a_body_with_fillets_as_a_smooth_one() -> None:
+    V, F = ROUNDED["rounded plate, finer"]()
+    many, few = unwrap(V, F), unwrap(V, F, trade=0.5)
+    assert few.good
+    assert few.seam_length < many.seam_length / 2
+    assert len(few.charts) == 1
 
 
 @pytest.mark.parametrize("name", ["pial", "nut", "double_torus", "ball", "ant", "cuboid, fine"])

@@ -9,11 +9,12 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import DEPTH, Hinges, above, assembled, lengths, normals, spanning_forest
+from ..kernels import DEPTH, Hinges, above, assembled, normals, spanning_forest
 from ..surface import (
     NEXT,
     PREV,
@@ -21,12 +22,14 @@ from ..surface import (
     Submesh,
     compact,
     connected_labels,
+    counted,
     cut_faces,
     face_components,
     sum_by,
 )
-from .creases import NOISE, SHARP, SOFT, TIP, all_bends, extents_of, flat_shares, sharpness, tips
-from .cut_graph import closed_surface, join
+from .creased import Creased
+from .creases import NOISE, TIP, sharpness
+from .cut_graph import closed_surface, join, open_handles
 from .nets import HARD, NEAR_CREASED, SHARP_SHARE
 
 FOLD = np.deg2rad(5.0)  # bend from which on an edge is a crease between panels
@@ -39,177 +42,123 @@ SHALLOW = 0.05  # of their height, by which they may at most
 SAME = 1e-3  # of the extent, and radians: creases that two motions bring together by less are one
 WASTED = 0.02  # of the area between charts that others do not fill
 PAGE, LONGEST = 2.0, 0.6  # of the area, or of the squared length of a panel, that a page is meant to have
-NEEDLE = 1e-12  # area over squared length, up to which no face may be a panel alone
-GAIN = 0.02  # sum of squared curvatures, in full turns, from which on a disk gains by a seam
+FEW = 8  # of the creases of two panels, along which they are tried: a curved one is hundreds
 
 
 @dataclass(frozen=True, eq=False)
-class Creased:
-    """A surface of several components, and what tells which of them are made of panels."""
+class Panels:
+    """The panels of a surface with sharp creases.
 
-    surface: Submesh
+    Attributes
+    ----------
+    creased : Creased
+    same : float
+        Of the extent, and radians, up to which two motions bring creases together alike.
+    opens_handles : bool
+        Whether panels may have handles, which seams then open.
+    dearest : float
+        Price of a component's seams, from which on they are sought in another way.
+    """
 
-    @property
-    def label(self) -> IntArray:
-        """The component of each face."""
-        return self.surface.label
-
-    @cached_property
-    def extent(self) -> FloatArray:
-        """Of each component."""
-        return extents_of(self.surface, self.label)
-
-    @property
-    def inside(self) -> IntArray:
-        """The edges with two faces."""
-        return self.surface.topology.inside
-
-    @property
-    def faces(self) -> IntArray:
-        """The two faces of each of these, (#E, 2)."""
-        return self.surface.topology.faces_inside
-
-    @property
-    def ends(self) -> IntArray:
-        """The vertices of each, (#E, 2)."""
-        return self.surface.topology.edges_inside
-
-    def sides(self, rows: IntArray | BoolArray) -> tuple[IntArray, IntArray]:
-        """Where the ends of such edges are among the corners of all faces, (2, #E) in either face."""
-        corner, face = np.divmod(self.surface.topology.sides[:, self.inside[rows]], len(self.surface.F))
-        a, b = (3 * face + (corner + k) % 3 for k in (1, 2))
-        return np.stack((a[0], b[0])), np.stack((b[1], a[1]))
-
-    def marked(self, rows: IntArray | BoolArray | slice) -> BoolArray:
-        """The mask, (#F, 3), of the sides from corner k to k + 1 that are such edges."""
-        surface = self.surface
-        corner, face = np.divmod(surface.topology.sides[:, self.inside[rows]], len(surface.F))
-        sides = np.zeros(surface.F.shape, dtype=bool)
-        sides[face, np.array(NEXT)[corner]] = True  # half-edge (k, t) is the side k + 1 of t
-        return sides
+    creased: Creased
+    same: ClassVar[float] = SAME
+    opens_handles: ClassVar[bool] = False
+    dearest: ClassVar[float] = np.inf
 
     @cached_property
-    def rim(self) -> BoolArray:
-        """The mask of the sides on the boundary."""
-        return ~self.marked(slice(None))
+    def fold(self) -> BoolArray:
+        """Whether edges part panels."""
+        return np.asarray(self.creased.bend >= FOLD)
 
     @cached_property
-    def length(self) -> FloatArray:
-        """Of these edges."""
-        return lengths(self.surface.V, self.ends)
+    def opened(self) -> BoolArray:
+        """Which vertices seams have to come to."""
+        return np.asarray(self.creased.curvature > 0)
 
-    @cached_property
-    def turned(self) -> FloatArray:
-        """`all_bends`, at these edges."""
-        return all_bends(self.surface, self.extent[self.label])
+    def fits(self, rows: IntArray | BoolArray) -> FloatArray:
+        """By how much the two sides of such edges may miss each other when they are joined."""
+        return np.asarray(FITS * self.creased.extent_at_edges[rows])
 
-    @cached_property
-    def bend(self) -> FloatArray:
-        """The size of these; nothing at the diagonals of polygons."""
-        size = np.abs(self.turned)
-        if self.surface.inner is not None:
-            size[~np.isin(self.inside, self.surface.cells[1])] = 0.0
-        return np.asarray(size)
+    def depths(self, z: ComplexArray) -> FloatArray:
+        """By how much the faces, laid flat, may reach into each other; negative for slivers."""
+        return depths(z, self.creased.extent[self.creased.label], SINGLE)
 
-    @cached_property
-    def sharp(self) -> BoolArray:
-        """Whether these are sharp creases."""
-        return np.asarray(self.bend >= SHARP)
+    def made(self, trade: float) -> BoolArray:
+        """Which components are made of them: what is curved is on sharp creases, or a tip.
 
-    @cached_property
-    def curvature(self) -> FloatArray:
-        """The size of the angle defect at each vertex, beyond what rounding makes; zero on the boundary."""
-        surface, n = self.surface, len(self.surface.V)
-        size = np.abs(2 * np.pi - surface.angle_sums)
-        size[np.concatenate([*surface.topology.loops, np.zeros(0, dtype=np.int64)])] = 0.0
-        extent = NOISE * self.extent[self.label[self.faces[:, 0]]]
-        turned = np.repeat(extent / np.maximum(self.length, np.finfo(float).tiny), 2)
-        noise = np.bincount(self.ends.ravel(), turned, n)
-        return np.where(size > noise, size, 0.0)
-
-    def made_of_panels(self, trade: float) -> BoolArray:
-        """Which components are: what is curved is on sharp creases, or a tip, and seams there cost little.
-
-        Where most of the area lies flat, they may cost more. A disk has to gain by seams, unless nothing is
-        curved.
+        Seams there have to cost little. Where most of the area lies flat, they may cost more.
         """
-        surface, bent, ends, number = self.surface, self.curvature, self.ends, len(self.extent)
-        of_vertex = np.empty(len(surface.V), dtype=np.int64)
-        of_vertex[surface.F] = self.label[:, None]
-        on_sharp, on_soft = np.zeros((2, len(surface.V)), dtype=bool)
-        on_sharp[ends[self.sharp]] = True
-        on_soft[ends[self.bend > SOFT]] = True
-        smooth = (bent > 0) & ~on_sharp
-        made = np.bincount(of_vertex[smooth & (bent <= TIP)], minlength=number) == 0
+        creased, bent = self.creased, self.creased.curvature
+        smooth = (bent > 0) & ~creased.on_sharp
+        made = np.asarray(creased.in_components(smooth & (bent <= TIP)) == 0)
+        if made.any():
+            made &= creased.in_components(smooth & ~creased.tip) == 0
         if not made.any():
-            return np.zeros(number, dtype=bool)
-        smooth &= ~tips(bent, ends, on_sharp, on_soft)
-        made = np.bincount(of_vertex[smooth], minlength=number) == 0
-        if not made.any():
-            return np.zeros(number, dtype=bool)
+            return made
         # no tree through what is curved costs less: each node has an edge, and an edge has two nodes
-        least, price = np.full(len(surface.V), np.inf), self.length * np.where(self.sharp, SHARP_SHARE, 1.0)
-        np.minimum.at(least, ends.ravel(), np.repeat(price, 2))
-        curved = np.flatnonzero(bent)
-        size = np.sqrt(sum_by(self.label, surface.measured[0], number) / 2)
-        length = np.bincount(of_vertex[curved], least[curved], number) / 2 / size
-        cheap = np.maximum(0.0, length - SHARP_SHARE * trade) / trade < NEAR_CREASED
+        least, price = np.full(len(bent), np.inf), creased.length * np.where(creased.sharp, SHARP_SHARE, 1.0)
+        np.minimum.at(least, creased.ends.ravel(), np.repeat(price, 2))
+        cheap = self.price(creased.in_components(bent > 0, least) / 2, trade) < NEAR_CREASED
         if not cheap[made].all():
-            cheap |= flat_shares(surface, self.label) >= HARD
-        made &= cheap
-        gain = np.bincount(of_vertex, (bent / (2 * np.pi)) ** 2, number)
-        loops = np.bincount(of_vertex[[loop[0] for loop in surface.topology.loops]], minlength=number)
-        made &= (loops > 1) | (gain == 0) | (gain > GAIN)
-        double_area, dot = surface.measured
-        needle = double_area <= NEEDLE * (dot[NEXT] + dot[PREV]).max(axis=0)  # it has no map of its own
-        made &= np.bincount(self.label[needle], minlength=number) == 0
-        return np.asarray(made & ((loops > 0) | (np.bincount(of_vertex[on_sharp], minlength=number) > 0)))
+            cheap |= creased.flat_share >= HARD
+        made &= cheap & creased.may_fall_apart
+        return made & ((creased.loops > 0) | (creased.in_components(creased.on_sharp) > 0))
+
+    def price(self, length: FloatArray, trade: float) -> FloatArray:
+        """What seams on sharp creases cost, of which this length counts in each component."""
+        length = length / np.sqrt(self.creased.area / 2)
+        return np.asarray(np.maximum(0.0, length - SHARP_SHARE * trade) / trade)
 
 
-def seams_of_panels(creased: Creased, trade: float) -> tuple[IntArray, BoolArray]:
+def seams_of_panels(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
     """The edges, by the caller's vertices, along which components that are made of panels fall into charts.
 
     Each chart is a disk that its panels lay flat; but a panel may still lie over itself. Also tells which
-    faces are of components where that cannot be: they have no seams.
+    faces are of components where that cannot be, or is too dear: they have no seams.
     """
-    surface, fold = creased.surface, creased.bend >= FOLD
-    slit, handles = _slits(creased, fold)
-    left = np.isin(creased.label, creased.label[handles])
-    seam = slit | _unfit(creased, fold, slit, trade) if fold.any() else slit
+    creased, fold = panels.creased, panels.fold
+    slit, handles = _slits(panels, fold)
+    seam = slit | _unfit(panels, slit, trade) if fold.any() else slit
     if seam.any():
-        seam |= _slits(creased, seam)[0]
-    seam &= ~left[creased.faces[:, 0]]
-    return surface.vertices[creased.ends[seam]], left
+        seam |= _slits(panels, seam)[0]
+    body = creased.label[creased.faces[:, 0]]
+    length = sum_by(body[seam], creased.length[seam], len(creased.extent))
+    dear = panels.price(SHARP_SHARE * length, trade) > panels.dearest
+    dear[creased.label[handles]] = True
+    left = dear[creased.label]
+    seam &= ~dear[body]
+    return creased.surface.vertices[creased.ends[seam]], left
 
 
-def _unfit(creased: Creased, fold: BoolArray, slit: BoolArray, trade: float) -> BoolArray:
+def _unfit(panels: Panels, slit: BoolArray, trade: float) -> BoolArray:
     """The folds along which panels are not joined."""
+    creased, fold = panels.creased, panels.fold
     panel = connected_labels(creased.faces[~fold], len(creased.surface.F))
     z = _laid_flat(creased, ~fold & ~slit)
     order = np.argsort(panel, kind="stable")
     start = np.searchsorted(panel[order], np.arange(int(panel.max()) + 2))
     z *= _upright(z, order, panel)[panel, None]
-    extent = creased.extent[creased.label]
-    hinges = _hinges(creased, fold, panel, z, trade)
-    chart, turn, shift = assembled(z[order], _depths(z[order], extent[order]), start, hinges)
+    hinges = _hinges(panels, panel, z, trade)
+    chart, turn, shift = assembled(z[order], panels.depths(z)[order], start, hinges)
     z = turn[panel, None] * z + shift[panel, None]
     one, other = creased.sides(fold)
     a, b = creased.faces[fold].T
     fits = chart[panel[a]] == chart[panel[b]]
-    fits &= (np.abs(z.ravel()[one] - z.ravel()[other]) <= FITS * extent[a]).all(axis=0)
+    fits &= (np.abs(z.ravel()[one] - z.ravel()[other]) <= panels.fits(fold)).all(axis=0)
     seam = np.zeros_like(fold)
     seam[np.flatnonzero(fold)[~fits]] = True
     return seam
 
 
-def _slits(creased: Creased, cut: BoolArray) -> tuple[BoolArray, IntArray]:
+def _slits(panels: Panels, cut: BoolArray) -> tuple[BoolArray, IntArray]:
     """Edges that open the parts of a cut surface to disks without tips; the faces of parts with handles."""
-    surface, slit, handles = creased.surface, np.zeros(len(cut), dtype=bool), np.zeros(0, dtype=np.int64)
+    creased, surface = panels.creased, panels.creased.surface
+    slit, handles = np.zeros(len(cut), dtype=bool), np.zeros(0, dtype=np.int64)
     sides = creased.marked(cut)
     F, origin = cut_faces(surface.F, len(surface.V), surface.topology.sides, sides)
     n, sides = len(origin), sides | creased.rim
     label = face_components(F, n)
-    of_vertex, tip = np.empty(n, dtype=np.int64), creased.curvature[origin] > 0
+    of_vertex, tip = np.empty(n, dtype=np.int64), panels.opened[origin]
     of_vertex[F], tip[F[sides]], tip[F[:, NEXT][sides]] = label[:, None], False, False
     vertices, faces, rim, tips = (
         np.bincount(of, minlength=int(label.max()) + 1)
@@ -225,13 +174,32 @@ def _slits(creased: Creased, cut: BoolArray) -> tuple[BoolArray, IntArray]:
     part = Submesh(surface.V[origin[used]], F, rows, used, n, inner)
     first = used[np.array([loop[0] for loop in part.topology.loops], dtype=np.int64)]
     loops = np.bincount(of_vertex[first], minlength=len(vertices))
-    handles = rows[((loops == 0) | (characteristic + loops != 2))[label[rows]]]
-    piece = closed_surface(part)
-    seam = join(piece, np.zeros(0, dtype=np.int64), piece.node[tip[used]])
-    ends, n = origin[used[piece.edges[seam]]], len(surface.V)
+    handled, closed = wanted & (characteristic + loops != 2), loops == 0
+    if panels.opens_handles:
+        alone, stays = np.flatnonzero(handled), closed & ~handled
+    else:
+        alone, stays = np.zeros(0, dtype=np.int64), closed | handled
+    handles, of = rows[stays[label[rows]]], label[rows]
+    parts = [part.of_faces(np.flatnonzero(of == k)) for k in alone]
+    if not len(alone):
+        parts = [part]
+    elif len(others := np.flatnonzero(~np.isin(of, alone))):
+        parts.append(part.of_faces(others))
+    ends, n = origin[np.concatenate([_opening(part, tip) for part in parts])], len(surface.V)
     known, given = (np.minimum(*e.T) * n + np.maximum(*e.T) for e in (creased.ends, ends))
     slit[np.searchsorted(known, given)] = True
     return slit, handles
+
+
+def _opening(part: Submesh, tip: BoolArray) -> IntArray:
+    """The edges, as vertices (#E, 2), that open a part of several components to disks; one has handles alone.
+
+    `tip` are vertices, (n,), to which they come.
+    """
+    piece = closed_surface(part)
+    loops = open_handles(piece) if piece.genus else np.zeros(0, dtype=np.int64)
+    seam = join(piece, loops, piece.node[tip[part.vertices]])
+    return part.vertices[piece.edges[seam]]
 
 
 def _laid_flat(creased: Creased, joined: BoolArray) -> ComplexArray:
@@ -257,15 +225,20 @@ def _laid_flat(creased: Creased, joined: BoolArray) -> ComplexArray:
     return np.asarray(by[:, None] * z + to[:, None])
 
 
+def in_one_plane(creased: Creased) -> BoolArray:
+    """The edges whose two faces lie in one plane, as far as coordinates tell."""
+    double_area, dot = creased.surface.measured
+    longest = np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
+    height = np.minimum(*(double_area / longest)[creased.faces.T])
+    noise = NOISE * creased.extent_at_edges / height
+    return np.asarray(creased.bend <= np.minimum(np.maximum(EVEN, 4 * noise), STEEP))
+
+
 def _in_planes(creased: Creased, joined: BoolArray) -> tuple[ComplexArray, IntArray]:
     """The corners of the faces in the planes that they lie in, and the plane of each face."""
     surface, m = creased.surface, len(creased.surface.F)
-    double_area, dot = surface.measured
-    longest = np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
-    height = np.minimum(*(double_area / longest)[creased.faces.T])
-    noise = NOISE * creased.extent[creased.label[creased.faces[:, 0]]] / height
-    flat = joined & (creased.bend <= np.minimum(np.maximum(EVEN, 4 * noise), STEEP))
-    plane = connected_labels(creased.faces[flat], m)
+    double_area = surface.measured[0]
+    plane = connected_labels(creased.faces[joined & in_one_plane(creased)], m)
     normal = normals(surface.V, surface.topology.corner)
     number = int(plane.max()) + 1
     summed = np.stack([sum_by(plane, double_area * x, number) for x in normal.T], axis=1)
@@ -316,20 +289,33 @@ def _longest(creased: Creased, z: ComplexArray, panel: IntArray) -> FloatArray:
     return longest
 
 
-def _depths(triangle: ComplexArray, extent: FloatArray) -> FloatArray:
-    """By how much triangles may reach into each other; negative for those that are slivers."""
+def depths(triangle: ComplexArray, extent: FloatArray, most: float, shallow: float = SHALLOW) -> FloatArray:
+    """By how much triangles may reach into each other; negative for slivers.
+
+    That is a share `most` of the extent, and `shallow` of their height, at most.
+    """
     side = np.roll(triangle, -1, axis=1) - triangle
     height = -(side[:, 0].conj() * side[:, 2]).imag / np.maximum(np.abs(side.T).max(axis=0), 1e-300)
-    depth = np.maximum(DEPTH * height, np.minimum(SHALLOW * height, SINGLE * extent))
+    depth = np.maximum(DEPTH * height, np.minimum(shallow * height, most * extent))
     return np.where(height > ROUNDING * extent, depth, -1.0)
 
 
-def _hinges(creased: Creased, fold: BoolArray, panel: IntArray, z: ComplexArray, trade: float) -> Hinges:
+def _few_of_each(label: IntArray) -> IntArray:
+    """The rows of a few of each label, as far from each other among its rows as can be, in order."""
+    order = np.argsort(label, kind="stable")
+    sizes = np.diff(np.flatnonzero(np.diff(label[order], prepend=-1, append=-1)))
+    own, rank = counted(sizes)
+    step, before = ((FEW - 1) * of // np.maximum(sizes - 1, 1)[own] for of in (rank, rank - 1))
+    return np.sort(order[step > before])
+
+
+def _hinges(panels: Panels, panel: IntArray, z: ComplexArray, trade: float) -> Hinges:
     """Where panels may be joined, the dearest creases first; edges that one motion joins are one crease.
 
     A crease is worth the page that its length costs: that of sharp creases on which a seam is as dear.
     """
-    rows = np.flatnonzero(fold)
+    creased = panels.creased
+    rows = np.flatnonzero(panels.fold)
     rows = rows[np.not_equal(*panel[creased.faces[rows]].T)]
     pairs = panel[creased.faces[rows]]
     one, other = (z.ravel()[side] for side in creased.sides(rows))
@@ -337,8 +323,8 @@ def _hinges(creased: Creased, fold: BoolArray, panel: IntArray, z: ComplexArray,
     pairs[back] = pairs[back, ::-1]
     turn, shift = _motions(np.where(back, other, one), np.where(back, one, other))
     length = creased.length[rows] * (1 - (1 - SHARP_SHARE) * sharpness(creased.bend[rows]))
-    step = SAME * creased.extent[creased.label[creased.faces[rows, 0]]]
-    rounded = (np.round(part) for part in (turn / SAME, shift / step))
+    step = panels.same * creased.extent_at_edges[rows]
+    rounded = (np.round(part) for part in (turn / panels.same, shift / step))
     keys = (*pairs.T, *(part for values in rounded for part in (values.real, values.imag)))
     order = np.lexsort((-length, *keys))
     new = np.zeros(len(rows), dtype=bool)
@@ -348,6 +334,7 @@ def _hinges(creased: Creased, fold: BoolArray, panel: IntArray, z: ComplexArray,
     first = np.flatnonzero(new)
     total = np.add.reduceat(length[order], first) if len(first) else length
     by_length = np.argsort(-total, kind="stable")
+    by_length = by_length[_few_of_each(pairs[order[first][by_length]] @ np.array([len(panel), 1]))]
     chosen = order[first][by_length]
     body = creased.label[creased.faces[rows[chosen], 0]]
     area = sum_by(creased.label, creased.surface.measured[0], len(creased.extent)) / 2

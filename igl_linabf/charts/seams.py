@@ -10,6 +10,7 @@ from ..errors import is_number
 from ..flattening import Isometric, Method, method_of
 from ..surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
 from .coarse import CLUSTERED, DIRECT, DIRECT_HANDLES, Levels
+from .creased import Creased
 from .creases import all_bends, flat_share, flat_shares
 from .cut_graph import ClosedSurface, closed_surface
 from .expected import log_scale
@@ -27,7 +28,8 @@ from .growing import (
     with_branches,
 )
 from .nets import HARD, HARD_LARGE, MOST_HANDLES, Nets
-from .panels import Creased, seams_of_panels
+from .panels import Panels, seams_of_panels
+from .rounded import RoundedPanels
 from .routes import rerouted
 from .small_seams import SmallBodies
 from .visibility import Hiding, hiding
@@ -186,13 +188,11 @@ def seams_of(
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
     found, known = [np.zeros((0, 2), dtype=np.int64)], None
     if panels and trade > 0 and not holes and hidden is None:
-        creased = Creased(surface)
-        of_panels, others = _of_panels(creased, trade)
-        if others is None:
-            return of_panels
-        if others is surface:
-            known = creased.turned
-        found, surface = [of_panels], others
+        of_panels, creased = _of_panels(Creased(surface), trade)
+        found += of_panels
+        if creased is None:
+            return np.concatenate(found)
+        surface, known = creased.surface, creased.turned
     small = []
     shapes = _shapes(surface)
     for (component, loops, genus), is_small in zip(shapes, _are_small(surface, shapes), strict=True):
@@ -215,16 +215,23 @@ def seams_of(
     return np.concatenate(found)
 
 
-def _of_panels(creased: Creased, trade: float) -> tuple[IntArray, Submesh | None]:
+def _of_panels(creased: Creased, trade: float) -> tuple[list[IntArray], Creased | None]:
     """The seams of the components that are made of panels; and the other components, if there are any."""
-    surface = creased.surface
-    made = creased.made_of_panels(trade)[creased.label]
-    if not made.any():
-        return np.zeros((0, 2), dtype=np.int64), surface
-    rows = np.flatnonzero(made)
-    seams, left = seams_of_panels(creased if made.all() else Creased(surface.of_faces(rows)), trade)
-    made[rows[left]] = False
-    return seams, None if made.all() else surface.of_faces(np.flatnonzero(~made))
+    found = list[IntArray]()
+    for kind in (Panels, RoundedPanels):
+        made = kind(creased).made(trade)[creased.label]
+        if not made.any():
+            continue
+        surface, rows = creased.surface, np.flatnonzero(made)
+        own = creased if made.all() else Creased(surface.of_faces(rows))
+        seams, left = seams_of_panels(kind(own), trade)
+        found.append(seams)
+        made[rows[left]] = False
+        if made.all():
+            return found, None
+        if made.any():
+            creased = Creased(surface.of_faces(np.flatnonzero(~made)))
+    return found, creased
 
 
 Shape = tuple[Submesh, int, int]  # a component, its numbers of boundary loops and handles
