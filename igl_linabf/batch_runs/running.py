@@ -29,6 +29,8 @@ from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, Row, Table, sh
 
 AHEAD = 8  # meshes that are handed out for each thread, and
 AT_LEAST = 64  # in all
+NO_ROOM = "its process took more memory than it may, also alone: allow it more, or decimate the mesh"
+ALONE = 3  # deaths of the process that has a mesh alone, until that mesh is to blame
 Paths = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 
 
@@ -292,8 +294,8 @@ def _outputs(found: list[places.Found], table: Table, suffix: str) -> dict[str, 
 def _results(client: Any, tasks: list[Task]) -> Iterator[Row]:
     """The rows of the tasks, as they come; those whose process died come last, each alone.
 
-    A process that dies takes the meshes that wait for it with it, and something else may have killed it: only
-    a mesh that was alone twice is to blame.
+    A process that dies takes the meshes that wait for it with it, and something else may have killed it, as
+    one that is ended while another takes its place: only a mesh that was alone several times is to blame.
     """
     threads = sum(client.nthreads().values())
     suspects: list[Task] = []
@@ -302,19 +304,19 @@ def _results(client: Any, tasks: list[Task]) -> Iterator[Row]:
             yield result
         else:
             suspects.append(task)
-    again: list[Task] = []
-    for task, result in _run(client, iter(suspects), 1):
-        if isinstance(result, Row):
-            yield result
-        elif _took_too_much(client, result):
-            said = "its process took more memory than it may, also alone: allow it more, or decimate the mesh"
-            yield _blamed(task, OUT_OF_MEMORY, said)
-        else:
-            again.append(task)
-    for task, result in _run(client, iter(again), 1):
+    for _ in range(ALONE):
+        tried, suspects = suspects, []
+        for task, result in _run(client, iter(tried), 1):
+            if isinstance(result, Row):
+                yield result
+            elif _took_too_much(client, result):
+                yield _blamed(task, OUT_OF_MEMORY, NO_ROOM)
+            else:
+                suspects.append(task)
+    for task in suspects:
         limit = ", maybe for want of memory" if task.settings.memory else ""
-        said = f"its process died twice when it had this mesh alone{limit}"
-        yield result if isinstance(result, Row) else _blamed(task, DIED, said)
+        said = f"its process died {ALONE} times when it had this mesh alone{limit}"
+        yield _blamed(task, DIED, said)
 
 
 def _run(client: Any, tasks: Iterator[Task], ahead: int) -> Iterator[tuple[Task, Row | Any]]:

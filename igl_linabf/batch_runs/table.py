@@ -44,7 +44,8 @@ class Row:
     outcome : str
         Of `unwrap`: "valid", "flipped" or "overlapping"; of `flatten`: the value of its `Outcome`. Without
         a map: "refused" for a `MeshError`, "unreadable", "out of memory", "died" where its process was
-        lost twice while it had this mesh alone, "failed" for all other errors, "waiting" before it is done.
+        lost three times while it had this mesh alone, "failed" for all other errors, "waiting" before
+        it is done.
     message : str
         What is wrong, and warnings.
     triangles, charts : int or None
