@@ -76,19 +76,24 @@ def test_an_open_plate_among_other_pieces_is_cut_to_its_net() -> None:
         assert len(atlas.charts) < len(faces) - len(plate) + 3
 
 
-def test_a_net_does_not_depend_on_position_size_or_numbering() -> None:
-    V, F = box(1, 1.3, 2, 2)
+def likes_of(V: np.ndarray, F: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, float]]:
+    """The surface elsewhere and larger, numbered otherwise, and in single precision; and its size."""
     rng = np.random.default_rng(0)
     turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
     turn *= np.sign(np.linalg.det(turn))
     order = rng.permutation(len(V))
     place = np.argsort(order)
-    length = unwrap(V, F).seam_length
-    for V_other, F_other, scale in (
+    return [
         (1e3 * V @ turn + 50, F, 1e3),
         (V[order], place[F][rng.permutation(len(F))][:, [1, 2, 0]], 1),
         (V.astype(np.float32), F, 1),
-    ):
+    ]
+
+
+def test_a_net_does_not_depend_on_position_size_or_numbering() -> None:
+    V, F = box(1, 1.3, 2, 2)
+    length = unwrap(V, F).seam_length
+    for V_other, F_other, scale in likes_of(V, F):
         atlas = unwrap(V_other, F_other)
         assert atlas.quality.stretch_l2 < 1.001
         assert atlas.seam_length == pytest.approx(scale * length, rel=1e-5)
@@ -128,18 +133,8 @@ def test_a_body_with_fillets_is_cut_along_these_and_laid_flat_nearly_exactly(nam
 
 def test_a_rounded_box_falls_into_the_net_of_the_box_however_it_lies() -> None:
     V, F = rounded_box(3, 2, 1, 0.1)
-    rng = np.random.default_rng(0)
-    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
-    turn *= np.sign(np.linalg.det(turn))
-    order = rng.permutation(len(V))
-    place = np.argsort(order)
     shortest = 4 * 1 + 2 * 2 + 3  # seven edges of the box
-    for V_other, F_other, scale in (
-        (V, F, 1),
-        (1e3 * V @ turn + 50, F, 1e3),
-        (V[order], place[F][rng.permutation(len(F))][:, [1, 2, 0]], 1),
-        (V.astype(np.float32), F, 1),
-    ):
+    for V_other, F_other, scale in [(V, F, 1), *likes_of(V, F)]:
         atlas = unwrap(V_other, F_other)
         assert len(atlas.charts) == 1
         assert atlas.quality.stretch_l2 < 1.005
