@@ -74,7 +74,7 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
         if isinstance(solver.laplacian, Multigrid):
             return None
         moving = disks.faces.spread(np.where(stepped, 1.0, 0.0))
-        for k in range(2):
+        for k in range(2):  # one inner step of the first has to leave far less
             e, inner_steps[k], converged = _errors(solver, at, rows, rtol, rtol ** (2 - k))
             with timed("assembly"):
                 e, cut = kernels.cut_short(at.alpha, e * moving, REACH)

@@ -289,7 +289,9 @@ def _longest(creased: Creased, z: ComplexArray, panel: IntArray) -> FloatArray:
     return longest
 
 
-def depths(triangle: ComplexArray, extent: FloatArray, most: float, shallow: float = SHALLOW) -> FloatArray:
+def depths(
+    triangle: ComplexArray, extent: FloatArray, most: float, shallow: float | FloatArray = SHALLOW
+) -> FloatArray:
     """By how much triangles may reach into each other; negative for slivers.
 
     That is a share `most` of the extent, and `shallow` of their height, at most.

@@ -18,7 +18,7 @@ from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..kernels import nearest_sources, shortest_pairs
 from ..surface import connected_labels, sum_by
 from .creases import TIP
-from .panels import FITS, Panels, depths, in_one_plane
+from .panels import FITS, SHALLOW, Panels, depths, in_one_plane
 
 PLANE = 1e-3  # of the area, from which a plane is a panel
 LARGER = 2.0  # times any plane beside it that is not across a sharp crease: strips of cylinders are not
@@ -85,7 +85,7 @@ class RoundedPanels(Panels):
 
     def depths(self, z: ComplexArray) -> FloatArray:
         extent = self.creased.extent[self.creased.label]
-        return np.where(self._large, depths(z, extent, PLAY), depths(z, extent, PLAY, DEEP))
+        return depths(z, extent, PLAY, np.where(self._large, SHALLOW, DEEP))
 
     def made(self, trade: float) -> BoolArray:
         """Which components are: they have creases, and large planes make up a good part of the area."""

@@ -219,12 +219,13 @@ def _of_panels(creased: Creased, trade: float) -> tuple[list[IntArray], Creased 
     """The seams of the components that are made of panels; and the other components, if there are any."""
     found = list[IntArray]()
     for kind in (Panels, RoundedPanels):
-        made = kind(creased).made(trade)[creased.label]
+        panels = kind(creased)
+        made = panels.made(trade)[creased.label]
         if not made.any():
             continue
         surface, rows = creased.surface, np.flatnonzero(made)
-        own = creased if made.all() else Creased(surface.of_faces(rows))
-        seams, left = seams_of_panels(kind(own), trade)
+        own = panels if made.all() else kind(Creased(surface.of_faces(rows)))
+        seams, left = seams_of_panels(own, trade)
         found.append(seams)
         made[rows[left]] = False
         if made.all():

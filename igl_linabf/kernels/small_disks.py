@@ -254,7 +254,7 @@ def _flat_disk(
             if not positive:
                 return ALONE
         step, cut = np.empty((3, m)), np.empty(m, dtype=np.bool_)
-        for k in range(2):
+        for k in range(2):  # one inner step of the first has to leave far less
             e0 = w * (missing / d)
             steps, converged = _errors_by_gradients(
                 fans, factor, slivers, e0, b, limits.rtol, limits.rtol ** (2 - k), limits.most_steps
