@@ -27,7 +27,7 @@ from igl_linabf import (
     quality,
     unwrap,
 )
-from igl_linabf.charts import charting, task
+from igl_linabf.charts import bijectively, charting, task
 from igl_linabf.charts.pieces import cut_out, on_part
 from igl_linabf.io import read_mesh, read_texture
 from igl_linabf.surface import Submesh, arrays, face_components
@@ -122,6 +122,16 @@ def test_bijective_keeps_one_chart_and_says_what_it_costs() -> None:
     assert chart.overlapping == 0
     assert chart.cost > 0
     assert "moved apart to be bijective" in chart.result.message
+    assert len(overlaps(atlas.TC, atlas.FTC)) == 0
+
+
+def test_what_moving_apart_takes_too_long_for_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    V, F = spiral()
+    monkeypatch.setattr(bijectively, "WAITED", 0.0)
+    monkeypatch.setattr(bijectively, "PER_FACE", 1e-9)
+    with pytest.warns(FallbackWarning, match="cut apart, not moved.*did not end within"):
+        atlas = unwrap(V, F, bijective=True)
+    assert atlas.splits
     assert len(overlaps(atlas.TC, atlas.FTC)) == 0
 
 

@@ -15,14 +15,33 @@ from igl_linabf import MeshError, OutcomeWarning, cut, find_seams, unwrap
 from igl_linabf.charts import task
 
 
+@pytest.mark.parametrize("options", [{}, {"hide": [0, 0, -1]}, {"bijective": True}])
 @pytest.mark.parametrize("name", DEVELOPABLE)
-def test_what_has_a_net_is_laid_flat_without_distortion(name: str) -> None:
+def test_what_has_a_net_is_laid_flat_without_distortion(name: str, options: dict[str, object]) -> None:
     V, F = DEVELOPABLE[name]()
-    atlas = unwrap(V, F)
+    atlas = unwrap(V, F, **options)
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.01
     assert atlas.quality.conformal_distortion < 1.01
     assert atlas.quality.area_distortion < 0.01
+
+
+@pytest.mark.parametrize("shape", [(4, 3, 0.1), (1, 1, 1), (1, 2, 3)])
+def test_a_box_opens_on_the_side_that_hides_its_seams(shape: tuple[float, float, float]) -> None:
+    V, F = box(*shape, 2)
+    edges, _, sides = igl.edge_flaps(F)[:3]
+    across = igl.per_face_normals(V, F, np.zeros(3))[sides]
+    for axis in (*np.eye(3), *-np.eye(3)):
+        atlas = unwrap(V, F, hide=axis)
+        cuts = {tuple(pair) for pair in np.sort(atlas.seams, axis=1).tolist()}
+        on_seam = np.array([tuple(pair) in cuts for pair in np.sort(edges, axis=1).tolist()])
+        around = (across @ axis).min(axis=1) < -0.5, (across @ axis).max(axis=1) > 0.5
+        shown, hidden = (
+            np.linalg.norm(V[edges[on_seam & side, 0]] - V[edges[on_seam & side, 1]], axis=1).sum()
+            for side in around
+        )
+        assert shown <= hidden * (1 + 1e-9)
+        assert shown < 1e-9 or np.ptp(V @ axis) > 1.5 * np.ptp(V, axis=0).min()  # a side that is not long
 
 
 def test_planes_and_cylinders_of_a_machine_part_come_out_isometric() -> None:

@@ -6,7 +6,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import partial
 from subprocess import PIPE, Popen, TimeoutExpired
 from types import FrameType
@@ -40,6 +40,9 @@ def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float 
             for process in started:
                 process.kill()
                 process.communicate()
+                assert process.stdin is not None
+                with suppress(BrokenPipeError):
+                    process.stdin.close()  # it was not read to its end
             if isinstance(error, TimeoutExpired):
                 raise RuntimeError(f"{name} did not end within {timeout:g} seconds") from None
             raise

@@ -12,11 +12,14 @@ from ..measures import change_of
 from ..surface import Submesh, complex_positions, flipped_faces, signed_double_areas
 from .scaf import moved_apart
 
+WAITED, PER_FACE = 30.0, 2e-3  # seconds after which igl's SCAF hangs: five times what it takes elsewhere
+
 
 def made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, float] | None:
     """The map with its overlapping parts moved apart, and the increase of F/3nt; None where SCAF cannot."""
+    timeout = WAITED + PER_FACE * len(piece.F)
     try:
-        uv, _ = moved_apart(result.uv, piece.topology)  # what is wrong is told of the atlas
+        uv, _ = moved_apart(result.uv, piece.topology, timeout=timeout)  # what is wrong is told of the atlas
     except MeshError as error:
         warnings.warn(
             f"parts of the chart of faces {some(piece.faces)} overlap, and are cut apart, not moved: {error}",

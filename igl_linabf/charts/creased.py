@@ -11,6 +11,7 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import lengths
 from ..surface import NEXT, PREV, Submesh, sum_by
 from .creases import NOISE, SHARP, SOFT, all_bends, extents_of, flat_shares, tips
+from .visibility import shown_between
 
 NEEDLE = 1e-12  # area over squared length, up to which no face may be a chart alone
 GAIN = 0.02  # sum of squared curvatures, in full turns, from which on a disk gains by a seam
@@ -23,9 +24,12 @@ class Creased:
     Attributes
     ----------
     surface : Submesh
+    hidden : (#F',) float64 or None
+        How well each of the caller's faces hides a seam, as of `hiding`.
     """
 
     surface: Submesh
+    hidden: FloatArray | None = None
 
     @property
     def label(self) -> IntArray:
@@ -75,6 +79,13 @@ class Creased:
     def length(self) -> FloatArray:
         """Of these edges."""
         return lengths(self.surface.V, self.ends)
+
+    @cached_property
+    def shown_length(self) -> FloatArray:
+        """The same, as long as seams there look: shorter where the two faces hide them."""
+        if self.hidden is None:
+            return self.length
+        return np.asarray(self.length * shown_between(self.hidden[self.surface.faces[self.faces]]))
 
     @cached_property
     def turned(self) -> FloatArray:

@@ -96,7 +96,8 @@ class Panels:
         if not made.any():
             return made
         # no tree through what is curved costs less: each node has an edge, and an edge has two nodes
-        least, price = np.full(len(bent), np.inf), creased.length * np.where(creased.sharp, SHARP_SHARE, 1.0)
+        least = np.full(len(bent), np.inf)
+        price = creased.shown_length * np.where(creased.sharp, SHARP_SHARE, 1.0)
         np.minimum.at(least, creased.ends.ravel(), np.repeat(price, 2))
         cheap = self.price(creased.in_components(bent > 0, least) / 2, trade) < NEAR_CREASED
         if not cheap[made].all():
@@ -122,7 +123,7 @@ def seams_of_panels(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
     if seam.any():
         seam |= _slits(panels, seam)[0]
     body = creased.label[creased.faces[:, 0]]
-    length = sum_by(body[seam], creased.length[seam], len(creased.extent))
+    length = sum_by(body[seam], creased.shown_length[seam], len(creased.extent))
     dear = panels.price(SHARP_SHARE * length, trade) > panels.dearest
     dear[creased.label[handles]] = True
     left = dear[creased.label]
@@ -185,18 +186,18 @@ def _slits(panels: Panels, cut: BoolArray) -> tuple[BoolArray, IntArray]:
         parts = [part]
     elif len(others := np.flatnonzero(~np.isin(of, alone))):
         parts.append(part.of_faces(others))
-    ends, n = origin[np.concatenate([_opening(part, tip) for part in parts])], len(surface.V)
+    ends, n = origin[np.concatenate([_opening(part, tip, creased.hidden) for part in parts])], len(surface.V)
     known, given = (np.minimum(*e.T) * n + np.maximum(*e.T) for e in (creased.ends, ends))
     slit[np.searchsorted(known, given)] = True
     return slit, handles
 
 
-def _opening(part: Submesh, tip: BoolArray) -> IntArray:
+def _opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArray:
     """The edges, as vertices (#E, 2), that open a part of several components to disks; one has handles alone.
 
     `tip` are vertices, (n,), to which they come.
     """
-    piece = closed_surface(part)
+    piece = closed_surface(part, hidden)
     loops = open_handles(piece) if piece.genus else np.zeros(0, dtype=np.int64)
     seam = join(piece, loops, piece.node[tip[part.vertices]])
     return part.vertices[piece.edges[seam]]
@@ -324,7 +325,7 @@ def _hinges(panels: Panels, panel: IntArray, z: ComplexArray, trade: float) -> H
     back = pairs[:, 0] > pairs[:, 1]
     pairs[back] = pairs[back, ::-1]
     turn, shift = _motions(np.where(back, other, one), np.where(back, one, other))
-    length = creased.length[rows] * (1 - (1 - SHARP_SHARE) * sharpness(creased.bend[rows]))
+    length = creased.shown_length[rows] * (1 - (1 - SHARP_SHARE) * sharpness(creased.bend[rows]))
     step = panels.same * creased.extent_at_edges[rows]
     rounded = (np.round(part) for part in (turn / panels.same, shift / step))
     keys = (*pairs.T, *(part for values in rounded for part in (values.real, values.imag)))

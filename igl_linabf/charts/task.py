@@ -46,7 +46,8 @@ class Task:
             hidden=self.hidden,
             isometric=isometric,
             part_overlaps=part_overlaps and not (isometric or self.bijective),
-            panels=panels and not self.bijective,
+            panels=panels,
+            rounded=not self.bijective,
         )
 
     @property

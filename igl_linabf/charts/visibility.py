@@ -110,4 +110,9 @@ def shown(
     area = np.bincount(corner, np.tile(double_area, 3), minlength=n)
     mean = np.bincount(corner, np.tile(double_area * hidden[component.faces], 3), minlength=n) / area
     mean = smoothing.of(mean, smoothing.steps(REACH * size, MAX_STEPS))
-    return np.asarray(HIDING ** -mean[edges].mean(axis=1))
+    return shown_between(mean[edges])
+
+
+def shown_between(hidden: FloatArray) -> FloatArray:
+    """What a seam's length is multiplied by between two faces, or vertices, that hide it so well, (#E, 2)."""
+    return np.asarray(HIDING ** -hidden.mean(axis=1))
