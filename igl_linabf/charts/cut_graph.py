@@ -301,13 +301,13 @@ def seam_lengths(length: FloatArray, bend: FloatArray) -> FloatArray:
     return np.asarray(length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1)))
 
 
-def open_handles(piece: ClosedSurface) -> IntArray:
+def open_handles(piece: ClosedSurface, rounds: int = BASE_ROUNDS) -> IntArray:
     """The shortest cut graph made of loops through one point, over several base points."""
     bases, tried = [int(np.argmax(np.abs(piece.curvature)))], set[int]()
     while len(bases) < FIRST_BASES:
         bases.append(int(np.argmax(piece.search(np.array(bases))[0])))
     best = shortest_loops(piece, bases)
-    for _ in range(BASE_ROUNDS - 1):
+    for _ in range(rounds - 1):
         tried.update(bases)
         # a loop is short as seen from a point on it
         bases = sorted(set(piece.ends[best[1]].ravel().tolist()) - tried)

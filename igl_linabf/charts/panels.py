@@ -42,6 +42,7 @@ SHALLOW = 0.05  # of their height, by which they may at most
 SAME = 1e-3  # of the extent, and radians: creases that two motions bring together by less are one
 WASTED = 0.02  # of the area between charts that others do not fill
 PAGE, LONGEST = 2.0, 0.6  # of the area, or of the squared length of a panel, that a page is meant to have
+ONCE = 1  # rounds of base points: a bore's loops are as short from any
 FEW = 8  # of the creases of two panels, along which they are tried: a curved one is hundreds
 
 
@@ -198,7 +199,7 @@ def _opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArr
     `tip` are vertices, (n,), to which they come.
     """
     piece = closed_surface(part, hidden)
-    loops = open_handles(piece) if piece.genus else np.zeros(0, dtype=np.int64)
+    loops = open_handles(piece, ONCE) if piece.genus else np.zeros(0, dtype=np.int64)
     seam = join(piece, loops, piece.node[tip[part.vertices]])
     return part.vertices[piece.edges[seam]]
 
