@@ -207,6 +207,17 @@ def test_a_few_faces_that_overlap_are_laid_out_narrower_instead_of_cut_off(
     )
 
 
+@pytest.mark.parametrize("name", ["closed__igl_cow.off", "disk__igl_camel_b.obj"])
+def test_what_a_few_narrower_faces_solve_needs_no_moving_apart(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    V, F = load(name)
+    monkeypatch.setattr("igl_linabf.charts.charting.made_bijective", pytest.fail)
+    atlas = unwrap(V, F, bijective=True)
+    assert not atlas.quality.overlaps
+    assert (atlas.TC == unwrap(V, F).TC).all()
+
+
 @pytest.mark.parametrize(
     "name", ["limb", "closed__igl_cow.off", "disk__igl_camel_b.obj", "holes__igl_beetle.off"]
 )

@@ -12,27 +12,40 @@ from ..measures import change_of
 from ..surface import Submesh, complex_positions, flipped_faces, signed_double_areas
 from .scaf import moved_apart
 
-WAITED, PER_FACE = 30.0, 2e-3  # seconds after which igl's SCAF hangs: five times what it takes elsewhere
+WAITED, PER_FACE = 10.0, 1e-3  # seconds after which igl's SCAF hangs: elsewhere it takes 0.4 ms a face
+LOST = 1.2  # times its L2 stretch, beyond which a map has not come apart: it takes 1.1 where SCAF converges
 
 
 def made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, float] | None:
-    """The map with its overlapping parts moved apart, and the increase of F/3nt; None where SCAF cannot."""
-    timeout = WAITED + PER_FACE * len(piece.F)
-    try:
-        uv, _ = moved_apart(result.uv, piece.topology, timeout=timeout)  # what is wrong is told of the atlas
+    """The map with its overlapping parts moved apart, and the increase of F/3nt; None where SCAF cannot.
+
+    On long strips it stops far from the map, and a seam is better.
+    """
+    try:  # what is wrong is told of the atlas
+        uv, _ = moved_apart(result.uv, piece.topology, timeout=WAITED + PER_FACE * len(piece.F))
     except MeshError as error:
-        warnings.warn(
-            f"parts of the chart of faces {some(piece.faces)} overlap, and are cut apart, not moved: {error}",
-            FallbackWarning,
-            stacklevel=stack_level(),
-        )
+        _tell(piece, str(error))
         return None
     corner = piece.topology.corner
     areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
     uv *= np.sqrt(areas[0] / areas[1])
-    before, after = (float(change_of(piece, m).angle_distortion.mean()) for m in (result.uv, uv))
-    message = f"{result.message}; moved apart to be bijective: F/3nt {before:.4g} -> {after:.4g}"
-    return _with_map(result, uv, corner, message), after - before
+    before, after = (change_of(piece, m) for m in (result.uv, uv))
+    least, stretch = (float(np.sqrt(change.mean(change.squared_stretch))) for change in (before, after))
+    if not stretch <= LOST * least:
+        _tell(piece, f"SCAF stretches the chart by {stretch:.3g} (L2), and was to keep it at {least:.3g}")
+        return None
+    shear = [float(change.angle_distortion.mean()) for change in (before, after)]
+    message = "{}; moved apart to be bijective: F/3nt {:.4g} -> {:.4g}".format(result.message, *shear)
+    return _with_map(result, uv, corner, message), shear[1] - shear[0]
+
+
+def _tell(piece: Submesh, why: str) -> None:
+    """Warn that parts of a chart cannot be moved apart."""
+    warnings.warn(
+        f"parts of the chart of faces {some(piece.faces)} overlap, and are cut apart, not moved: {why}",
+        FallbackWarning,
+        stacklevel=stack_level(),
+    )
 
 
 def _with_map(result: Flattening, uv: FloatArray, corner: IntArray, message: str) -> Flattening:

@@ -229,26 +229,37 @@ def _mapped(piece: Submesh, splits: int, task: Task, known: Known | None) -> _Ma
 def _without_overlaps(piece: Submesh, made: _Mapped, splits: int, task: Task) -> _Mapped | list[_Cut]:
     """A map in which parts are moved apart or laid narrower; else the piece's parts; else the same map."""
     result, pairs = made.result, made.pairs
-    bijective = made_bijective(piece, result) if task.bijective and not result.holes else None
-    if bijective is not None:
-        apart, cost = bijective
-        return made.moved(piece, apart, overlapping_pairs_of_chart(piece.topology, apart.uv), cost)
+    few = len(np.unique(pairs)) < LITTLE * len(piece.F)
+    if task.bijective and not result.holes:
+        narrower, left = _narrower(piece, result, pairs) if few else (result, pairs)
+        if not len(left):
+            return made.moved(piece, narrower, left)
+        bijective = made_bijective(piece, result)
+        if bijective is not None:
+            apart, cost = bijective
+            return made.moved(piece, apart, overlapping_pairs_of_chart(piece.topology, apart.uv), cost)
     if splits >= task.most_splits:
         parts = halves(piece)
         return _anew(parts) if parts else made
     if result.holes:  # first to a disk
         return _anew(_disks(piece, task))
-    few = len(np.unique(pairs)) < LITTLE * len(piece.F)
     made = replace(made, without_tips=task.weighs_stretch and few)
     if made.without_tips and len(seams := _to_tips(piece, made.change, splits, task)):
         return _anew(piece.cut_along(seams))
-    if few and result.outcome.good and not is_isometric(piece, result.uv):
-        narrower, left = laid_narrower(piece, result, pairs)
+    if few:
+        narrower, left = _narrower(piece, result, pairs)
         if narrower is not result:
             made = made.moved(piece, narrower, left)
         if not len(left):
             return made
     return _cut_apart(piece, made, few, splits, task) or made
+
+
+def _narrower(piece: Submesh, result: Flattening, pairs: IntArray) -> tuple[Flattening, IntArray]:
+    """The map with some faces laid out narrower, and the pairs that still overlap; not of isometric ones."""
+    if not result.outcome.good or is_isometric(piece, result.uv):
+        return result, pairs
+    return laid_narrower(piece, result, pairs)
 
 
 def _cut_apart(piece: Submesh, made: _Mapped, few: bool, splits: int, task: Task) -> list[_Cut]:

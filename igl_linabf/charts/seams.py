@@ -175,7 +175,6 @@ def seams_of(
     isometric: bool = False,
     part_overlaps: bool = False,
     panels: bool = False,
-    rounded: bool = True,
 ) -> IntArray:
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
@@ -183,13 +182,13 @@ def seams_of(
     `hidden` as of `hiding`.
     `isometric`: for maps that keep lengths; the small ones among many are found as for others.
     `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
-    `panels`: so are those that are made of panels; if `rounded`, of such with rounded creases, too.
+    `panels`: so are those that are made of panels; with rounded creases only if no seams are to be hidden.
     """
     if not is_number(trade, 0):
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
     found, known = [np.zeros((0, 2), dtype=np.int64)], None
     if panels and trade > 0 and not holes:
-        of_panels, creased = _of_panels(Creased(surface, hidden), trade, rounded and hidden is None)
+        of_panels, creased = _of_panels(Creased(surface, hidden), trade)
         found += of_panels
         if creased is None:
             return np.concatenate(found)
@@ -216,9 +215,9 @@ def seams_of(
     return np.concatenate(found)
 
 
-def _of_panels(creased: Creased, trade: float, rounded: bool) -> tuple[list[IntArray], Creased | None]:
+def _of_panels(creased: Creased, trade: float) -> tuple[list[IntArray], Creased | None]:
     """The seams of the components that are made of panels; and the other components, if there are any."""
-    found, kinds = list[IntArray](), (Panels, RoundedPanels) if rounded else (Panels,)
+    found, kinds = list[IntArray](), (Panels, RoundedPanels) if creased.hidden is None else (Panels,)
     for kind in kinds:
         panels = kind(creased)
         made = panels.made(trade)[creased.label]

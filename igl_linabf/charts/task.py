@@ -47,7 +47,6 @@ class Task:
             isometric=isometric,
             part_overlaps=part_overlaps and not (isometric or self.bijective),
             panels=panels,
-            rounded=not self.bijective,
         )
 
     @property
