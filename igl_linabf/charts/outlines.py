@@ -120,12 +120,11 @@ class Row:
 def outlines(z: ComplexArray, F: IntArray, vertices: Parts, faces: Parts, area: FloatArray) -> list[Outline]:
     """The outlines of charts whose vertices and faces stand one after the other."""
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
-    key = np.minimum(tail, head) * len(z) + np.maximum(tail, head)
-    edge, of_side = np.unique(key, return_inverse=True)
-    net = np.bincount(of_side.ravel(), np.where(tail < head, 1, -1), len(edge)).astype(np.int64)
-    low, high = np.divmod(edge, len(z))
-    left = net != 0
-    low, high, net = low[left], high[left], net[left]
+    key = np.sort((np.minimum(tail, head) * len(z) + np.maximum(tail, head)) * 2 + (tail > head))
+    first = np.flatnonzero(np.diff(key // 2, prepend=-1))
+    net = np.add.reduceat(1 - 2 * (key % 2), first) if len(key) else key  # how often each edge runs upwards
+    low, high = np.divmod(key[first[net != 0]] // 2, len(z))
+    net = net[net != 0]
     start, end = np.where(net > 0, low, high), np.where(net > 0, high, low)
     bounds = np.searchsorted(low, vertices.start)  # edges are sorted by their lower vertex
     weight = np.abs(net)
