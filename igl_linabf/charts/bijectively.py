@@ -8,18 +8,18 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshError, some, stack_level
 from ..flattening import Flattening, Outcome
-from ..measures import change_of
 from ..surface import Submesh, complex_positions, flipped_faces, signed_double_areas
+from .kept_maps import Measured
 from .scaf import moved_apart
 
 WAITED, PER_FACE = 10.0, 1e-3  # seconds after which igl's SCAF hangs: elsewhere it takes 0.4 ms a face
 LOST = 1.2  # times its L2 stretch, beyond which a map has not come apart: it takes 1.1 where SCAF converges
 
 
-def made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, float] | None:
+def made_bijective(piece: Submesh, result: Flattening, before: Measured) -> tuple[Flattening, float] | None:
     """The map with its overlapping parts moved apart, and the increase of F/3nt; None where SCAF cannot.
 
-    On long strips it stops far from the map, and a seam is better.
+    `before` is the map measured. On long strips SCAF stops far from it, and a seam is better.
     """
     try:  # what is wrong is told of the atlas
         uv, _ = moved_apart(result.uv, piece.topology, timeout=WAITED + PER_FACE * len(piece.F))
@@ -29,12 +29,11 @@ def made_bijective(piece: Submesh, result: Flattening) -> tuple[Flattening, floa
     corner = piece.topology.corner
     areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
     uv *= np.sqrt(areas[0] / areas[1])
-    before, after = (change_of(piece, m) for m in (result.uv, uv))
-    least, stretch = (float(np.sqrt(change.mean(change.squared_stretch))) for change in (before, after))
-    if not stretch <= LOST * least:
-        _tell(piece, f"SCAF stretches the chart by {stretch:.3g} (L2), and was to keep it at {least:.3g}")
+    after = Measured(piece, uv)
+    if not after.stretch <= LOST * before.stretch:
+        _tell(piece, f"SCAF would stretch the chart by {after.stretch:.3g} (L2), not by {before.stretch:.3g}")
         return None
-    shear = [float(change.angle_distortion.mean()) for change in (before, after)]
+    shear = [float(change.at_triangles.angle_distortion.mean()) for change in (before, after)]
     message = "{}; moved apart to be bijective: F/3nt {:.4g} -> {:.4g}".format(result.message, *shear)
     return _with_map(result, uv, corner, message), shear[1] - shear[0]
 

@@ -230,14 +230,8 @@ def _without_overlaps(piece: Submesh, made: _Mapped, splits: int, task: Task) ->
     """A map in which parts are moved apart or laid narrower; else the piece's parts; else the same map."""
     result, pairs = made.result, made.pairs
     few = len(np.unique(pairs)) < LITTLE * len(piece.F)
-    if task.bijective and not result.holes:
-        narrower, left = _narrower(piece, result, pairs) if few else (result, pairs)
-        if not len(left):
-            return made.moved(piece, narrower, left)
-        bijective = made_bijective(piece, result)
-        if bijective is not None:
-            apart, cost = bijective
-            return made.moved(piece, apart, overlapping_pairs_of_chart(piece.topology, apart.uv), cost)
+    if task.bijective and not result.holes and (apart := _moved_apart(piece, made, few)) is not None:
+        return apart
     if splits >= task.most_splits:
         parts = halves(piece)
         return _anew(parts) if parts else made
@@ -253,6 +247,19 @@ def _without_overlaps(piece: Submesh, made: _Mapped, splits: int, task: Task) ->
         if not len(left):
             return made
     return _cut_apart(piece, made, few, splits, task) or made
+
+
+def _moved_apart(piece: Submesh, made: _Mapped, few: bool) -> _Mapped | None:
+    """A map without overlaps where narrower faces or SCAF make one of it; None if neither does."""
+    if few:
+        narrower, left = _narrower(piece, made.result, made.pairs)
+        if not len(left):
+            return made.moved(piece, narrower, left)
+    bijective = made_bijective(piece, made.result, made.change)
+    if bijective is None:
+        return None
+    apart, cost = bijective
+    return made.moved(piece, apart, overlapping_pairs_of_chart(piece.topology, apart.uv), cost)
 
 
 def _narrower(piece: Submesh, result: Flattening, pairs: IntArray) -> tuple[Flattening, IntArray]:

@@ -123,8 +123,8 @@ def outlines(z: ComplexArray, F: IntArray, vertices: Parts, faces: Parts, area: 
     key = np.sort((np.minimum(tail, head) * len(z) + np.maximum(tail, head)) * 2 + (tail > head))
     first = np.flatnonzero(np.diff(key // 2, prepend=-1))
     net = np.add.reduceat(1 - 2 * (key % 2), first) if len(key) else key  # how often each edge runs upwards
-    low, high = np.divmod(key[first[net != 0]] // 2, len(z))
-    net = net[net != 0]
+    left = net != 0
+    (low, high), net = np.divmod(key[first[left]] // 2, len(z)), net[left]
     start, end = np.where(net > 0, low, high), np.where(net > 0, high, low)
     bounds = np.searchsorted(low, vertices.start)  # edges are sorted by their lower vertex
     weight = np.abs(net)

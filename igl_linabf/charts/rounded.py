@@ -88,9 +88,12 @@ class RoundedPanels(Panels):
         return depths(z, extent, PLAY, np.where(self._large, SHALLOW, DEEP))
 
     def made(self, trade: float) -> BoolArray:
-        """Which components are: they have creases, and large planes make up a good part of the area."""
+        """Which components are: they have creases, and large planes make up a good part of the area.
+
+        None if seams are to be hidden: around all planes they show.
+        """
         creased = self.creased
-        made = creased.may_fall_apart.copy()
+        made = creased.may_fall_apart & (creased.hidden is None)
         if made.any():
             large = np.where(self._large, creased.surface.measured[0], 0.0)
             made &= sum_by(creased.label, large, len(made)) >= PLANAR * creased.area

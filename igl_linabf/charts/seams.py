@@ -217,8 +217,8 @@ def seams_of(
 
 def _of_panels(creased: Creased, trade: float) -> tuple[list[IntArray], Creased | None]:
     """The seams of the components that are made of panels; and the other components, if there are any."""
-    found, kinds = list[IntArray](), (Panels, RoundedPanels) if creased.hidden is None else (Panels,)
-    for kind in kinds:
+    found = list[IntArray]()
+    for kind in (Panels, RoundedPanels):
         panels = kind(creased)
         made = panels.made(trade)[creased.label]
         if not made.any():

@@ -90,8 +90,8 @@ def unwrap(
         Leave holes uncut, if `seams` is not given.
     bijective : bool
         If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting
-        it. The chart's `cost` is the increase of F/3nt. Charts with holes are split, and those that
-        would be stretched by more than a fifth.
+        it. The chart's `cost` is the increase of F/3nt. Charts with holes are split, and those for
+        which that takes too long or would stretch them by more than a fifth.
     margin : float
         Distance between charts, and to the border, as a share of the unit square's side. If there are
         too many charts for it, a smaller one is used, with a warning.

@@ -230,7 +230,7 @@ def _percentile_99(sides: FloatArray, faces: Parts) -> FloatArray:
     place = 0.99 * last
     low = np.floor(place).astype(np.int64)
     ends = np.stack((low, np.minimum(low + 1, last)), axis=1)
-    # far less than sorting
+    # a partition takes far less than a sort
     below, above = np.array(
         [np.partition(part, at, axis=None)[at] for part, at in zip(faces.split(sides.T), ends, strict=True)]
     ).T
