@@ -1,0 +1,3 @@
+#include "numpy.hpp"
+
+void bind_angles(nb::module_&) {}

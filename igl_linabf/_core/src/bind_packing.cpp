@@ -1,0 +1,3 @@
+#include "numpy.hpp"
+
+void bind_packing(nb::module_&) {}
