@@ -11,13 +11,12 @@ from .constraints import Constraints, Residual, constraints_of, residual
 from .converged import LEAST_SHARE, AbfResult, converge, converge_feasibly
 from .estimate import CAP_ANGLE, corner_angles, initial_estimate, opened, rescaled
 from .full_system import LEFT, RIGHT, fan_rows, least_norm, triangle_rows, vertex_rows
-from .iterates import REACH, AngleProblem, Iterate, Step
-from .iterations import State, active_set, chord_step, linear_step
+from .iterates import REACH, AngleProblem, Blocks, Iterate, Step
+from .iterations import State, StepAndChord, active_set, linear_step, step_and_chord
 from .last_steps import ROUGH_RTOL, astray, corrected_steps, step_by_same_factor, step_from_surface
 from .linearised import Direction, Linearised, advance, linearise, solve
 from .loops import ClosedPath, Closure, closure_of
 from .patches import within_patches
 from .reduced import SLIVER_OF_SMALL, System
-from .separately import MOST_STEPS, Separate, families_of, rows_of, step_and_chord
 from .to_order import prescribed_steps
 from .turnings import Turnings

@@ -11,11 +11,46 @@ import numpy as np
 from .. import kernels
 from .._types import BoolArray, FloatArray
 from ..linalg import Solvers
+from ..surface import Disks, Parts
 from .constraints import Constraints, Residual, residual
 
 REACH = 0.7  # share of the way to a vanishing angle that a triangle's step may go
 
 Kind = Literal["step", "chord", "conformal", "patches", "anchored", "feasible", "restoration"]
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """The disks of a problem side by side, or its only one.
+
+    Attributes
+    ----------
+    rows, faces : Parts
+        Those of each disk.
+    """
+
+    rows: Parts
+    faces: Parts
+
+    @classmethod
+    def one(cls, constraints: Constraints) -> Blocks:
+        """All of it is one disk."""
+        m = constraints.topology.corner.shape[1]
+        return cls(*(Parts(np.array([0, size], dtype=np.int64)) for size in (constraints.n, m)))
+
+    @classmethod
+    def of(cls, constraints: Constraints, disks: Disks) -> Blocks:
+        """Disks side by side: rows are those of interior vertices, which come in their order."""
+        before = np.concatenate(([0], np.cumsum(disks.topology.interior)))
+        return cls(Parts(before[disks.vertices.start]), disks.faces)
+
+    def __len__(self) -> int:
+        return len(self.faces)
+
+    def residuals(self, b: Residual) -> FloatArray:
+        """The largest absolute residual of each disk: of vertices, triangles and wheels, (3, #disks)."""
+        families = (self.rows, b.vertex), (self.faces, b.triangle), (self.rows, b.wheel)
+        return np.stack([parts.max(np.abs(values)) for parts, values in families])
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,12 +65,20 @@ class AngleProblem:
     solvers : Solvers
     safeguard : bool
         Limit each triangle's step so that its angles stay positive; False is the paper's bare scheme.
+    side_by_side : Blocks or None
+        Several disks, whose linear systems have steps and ends of their own.
     """
 
     constraints: Constraints
     estimate: FloatArray
     solvers: Solvers
     safeguard: bool = True
+    side_by_side: Blocks | None = None
+
+    @cached_property
+    def disks(self) -> Blocks:
+        """Those side by side, or the only one."""
+        return self.side_by_side or Blocks.one(self.constraints)
 
     @cached_property
     def start(self) -> Iterate:

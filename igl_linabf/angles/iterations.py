@@ -4,10 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
+import numpy as np
+
+from .._runtime import timed
+from .._types import BoolArray, FloatArray, IntArray
 from .iterates import AngleProblem, Iterate, Kind, Step
 from .linearised import Direction, Linearised, advance, linearise, solve
 from .reduced import FINE
 
+KINDS: tuple[Kind, Kind] = "step", "chord"
 MOST_OF_FINE = 12  # inner steps of a fine mesh's chord: ten more change F/3nt by less than a hundredth
 
 
@@ -45,7 +50,7 @@ class State:
 
     def advanced(self, direction: Direction, kind: Kind) -> State:
         """The state after a step along a direction."""
-        at, step = advance(self.problem, self.at, direction, kind)
+        at, step, _ = advance(self.problem, self.at, direction, kind)
         return State(self.problem, at, (*self.steps, step), direction.lin)
 
 
@@ -65,14 +70,66 @@ def linear_step(
     return state.advanced(solve(lin, state.at, rtol, first_rtol=first_rtol), "step")
 
 
-def chord_step(state: State, rtol: float, *, quick: bool = False) -> State:
-    """Another step with the last system, without assembly or factorisation.
+@dataclass(frozen=True, eq=False)
+class StepAndChord:
+    """Where the angles of disks side by side are after the linear step and its chord.
 
-    With `quick`, it ends early on a fine mesh, where thin regions let conjugate gradients creep.
+    Attributes
+    ----------
+    state : State
+        All of them, after the last solve.
+    good : (#disks,) bool
+        Those whose solves came to an end with no triangle's step limited.
+    inner_steps : (2, #disks) int64
+        Of the step and of the chord.
+    residuals : (3, 3, #disks) float64
+        By `Blocks.residuals` at the start, after the step, and after the chord.
     """
-    assert state.lin is not None
-    most = MOST_OF_FINE if quick and state.problem.constraints.n >= FINE else None
-    return state.advanced(solve(state.lin, state.at, rtol, most=most), "chord")
+
+    state: State
+    good: BoolArray
+    inner_steps: IntArray
+    residuals: FloatArray
+
+
+def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False) -> StepAndChord:
+    """The linear step and its chord for each disk of the problem whose residual is above `tol`.
+
+    The chord is a second solve with the same system, without assembly or factorisation. Both are to the
+    relative residual `rtol`; where little is curved, one inner step to that may leave most of the distortion,
+    so that one alone has to reach its square. With `quick`, the chord ends early on a fine mesh, where thin
+    regions let conjugate gradients creep. There is no chord from limited steps: it ends with far smaller
+    angles than another step.
+
+    Raises
+    ------
+    NotPositiveDefiniteError, SingularSystemError
+        The system of one of several disks is singular in double precision.
+    """
+    problem, state = start.problem, start
+    disks, n = problem.disks, problem.constraints.n
+    residuals = [disks.residuals(start.at.residual)]
+    moving = residuals[0].max(axis=0) > tol
+    good = ~moving | (disks.rows.sizes > 0)
+    inner_steps = np.zeros((2, len(disks)), dtype=np.int64)
+    if (moving & good).any():
+        lin = linearise(problem, start.at, reuse=start.lin, close=False, fall_back=len(disks) == 1)
+        for k, kind in enumerate(KINDS):
+            most = MOST_OF_FINE if kind == "chord" and quick and n >= FINE else None
+            first_rtol = rtol**2 if kind == "step" else None
+            direction = solve(lin, state.at, rtol, most=most, first_rtol=first_rtol)
+            if not moving.all():
+                direction = replace(direction, e=direction.e * disks.faces.spread(np.where(moving, 1.0, 0.0)))
+            lin, inner_steps[k] = direction.lin, direction.each
+            at, step, limited = advance(problem, state.at, direction, kind)
+            state = State(problem, at, (*state.steps, step), lin)
+            with timed("assembly"):
+                good &= ~moving | (direction.converged & ~disks.faces.any(limited))
+                residuals.append(disks.residuals(at.residual))
+            if not (moving & good).any():
+                break
+    residuals += residuals[-1:] * (3 - len(residuals))
+    return StepAndChord(state, good, inner_steps, np.array(residuals))
 
 
 def active_set(state: State, rtol: float, tol: float, most: int) -> State:

@@ -15,7 +15,7 @@ from ..linalg import NotPositiveDefiniteError
 from .acceleration import shares_of
 from .closure import ClosingRows
 from .iterations import State
-from .linearised import Direction, Linearised, errors, linearise, solve
+from .linearised import Linearised, direct, errors, linearise, solve
 from .patches import within_patches
 from .preconditioner import conformal_inverse, laplacian_inverse
 from .reduced import System
@@ -226,7 +226,7 @@ def _corrected(
         for share, visit in zip(shares, earlier if shares else (), strict=True):
             go(taken, share, reached, visit.reached)
     with timed("assembly"):
-        direction = Direction(errors(conformal, taken, conformal=True), taken, 0, conformal)
+        direction = direct(errors(conformal, taken, conformal=True), taken, conformal)
     return state.advanced(direction, "conformal"), Visit(rhs, reached, taken)
 
 

@@ -17,7 +17,7 @@ from scipy import sparse
 
 from .._runtime import advance as tell_progress
 from .._runtime import timed, unfilled
-from .._types import BoolArray, FloatArray, Solve
+from .._types import BoolArray, FloatArray, IntArray, Solve
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..kernels import cut_short
 from ..linalg import (
@@ -136,15 +136,24 @@ class Direction:
     e : (3, #F) float64
     x : (2 #rows + #closing rows,) float64
         The multipliers.
-    inner_steps : int
     lin : Linearised
         The system, with any fallback of its solver, for the next solve.
+    each : (#disks,) int64
+        The inner steps of each disk of the problem.
+    converged : (#disks,) bool
+        Whose inner steps came to an end; all, where there is one disk.
     """
 
     e: FloatArray
     x: FloatArray
-    inner_steps: int
     lin: Linearised
+    each: IntArray
+    converged: BoolArray
+
+    @property
+    def inner_steps(self) -> int:
+        """Those that were taken at all."""
+        return int(self.each.max(initial=0))
 
 
 def linearise(
@@ -326,7 +335,7 @@ def solve(
         Relative residual to which a single one is.
     """
     if lin.problem.constraints.empty:
-        return Direction(np.zeros_like(at.alpha), np.empty(0), 0, lin)
+        return direct(np.zeros_like(at.alpha), np.empty(0), lin)
     with timed("assembly"):
         b, system = at.residual, lin.system
         e0 = np.multiply(system.w, b.triangle / system.d, out=unfilled(system.w.shape))
@@ -342,13 +351,12 @@ def solve(
             start = np.append(start, np.zeros(len(rhs) - len(start)))  # where the closing rows are new
             rhs -= lin.product(start)
     with timed("solve"):
-        x, inner_steps, lin = _multipliers(lin, at, rhs, rtol, most, first_rtol)
+        made = _multipliers(lin, at, rhs, rtol, most, first_rtol)
     with timed("assembly"):
-        if start is not None:
-            x = start + x
-        e = errors(lin, x)
+        x = made.x if start is None else start + made.x
+        e = errors(made.lin, x)
         e += e0
-    return Direction(e, x, inner_steps, lin)
+    return replace(made, e=e, x=x)
 
 
 def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatArray:
@@ -363,39 +371,51 @@ def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatA
     return e
 
 
+def direct(e: FloatArray, x: FloatArray, lin: Linearised) -> Direction:
+    """A direction that took no inner steps."""
+    disks = len(lin.problem.disks)
+    return Direction(e, x, lin, np.zeros(disks, dtype=np.int64), np.ones(disks, dtype=bool))
+
+
 def _multipliers(
     lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float, most: int | None, first_rtol: float | None
-) -> tuple[FloatArray, int, Linearised]:
-    """The solution of a linearised system, the steps that it took, and what solved it."""
+) -> Direction:
+    """The multipliers that solve a linearised system, as a direction without errors yet."""
+    none, disks = np.empty((3, 0)), lin.problem.disks
     if lin.whole is None:
         assert lin.precondition is not None
-        limit = () if most is None else (most,)
-        x, inner_steps, converged = conjugate_gradients(
-            lin.product, rhs, lin.precondition, rtol, *limit, first_rtol=first_rtol
+        x, each, converged = conjugate_gradients(
+            lin.product,
+            rhs,
+            lin.precondition,
+            rtol,
+            MAX_CG_STEPS if most is None else most,
+            first_rtol=first_rtol,
+            start=2 * disks.rows.start if len(disks) > 1 else None,
         )
-        if converged or (most is not None and np.isfinite(x).all()):
-            return x, inner_steps, lin
-        if lin.inverse is not None and lin.inverse.single:
-            double = _preconditioned(replace(lin, inverse=None, across=None), rough=False)
-            return _multipliers(double, at, rhs, rtol, most, first_rtol)
+        finite = np.isfinite(x).all()
+        if len(disks) > 1 or (finite and (converged.all() or most is not None)):
+            return Direction(none, x, lin, each, converged)
         lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")
         assert lin.whole is not None
-    direct = lin.whole.solve
+    by_factor = lin.whole.solve
     if lin.closing is not None:
         try:
-            direct = lin.closing.solver(lin.whole.solve)
+            by_factor = lin.closing.solver(lin.whole.solve)
         except NotPositiveDefiniteError:
             raise _singular(lin.problem, at, lin.closing.vertices) from None
-    return direct(rhs), 0, lin
+    return direct(none, by_factor(rhs), lin)
 
 
-def advance(problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind) -> tuple[Iterate, Step]:
-    """Add the errors, scaled down in each triangle so that its angles stay positive."""
-    limited, e = 0, direction.e
+def advance(
+    problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
+) -> tuple[Iterate, Step, BoolArray]:
+    """Add the errors, scaled down in each triangle so that its angles stay positive; which were scaled."""
+    e, limited = direction.e, np.zeros(at.alpha.shape[1], dtype=bool)
     with timed("assembly"):
         if problem.safeguard:
-            e, cut = cut_short(at.alpha, e, REACH)
-            limited = int(np.count_nonzero(cut))
+            e, limited = cut_short(at.alpha, e, REACH)
         at = problem.at(np.add(at.alpha, e, out=e if problem.safeguard else None))
     tell_progress(kind, 0.2)
-    return at, Step(kind, direction.inner_steps, limited, at.residual.largest)
+    step = Step(kind, direction.inner_steps, int(np.count_nonzero(limited)), at.residual.largest)
+    return at, step, limited

@@ -44,7 +44,7 @@ def within_patches(state: State, far: float = FAR) -> State:
     try:
         for _ in range(MOST):
             lin = linearise(problem, at, reuse=lin)
-            at, step = advance(problem, at, solve(lin, at, 0.0), "patches")
+            at, step, _ = advance(problem, at, solve(lin, at, 0.0), "patches")
             cut = step.limited
             if at.residual.at_vertices <= NEAR * far:
                 break

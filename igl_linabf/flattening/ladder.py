@@ -20,7 +20,6 @@ from ..angles import (
     Iterate,
     State,
     active_set,
-    chord_step,
     constraints_of,
     converge,
     converge_feasibly,
@@ -30,6 +29,7 @@ from ..angles import (
     linear_step,
     opened,
     prescribed_steps,
+    step_and_chord,
 )
 from ..errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
 from ..layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_boundary, lay_out
@@ -276,22 +276,23 @@ def one_system(rtol: float | None, tol: float, most: float = GAP) -> Stage:
         state, holes = problem.start, len(problem.mesh.topology.loops) > 1
         boundary: Boundary | None = None
         if state.at.residual.largest > tol:
-            # where little is curved, one inner step to this residual may leave most of the distortion
-            state = linear_step(state, enough, close=False, first_rtol=enough**2)
-            # a chord that starts from cut-short steps ends with far smaller angles than a step
-            if not state.steps[-1].limited:
-                if holes:  # least squares lays out, which draws no loop
+            if not holes:
+                state = step_and_chord(state, enough, tol, quick=rtol is None).state
+            else:
+                state = linear_step(state, enough, close=False, first_rtol=enough**2)
+                if not state.steps[-1].limited:  # least squares lays out, which draws no loop
                     state = linear_step(state, enough, same_factor=True)
+            if state.steps and not state.steps[0].limited:
+                if holes:
                     gap, allowed = float(np.abs(state.at.residual.closure.gap).max()), HOLE_GAP
                 else:
-                    state = chord_step(state, enough, quick=rtol is None)
                     boundary = develop_boundary(problem.angles.constraints, state.at.residual)
                     gap, allowed = boundary.gap, most
                 state = state.at_rest()
                 if gap > allowed:
                     detail = f"a boundary loop fails to close by {gap:.1%} of its length"
                     return Candidate("linear step", Status.OPEN_LOOP, detail, state)
-            if limited := state.steps[-1].limited:
+            if state.steps and (limited := state.steps[-1].limited):
                 detail = f"a full step would make an angle of {limited} triangles zero or negative"
                 return Candidate("linear step", Status.CUT_SHORT, detail, state.at_rest())
         reached = state.at.residual.largest <= tol

@@ -14,11 +14,10 @@ from .._runtime import Progress, advance, in_threads, part, reporting, stopwatch
 from .._types import FloatArray, IntArray
 from ..angles import Step
 from ..errors import MeshError, SingularSystemError
-from ..kernels import is_fast
-from ..linalg import SMALL, NotPositiveDefiniteError
+from ..linalg import NotPositiveDefiniteError
 from ..surface import face_array, side_by_side, vertex_array
-from .first_rung import FlatMany, by_loops, by_one_system
 from .isometric_together import lengthened
+from .linear_batch import LinearBatch, linear_batch
 from .methods import STAGES, Isometric, LinABF, Method, method_of
 from .outcome import judge
 from .result import Flattening, Residuals, Rung, Status
@@ -27,7 +26,6 @@ from .verbs import flatten
 
 LARGE = 10_000  # triangles from which a mesh is flattened alone: in company it would take as long
 AT_ONCE = 40_000  # triangles in company: fewer calls from Python, and still in the processor's caches
-AT_ONCE_BY_LOOPS = 20_000  # which take little time to begin, and leave work for each thread
 
 Arrays = tuple[FloatArray, IntArray]
 
@@ -41,12 +39,11 @@ def flatten_many(
 ) -> list[Flattening | MeshError]:
     """Flatten many meshes at once: what a loop of `flatten` returns, in less time.
 
-    Small disks go through compiled loops, with the extra `fast`: one disk after the other, without Python
-    between. Without it, they go side by side into linear systems, as they do not touch: a system is
-    assembled, analysed and factored once, and each disk has its own steps, residuals and outcome. Threads
-    work at several parts at a time, as many as there are cores or as OMP_NUM_THREADS says. Isometric maps
-    begin with these. What needs more than linear ABF's two solves, or begins far from an isometry, disks with
-    holes, large meshes, shaped boundaries and other methods are flattened one by one.
+    Small disks go side by side into linear systems, as they do not touch: a system is assembled, analysed
+    and factored once, and each disk has its own steps, residuals and outcome. Threads work at several
+    systems at a time, as many as there are cores or as OMP_NUM_THREADS says. Isometric maps begin with
+    these. What needs more than linear ABF's two solves, or begins far from an isometry, disks with holes,
+    large meshes, shaped boundaries and other methods are flattened one by one.
 
     Parameters
     ----------
@@ -64,8 +61,7 @@ def flatten_many(
     list of Flattening or MeshError
         In the order of `meshes`. Maps and angles are those of `flatten` to 1e-10, and outcomes and ladders
         are the same. A mesh that `flatten` refuses has the `MeshError` in its place. The `seconds` of
-        meshes that were solved together are shared out by their triangles; by compiled loops there is the
-        total alone.
+        meshes that were solved together are shared out by their triangles.
 
     Raises
     ------
@@ -121,7 +117,7 @@ def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattenin
     made: list[Flattening | None] = [None] * len(meshes)
     if isinstance(method, Isometric):
         linear = flatten_together(meshes, LinABF(solver=method.solver))
-        for group in _groups(meshes, range(len(meshes)), AT_ONCE):
+        for group in _groups(meshes):
             found = [(i, result) for i in group if (result := linear[i]) is not None]
             chosen = [meshes[i] for i, _ in found]
             for k, result in lengthened(chosen, [result for _, result in found], method):
@@ -130,94 +126,73 @@ def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattenin
     plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
     if not (plain and isinstance(method, LinABF) and method.layout in ("auto", "boundary")):
         return made
-    ways = [(_by_one_system, AT_ONCE)] * 2  # those with slivers go together the second time
-    if method.solver == "auto" and is_fast():
-        ways.insert(0, (_by_loops, AT_ONCE_BY_LOOPS))
-    places: Sequence[int] = range(len(meshes))
-    for way, at_once in ways:
-        left: list[int] = []
-        for results, others in in_threads(
-            partial(way, meshes, method=method), _groups(meshes, places, at_once)
-        ):
-            for place, result in results:
-                made[place] = result
-            left += others
-            advance("layout", 0.1)
-        places = left
+    for results in in_threads(partial(_together, meshes, method=method), _groups(meshes)):
+        for place, result in results:
+            made[place] = result
+        advance("layout", 0.1)
     return made
 
 
-def _groups(meshes: Sequence[Arrays], places: Sequence[int], at_once: int) -> Iterator[list[int]]:
-    """Which of the meshes at these places go together: none that is large, and those of one solver."""
-    for least, most in ((0, SMALL), (SMALL + 1, LARGE)):
-        group: list[int] = []
-        faces = 0
-        for i in places:
-            size = len(meshes[i][1])
-            if least <= size <= most:
-                group.append(i)
-                faces += size
-                if faces >= at_once:
-                    yield group
-                    group, faces = [], 0
-        if group:
-            yield group
+def _groups(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
+    """Which of the meshes go together: none that is large."""
+    group: list[int] = []
+    faces = 0
+    for i, (_, F) in enumerate(meshes):
+        if len(F) <= LARGE:
+            group.append(i)
+            faces += len(F)
+            if faces >= AT_ONCE:
+                yield group
+                group, faces = [], 0
+    if group:
+        yield group
 
 
-Results = tuple[list[tuple[int, Flattening]], list[int]]
-
-
-def _by_loops(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> Results:
-    """The places and results of those that come out well by loops, and the places of others that may do."""
-    if len(meshes[group[0]][1]) > SMALL:
-        return [], group
-    start = perf_counter()
-    flat = by_loops([meshes[i] for i in group], method)
-    return _results(flat, group, method, {"total": perf_counter() - start})
-
-
-def _by_one_system(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> Results:
-    """The same by one system, if there are several."""
+def _together(
+    meshes: Sequence[Arrays], group: list[int], method: LinABF
+) -> list[tuple[int, Flattening]]:
+    """The places and results of those of a group that come out well together, if they are several."""
     start = perf_counter()
     if len(group) < 2:
-        return [], []
+        return []
     disks, found = side_by_side([meshes[i] for i in group])
     if disks is None or len(disks) < 2:
-        return [], []
+        return []
     try:
         with stopwatch("check", *STAGES) as seconds:
             seconds["check"] = perf_counter() - start
-            together = by_one_system(disks, method)
+            batch = linear_batch(disks, method)
     except (NotPositiveDefiniteError, SingularSystemError):
         halves = np.array_split(found, 2)  # until it is alone
-        parts = [_by_one_system(meshes, [group[i] for i in half], method) for half in halves]
-        return parts[0][0] + parts[1][0], parts[0][1] + parts[1][1]
-    if together is None:
-        return [], []
+        parts = [_together(meshes, [group[i] for i in half], method) for half in halves]
+        return parts[0] + parts[1]
     seconds["total"] = perf_counter() - start
-    return _results(together, [group[i] for i in found.tolist()], method, seconds)
+    return _results(batch, [group[i] for i in found.tolist()], method, seconds)
 
 
-def _results(flat: FlatMany, places: list[int], method: LinABF, seconds: dict[str, float]) -> Results:
-    """As `_by_loops` returns them, from arrays; `seconds` are shared out by triangles."""
-    vertices, faces = flat.vertices.start.tolist(), flat.faces.start.tolist()
-    before, _, after = (families.T.tolist() for families in flat.families)
-    residual, inner = flat.families.max(axis=1).T.tolist(), flat.inner_steps.T.tolist()
-    gap, ratio = flat.gap.tolist(), flat.ratio.tolist()
+def _results(
+    batch: LinearBatch, places: list[int], method: LinABF, seconds: dict[str, float]
+) -> list[tuple[int, Flattening]]:
+    """As `_together` returns them, from arrays; `seconds` are shared out by triangles."""
+    vertices, faces = batch.disks.vertices.start.tolist(), batch.disks.faces.start.tolist()
+    stepped, rows = batch.stepped, batch.stepped.state.problem.disks.rows.sizes.tolist()
+    before, _, after = (residuals.T.tolist() for residuals in stepped.residuals)
+    residual, inner = stepped.residuals.max(axis=1).T.tolist(), stepped.inner_steps.T.tolist()
+    gap, ratio = batch.gap.tolist(), batch.ratio.tolist()
     nothing, made = np.empty(0, dtype=np.int64), []
-    for k in np.flatnonzero(flat.good).tolist():
+    for k in np.flatnonzero(batch.good).tolist():
         first, last = residual[k][0], residual[k][2]
         steps: tuple[Step, ...] = ()
         if first > method.tol:
             steps = Step("step", inner[k][0], 0, residual[k][1]), Step("chord", inner[k][1], 0, last)
         own, triangles = slice(vertices[k], vertices[k + 1]), slice(faces[k], faces[k + 1])
-        solver, reached = flat.solver if flat.has_rows[k] else "none", last <= method.tol
+        solver, reached = batch.solver if rows[k] else "none", last <= method.tol
         outcome, message = judge(ratio[k], "boundary", solver, nothing, last, nothing, converged=reached)
         share = (faces[k + 1] - faces[k]) / faces[-1]
         result = Flattening(
-            uv=flat.uv[own],
-            F=flat.F[triangles],
-            angles=flat.angles[triangles],
+            uv=batch.uv[own],
+            F=batch.F[triangles],
+            angles=batch.angles[triangles],
             method=method.name,
             outcome=outcome,
             message=message,
@@ -228,9 +203,9 @@ def _results(flat: FlatMany, places: list[int], method: LinABF, seconds: dict[st
             after=Residuals(*after[k]),
             gap=gap[k],
             layout="boundary",
-            solver=flat.how if steps else "none",
+            solver=stepped.state.how if steps else "none",
             layout_solver=solver,
             seconds={stage: share * value for stage, value in seconds.items()},
         )
         made.append((places[k], result))
-    return made, [places[k] for k in np.flatnonzero(flat.thin).tolist()]
+    return made

@@ -5,12 +5,11 @@ Zayer, Levy, Seidel 2007, section 5; Tutte 1963 and Floater 2003 (embeddings); R
 Degener, Meseth, Klein 2003 and Smith, De Goes, Kim 2019 (the isometric energy and its convex part).
 """
 
-from .boundary import Boundary, develop_boundaries, develop_boundary
+from .boundary import Boundary, develop_boundary, harmonic
 from .choice import GAP, Layout, LayoutName, check_method, check_pins, lay_out, layout, placed
 from .conformal_energy import at_rest, energy_matrix, far_apart, least_squares
 from .convex import on_circle
 from .greedily import greedy
 from .isometrically import IsometricMap, at_pins, isometric, isometric_together
 from .least_changes import LeastChange, least_change
-from .separately import flat_disks
 from .slim import Injective, embedded_inside, injective

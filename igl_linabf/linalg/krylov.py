@@ -10,37 +10,9 @@ from ..surface import Parts
 MAX_CG_STEPS = 300  # after so many a factorisation is the better way
 
 
-def conjugate_gradients(
-    product: Solve,
-    b: FloatArray,
-    precondition: Solve,
-    rtol: float,
-    most: int = MAX_CG_STEPS,
-    *,
-    first_rtol: float | None = None,
-) -> tuple[FloatArray, int, bool]:
-    """Solve A x = b to |A x - b| <= rtol |b|; returns x, the steps taken and whether it got there.
-
-    A single step is enough to `first_rtol`, if that is given. The scalar products are not those of a BLAS,
-    which wake its threads: that costs more than they save.
-    """
-    x, r, d = (unfilled(b.shape) for _ in range(3))
-    x[:], r[:], d[:] = 0.0, b, 0.0
-    square, last = kernels.dot(b, b), 1.0
-    size = np.sqrt(square)
-    for step in range(most + 1):
-        wanted = rtol if first_rtol is None or step != 1 else first_rtol
-        if not np.sqrt(square) > wanted * size:
-            return x, step, bool(np.isfinite(x).all())
-        if step == most:
-            break
-        z = precondition(r)
-        rho = kernels.dot(r, z)
-        kernels.turn(d, rho / last, z)
-        q = product(d)
-        square = kernels.move(x, r, rho / kernels.dot(d, q), d, q)
-        last = rho
-    return x, most, False
+def conjugate_gradients(product, b, precondition, rtol, most=MAX_CG_STEPS, *, first_rtol=None, start=None):
+    n = len(b)
+    return block_conjugate_gradients(product, b, precondition, Parts(np.array([0, n]) if start is None else start), rtol, most, first_rtol=first_rtol)
 
 
 def block_conjugate_gradients(
