@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.optimize import brentq
+import scipy
 
 from .._types import FloatArray
 
@@ -26,13 +26,14 @@ def central_angles(log_ratio: FloatArray) -> FloatArray:
     others = np.delete(side, longest)
     if others.sum() <= 1.0:  # no closed polygon has such sides: by their share of the length
         return np.asarray(2 * np.pi * side / side.sum())
+    root = scipy.optimize.brentq
     # the sides s see 2 arcsin(s / 2R); x = 1 / 2R, and the longest is 1
     if np.arcsin(others).sum() >= np.pi / 2:
-        x = brentq(lambda x: np.arcsin(side * x).sum() - np.pi, 0.0, 1.0, xtol=1e-16, rtol=1e-15)
+        x = root(lambda x: np.arcsin(side * x).sum() - np.pi, 0.0, 1.0, xtol=1e-16, rtol=1e-15)
         angle = 2 * np.arcsin(side * x)
     else:  # the centre is beyond the longest side
         # divided by x, which is no root
-        x = brentq(lambda x: (np.arcsin(others * x).sum() - np.arcsin(x)) / x, 1e-9, 1.0, rtol=1e-15)
+        x = root(lambda x: (np.arcsin(others * x).sum() - np.arcsin(x)) / x, 1e-9, 1.0, rtol=1e-15)
         angle = 2 * np.arcsin(side * x)
         angle[longest] = 2 * np.pi - np.delete(angle, longest).sum()
     return np.asarray(angle * (2 * np.pi / angle.sum()))

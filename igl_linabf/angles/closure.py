@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
-from scipy import linalg, sparse
+import scipy
+from scipy import sparse
 
 from .._types import BoolArray, FloatArray, IntArray, Solve
 from ..linalg import NotPositiveDefiniteError, Symmetric
@@ -181,13 +182,13 @@ class ClosingRows:
 
     def _bordered(self, inner: Solve, across: Across, schur: FloatArray) -> Solve:
         try:
-            factor = linalg.cho_factor((schur + schur.T) / 2)
-        except linalg.LinAlgError:
+            factor = scipy.linalg.cho_factor((schur + schur.T) / 2)
+        except scipy.linalg.LinAlgError:
             raise NotPositiveDefiniteError(self._n - 1) from None
 
         def solve(r: FloatArray) -> FloatArray:
             x = inner(r[: self._n, None])[:, 0]
-            y = linalg.cho_solve(factor, r[self._n :] - across.onto(r[: self._n]))
+            y = scipy.linalg.cho_solve(factor, r[self._n :] - across.onto(r[: self._n]))
             return np.concatenate((x - across.along(y), y))
 
         return solve

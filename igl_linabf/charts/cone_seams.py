@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._types import IntArray
 from ..angles import ClosedPath
@@ -51,7 +50,7 @@ def paths_across(component: Submesh, piece: ClosedSurface, seam: IntArray) -> tu
     pair = np.sort(ends[proper], axis=1)
     key, at = np.unique(pair[:, 0] * piece.n + pair[:, 1], return_index=True)
     tree = sparse.csr_array((np.ones(len(key)), pair[at].T), shape=(piece.n, piece.n))
-    _, before = csgraph.breadth_first_order(tree, int(ends.min()), directed=False)
+    _, before = sparse.csgraph.breadth_first_order(tree, int(ends.min()), directed=False)
     child = np.flatnonzero(before >= 0)
     low, high = np.minimum(child, before[child]), np.maximum(child, before[child])
     on_tree = proper[at[np.searchsorted(key, low * piece.n + high)]]
@@ -74,7 +73,7 @@ def _strips(topology: Topology, seam: IntArray, crossed: IntArray) -> Iterator[C
     dual = (dual + dual.T).tocsr()
     for e in crossed.tolist():
         end, start = (topology.sides[:, e] % m).tolist()
-        _, before = csgraph.breadth_first_order(dual, start)
+        _, before = sparse.csgraph.breadth_first_order(dual, start)
         faces = [end]
         while faces[-1] != start:
             faces.append(int(before[faces[-1]]))

@@ -2,7 +2,6 @@
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from ..surface import Submesh, centres
 
@@ -20,7 +19,7 @@ def halves(piece: Submesh) -> list[Submesh]:
     graph = sparse.csr_array((np.maximum(step, np.finfo(float).tiny), (a, b)), shape=(m, m))
 
     def distance(face: int) -> np.ndarray:
-        return np.asarray(csgraph.dijkstra(graph, directed=False, indices=face))
+        return np.asarray(sparse.csgraph.dijkstra(graph, directed=False, indices=face))
 
     first = int(np.argmax(distance(0)))
     from_first = distance(first)

@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
+import scipy
 from numpy.typing import ArrayLike
-from scipy.spatial import ConvexHull
 
 from .._types import ComplexArray, FloatArray, IntArray
 from ..errors import MeshError, is_number
@@ -272,7 +272,7 @@ def _squarest_turn(z: ComplexArray) -> complex:
     points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
     axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)
     # Qhull takes long thin charts as flat: whiten them, which does not change what is on the hull
-    hull = z[ConvexHull(points @ (axes / sizes)).vertices]
+    hull = z[scipy.spatial.ConvexHull(points @ (axes / sizes)).vertices]
     edges = np.roll(hull, -1) - hull
     turns = edges.conj() / np.abs(edges)
     turns = np.concatenate((turns[:: -(-len(turns) // len(ALL_TURNS))], ALL_TURNS))

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from .._types import FloatArray, IntArray
 from ..surface import Submesh
@@ -26,7 +26,7 @@ def mirrored_vertices(component: Submesh) -> IntArray | None:
     offset = V - middle
     values, axes = np.linalg.eigh((offset * weight[:, None]).T @ offset)
     near = NEAR * float(np.sqrt(double_area.sum() / 2))
-    tree, some = cKDTree(V), np.linspace(0, len(V) - 1, min(SAMPLES, len(V))).astype(np.int64)
+    tree, some = scipy.spatial.cKDTree(V), np.linspace(0, len(V) - 1, min(SAMPLES, len(V))).astype(np.int64)
 
     def images(normal: FloatArray, rows: IntArray | slice) -> IntArray | None:
         image = V[rows] - 2 * np.outer(offset[rows] @ normal, normal)

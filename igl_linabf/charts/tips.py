@@ -5,7 +5,7 @@ turn by half a sphere, a map shrinks far more than that. A short seam to such a 
 """
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import bends, lengths, nearest_sources, nodes_on_paths, shortest_pairs
@@ -71,7 +71,7 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     leaves = np.where(interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
     # in space the boundary is no farther than on the surface, and a map of stretch 1 has none to save
     shortest = (1 - CREASE_DISCOUNT) / (1.0 if hidden is None else HIDING)
-    rim = cKDTree(piece.V[np.concatenate(piece.topology.loops)])
+    rim = scipy.spatial.cKDTree(piece.V[np.concatenate(piece.topology.loops)])
     apart = rim.query(piece.V[piece.F[faces]])[0].min(axis=1, initial=np.inf)
     unit = size * trade  # the length whose price is 1
     worth = (saved / 2 > shortest * apart / unit) & (leaves >= 0)

@@ -68,12 +68,13 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         estimate = initial_estimate(topology, alpha, method.threshold)
     with timed("assembly"):
         constraints = constraints_of(topology)
-        problem = AngleProblem(
-            constraints, estimate, solvers, side_by_side=Blocks.of(constraints, disks)
-        )
+        problem = AngleProblem(constraints, estimate, solvers, side_by_side=Blocks.of(constraints, disks))
     stepped = step_and_chord(State(problem, problem.start), method.rtol or ONE_SYSTEM_RTOL, method.tol)
     at, lin = stepped.state.at, stepped.state.lin
-    with timed("layout"), np.errstate(divide="ignore", invalid="ignore"):  # of angles that are not to be drawn
+    with (
+        timed("layout"),
+        np.errstate(divide="ignore", invalid="ignore"),
+    ):  # of angles that are not to be drawn
         boundary = develop_boundary(constraints, at.residual)
         z, solver = harmonic(boundary, at, constraints, None if lin is None else lin.laplacian, solvers)
         areas = signed_double_areas(z, topology.corner)

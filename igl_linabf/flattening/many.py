@@ -148,9 +148,7 @@ def _groups(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
         yield group
 
 
-def _together(
-    meshes: Sequence[Arrays], group: list[int], method: LinABF
-) -> list[tuple[int, Flattening]]:
+def _together(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> list[tuple[int, Flattening]]:
     """The places and results of those of a group that come out well together, if they are several."""
     start = perf_counter()
     if len(group) < 2:

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._types import BoolArray, ComplexArray, IntArray
 from ..linalg import NotPositiveDefiniteError, Pattern, Solvers
@@ -98,5 +97,5 @@ def _depth(topology: Topology, sources: IntArray) -> np.ndarray:
     ones = np.ones(len(a))
     graph = sparse.csr_array((ones, (a, b)), shape=(topology.n, topology.n))
     return np.asarray(
-        csgraph.dijkstra(graph, directed=False, indices=sources, unweighted=True, min_only=True)
+        sparse.csgraph.dijkstra(graph, directed=False, indices=sources, unweighted=True, min_only=True)
     )

@@ -2,7 +2,6 @@
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._types import ComplexArray, FloatArray
 from ..surface import Topology
@@ -22,7 +21,7 @@ def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
     weight = 1 + 1e-3 / m * (angle[here] + angle[there])
     graph = sparse.csr_array((weight, (here % m, there % m)), shape=(m, m))
     seed = int(np.argmax(alpha.min(axis=0)))
-    depth, parent = csgraph.dijkstra(graph, indices=seed, return_predecessors=True)
+    depth, parent = sparse.csgraph.dijkstra(graph, indices=seed, return_predecessors=True)
     # every triangle in a frame of its own: corner 0 at 0, corner 1 on the real axis
     sine = np.sin(alpha)
     local = np.stack((np.zeros(m), sine[2], sine[1] * np.exp(1j * alpha[0])))

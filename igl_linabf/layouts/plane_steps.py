@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import cho_solve
-from scipy.optimize import nnls
+import scipy
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..linalg import Factored, NotPositiveDefiniteError
@@ -227,7 +226,7 @@ class BoundedStep:
 
     def pushed(self, by: FloatArray) -> ComplexArray:
         """Changes of the positions that change these angles `by`; raises as `bounded_step`."""
-        return complex_of(self.pushes.moved(cho_solve((_lower(self.pushes.system), True), by)))
+        return complex_of(self.pushes.moved(scipy.linalg.cho_solve((_lower(self.pushes.system), True), by)))
 
 
 def bounded_step(here: Linear, hessians: Hessians, factor: Factored, held: BoolArray) -> BoundedStep:
@@ -274,7 +273,9 @@ def _forces(system: FloatArray, wanted: FloatArray) -> FloatArray:
     """Forces of bounds, at least zero: the least f^T system f / 2 - f^T wanted."""
     lower = _lower(system)
     try:
-        return np.asarray(nnls(lower.T, np.linalg.solve(lower, wanted), maxiter=100 * len(wanted))[0])
+        return np.asarray(
+            scipy.optimize.nnls(lower.T, np.linalg.solve(lower, wanted), maxiter=100 * len(wanted))[0]
+        )
     except RuntimeError:  # it goes to and fro between bounds that are nearly one
         raise NotPositiveDefiniteError(len(system)) from None
 

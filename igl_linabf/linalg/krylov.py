@@ -3,7 +3,6 @@
 import numpy as np
 
 from .. import kernels
-from .._runtime import unfilled
 from .._types import BoolArray, FloatArray, IntArray, Solve
 from ..surface import Parts
 
@@ -12,7 +11,15 @@ MAX_CG_STEPS = 300  # after so many a factorisation is the better way
 
 def conjugate_gradients(product, b, precondition, rtol, most=MAX_CG_STEPS, *, first_rtol=None, start=None):
     n = len(b)
-    return block_conjugate_gradients(product, b, precondition, Parts(np.array([0, n]) if start is None else start), rtol, most, first_rtol=first_rtol)
+    return block_conjugate_gradients(
+        product,
+        b,
+        precondition,
+        Parts(np.array([0, n]) if start is None else start),
+        rtol,
+        most,
+        first_rtol=first_rtol,
+    )
 
 
 def block_conjugate_gradients(

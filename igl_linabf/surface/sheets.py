@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import in_edges
@@ -213,7 +212,7 @@ def _agreed(F: IntArray, links: IntArray) -> tuple[IntArray, BoolArray, BoolArra
     roots = np.unique(label, return_index=True)[1]
     tree = np.concatenate((faces, np.column_stack((np.full(len(roots), m), roots))))
     graph = sparse.csr_array((np.ones(len(tree), dtype=np.int8), tree.T), shape=(m + 1, m + 1))
-    before = csgraph.breadth_first_order(graph, m, directed=False)[1].astype(np.int64)
+    before = sparse.csgraph.breadth_first_order(graph, m, directed=False)[1].astype(np.int64)
     before[roots], before[m] = roots, m
     before = before[:m]
     keys, link = np.unique(faces.min(axis=1) * m + faces.max(axis=1), return_index=True)

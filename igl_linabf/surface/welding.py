@@ -1,7 +1,7 @@
 """Vertices in one place made one."""
 
 import numpy as np
-from scipy.spatial import cKDTree
+import scipy
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, is_number
@@ -60,7 +60,7 @@ def within(V: FloatArray, used: IntArray, distance: float) -> IntArray:
     size = float(np.abs(points).max(initial=0))
     if size > 1e150:  # squares of larger ones overflow
         raise MeshError(f"vertices have coordinates of {size:.1e}: scale the mesh to weld it")
-    pairs = cKDTree(points).query_pairs(distance, output_type="ndarray")
+    pairs = scipy.spatial.cKDTree(points).query_pairs(distance, output_type="ndarray")
     label = connected_labels(pairs, len(used))
     merged = np.arange(len(V))
     merged[used] = used[np.unique(label, return_index=True)[1]][label]

@@ -7,7 +7,7 @@ holds v = (k + 1/2) / resolution.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.ndimage import binary_erosion
+import scipy
 
 from .._types import FloatArray, IntArray
 from ..surface import NEXT, PREV, counted
@@ -157,7 +157,7 @@ def nearest_known(known: IntArray, resolution: int, steps: int) -> tuple[IntArra
     is_known.flat[known] = True
     index = np.arange(is_known.size).reshape(is_known.shape)
     source = np.pad(np.where(is_known, index, FREE), 1, constant_values=OUTSIDE).ravel()
-    edge = np.flatnonzero(np.pad(is_known & ~binary_erosion(is_known, border_value=1), 1))
+    edge = np.flatnonzero(np.pad(is_known & ~scipy.ndimage.binary_erosion(is_known, border_value=1), 1))
     wide, found = resolution + 2, [edge[:0]]
     neighbours = np.array([1, -1, wide, -wide, wide + 1, wide - 1, 1 - wide, -1 - wide])
     for _ in range(steps):
