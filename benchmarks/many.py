@@ -13,7 +13,6 @@ import argparse
 import os
 import warnings
 from collections.abc import Callable
-from contextlib import nullcontext
 from time import perf_counter, process_time
 
 import igl
@@ -21,7 +20,6 @@ import numpy as np
 from scipy.spatial import Delaunay
 
 import igl_linabf as il
-from igl_linabf import kernels
 from igl_linabf.charts import pack
 
 Surface = tuple[np.ndarray, np.ndarray]
@@ -110,19 +108,16 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=3)
     repeat = range(parser.parse_args().repeat)
     warnings.simplefilter("ignore")
-    print(f"Kernels: {kernels.fast_by()}. Cores: {len(os.sched_getaffinity(0))}.\n")
+    print(f"Cores: {len(os.sched_getaffinity(0))}.\n")
     print(
-        "| meshes | triangles each | kernels | a loop, ms a mesh | flatten_many | faster | by the clock "
+        "| meshes | triangles each | a loop, ms a mesh | flatten_many | faster | by the clock "
         "| than a loop of igl.lscm | largest difference |"
     )
-    print("|---|---|---|---|---|---|---|---|---|")
-    forms = {"compiled": nullcontext, "NumPy": kernels.numpy_only}
+    print("|---|---|---|---|---|---|---|---|")
     for n, triangles in ((2000, 8), (1000, 50), (1000, 500), (100, 2000)):
         meshes = [disk(triangles, seed) for seed in range(n)]
         size = np.median([len(F) for _, F in meshes])
-        for name, form in list(forms.items())[0 if kernels.is_fast() else 1 :]:
-            with form():
-                print(f"| {n:,} | {size:.0f} | {name} | {compared(meshes, repeat)} |", flush=True)
+        print(f"| {n:,} | {size:.0f} | {compared(meshes, repeat)} |", flush=True)
     print("\n| `unwrap` of | charts | seconds | packing alone | fill | L2 stretch | sound |")
     print("|---|---|---|---|---|---|---|")
     for name, (V, F) in {"5,000 leaves": tree(), "2,000 cubes": cubes()}.items():

@@ -18,9 +18,9 @@ from igl_linabf import LinABF, flatten
 from igl_linabf.linalg import memory
 
 RUNS = {
-    "multigrid": LinABF(solver="multigrid"),
-    "CHOLMOD": LinABF(solver="cholmod"),
-    "CHOLMOD, least squares": LinABF(solver="cholmod", layout="least-squares"),
+    "auto": LinABF(),
+    "auto, least squares": LinABF(layout="least-squares"),
+    "cholmod": LinABF(solver="cholmod"),
 }
 
 
@@ -34,7 +34,7 @@ def run(name: str, times: int) -> None:
     before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
     flatten(V, F, RUNS[name])
     taken = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)  # Linux counts in KiB
-    itemsizes = {"multigrid": [], "CHOLMOD": [8], "CHOLMOD, least squares": [8, 16]}[name]
+    itemsizes = [8, 16] if "least squares" in name else [8]
     reckoned = memory.PER_FACE * len(F) + sum(memory.factor_bytes(len(V), size) for size in itemsizes)
     print(f"| {name} | {len(F):,} | {taken / len(F):.0f} | {reckoned / len(F):.0f} |")
 

@@ -38,9 +38,9 @@ from pages import DOCS, put
 from scipy.stats import bootstrap
 
 import igl_linabf as il
-from igl_linabf import kernels
+from igl_linabf._core import BUILD
 from igl_linabf.flattening import bare_lscm, other_programs
-from igl_linabf.linalg import blas_of_cholmod, compiled, has_cholmod
+from igl_linabf.linalg import has_cholmod
 from igl_linabf.surface import planar
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
@@ -48,8 +48,6 @@ NATURAL = ("igl_camel_b", "optcuts_foot_i_f10000", "igl_lion", "igl_camelhead", 
 GROWN = "igl_face"
 HUGE = {GROWN: (1, 4, 16, 64, 100), "igl_camelhead": (4, 16, 64, 256)}  # into how many each triangle is split
 TURNS, FEW = 5, 10  # processes that time surfaces of up to so many pieces a triangle: the median counts
-# from where factors are as large ones are
-OF_LARGE = ("SINGLE_FROM", "REFINED_FROM", "DISSECTED_FROM", "DIVIDED_FROM", "SHARED_FROM")
 MUCH = 400_000  # triangles from which three runs have to do, and other programs are not waited for
 Call = Callable[[], object]
 
@@ -67,11 +65,6 @@ def chosen(largest: int) -> Iterator[Mesh]:
             yield subdivided(meshes[GROWN], times)
 
 
-def in_numpy(V: np.ndarray, F: np.ndarray) -> object:
-    with kernels.numpy_only():
-        return il.flatten(V, F)
-
-
 def calls(V: np.ndarray, F: np.ndarray) -> dict[str, Call]:
     flattener = il.Flattener(F)
     made: dict[str, Call] = {
@@ -80,8 +73,8 @@ def calls(V: np.ndarray, F: np.ndarray) -> dict[str, Call]:
         "abf": partial(il.flatten, V, F, "abf"),
         "the next of a Flattener": partial(flattener.flatten, V),
     }
-    if kernels.is_fast():
-        made["linabf in NumPy"] = partial(in_numpy, V, F)
+    if has_cholmod():
+        made["linabf by CHOLMOD"] = partial(il.flatten, V, F, il.LinABF(solver="cholmod"))
     return made
 
 
@@ -128,16 +121,10 @@ def grown(name: str, what: str) -> None:
     with redirect_stdout(StringIO()):
         (mesh,) = (mesh for mesh in shared("disk") if mesh[0] == name.partition(",")[0])
         _, V, F = divided(mesh, isqrt(pieces))
-        small = disk(4_000, 0)  # of a size whose factors are compiled ones
+        small = disk(4_000, 0)
         call = {"igl.lscm": bare_lscm(planar(V, F))}.get(what) or partial(il.flatten, V, F, what)
         for method in ("lscm", "linabf", "abf"):
-            il.flatten(*small, method)  # what is imported and compiled does not count
-        kept = [getattr(compiled, name) for name in OF_LARGE]
-        for name in OF_LARGE:
-            setattr(compiled, name, 0)
-        il.flatten(*small)
-        for name, least in zip(OF_LARGE, kept, strict=True):
-            setattr(compiled, name, least)
+            il.flatten(*small, method)  # what is imported does not count
     Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # the peak so far is forgotten
     before, cpu, wall = most_used(), process_time(), perf_counter()
     call()
@@ -160,10 +147,9 @@ def machine() -> str:
         ]
         model = lines[0].partition(":")[2].strip() if lines else model
     versions = ", ".join(f"{name} {metadata.version(name)}" for name in ("libigl", "numpy", "scipy"))
-    cholmod = (blas_of_cholmod() or "unknown BLAS") if has_cholmod() else "none"
     return (
         f"{model}, {os.cpu_count()} cores, {platform.system()}; Python {platform.python_version()}, "
-        f"{versions}; kernels: {kernels.fast_by()}; CHOLMOD's BLAS: {cholmod}"
+        f"{versions}; core: {BUILD}"
     )
 
 

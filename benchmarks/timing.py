@@ -1,12 +1,9 @@
 """Time of linabf relative to igl.lscm: medians in one process, after a warm-up, with input checks.
 
-    python benchmarks/timing.py [--repeat 5] [--solver auto|multigrid|direct] [--large]
-                                [--without-cholmod] [MESH ...]
+    python benchmarks/timing.py [--repeat 5] [--solver auto|cholmod|direct] [--large] [MESH ...]
 
 Without MESH, the meshes are the cortex, lion, face and camelhead from IGL_LINABF_MESHES, and face
-subdivided once (with --large also twice, 827 k triangles). With --without-cholmod, scikit-sparse is passed
-over as if it were not installed. The extra `fast` is passed over (performance.py has its times). Prints
-Markdown.
+subdivided once (with --large also twice, 827 k triangles). Prints Markdown.
 """
 
 from __future__ import annotations
@@ -22,8 +19,7 @@ from meshes import Mesh, brain, shared, subdivided
 from igl_linabf import LinABF, flatten, linabf
 from igl_linabf.flattening import bare_lscm, medians
 from igl_linabf.io import read_mesh
-from igl_linabf.kernels import numpy_only
-from igl_linabf.linalg import blas_of_cholmod, factors, has_cholmod
+from igl_linabf.linalg import blas_of_cholmod
 from igl_linabf.surface import planar
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
@@ -51,23 +47,17 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--solver", default="auto")
     parser.add_argument("--large", action="store_true")
-    parser.add_argument("--without-cholmod", action="store_true")
     options = parser.parse_args()
-    if options.without_cholmod:
-        factors.cholmod = None
-    if options.solver == "multigrid" or not has_cholmod():
-        print("Without CHOLMOD.\n")
-    else:
+    if options.solver == "cholmod":
         print(f"CHOLMOD's BLAS: {blas_of_cholmod() or 'unknown'}\n")
     print("| mesh | triangles | linabf / igl.lscm | " + " | ".join(STAGES) + " | other |")
     print("|---|---|---|" + "---|" * (len(STAGES) + 1))
     for name, V, F in chosen(options):
         bare = bare_lscm(planar(V, F))
         calls = [partial(linabf, V, F, solver=options.solver), bare]
-        with numpy_only():
-            medians(calls, 1)  # a warm-up
-            ours, theirs = medians(calls, options.repeat)
-            results = [flatten(V, F, LinABF(solver=options.solver)).seconds for _ in range(3)]
+        medians(calls, 1)  # a warm-up
+        ours, theirs = medians(calls, options.repeat)
+        results = [flatten(V, F, LinABF(solver=options.solver)).seconds for _ in range(3)]
         share = {s: statistics.median(r[s] / r["total"] for r in results) for s in STAGES}
         share["other"] = 1 - sum(share.values())
         cells = " | ".join(f"{value:.0%}" for value in share.values())
