@@ -40,7 +40,7 @@ from scipy.stats import bootstrap
 import igl_linabf as il
 from igl_linabf import kernels
 from igl_linabf.flattening import bare_lscm, other_programs
-from igl_linabf.linalg import blas_of_cholmod, compiled, has_cholmod
+from igl_linabf.linalg import blas_of_cholmod, has_cholmod
 from igl_linabf.surface import planar
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
@@ -48,8 +48,6 @@ NATURAL = ("igl_camel_b", "optcuts_foot_i_f10000", "igl_lion", "igl_camelhead", 
 GROWN = "igl_face"
 HUGE = {GROWN: (1, 4, 16, 64, 100), "igl_camelhead": (4, 16, 64, 256)}  # into how many each triangle is split
 TURNS, FEW = 5, 10  # processes that time surfaces of up to so many pieces a triangle: the median counts
-# from where factors are as large ones are
-OF_LARGE = ("SINGLE_FROM", "REFINED_FROM", "DISSECTED_FROM", "DIVIDED_FROM", "SHARED_FROM")
 MUCH = 400_000  # triangles from which three runs have to do, and other programs are not waited for
 Call = Callable[[], object]
 
@@ -132,12 +130,6 @@ def grown(name: str, what: str) -> None:
         call = {"igl.lscm": bare_lscm(planar(V, F))}.get(what) or partial(il.flatten, V, F, what)
         for method in ("lscm", "linabf", "abf"):
             il.flatten(*small, method)  # what is imported and compiled does not count
-        kept = [getattr(compiled, name) for name in OF_LARGE]
-        for name in OF_LARGE:
-            setattr(compiled, name, 0)
-        il.flatten(*small)
-        for name, least in zip(OF_LARGE, kept, strict=True):
-            setattr(compiled, name, least)
     Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # the peak so far is forgotten
     before, cpu, wall = most_used(), process_time(), perf_counter()
     call()

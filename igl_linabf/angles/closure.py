@@ -9,10 +9,11 @@ import numpy as np
 from scipy import linalg, sparse
 
 from .._types import BoolArray, FloatArray, IntArray, Solve
-from ..linalg import NotPositiveDefiniteError, Symmetric
+from ..linalg import NotPositiveDefiniteError
 from ..surface import NEXT, PREV
 from .across import Across, Border, Columns, ColumnsOfGaps, ColumnsOfPaths, Tall, by_pairs, tall
 from .loops import Closure
+from .patterns import Symmetric
 from .reduced import System
 
 TOGETHER = 8  # gaps whose columns are solved for at a time

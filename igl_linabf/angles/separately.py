@@ -11,7 +11,7 @@ from scipy import sparse
 from .. import kernels
 from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray, Solve
-from ..linalg import Analysis, Factored, Multigrid, block_conjugate_gradients
+from ..linalg import Analysis, Factor, block_conjugate_gradients
 from ..surface import Disks, Parts
 from .constraints import Constraints
 from .iterates import REACH, AngleProblem, Iterate
@@ -53,10 +53,8 @@ class Separate:
     families: FloatArray
 
 
-def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float) -> Separate | None:
+def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float) -> Separate:
     """The linear step and its chord for each disk whose residual is above `tol`.
-
-    None where the preconditioner is no exact inverse, and one disk's iterates depend on the others.
 
     Raises
     ------
@@ -71,8 +69,6 @@ def step_and_chord(problem: AngleProblem, disks: Disks, rtol: float, tol: float)
     inner_steps, thin = np.zeros((2, len(disks)), dtype=np.int64), np.zeros(len(disks), dtype=bool)
     if (stepped & good).any():
         solver, thin = _solver(problem, rows, ~stepped)
-        if isinstance(solver.laplacian, Multigrid):
-            return None
         moving = disks.faces.spread(np.where(stepped, 1.0, 0.0))
         for k in range(2):  # one inner step of the first has to leave far less
             e, inner_steps[k], converged = _errors(solver, at, rows, rtol, rtol ** (2 - k))
@@ -96,7 +92,7 @@ class _Solver:
     product : callable
         S times x.
     precondition : callable or None
-    whole : Factored or None
+    whole : Factor or None
         Of S, where that was asked for.
     laplacian : Analysis or None
     how : str
@@ -105,7 +101,7 @@ class _Solver:
     fans: _Fans
     product: Solve
     precondition: Solve | None
-    whole: Factored | None
+    whole: Factor | None
     laplacian: Analysis | None
     how: str
 
@@ -128,9 +124,9 @@ def _solver(problem: AngleProblem, rows: Parts, flat: BoolArray) -> tuple[_Solve
     with timed("assembly"):
         lower = fans.system.laplacian()
     with timed("analysis"):
-        laplacian = problem.constraints.pattern.analysis(problem.solvers, lower)
+        laplacian = problem.constraints.pattern.analysis(problem.solvers)
     with timed("factor"):
-        inverse = laplacian.preconditioner(lower)
+        inverse = laplacian.factor(lower.data)
         precondition, _ = conformal_inverse(fans.system, None, inverse.solve)
     how = f"conjugate gradients, {inverse.name}"
     return _Solver(fans, fans.product, precondition, None, laplacian, how), thin

@@ -21,7 +21,7 @@ from ..angles import (
     step_and_chord,
 )
 from ..layouts import flat_disks
-from ..linalg import SmallBlocks, Solvers
+from ..linalg import Cholesky, Solvers
 from ..surface import LARGEST_COORDINATE, SMALLEST_COORDINATE, Disks, Parts, coordinates
 from .ladder import ONE_SYSTEM_RTOL
 from .methods import LinABF
@@ -98,13 +98,13 @@ def by_loops(meshes: Sequence[tuple[FloatArray, IntArray]], method: LinABF) -> F
         inner_steps=inner_steps.astype(np.int64),
         gap=gap,
         ratio=ratio,
-        how=f"conjugate gradients, {SmallBlocks.name}",
-        solver=SmallBlocks.name,
+        how=f"conjugate gradients, {Cholesky.name}",
+        solver=Cholesky.name,
     )
 
 
-def by_one_system(disks: Disks, method: LinABF) -> FlatMany | None:
-    """By one system for all; None where a disk's map would depend on the others.
+def by_one_system(disks: Disks, method: LinABF) -> FlatMany:
+    """By one system for all.
 
     Raises
     ------
@@ -118,12 +118,8 @@ def by_one_system(disks: Disks, method: LinABF) -> FlatMany | None:
     with timed("assembly"):
         problem = AngleProblem(constraints_of(disks.topology), estimate, solvers)
     stepped = step_and_chord(problem, disks, method.rtol or ONE_SYSTEM_RTOL, method.tol)
-    if stepped is None:
-        return None
     with timed("layout"):
         flat = flat_disks(disks, problem.constraints, stepped.at, solvers)
-    if flat is None:
-        return None
     good = stepped.good & ~flat.flipped & (flat.gap <= method.gap)
     good[np.searchsorted(faces.start, caps, side="right") - 1] = False  # that is to be warned of
     return FlatMany(

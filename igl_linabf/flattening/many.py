@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 
 from .._runtime import Progress, advance, in_threads, part, reporting, stopwatch
 from .._types import FloatArray, IntArray
-from ..angles import Step
+from ..angles import SMALL, Step
 from ..errors import MeshError, SingularSystemError
 from ..kernels import is_fast
-from ..linalg import SMALL, NotPositiveDefiniteError
+from ..linalg import NotPositiveDefiniteError
 from ..surface import face_array, side_by_side, vertex_array
 from .first_rung import FlatMany, by_loops, by_one_system
 from .isometric_together import lengthened
@@ -192,8 +192,6 @@ def _by_one_system(meshes: Sequence[Arrays], group: list[int], method: LinABF) -
         halves = np.array_split(found, 2)  # until it is alone
         parts = [_by_one_system(meshes, [group[i] for i in half], method) for half in halves]
         return parts[0][0] + parts[1][0], parts[0][1] + parts[1][1]
-    if together is None:
-        return [], []
     seconds["total"] = perf_counter() - start
     return _results(together, [group[i] for i in found.tolist()], method, seconds)
 

@@ -1,14 +1,12 @@
 """The boundary layout: the boundary loop is drawn from its angles, both coordinates are harmonic inside."""
 
-import warnings
 from dataclasses import dataclass
 
 import numpy as np
 
 from .._types import ComplexArray, FloatArray
-from ..angles import Constraints, Iterate, Residual, central_angles
-from ..errors import FallbackWarning, stack_level
-from ..linalg import Analysis, Factored, Multigrid, NotConvergedError, Solvers, held
+from ..angles import Constraints, Iterate, Residual, central_angles, held
+from ..linalg import Analysis, Solvers
 from ..surface import Disks, complex_positions, flipped_faces
 from .around_holes import Loops, drawn, relaxed
 
@@ -95,36 +93,16 @@ def harmonic(
     weight = topology.sum_at_edges(at.cot)
     weight /= 2
     lower = held(pattern.laplacian(weight), n)  # a boundary vertex with a prescribed sum has a row, too
-    analysis = laplacian or pattern.analysis(solvers, lower)
+    analysis = laplacian or pattern.analysis(solvers)
 
-    def inside(factored: Factored) -> ComplexArray:
-        if topology.holes:
-            loops = Loops(constraints, weight, factored.solve)
-            return loops.positions(drawn(loops, at.residual.closure, boundary.z))
-        rhs, made = pattern.pull(weight, z), z.copy()
-        rhs[n:] = 0.0
-        made[topology.interior] = complex_positions(factored.solve(rhs)[:n])
-        return made
-
-    factored = analysis.for_one_solve(lower)
-    try:
-        made = inside(factored)
-    except NotConvergedError:
-        good = False
-    else:
-        good = factored.exact or not len(flipped_faces(made, topology.corner))
-    if not good:
-        # a map whose scale varies a lot needs more digits
-        if not factored.single:
-            warnings.warn(
-                f"{factored.name} did not solve the layout without flipping triangles: the Laplacian is "
-                "factored instead",
-                FallbackWarning,
-                stacklevel=stack_level(),
-            )
-        factored = (analysis if factored.single else solvers.whole(lower)).factor(lower)
-        made = inside(factored)
-    return made, factored.name
+    factored = analysis.factor(lower.data)
+    if topology.holes:
+        loops = Loops(constraints, weight, factored.solve)
+        return loops.positions(drawn(loops, at.residual.closure, boundary.z)), factored.name
+    rhs = pattern.pull(weight, z)
+    rhs[n:] = 0.0
+    z[topology.interior] = complex_positions(factored.solve(rhs)[:n])
+    return z, factored.name
 
 
 def by_relaxed_loops(
@@ -132,16 +110,14 @@ def by_relaxed_loops(
 ) -> tuple[ComplexArray, str] | None:
     """Nearly the map of the least squares, and the solver's name, by the Laplacian of `harmonic`.
 
-    All loops are drawn, and changed to where the conformal energy is nearly least. None if that is not so, if
-    triangles are flipped, or if there is no factor.
+    All loops are drawn, and changed to where the conformal energy is nearly least. None if that is not so, or if
+    triangles are flipped.
     """
     topology, pattern = constraints.topology, constraints.pattern
     weight = topology.sum_at_edges(at.cot) / 2
     lower = pattern.laplacian(weight)
-    analysis = laplacian or pattern.analysis(solvers, lower)
-    if isinstance(analysis, Multigrid):
-        return None
-    factored = analysis.factor(lower)
+    analysis = laplacian or pattern.analysis(solvers)
+    factored = analysis.factor(lower.data)
     loops = Loops(constraints, weight, factored.solve)
     made = relaxed(loops, drawn(loops, at.residual.closure, boundary.z))
     if made is None or len(flipped_faces(z := loops.positions(made), topology.corner)):

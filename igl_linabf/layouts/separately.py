@@ -36,10 +36,8 @@ class FlatDisks:
     solver: str
 
 
-def flat_disks(disks: Disks, constraints: Constraints, at: Iterate, solvers: Solvers) -> FlatDisks | None:
-    """Lay out the angles of disks side by side; None where there is no exact factor.
-
-    By another one a disk's map would depend on the others.
+def flat_disks(disks: Disks, constraints: Constraints, at: Iterate, solvers: Solvers) -> FlatDisks:
+    """Lay out the angles of disks side by side.
 
     Raises
     ------
@@ -53,9 +51,7 @@ def flat_disks(disks: Disks, constraints: Constraints, at: Iterate, solvers: Sol
     if pattern.n:
         weight = topology.sum_at_edges(at.cot) / 2
         lower = pattern.laplacian(weight)
-        factored = pattern.analysis(solvers, lower).factor(lower)
-        if not factored.exact:
-            return None
+        factored = pattern.analysis(solvers).factor(lower.data)
         z[topology.interior] = complex_positions(factored.solve(pattern.pull(weight, z)))
         solver = factored.name
     with np.errstate(divide="ignore", invalid="ignore"):  # of a disk whose angles are not to be drawn
