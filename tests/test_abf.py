@@ -55,7 +55,7 @@ def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
     free = alpha > (1 + 1e-5) * LEAST_SHARE * start
     C = A[:, free]
     lower = sparse.tril(C @ C.T).tocsc()
-    factor = Solvers("direct").whole(lower).factor(lower)
+    factor = Solvers().factor(lower)
     x = factor.solve(C @ gradient[free])
     x += factor.solve(C @ (gradient[free] - C.T @ x))
     unexplained = gradient - A.T @ x

@@ -1,4 +1,4 @@
-"""Memory that is not there: multigrid instead of a factor, or a refusal; and memory that is used again."""
+"""Memory that is not there: a refusal; and memory that is used again."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from conftest import bumps, load
 
-from igl_linabf import FallbackWarning, LinABF, MeshError, flatten
+from igl_linabf import LinABF, MemoryLimitError, MeshError, flatten
 from igl_linabf._runtime import reuse
-from igl_linabf.linalg import has_cholmod, memory
+from igl_linabf.linalg import memory
 
 LIMITED = """
 import resource, sys
@@ -41,19 +41,12 @@ def bytes_free(monkeypatch):
     return limit
 
 
-@pytest.mark.skipif(not has_cholmod(), reason="scikit-sparse is not installed: there is no factor")
-def test_multigrid_takes_over_where_the_factor_does_not_fit(bytes_free, monkeypatch) -> None:
+def test_a_factor_that_does_not_fit_is_refused_before_work_begins(bytes_free, monkeypatch) -> None:
     V, F = bumps(8000)
-    expected = flatten(V, F, LinABF(rtol=1e-10))
-    assert "PyAMG" not in expected.solver
     monkeypatch.setattr(memory, "PER_FACE", 1)
-    bytes_free(memory.factor_bytes(len(V) // 2, 8))
-    with pytest.warns(FallbackWarning, match="memory.*multigrid is used instead"):
-        result = flatten(V, F, LinABF(rtol=1e-10))
-    assert result.outcome.good
-    assert "PyAMG, for want of memory" in result.solver
-    assert "PyAMG, for want of memory" in result.layout_solver
-    assert np.abs(result.uv - expected.uv).max() < 1e-6 * np.ptp(expected.uv)
+    bytes_free(memory.factor_bytes(len(V) // 2))
+    with pytest.raises(MemoryLimitError, match=r"factor of a system of \d,\d{3} rows would take about .* GiB"):
+        flatten(V, F, LinABF(rtol=1e-10))
 
 
 def test_what_does_not_fit_at_all_is_refused_with_the_estimate(bytes_free) -> None:

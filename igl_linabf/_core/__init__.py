@@ -9,3 +9,6 @@ if _baseline.has_v3():
     from . import _v3 as _built
 else:
     _built = _baseline
+
+# sparse Cholesky factors
+Factor, Symbolic = _built.Factor, _built.Symbolic

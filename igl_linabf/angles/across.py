@@ -11,8 +11,8 @@ import numpy as np
 from scipy import sparse
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray, Solve
-from ..linalg import Symmetric
 from .loops import Closure
+from .patterns import Symmetric
 
 Tall: TypeAlias = "FloatArray | sparse.csr_array"
 

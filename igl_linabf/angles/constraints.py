@@ -10,10 +10,10 @@ import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import angle_sums, cotangents, log_sines
-from ..linalg import Pattern
 from ..surface import Topology
 from .circles import foreseen, inscribed_sums
 from .loops import ClosedPath, Closure, closure_of
+from .patterns import Pattern
 
 
 @dataclass(frozen=True, eq=False)

@@ -121,7 +121,7 @@ def least_norm(
     scale = sparse.diags_array(alpha.T.ravel())
     C = A @ scale  # eq. 11-16
     lower = sparse.tril(C @ C.T).tocsc()
-    factored = solvers.whole(lower).factor(lower)
+    factored = solvers.factor(lower)
 
     def errors(b: FloatArray) -> FloatArray:
         x = factored.solve(b)  # eq. 16: (C C^T) x = b

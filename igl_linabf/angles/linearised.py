@@ -18,22 +18,23 @@ from scipy import sparse
 from .._runtime import advance as tell_progress
 from .._runtime import timed, unfilled
 from .._types import BoolArray, FloatArray, IntArray, Solve
-from ..errors import FallbackWarning, SingularSystemError, some, stack_level
+from ..errors import FallbackWarning, MemoryLimitError, SingularSystemError, some, stack_level
 from ..kernels import cut_short
 from ..linalg import (
     MAX_CG_STEPS,
-    SMALL,
     Analysis,
-    Factored,
+    Factor,
     NotPositiveDefiniteError,
-    Symmetric,
     conjugate_gradients,
 )
 from .across import Across
 from .closure import ClosingRows
 from .iterates import REACH, AngleProblem, Iterate, Kind, Step
+from .patterns import SMALL, Symmetric
 from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_inverse
 from .reduced import System
+
+BLOCKS_UP_TO = 250_000  # rows, above which a factor of S saves no time, and takes much memory
 
 _NONE = np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))
 NO_ROWS = Symmetric(sparse.csr_array((0, 0)), _NONE)
@@ -53,19 +54,18 @@ class Linearised:
         The rows that close the loops of holes, and closed paths.
     laplacian : Analysis or None
         Analysis of the Laplacians over the problem's pattern, which the layout uses, too.
-    inverse : Factored or None
+    inverse : Factor or None
         The preconditioner's diag(L_s+, L_s)^-1, for one or several pairs of right-hand sides.
     across : Across or None
         The columns of the closing rows that `inverse` was solved for.
     slivers : SliverRows or None
         The rows of slivers, for the correction of the preconditioner.
-    own : Factored or None
+    own : Factor or None
         The factor of an earlier S, which preconditions instead.
     precondition : callable or None
         That, or diag(L_s, L_s)^-1, bordered and corrected.
-    whole : Factored or None
+    whole : Factor or None
         The factor of S, if it was factored as a whole.
-    whole_analysis : Analysis or None
     how : str
         Name of the solver.
     fallback : str
@@ -77,13 +77,12 @@ class Linearised:
     S: Symmetric
     closing: ClosingRows | None
     laplacian: Analysis | None = None
-    inverse: Factored | None = None
+    inverse: Factor | None = None
     across: Across | None = None
     slivers: SliverRows | None = None
-    own: Factored | None = None
+    own: Factor | None = None
     precondition: Solve | None = None
-    whole: Factored | None = None
-    whole_analysis: Analysis | None = None
+    whole: Factor | None = None
     how: str = "none"
     fallback: str = ""
 
@@ -93,7 +92,7 @@ class Linearised:
         problem: AngleProblem,
         system: System,
         laplacian: Analysis,
-        inverse: Factored,
+        inverse: Factor,
         across: Across | None = None,
     ) -> Linearised:
         """Not solved with itself: what preconditions a first step."""
@@ -218,7 +217,6 @@ def linearise(
             own=reuse.own if same_factor else None,
             across=reuse.across,
             slivers=slivers,
-            whole_analysis=reuse.whole_analysis,
             fallback=reuse.fallback,
         )
     if problem.solvers.direct:
@@ -237,28 +235,30 @@ def _by_own(lin: Linearised) -> Linearised:
     """Add the factor of S, or of that earlier one, if there can be one."""
     topology = lin.problem.constraints.topology
     small = topology.corner.shape[1] <= SMALL * topology.n_outer  # its steps take next to no time
-    if lin.own is not None or lin.laplacian is None or small:
+    if lin.own is not None or lin.laplacian is None or small or lin.system.pattern.n > BLOCKS_UP_TO:
         return lin
-    with timed("factor"):
-        try:
-            own = lin.laplacian.of_blocks(lin.S)
-        except NotPositiveDefiniteError:  # that of the Laplacian may yet be
-            return lin
-    return lin if own is None else replace(lin, own=own, inverse=None)
+    try:
+        with timed("analysis"):
+            analysis = lin.system.pattern.analysis(lin.problem.solvers, 2)
+        with timed("factor"):
+            own = analysis.factor(lin.S.values())
+    except (MemoryLimitError, NotPositiveDefiniteError):  # that of the Laplacian may yet be
+        return lin
+    return replace(lin, own=own, inverse=None)
 
 
-def _preconditioned(lin: Linearised, *, rough: bool = True) -> Linearised:
+def _preconditioned(lin: Linearised) -> Linearised:
     """Add the preconditioner: diag(L_s, L_s)^-1, bordered by the closing rows, corrected on sliver rows."""
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
     if lin.own is not None and lin.closing is None:
         return replace(lin, precondition=lin.own.solve, how=f"conjugate gradients, {lin.own.name}")
-    if laplacian is None or inverse is None:
+    if inverse is None:
         with timed("assembly"):
             lower = lin.system.laplacian()
         with timed("analysis"):
-            laplacian = laplacian or lin.system.pattern.analysis(solvers, lower)
+            laplacian = laplacian or lin.system.pattern.analysis(solvers)
         with timed("factor"):
-            inverse = laplacian_inverse(lin.system, laplacian, lower, rough=rough)
+            inverse = laplacian_inverse(lin.system, laplacian, lower)
     with timed("factor"):
         precondition, across = conformal_inverse(lin.system, lin.closing, inverse.solve, lin.S, lin.across)
         slivers = lin.slivers or SliverRows.of(lin.system, lin.S, solvers)
@@ -277,14 +277,13 @@ def _preconditioned(lin: Linearised, *, rough: bool = True) -> Linearised:
 def _factored(lin: Linearised, at: Iterate) -> Linearised:
     """Add the factor of S."""
     with timed("analysis"):
-        lower = lin.S.lower()
-        analysis = lin.whole_analysis or lin.problem.solvers.whole(lower)
+        analysis = lin.system.pattern.analysis(lin.problem.solvers, 2)
     try:
         with timed("factor"):
-            whole = analysis.factor(lower)
+            whole = analysis.factor(lin.S.values())
     except NotPositiveDefiniteError as error:
         raise _singular(lin.problem, at, lin.problem.constraints.row == error.row // 2) from None
-    return replace(lin, whole=whole, whole_analysis=analysis, how=f"direct, {whole.name}")
+    return replace(lin, whole=whole, how=f"direct, {whole.name}")
 
 
 def _fallen_back(lin: Linearised, at: Iterate, reason: str) -> Linearised:

@@ -9,32 +9,30 @@ import numpy as np
 from scipy import sparse
 
 from .._types import FloatArray, Solve
-from ..linalg import Analysis, Factored, Rows, Solvers, Symmetric
+from ..linalg import Analysis, Factor, Solvers
 from .across import Across, by_pairs
 from .closure import ClosingRows
+from .patterns import Symmetric
 from .reduced import System
+from .some_rows import Rows
 
 
-def laplacian_inverse(
-    system: System, laplacian: Analysis, lower: sparse.csc_array, *, rough: bool = False
-) -> Factored:
+def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_array) -> Factor:
     """diag(L_s+, L_s)^-1 of (#rows, 2 k): k right-hand sides of vertex rows, then k of wheel rows.
 
     L_s+ is over all rows, L_s over those with a wheel constraint. Where each row has one, the two are one.
     Else L_s has the identity on the others, so that the pattern and its `laplacian` analysis serve both.
-    With `rough`, factors may be in single precision.
     """
-    vertex = laplacian.preconditioner(lower, rough=rough)
+    vertex = laplacian.factor(lower.data)
     if system.constraints.wheels == system.constraints.n:
         return vertex
-    wheel = laplacian.preconditioner(system.wheel_laplacian(lower), rough=rough)
+    wheel = laplacian.factor(system.wheel_laplacian(lower).data)
 
     def both(pairs: FloatArray) -> FloatArray:
         k = pairs.shape[1] // 2
         return np.hstack((vertex.solve(pairs[:, :k]), wheel.solve(pairs[:, k:])))
 
-    names = dict.fromkeys((vertex.name, wheel.name))
-    return Factored(", ".join(names), vertex.exact and wheel.exact, both, vertex.single or wheel.single)
+    return Factor(vertex.name, both)
 
 
 def conformal_inverse(
@@ -74,7 +72,7 @@ class SliverRows:
         if not len(pairs):
             return cls()
         rows = Rows(S, pairs)
-        return cls(rows, solvers.whole(rows.of(S).lower()))
+        return cls(rows, solvers.analyse(rows.indptr, rows.indices, 2))
 
 
 def corrected(conformal: Solve, slivers: SliverRows, S: Symmetric, closing: ClosingRows | None) -> Solve:
@@ -82,7 +80,7 @@ def corrected(conformal: Solve, slivers: SliverRows, S: Symmetric, closing: Clos
     if slivers.rows is None or slivers.analysis is None:
         return conformal
     beside, pairs = slivers.rows.of(S), slivers.rows.pairs  # S is symmetric: its columns as well
-    local = slivers.analysis.factor(beside.lower()).solve
+    local = slivers.analysis.factor(beside.values()).solve
     index, n = (2 * pairs[:, None] + np.arange(2)).ravel(), S.size
     border = None if closing is None else closing.B.at(index)
 

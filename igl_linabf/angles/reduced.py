@@ -8,9 +8,9 @@ from scipy import sparse
 from .. import kernels
 from .._runtime import transposed, unfilled
 from .._types import FloatArray, IntArray
-from ..linalg import Symmetric, held
 from ..surface import NEXT, PREV
 from .constraints import Constraints
+from .patterns import Symmetric, held
 
 SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is corrected for
 SLIVER_OF_MANY, MANY = 50.0, 1 / 20  # and where there are so many slivers to a row: each step takes longer

@@ -61,12 +61,12 @@ class Turnings:
             system = System(turning.constraints, at.alpha, cot=at.cot, scaled=False)
             closing = ClosingRows(system, at.residual.closure, conformal=True)
         laplacian, inverse = (None, None) if known is None else (known.laplacian, known.inverse)
-        if laplacian is None or inverse is None:
+        if inverse is None:
             lower = system.laplacian()
             with timed("analysis"):
-                laplacian = asked.pattern.analysis(problem.solvers, lower)
+                laplacian = asked.pattern.analysis(problem.solvers)
             with timed("factor"):
-                inverse = laplacian.factor(lower)
+                inverse = laplacian.factor(lower.data)
         with timed("factor"):
             columns = None if known is None else known.across
             if columns is None:

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..linalg import Factored, NotPositiveDefiniteError, Within
+from ..linalg import Factor, NotPositiveDefiniteError
 from .cut_graph import ClosedSurface
 from .expected import MAX_LOG_SCALE, expected_stretch
 from .scale import ZeroAtNodes
@@ -31,7 +31,7 @@ class ConeScale:
     piece : ClosedSurface
     laplacian : ZeroAtNodes
         L, of the cotangents; of raised ones where double precision does not hold these.
-    factored : Factored
+    factored : Factor
         L with zero at the ground.
     first : int
         The node that is the ground; -1 where the boundary is.
@@ -45,7 +45,7 @@ class ConeScale:
 
     piece: ClosedSurface
     laplacian: ZeroAtNodes
-    factored: Factored
+    factored: Factor
     first: int
     bare: FloatArray
     others: IntArray
@@ -87,18 +87,20 @@ class ConeScale:
         """All cones."""
         return self.others if self.first < 0 else np.append(self.first, self.others)
 
-    @cached_property
-    def known(self) -> tuple[Within, Factored | None] | None:
-        """The Laplacian over the nodes that are not at the ground, if it was factored: analysis and factor.
-
-        The factor is none where it is not that of the cotangents.
-        """
-        zero = self.laplacian
-        if not self.factored.exact:
+    @property
+    def known(self) -> Factor | None:
+        """The factor of the Laplacian over the nodes that are not at the ground; None if it has raised cotangents."""
+        zero, piece = self.laplacian, self.piece
+        if zero is not piece.zero_by_cotangents or zero is piece.zero_at_nodes:
             return None
-        analysis = Within(zero.analysis, zero.lower, zero.free(_ground(self.piece, self.first)))
-        same = zero is self.piece.zero_by_cotangents and zero is not self.piece.zero_at_nodes
-        return analysis, analysis.restricted(self.factored) if same else None
+        free = zero.free(_ground(piece, self.first))
+
+        def solve(b: FloatArray) -> FloatArray:
+            every = np.zeros((len(free), *b.shape[1:]))
+            every[free] = b
+            return np.asarray(self.factored.solve(every)[free])
+
+        return replace(self.factored, solve=solve)
 
     @cached_property
     def curvature(self) -> FloatArray:

@@ -296,13 +296,13 @@ def _none_found(chosen: Placed, quarter: bool, why: str) -> str:
 
 def _known(chosen: Placed) -> KnownLaplacian | None:
     """The Laplacian that gave the cones their angles."""
-    if chosen.scale is None or chosen.scale.known is None:
+    if chosen.scale is None:
         return None
     first = chosen.scale.first
     left_out = None if first < 0 else int(chosen.place.vertices(np.array([first]))[0])
     piece = chosen.place.piece
     even = piece.n >= SMALL and piece.thin_share <= FEW_THIN
-    return KnownLaplacian(*chosen.scale.known, left_out, even, chosen.across)
+    return KnownLaplacian(chosen.scale.known, left_out, even, chosen.across)
 
 
 def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:

@@ -8,10 +8,8 @@ import numpy as np
 from scipy import sparse
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import entries, is_fast, laplacian_entries
-from ..linalg import Analysis, Factored, SmallBlocks, factored_often
-
-FEW = 3_000  # nodes up to which loops over columns, called once, take less time than those over supernodes
+from ..kernels import entries, laplacian_entries
+from ..linalg import Analysis, Factor, Solvers
 
 
 def laplacian_of(ends: IntArray, weight: FloatArray, n: int) -> sparse.csc_array:
@@ -45,7 +43,7 @@ class ZeroAtNodes:
     @cached_property
     def analysis(self) -> Analysis:
         """Of the pattern."""
-        return factored_often(self.lower)
+        return Solvers().analyse(self.lower.indptr, self.lower.indices)
 
     def of(self, lower: sparse.csc_array) -> "ZeroAtNodes":
         """The same with another matrix of the pattern."""
@@ -55,13 +53,7 @@ class ZeroAtNodes:
 
     def solve(self, fixed: IntArray, r: FloatArray) -> FloatArray:
         """u for a right side (n,), of which the rows of the fixed nodes do not count."""
-        if self._of_few is None:
-            return self.solver(fixed)(r)
-        return self._of_few.solved_inside(self.lower, self.free(fixed), r)
-
-    @cached_property
-    def _of_few(self) -> SmallBlocks | None:
-        return SmallBlocks(self.lower) if is_fast() and self.lower.shape[0] <= FEW else None
+        return self.solver(fixed)(r)
 
     def solver(self, fixed: IntArray) -> Callable[[FloatArray], FloatArray]:
         """`solve` for several right sides, (n,) or (n, k): the system is factored once."""
@@ -74,9 +66,9 @@ class ZeroAtNodes:
         free[fixed] = False
         return free
 
-    def factored(self, fixed: IntArray) -> Factored:
+    def factored(self, fixed: IntArray) -> Factor:
         """The Laplacian with the identity at the fixed nodes."""
         free, lower = self.free(fixed), copy(self.lower)  # the same pattern, which SciPy need not check again
         lower.data = lower.data * (free[self._row] & free[self._column])
         lower.data[self._diagonal[fixed]] = 1.0
-        return self.analysis.factor(lower)
+        return self.analysis.factor(lower.data)

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import sparse
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray, Solve
-from ..linalg import Solvers
+from ..linalg import Solvers, solve_complex
 from ..surface import NEXT, PREV, signed_double_areas
 
 EVEN = 1e-8  # share of its diagonal by which the displacement is drawn to zero
@@ -46,7 +47,7 @@ class Stiffness:
         inner = np.ones(A.shape[0], dtype=bool)
         inner[held] = False
         lower = sparse.tril(A[inner][:, inner]).tocsc()
-        return cls(of_copies, A, inner, Solvers().whole(lower).factor(lower).solve)
+        return cls(of_copies, A, inner, partial(solve_complex, Solvers().factor(lower)))
 
 
 def energy(z: ComplexArray, corner: IntArray, weight: FloatArray) -> sparse.csr_array:

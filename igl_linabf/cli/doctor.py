@@ -4,11 +4,11 @@ import argparse
 import platform
 from importlib import metadata
 
-from ..kernels import fast_by, is_fast
+from ..kernels import fast_by
 from ..linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .commands import GOOD, Command
 
-NEEDED = ("libigl", "numpy", "scipy", "pyamg", "shapely", "pillow", "psutil", "rich", "shtab")
+NEEDED = ("libigl", "numpy", "scipy", "shapely", "pillow", "psutil", "rich", "shtab")
 EXTRAS = {  # packages that a user may install; README and docs/install.md say what for
     "batch": ("distributed", "bokeh"),
     "cholmod": ("scikit-sparse",),
@@ -29,8 +29,7 @@ def _doctor(options: argparse.Namespace) -> int:
     if has_cholmod():
         print(f"CHOLMOD: yes, with {blas_of_cholmod() or 'an unknown BLAS'}")
     else:
-        instead = "compiled factors" if is_fast() else "libigl's Cholesky and PyAMG's multigrid"
-        print(f"CHOLMOD: no; {instead} are used. To get it, {HOW_TO_GET}")
+        print(f"CHOLMOD: no; solver='cholmod' needs it. To get it, {HOW_TO_GET}")
     print(f"Kernels: {fast_by()}")
     return GOOD
 

@@ -49,7 +49,7 @@ FLATTEN = Command(
         "layout": choice(("auto", "boundary", "least-squares", "greedy"), "auto"),
         "outer": value("VERTEX", "a vertex of the outer boundary loop", int),
         **shared("boundary", "corners"),
-        "solver": choice(("auto", "cholmod", "multigrid", "direct"), "auto"),
+        "solver": choice(("auto", "cholmod", "direct"), "auto"),
         "guarantee": choice(
             ("injective",), help="if triangles flip, run a last stage that leaves none flipped"
         ),

@@ -166,7 +166,7 @@ def posed(
             shape = shape_of(mesh, shape.name, None)
         held = constrain(pinned)
         least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1 or held
-        check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 16) if least_squares else 0)
+        check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 2) if least_squares else 0)
     with timed("assembly"):
         own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
         asked = own if uncut is None else uncut

@@ -86,11 +86,10 @@ def linabf(
     guarantee : {"injective"}, optional
         If triangles still flip after all methods of the default, make a map without flipped
         triangles by SLIM, at more distortion.
-    solver : {"auto", "cholmod", "multigrid", "direct"}
-        "cholmod" and "multigrid" solve by conjugate gradients. The preconditioner is a CHOLMOD
-        factor of one Laplacian, or a PyAMG V-cycle. "auto" factors that
-        Laplacian by compiled loops with the extra `fast`, or else as "cholmod" if scikit-sparse is
-        installed, or by libigl's own wheel. "direct" factors the whole system.
+    solver : {"auto", "cholmod", "direct"}
+        "auto" solves by conjugate gradients, which the Cholesky factor of one Laplacian
+        preconditions. "cholmod" does so by CHOLMOD's factor; that needs scikit-sparse.
+        "direct" factors the whole system.
 
     Returns
     -------

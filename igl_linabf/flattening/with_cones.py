@@ -29,7 +29,7 @@ from ..angles import (
     within_patches,
 )
 from ..kernels import cotangents, squared_cosecants
-from ..linalg import Analysis, Factored, NotPositiveDefiniteError, Solvers
+from ..linalg import Factor, NotPositiveDefiniteError, Solvers
 from ..surface import Mesh, Topology
 from .ladder import (
     ACTIVE_SET_RTOL,
@@ -82,9 +82,8 @@ class KnownLaplacian:
 
     Attributes
     ----------
-    analysis : Analysis
+    inverse : Factor or None
         Over the interior vertices but `left_out`.
-    inverse : Factored or None
     left_out : int or None
         A vertex of a closed surface.
     even : bool
@@ -94,8 +93,7 @@ class KnownLaplacian:
         The columns of the closing rows of the paths, from `turnings_of` the surface with this inverse.
     """
 
-    analysis: Analysis
-    inverse: Factored | None
+    inverse: Factor | None
     left_out: int | None
     even: bool
     across: Across | None = None
@@ -145,8 +143,6 @@ def flatten_with_cones(
         safeguard = method.safeguard if isinstance(method, LinABF) else True
         known = known if Solvers(method.solver).shared else None
         asked = constraints_of(uncut, sums, paths, left_out=None if known is None else known.left_out)
-        if known is not None:
-            asked.pattern.adopt(Solvers(method.solver), known.analysis)
         problem = posed(cut, None, method.layout, method.threshold, method.solver, safeguard, asked)
         begun = problem.start
         if known is not None and (known.even or turned is not None):
@@ -175,7 +171,6 @@ def turnings_of(
     constraints = constraints_of(uncut, sums, paths, left_out=None if known is None else known.left_out)
     angles, lin = AngleProblem(constraints, opened(surface)[0], Solvers()), None
     if known is not None:
-        constraints.pattern.adopt(angles.solvers, known.analysis)
         lin = _preconditioned(angles, known)
     try:
         turnings, lin = Turnings.of(angles, np.arange(topology.n), angles.estimate, lin)
@@ -189,7 +184,8 @@ def _preconditioned(angles: AngleProblem, known: KnownLaplacian) -> Linearised |
     if known.inverse is None:
         return None
     system = System(angles.constraints, angles.estimate, cot=angles.start.cot)
-    return Linearised.preconditioned(angles, system, known.analysis, known.inverse, known.across)
+    analysis = angles.constraints.pattern.analysis(angles.solvers)
+    return Linearised.preconditioned(angles, system, analysis, known.inverse, known.across)
 
 
 def _turned(problem: Problem, begun: State, turned: Turned) -> tuple[Problem, State]:

@@ -5,8 +5,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._types import ComplexArray, FloatArray, IntArray
-from ..angles import Constraints, Iterate, Residual, central_angles
-from ..linalg import Analysis, Solvers, held
+from ..angles import Constraints, Iterate, Residual, central_angles, held
+from ..linalg import Analysis, Solvers
 from ..surface import Parts, complex_positions, flipped_faces
 from .around_holes import Loops, drawn, relaxed
 
@@ -90,7 +90,7 @@ def harmonic(
     weight = topology.sum_at_edges(at.cot)
     weight /= 2
     lower = held(pattern.laplacian(weight), n)  # a boundary vertex with a prescribed sum has a row, too
-    factored = (laplacian or pattern.analysis(solvers, lower)).factor(lower)
+    factored = (laplacian or pattern.analysis(solvers)).factor(lower.data)
     if topology.holes:
         loops = Loops(constraints, weight, factored.solve)
         return loops.positions(drawn(loops, at.residual.closure, boundary.z)), factored.name
@@ -105,14 +105,14 @@ def by_relaxed_loops(
 ) -> tuple[ComplexArray, str] | None:
     """Nearly the map of the least squares, and the solver's name, by the Laplacian of `harmonic`.
 
-    All loops are drawn, and changed to where the conformal energy is nearly least. None if that is not so, if
-    triangles are flipped, or if there is no factor.
+    All loops are drawn, and changed to where the conformal energy is nearly least. None if that is not so, or if
+    triangles are flipped.
     """
     topology, pattern = constraints.topology, constraints.pattern
     weight = topology.sum_at_edges(at.cot) / 2
     lower = pattern.laplacian(weight)
-    analysis = laplacian or pattern.analysis(solvers, lower)
-    factored = analysis.factor(lower)
+    analysis = laplacian or pattern.analysis(solvers)
+    factored = analysis.factor(lower.data)
     loops = Loops(constraints, weight, factored.solve)
     made = relaxed(loops, drawn(loops, at.residual.closure, boundary.z))
     if made is None or len(flipped_faces(z := loops.positions(made), topology.corner)):

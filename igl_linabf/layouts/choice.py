@@ -175,7 +175,7 @@ def layout(
     outer : int, optional
         A vertex of the outer boundary loop; by default the loop with the most edges is the outer
         one. The default pins of "least-squares" are on it.
-    solver : {"auto", "cholmod", "multigrid", "direct"}
+    solver : {"auto", "cholmod", "direct"}
         See `linabf`.
 
     Returns

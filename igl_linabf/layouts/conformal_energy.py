@@ -3,7 +3,8 @@
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..linalg import Pattern, Solvers
+from ..angles import Pattern
+from ..linalg import Solvers, solve_complex
 from ..surface import Topology
 
 
@@ -40,8 +41,8 @@ def least_squares(
         for part in (np.real, np.imag)
     ]
     lower = pattern.hermitian(entry, pattern.row_sums(i, weight) + pattern.row_sums(j, weight))
-    factored = solvers.whole(lower).factor(lower)
-    z[free] = factored.solve(-rhs[0] - 1j * rhs[1])
+    factored = solvers.factor(lower)
+    z[free] = solve_complex(factored, -rhs[0] - 1j * rhs[1])
     return z, factored.name
 
 

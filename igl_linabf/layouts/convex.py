@@ -6,7 +6,8 @@ import numpy as np
 from scipy import sparse
 
 from .._types import BoolArray, ComplexArray, IntArray
-from ..linalg import NotPositiveDefiniteError, Pattern, Solvers
+from ..angles import Pattern
+from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import Topology, planar_topology, signed_double_areas
 
 DECAYS = (0.5, 1.0, 0.25, 0.0)  # of the weights, by exp(-decay) each edge further inside
@@ -84,7 +85,7 @@ def _combined(
     held = np.where(free, 0, z)
     lower = pattern.laplacian(weight)
     try:
-        factored = solvers.whole(lower).factor(lower)
+        factored = solvers.factor(lower)
     except NotPositiveDefiniteError:
         return None
     x = factored.solve(pattern.pull(weight, held))

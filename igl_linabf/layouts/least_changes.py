@@ -12,7 +12,7 @@ import numpy as np
 
 from .._runtime import advance
 from .._types import BoolArray, ComplexArray, FloatArray
-from ..linalg import Factored, NotPositiveDefiniteError, Solvers
+from ..linalg import Factor, NotPositiveDefiniteError, Solvers
 from ..surface import Topology
 from .newton import Hessians
 from .plane_steps import MOST_BOUNDS, BoundedStep, Linear, Plane, bounded_step
@@ -142,7 +142,7 @@ def _descended(
 
 
 def _searched(
-    here: Linear, step: BoundedStep, factor: Factored, value: float, promised: float, broken: float
+    here: Linear, step: BoundedStep, factor: Factor, value: float, promised: float, broken: float
 ) -> tuple[_Place, float] | None:
     """The map after a step that lets the objective fall, and the step's scale; None if none does.
 

@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from .._runtime import advance
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..linalg import Analysis, Factored, NotPositiveDefiniteError, Solvers, held
+from ..linalg import Analysis, Factor, NotPositiveDefiniteError, Solvers
 from ..surface import NEXT, PREV, Parts
 from .isometric_energy import Rest
 
@@ -63,64 +62,52 @@ class Hessians:
 
     def __init__(self, corner: IntArray, n: int, solvers: Solvers, free: int | None = None) -> None:
         self._index, self._n = np.concatenate((2 * corner, 2 * corner + 1)).ravel(), n
-        self._moving = 2 * (n if free is None else free)
+        self._free = n if free is None else free
         sides = np.sort((corner[NEXT], corner[PREV]), axis=0)
         keys, edge = np.unique((sides[0] * n + sides[1]).ravel(), return_inverse=True)
         low, high = keys // n, keys % n
-        # a column has its vertex's own entries, then two for each edge to a later vertex
-        first, vertices = np.searchsorted(low, np.arange(n + 1)), np.arange(n)
-        start = 3 * np.arange(n + 1) + 4 * first
-        second = start[:-1] + 2 * (1 + np.diff(first))
-        rank = 2 * (np.arange(len(low)) - first[low])
-        blocks = [
-            [start[low] + 2 + rank, start[low] + 3 + rank],
-            [second[low] + 1 + rank, second[low] + 2 + rank],
-        ]
-        self._row = np.empty(start[-1], dtype=np.int64)
-        self._row[start[:-1]], self._row[start[:-1] + 1], self._row[second] = (
-            2 * vertices,
-            2 * vertices + 1,
-            2 * vertices + 1,
-        )
-        for by_x_or_y in blocks:
-            self._row[by_x_or_y[0]], self._row[by_x_or_y[1]] = 2 * high, 2 * high + 1
-        self._start = np.append(np.column_stack((start[:-1], second)).ravel(), start[-1])
-        self._own = self._start[:-1]
+        # the lower triangle of blocks: a column has its vertex's own block, then one for each edge to a later vertex
+        start = np.arange(n + 1) + np.searchsorted(low, np.arange(n + 1))
+        self._own, of_edge = start[:-1], np.arange(len(low)) + low + 1
+        indices = np.empty(start[-1], dtype=np.int64)
+        indices[self._own], indices[of_edge] = np.arange(n), high
+        self._fixed = np.flatnonzero(indices >= self._free)
         self._pairs = np.tril_indices(6)
         self._slot = np.empty((len(self._pairs[0]), corner.shape[1]), dtype=np.int64)
-        edge, own = edge.reshape(corner.shape), (start[:-1], start[:-1] + 1, second)
+        edge = edge.reshape(corner.shape)
         for slot, i, j in zip(self._slot, *self._pairs, strict=True):
             (x, p), (y, q) = divmod(int(i), 3), divmod(int(j), 3)
             if p == q:
-                slot[:] = own[x + y][corner[p]]
+                slot[:] = 4 * self._own[corner[p]] + (3 if x and y else x + y)
             else:
-                at = edge[3 - p - q]
-                slot[:] = np.where(corner[p] < corner[q], blocks[x][y][at], blocks[y][x][at])
-        self._analysis: Analysis = solvers.whole(self._lower(np.ones(len(self._row))), often=True)
-
-    def _lower(self, data: FloatArray) -> sparse.csc_array:
-        return sparse.csc_array((data, self._row, self._start), shape=(2 * self._n, 2 * self._n))
+                in_block = np.where(corner[p] < corner[q], 2 * x + y, 2 * y + x)
+                slot[:] = 4 * of_edge[edge[3 - p - q]] + in_block
+        self._analysis: Analysis = solvers.analyse(start, indices, 2)
 
     def slope(self, by_corner: FloatArray, springs: Springs | None, z: ComplexArray) -> FloatArray:
         """The gradient, (2 #V,), from that of the triangles, (6, #F)."""
         slope = np.asarray(np.bincount(self._index, by_corner.ravel(), 2 * self._n), dtype=np.float64)
         if springs is not None:
             slope += _interleaved(2 * springs.stiffness * (z - springs.to))
-        slope[self._moving :] = 0.0
+        slope[2 * self._free :] = 0.0
         return slope
 
-    def factored(self, rows: FloatArray, springs: Springs | None, damping: float = DAMPING) -> Factored:
+    def factored(self, rows: FloatArray, springs: Springs | None, damping: float = DAMPING) -> Factor:
         """The factor of the sum of rows rows^T over the triangles, (#, 6, #F), and the springs."""
         values = np.empty(self._slot.shape)
         for value, i, j in zip(values, *self._pairs, strict=True):
             np.einsum("rf,rf->f", rows[:, i], rows[:, j], out=value)
-        data = np.asarray(np.bincount(self._slot.ravel(), values.ravel(), len(self._row)), dtype=np.float64)
+        blocks = np.bincount(self._slot.ravel(), values.ravel(), 4 * (self._own[-1] + 1)).reshape(-1, 4)
+        own = blocks[self._own][:, ::3]
         if springs is not None:
-            data[self._own] += np.repeat(2 * springs.stiffness, 2)
+            own += 2 * springs.stiffness[:, None]
+        blocks[self._fixed] = 0.0
         while True:
-            data[self._own] *= 1 + damping
+            own *= 1 + damping
+            own[self._free :] = 1.0
+            blocks[self._own, 0], blocks[self._own, 3] = own.T
             try:
-                return self._analysis.factor(held(self._lower(data), self._moving))
+                return self._analysis.factor(blocks)
             except NotPositiveDefiniteError:
                 if damping > 1:
                     raise

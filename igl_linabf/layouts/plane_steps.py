@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 import scipy
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..linalg import Factored, NotPositiveDefiniteError
+from ..linalg import Factor, NotPositiveDefiniteError
 from ..surface import NEXT, PREV
 from .newton import Hessians, Springs
 
@@ -150,50 +151,40 @@ class Pushes:
     Attributes
     ----------
     here : Linear
-    factor : Factored
+    factor : Factor
         Of the model's Hessian.
     index : (#p,) int64
         The angles.
-    system : (#p, #p) float64
-        The change of each of them by a force on each.
-    columns : (2 #V, #p) float64 or None
-        The change of the positions by each; None where it takes a solve that `system` does without.
+    columns : (2 #V, #p) float64
+        The change of the positions by a force on each.
     """
 
     here: Linear
-    factor: Factored
+    factor: Factor
     index: IntArray
-    system: FloatArray
-    columns: FloatArray | None
+    columns: FloatArray
 
     @classmethod
-    def none(cls, here: Linear, factor: Factored) -> Pushes:
-        columns = np.empty((2 * len(here.z), 0)) if factor.halfway is None else None
-        return cls(here, factor, np.empty(0, dtype=np.int64), np.empty((0, 0)), columns)
+    def none(cls, here: Linear, factor: Factor) -> Pushes:
+        return cls(here, factor, np.empty(0, dtype=np.int64), np.empty((2 * len(here.z), 0)))
+
+    @cached_property
+    def system(self) -> FloatArray:
+        """The change of each of these angles by a force on each, (#p, #p)."""
+        return self.here.changes(self.index, self.columns)
 
     def with_more(self, more: IntArray) -> Pushes:
         """On further angles, too."""
-        here, index = self.here, np.concatenate((self.index, more))
-        if self.columns is None:
-            assert self.factor.halfway is not None
-            half = self.factor.halfway(*here.slopes(index))
-            return replace(self, index=index, system=half.T @ half)
-        columns = np.column_stack((self.columns, self.factor.solve(here.columns(more))))
-        return replace(self, index=index, columns=columns, system=here.changes(index, columns))
+        columns = np.column_stack((self.columns, self.factor.solve(self.here.columns(more))))
+        return replace(self, index=np.concatenate((self.index, more)), columns=columns)
 
     def on(self, which: BoolArray) -> Pushes:
         """On some of the angles only."""
-        columns = None if self.columns is None else self.columns[:, which]
-        system = self.system[np.ix_(which, which)]
-        return replace(self, index=self.index[which], columns=columns, system=system)
+        return replace(self, index=self.index[which], columns=self.columns[:, which])
 
     def moved(self, force: FloatArray) -> FloatArray:
         """What they change at the positions, (2 #V,)."""
-        if self.columns is not None:
-            return np.asarray(self.columns @ force)
-        place, slope = self.here.slopes(self.index)
-        pull = np.bincount(place.ravel(), (slope * force).ravel(), 2 * len(self.here.z))
-        return np.asarray(self.factor.solve(pull))
+        return np.asarray(self.columns @ force)
 
 
 @dataclass(frozen=True, eq=False)
@@ -229,7 +220,7 @@ class BoundedStep:
         return complex_of(self.pushes.moved(scipy.linalg.cho_solve((_lower(self.pushes.system), True), by)))
 
 
-def bounded_step(here: Linear, hessians: Hessians, factor: Factored, held: BoolArray) -> BoundedStep:
+def bounded_step(here: Linear, hessians: Hessians, factor: Factor, held: BoolArray) -> BoundedStep:
     """The minimum of the quadratic model under the bounds (Lawson, Hanson 1974, for the multipliers).
 
     Those of the last step and those that the step breaks so far come in.

@@ -1,15 +1,12 @@
-"""Sparse linear algebra.
+"""Sparse linear algebra: Cholesky factors and conjugate gradients. It knows no mesh.
 
-In: Hermitian matrices over a mesh's vertices, by their lower triangles. Out: factors, solutions.
-CHOLMOD (Chen et al. 2008), PyAMG's smoothed aggregation (Vanek et al. 1996), SuperLU, conjugate gradients.
+In: symmetric matrices by their lower triangles. Out: factors, solutions. A pattern is analysed once, its values
+are factored, a factor solves: `Solvers.analyse(indptr, indices).factor(values).solve(B)`.
 """
 
-from .choice import HOW_TO_GET, SolverName, Solvers, blas_of_cholmod, factored_often
-from .factors import Analysis, Factored, NotConvergedError, NotPositiveDefiniteError, SuperLU, has_cholmod
+from .cholesky import Cholesky
+from .cholmod import HOW_TO_GET, blas_of_cholmod, has_cholmod
+from .factors import Analysis, Factor, NotPositiveDefiniteError, real_form, solve_complex
 from .krylov import MAX_CG_STEPS, block_conjugate_gradients, conjugate_gradients
 from .memory import check_memory, factor_bytes
-from .multigrid import Multigrid
-from .small_blocks import SMALL, SmallBlocks
-from .some_rows import Rows
-from .sparsity import Pattern, Symmetric, held
-from .within import Within
+from .solvers import SolverName, Solvers

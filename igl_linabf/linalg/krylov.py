@@ -1,9 +1,14 @@
 """Conjugate gradients: for one system, or for many side by side, with the iterates of separate runs."""
 
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from .. import kernels
 from .._types import BoolArray, FloatArray, IntArray, Solve
+
 from ..surface import Parts
 
 MAX_CG_STEPS = 300  # after so many a factorisation is the better way

@@ -8,10 +8,10 @@ import psutil
 
 from ..errors import MemoryLimitError
 
-PER_FACE = 1000  # bytes at the peak, all arrays and the multigrid hierarchy (benchmarks/memory.py)
+PER_FACE = 1000  # bytes at the peak but for factors (benchmarks/memory.py)
 FILL = 3.0  # entries of a planar Laplacian's factor over n log2 n at most; 1.8 to 2.2 were measured
 UNASKED = 2**25  # bytes up to which it is not asked whether they are free
-OVERHEAD = 1.5  # of CHOLMOD's factor: supernodes' zeros, indices, work space
+OVERHEAD = 1.5  # supernodes' zeros, indices, work space
 
 
 def available() -> int | None:
@@ -27,12 +27,12 @@ def available() -> int | None:
     return max(min(known), 0) if known else None
 
 
-def factor_bytes(n: int, itemsize: int) -> int:
-    """Bytes of the factor of an n by n Laplacian of a planar graph.
+def factor_bytes(n: int, block: int = 1) -> int:
+    """Bytes of the factor of a matrix with a `block` by `block` one for each entry of a planar graph's, n by n.
 
-    With nested dissection it has O(n log n) entries (Lipton, Rose, Tarjan 1979).
+    It has O(n log n) entries (Lipton, Rose, Tarjan 1979).
     """
-    return int(OVERHEAD * FILL * n * math.log2(max(n, 2)) * itemsize)
+    return int(OVERHEAD * FILL * n * math.log2(max(n, 2)) * 8 * block**2)
 
 
 def fits(wanted: int) -> bool:

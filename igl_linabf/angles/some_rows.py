@@ -5,11 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import sparse
 
 from .. import kernels
 from .._types import FloatArray, IntArray
-from .sparsity import Symmetric
+from .patterns import Symmetric
 
 
 class Rows:
@@ -30,24 +29,10 @@ class Rows:
         self.pairs = pairs
         self.start, self.column, self._place = kernels.block_rows(indptr, indices, number)
         self._of = np.repeat(pairs, np.diff(self.start))
-        self._find_lower(number)
-
-    def _find_lower(self, number: IntArray) -> None:
-        """Find the lower triangle in CSC: the blocks of a row from the diagonal on, as columns."""
         at, among = number[self._of], number[self.column]
-        below = np.flatnonzero(among >= at)
-        count = np.bincount(at[below], minlength=len(self.pairs))
-        # two columns for each row, the second of which lacks the entry above the diagonal
-        indptr = np.append(0, np.cumsum(np.column_stack((2 * count, 2 * count - 1)).ravel()))
-        row, own = among[below], at[below]
-        nth = 2 * (np.arange(len(below)) - (np.cumsum(count) - count)[own])
-        indices, source = (np.empty(indptr[-1], dtype=np.int64) for _ in range(2))
-        for column in range(2):
-            for entry in range(2):
-                kept = slice(None) if entry >= column else np.flatnonzero(row > own)
-                place = indptr[2 * own[kept] + column] + nth[kept] + entry - column
-                indices[place], source[place] = 2 * row[kept] + entry, 4 * below[kept] + 2 * column + entry
-        self.lower = indices, indptr, source
+        self.upper = np.flatnonzero(among >= at)  # of what these rows and the same columns have in common
+        self.indices = among[self.upper]
+        self.indptr = np.append(0, np.cumsum(np.bincount(at[self.upper], minlength=len(pairs))))
 
     def of(self, matrix: Symmetric) -> RowsOf:
         """These rows of `matrix`."""
@@ -67,11 +52,9 @@ class RowsOf:
     rows: Rows
     block: FloatArray
 
-    def lower(self) -> sparse.csc_array:
-        """Lower triangle of what these rows and the same columns have in common."""
-        indices, indptr, source = self.rows.lower
-        size = len(indptr) - 1
-        return sparse.csc_array((self.block.ravel()[source], indices, indptr), shape=(size, size))
+    def values(self) -> FloatArray:
+        """The blocks that these rows and the same columns have in common, as they are factored."""
+        return self.block[self.rows.upper]
 
     def taken_off(self, x: FloatArray, r: FloatArray) -> FloatArray:
         """r - R^T x; r may be longer than the rows."""

@@ -17,14 +17,12 @@ from ..kernels import (
     pulled,
     system_blocks,
 )
+from ..linalg import Analysis, Solvers
 from ..surface import Topology, sum_by
-from .choice import Solvers
-from .factors import Analysis
-from .multigrid import Multigrid
-from .small_blocks import SMALL
 
 Blocks = tuple[IntArray, IntArray, FloatArray]
 
+SMALL = 3_000  # triangles up to which a mesh's system is small: no thread, and no other factor, pays for it
 AT_ONCE = 1024  # rows of a matrix that is multiplied by a few columns
 
 
@@ -58,9 +56,13 @@ class Symmetric:
             made += C[slice(*rows)].T @ products_of_entries(*self.blocks, C, rows)
         return made.reshape(k, 2, 2, k).transpose(1, 0, 2, 3)
 
-    def lower(self) -> sparse.csc_array:
-        """Its lower triangle."""
-        return sparse.tril(self.whole()).tocsc()
+    def values(self) -> FloatArray:
+        """Its blocks, (#blocks, 4), as they are factored: whole on the diagonal."""
+        indptr, _, block = self.blocks
+        made = block.copy()
+        own = block[indptr[:-1]]
+        made[indptr[:-1]] += own[:, [0, 2, 1, 3]]
+        return made
 
     def whole(self) -> sparse.csr_array:
         """All of it."""
@@ -79,9 +81,6 @@ class Blocked(Symmetric):
 
     def matvec(self, x: FloatArray) -> FloatArray:
         return block_product(*self.blocks, x)
-
-    def lower(self) -> sparse.csc_array:
-        return self._by_entries.lower()
 
     def whole(self) -> sparse.csr_array:
         return self._by_entries.whole()
@@ -125,7 +124,7 @@ class Pattern:
     """
 
     def __init__(self, topology: Topology, row: IntArray, n: int) -> None:
-        self._analyses: dict[Solvers, Analysis] = {}
+        self._analyses: dict[tuple[Solvers, int], Analysis] = {}
         self._begun: dict[Solvers, Begun[Analysis]] = {}
         self._small = topology.corner.shape[1] <= SMALL * topology.n_outer
         self.n, self._topology, self._row = n, topology, row
@@ -137,24 +136,24 @@ class Pattern:
         self._indptr: IntArray = indptr.astype(index)
         self._indices: IntArray = indices.astype(index)
 
-    def analysis(self, solvers: Solvers, laplacian: sparse.csc_array) -> Analysis:
-        """Of the Laplacians of this pattern, given one of them; made once for each choice of solvers."""
-        if solvers not in self._analyses:
-            waiting = self._begun.pop(solvers, None)
-            made = waiting.result() if waiting else solvers.laplacian(laplacian, self._small)
-            if isinstance(made, Multigrid):  # no analysis; another time there may be memory for one
-                return made
-            self._analyses[solvers] = made
-        return self._analyses[solvers]
+    def analysis(self, solvers: Solvers, block: int = 1) -> Analysis:
+        """Of the Laplacians of this pattern, or of matrices with `block` by `block` ones for their entries.
 
-    def adopt(self, solvers: Solvers, analysis: Analysis) -> None:
-        """Take an analysis that is known from elsewhere."""
-        self._analyses[solvers] = analysis
+        It is made once for each choice of solvers.
+        """
+        asked = solvers, block
+        if asked not in self._analyses:
+            waiting = self._begun.pop(solvers, None) if block == 1 else None
+            self._analyses[asked] = waiting.result() if waiting else self._analysed(solvers, block)
+        return self._analyses[asked]
+
+    def _analysed(self, solvers: Solvers, block: int = 1) -> Analysis:
+        return solvers.analyse(self._indptr, self._indices, block)
 
     def begin_analysis(self, solvers: Solvers) -> None:
-        """Let a thread analyse the pattern while there is other work; compiled loops let both run."""
-        if self.n and solvers.compiled and not self._small and solvers not in self._analyses:
-            work = begun(partial(solvers.laplacian, self._empty))
+        """Let a thread analyse the pattern while there is other work; the core lets both run."""
+        if self.n and not (solvers.direct or self._small or (solvers, 1) in self._analyses):
+            work = begun(partial(self._analysed, solvers))
             if work is not None:
                 self._begun[solvers] = work
 

@@ -1,0 +1,116 @@
+"""Write into docs/performance.md what the first calls cost: in processes of their own, in an environment made anew.
+
+    python benchmarks/first_call.py [--environment FOLDER] [--repeat 5] [--print]
+
+`pip install .` alone makes the environment, in a temporary folder or in FOLDER, where one that is there is used
+again. The very first process is told for itself; the others are medians. Processes take turns. The meshes are
+camelhead, fandisk and cow of IGL_LINABF_MESHES.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from time import perf_counter
+
+import numpy as np
+from pages import DOCS, put
+
+ROOT = Path(__file__).resolve().parent.parent
+DISK, CLOSED, PART = "disk__igl_camelhead.off", "closed__igl_cow.off", "closed__igl_fandisk.off"
+
+READ = "import igl; V, F = igl.read_triangle_mesh({path!r}); "
+LSCM = (
+    "import numpy as np; loop = igl.boundary_loop(F); "
+    "igl.lscm(V, F, np.array([loop[0], loop[len(loop) // 2]]), np.array([[0.0, 0.0], [1.0, 0.0]]))"
+)
+LINABF = "import igl_linabf; igl_linabf.linabf(V, F)"
+TWO = """
+import igl_linabf
+from time import perf_counter
+times = [perf_counter()]
+for _ in range(2):
+    igl_linabf.unwrap(V, F, method="isometric")
+    times.append(perf_counter())
+print(times[1] - times[0], times[2] - times[1])
+"""
+
+
+def made(folder: Path) -> Path:
+    """The Python of an environment with the package alone."""
+    python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
+    if not python.exists():
+        subprocess.run([sys.executable, "-m", "venv", folder], check=True)
+        subprocess.run([python, "-m", "pip", "install", "-q", ROOT], check=True)
+    return python
+
+
+def seconds(*command: object) -> float:
+    """Wall time of a process, away from the clone."""
+    with tempfile.TemporaryDirectory() as folder:
+        start = perf_counter()
+        subprocess.run([str(word) for word in command], check=True, cwd=folder, stdout=subprocess.DEVNULL)
+        return perf_counter() - start
+
+
+def first_and_second(python: Path, path: str) -> list[float]:
+    """Seconds of two isometric atlases in a process of their own."""
+    code = READ.format(path=path) + TWO
+    told = subprocess.run([python, "-c", code], check=True, capture_output=True, text=True, cwd=python.parent)
+    return list(map(float, told.stdout.split()))
+
+
+def table(python: Path, meshes: Path, repeat: int) -> str:
+    """The rows, in Markdown."""
+    disk, closed, part = (str(meshes / name) for name in (DISK, CLOSED, PART))
+    both = {"linabf": LINABF, "igl.lscm": LSCM}
+    commands = {name: (python, "-c", READ.format(path=disk) + code) for name, code in both.items()}
+    very_first = {name: seconds(*command) for name, command in commands.items()}
+    taken: dict[str, list[float]] = {name: [] for name in commands}
+    for _ in range(repeat):
+        for name, command in commands.items():
+            taken[name].append(seconds(*command))
+    usual = {name: float(np.median(values)) for name, values in taken.items()}
+    command = python.with_name("igl-linabf")
+    unwrapped = np.median([seconds(command, "unwrap", closed, "-o", "cow.obj") for _ in range(repeat)])
+    rows = [
+        "| what a process does | seconds | over `igl.lscm` |",
+        "|---|---|---|",
+    ]
+    for when, times in (("the very first", very_first), ("a later", usual)):
+        for name in commands:
+            over = f"{times[name] / times['igl.lscm']:.2f}"
+            rows.append(f"| {when} one: import, read camelhead, `{name}` | {times[name]:.2f} | {over} |")
+    rows.append(f"| `igl-linabf unwrap cow.off -o cow.obj` | {unwrapped:.2f} | |")
+    for path in (closed, part):
+        first, second = np.median([first_and_second(python, path) for _ in range(repeat)], axis=0)
+        name = Path(path).stem.split("__igl_")[1]
+        rows.append(f"| `unwrap(V, F, method=\"isometric\")` of {name}: the first call | {first:.2f} | |")
+        rows.append(f"| the second call | {second:.2f} | |")
+    return "\n".join(rows)
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--environment", type=Path)
+    parser.add_argument("--repeat", type=int, default=5)
+    parser.add_argument("--print", action="store_true", dest="printed")
+    options = parser.parse_args()
+    meshes = os.environ.get("IGL_LINABF_MESHES")
+    if meshes is None:
+        raise SystemExit("first_call: IGL_LINABF_MESHES is not set: it names the folder of meshes")
+    with tempfile.TemporaryDirectory() as folder:
+        python = made(options.environment or Path(folder) / "environment")
+        page = f"`python benchmarks/first_call.py`\n\n{table(python, Path(meshes).resolve(), options.repeat)}"
+    if options.printed:
+        print(page)
+    else:
+        put(DOCS / "performance.md", "first call", page)
+
+
+if __name__ == "__main__":
+    main()

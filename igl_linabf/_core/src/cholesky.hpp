@@ -1,0 +1,101 @@
+// The Cholesky factor of symmetric positive definite matrices of one pattern, by threads.
+#pragma once
+#include "minimum_degree.hpp"
+#include "substitution.hpp"
+
+class Factor;
+
+// What is known of a pattern before it has values.
+class Symbolic {
+    friend class Factor;
+    Supernodes a;
+    Division parts;
+    mutable Array<double> spare;  // a factor's values that are done with: new memory takes up to a third of the time
+    mutable std::mutex one_takes;
+
+  public:
+    Index entries;  // of the data of a matrix
+
+    // Of the lower triangle in CSC; with `block` 2, each row of it stands for two.
+    template <class I>
+    Symbolic(View<const I> indptr, View<const I> indices, int block) : entries(indices.size * block * block) {
+        a = supernodes(indptr, indices, MinimumDegree<I>(indptr, indices).order());
+        if (block == 2) a = doubled(a, indptr, indices);
+        parts = divided(a);
+    }
+
+    Index rows() const { return a.n; }
+    Index bytes() const { return Index(sizeof(double)) * a.value_start.back(); }  // of a factor
+};
+
+class Factor {
+    const Symbolic& of;
+    Array<double> values;
+
+    Array<double> unused() const {
+        const Index size = of.a.value_start.back() + 3;  // loops read up to three numbers after a column
+        const std::lock_guard held(of.one_takes);
+        return of.spare.data() ? std::move(of.spare) : Array<double>(size);
+    }
+
+    // Call work(supernodes, root) for each subtree, several at a time.
+    template <class Work>
+    void at_subtrees(const Work& work) const {
+        at_once(Index(of.parts.subtrees.size()), [&](Index k) {
+            work(of.parts.subtrees[k], of.parts.subtrees[k].back());
+        });
+    }
+
+    // X of A X = B for the sides from k on, of which there are `sides` in a row.
+    template <int S>
+    void solve_sides(const double* B, Index sides, Index k, double* X) const {
+        Array<double> x(of.a.n, S), left(of.parts.rows.back(), S);
+        std::fill_n(x.data(), x.size(), 0.0);
+        const auto down = [&](const std::vector<Index>& which, Index root) {
+            forward<S>(values.data(), of.a, of.parts, which, root, B + k, sides, left.data(), x.data());
+        };
+        const auto up = [&](const std::vector<Index>& which, Index root) {
+            backward<S>(values.data(), of.a, of.parts, which, root, x.data(), X + k, sides);
+        };
+        at_subtrees(down);
+        down(of.parts.rest, -1);
+        up(of.parts.rest, -1);
+        at_subtrees(up);
+    }
+
+  public:
+    Index bad_row = -1;  // of the first pivot that is not positive and finite
+
+    Factor(const Symbolic& symbolic, View<const double> data) : of(symbolic), values(unused()) {
+        Array<double> left(of.parts.left.back());
+        std::vector<Index> bad(of.parts.subtrees.size() + 1, -1);
+        const auto work = [&](const std::vector<Index>& which, Index root) {
+            bad[root < 0 ? bad.size() - 1 : of.parts.number[root]] =
+                eliminate(data, of.a, of.parts, which, root, values.data(), left.data());
+        };
+        const auto found = [](Index place) { return place >= 0; };
+        at_subtrees(work);
+        if (std::none_of(bad.begin(), bad.end(), found)) work(of.parts.rest, -1);
+        const auto first = std::find_if(bad.begin(), bad.end(), found);
+        if (first != bad.end()) bad_row = of.a.order[*first];
+    }
+
+    Factor(const Factor&) = delete;
+
+    ~Factor() {
+        const std::lock_guard held(of.one_takes);
+        of.spare = std::move(values);
+    }
+
+    Index rows() const { return of.a.n; }
+
+    // The solutions (n, sides) of right-hand sides, rows one after the other.
+    Array<double> solve(const double* B, Index sides) const {
+        Array<double> X(of.a.n, sides);
+        Index k = 0;
+        for (; sides - k >= 8; k += 8) solve_sides<8>(B, sides, k, X.data());
+        for (; sides - k >= 2; k += 2) solve_sides<2>(B, sides, k, X.data());
+        if (k < sides) solve_sides<1>(B, sides, k, X.data());
+        return X;
+    }
+};

@@ -1,0 +1,49 @@
+// The elimination tree of a permuted pattern (Liu 1986).
+#pragma once
+#include <algorithm>
+#include <numeric>
+
+#include "arrays.hpp"
+
+using Number = std::int32_t;  // of a row, or -1
+
+// The strict lower triangle of P A P^T by rows: the columns of each.
+struct Rows {
+    std::vector<Index> begin;
+    std::vector<Number> before;
+};
+
+// A's lower triangle is in CSC, and `order` has the row of A that comes at each place.
+template <class I>
+Rows permuted_rows(View<const I> indptr, View<const I> indices, const std::vector<Index>& order) {
+    const Index n = Index(order.size());
+    std::vector<Number> place(n);
+    for (Index i = 0; i < n; ++i) place[order[i]] = Number(i);
+    Rows made{std::vector<Index>(n + 2), std::vector<Number>(indices.size)};
+    for (Index j = 0; j < n; ++j)
+        for (Index p = indptr[j]; p < Index(indptr[j + 1]); ++p)
+            if (indices[p] != j) ++made.begin[std::max(place[j], place[indices[p]]) + 2];
+    std::partial_sum(made.begin.begin(), made.begin.end(), made.begin.begin());
+    for (Index j = 0; j < n; ++j)
+        for (Index p = indptr[j]; p < Index(indptr[j + 1]); ++p)
+            if (indices[p] != j) {
+                const Number own = place[j], other = place[indices[p]];
+                made.before[made.begin[std::max(own, other) + 1]++] = std::min(own, other);
+            }
+    return made;
+}
+
+// The parent of each column in the elimination tree; -1 at roots.
+inline std::vector<Number> elimination_tree(const Rows& rows) {
+    const Number n = Number(rows.begin.size()) - 2;
+    std::vector<Number> parent(n, -1), ancestor(n, -1);
+    for (Number i = 0; i < n; ++i)
+        for (Index p = rows.begin[i]; p < rows.begin[i + 1]; ++p)
+            for (Number k = rows.before[p]; k >= 0 && k < i;) {  // hang the tree of column k below column i
+                const Number above = ancestor[k];
+                ancestor[k] = i;
+                if (above < 0) parent[k] = i;
+                k = above;
+            }
+    return parent;
+}

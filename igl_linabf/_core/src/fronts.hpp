@@ -1,0 +1,183 @@
+// What is done to the front of a supernode, a dense matrix.
+//
+// The rest of a front has rows and columns up to a multiple of four, so that loops by fours end there. What is
+// beyond its end, or on the wrong side of the diagonal, is never read.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "threads.hpp"
+
+using Place = std::uint32_t;  // within a front
+
+constexpr Index WIDTH = 4;   // columns that are eliminated together
+constexpr Index PANEL = 64;  // columns whose effect on the rest is added up
+constexpr Index PIECE = 128; // columns of a large front that a thread takes at a time
+
+// The rows of what is left of a front, up to a multiple of WIDTH.
+inline Index padded(Index rows) { return (rows + WIDTH - 1) & -WIDTH; }
+
+// Take from the columns `first` to `until` of Y what the eliminated columns `p` to `last` of X say.
+//
+// A column of X begins every `size` numbers, and one of Y every `step`. The row of Y's column 0 in X is `shift`.
+// Four go with four at a time, which stay in the processor's registers.
+inline void take(const double* X, Index size, Index p, Index last, double* Y, Index step, Index shift, Index first, Index until) {
+    const Index fours = p + ((last - p) & ~3), whole = first + ((until - first) & ~3);
+    for (Index j = first; j < whole; j += 4) {
+        double *__restrict y0 = Y + j * step, *__restrict y1 = y0 + step, *__restrict y2 = y1 + step,
+          *__restrict y3 = y2 + step;
+        const Index begin = j - ((j - step) & 3);  // so that the rows go by fours
+        Index k = p;
+        for (; k < fours; k += 4) {
+            const double *x0 = X + k * size + shift, *x1 = x0 + size, *x2 = x1 + size, *x3 = x2 + size;
+            const double a0 = x0[j], a1 = x1[j], a2 = x2[j], a3 = x3[j];
+            const double b0 = x0[j + 1], b1 = x1[j + 1], b2 = x2[j + 1], b3 = x3[j + 1];
+            const double c0 = x0[j + 2], c1 = x1[j + 2], c2 = x2[j + 2], c3 = x3[j + 2];
+            const double d0 = x0[j + 3], d1 = x1[j + 3], d2 = x2[j + 3], d3 = x3[j + 3];
+            INDEPENDENT for (Index i = begin; i < step; ++i) {
+                const double u = x0[i], v = x1[i], w = x2[i], z = x3[i];
+                y0[i] -= a0 * u + a1 * v + a2 * w + a3 * z;
+                y1[i] -= b0 * u + b1 * v + b2 * w + b3 * z;
+                y2[i] -= c0 * u + c1 * v + c2 * w + c3 * z;
+                y3[i] -= d0 * u + d1 * v + d2 * w + d3 * z;
+            }
+        }
+        if (last - k >= 2) {
+            const double *x0 = X + k * size + shift, *x1 = x0 + size;
+            const double a0 = x0[j], a1 = x1[j], b0 = x0[j + 1], b1 = x1[j + 1];
+            const double c0 = x0[j + 2], c1 = x1[j + 2], d0 = x0[j + 3], d1 = x1[j + 3];
+            INDEPENDENT for (Index i = begin; i < step; ++i) {
+                const double u = x0[i], v = x1[i];
+                y0[i] -= a0 * u + a1 * v;
+                y1[i] -= b0 * u + b1 * v;
+                y2[i] -= c0 * u + c1 * v;
+                y3[i] -= d0 * u + d1 * v;
+            }
+            k += 2;
+        }
+        if (k < last) {
+            const double* x0 = X + k * size + shift;
+            const double a0 = x0[j], b0 = x0[j + 1], c0 = x0[j + 2], d0 = x0[j + 3];
+            INDEPENDENT for (Index i = begin; i < step; ++i) {
+                const double u = x0[i];
+                y0[i] -= a0 * u;
+                y1[i] -= b0 * u;
+                y2[i] -= c0 * u;
+                y3[i] -= d0 * u;
+            }
+        }
+    }
+    for (Index j = whole; j < until; ++j) {
+        double* __restrict y0 = Y + j * step;
+        for (Index k = p; k < fours; k += 4) {
+            const double *x0 = X + k * size + shift, *x1 = x0 + size, *x2 = x1 + size, *x3 = x2 + size;
+            const double a0 = x0[j], a1 = x1[j], a2 = x2[j], a3 = x3[j];
+            INDEPENDENT for (Index i = j; i < step; ++i) y0[i] -= a0 * x0[i] + a1 * x1[i] + a2 * x2[i] + a3 * x3[i];
+        }
+        for (Index k = fours; k < last; ++k) {
+            const double* x0 = X + k * size + shift;
+            const double a0 = x0[j];
+            INDEPENDENT for (Index i = j; i < step; ++i) y0[i] -= a0 * x0[i];
+        }
+    }
+}
+
+// Eliminate the columns `first` to `last` of a front among themselves; the bad pivot, or -1.
+inline Index panel(double* L, Index size, Index first, Index last) {
+    constexpr double infinite = std::numeric_limits<double>::infinity();
+    const Index fours = first + ((last - first) & ~3);
+    for (Index j = first; j < fours; j += 4) {
+        double *l0 = L + j * size + j, *l1 = l0 + size, *l2 = l1 + size, *l3 = l2 + size;
+        double pivot = l0[0];
+        if (!(0 < pivot && pivot < infinite)) return j;
+        const double a0 = 1.0 / std::sqrt(pivot), a1 = l0[1] * a0, a2 = l0[2] * a0, a3 = l0[3] * a0;
+        pivot = l1[1] - a1 * a1;
+        if (!(0 < pivot && pivot < infinite)) return j + 1;
+        const double b1 = 1.0 / std::sqrt(pivot), b2 = (l1[2] - a1 * a2) * b1, b3 = (l1[3] - a1 * a3) * b1;
+        pivot = l2[2] - a2 * a2 - b2 * b2;
+        if (!(0 < pivot && pivot < infinite)) return j + 2;
+        const double c2 = 1.0 / std::sqrt(pivot), c3 = (l2[3] - a2 * a3 - b2 * b3) * c2;
+        pivot = l3[3] - a3 * a3 - b3 * b3 - c3 * c3;
+        if (!(0 < pivot && pivot < infinite)) return j + 3;
+        const double d3 = 1.0 / std::sqrt(pivot);
+        l0[0] = a0, l0[1] = a1, l0[2] = a2, l0[3] = a3;
+        l1[1] = b1, l1[2] = b2, l1[3] = b3;
+        l2[2] = c2, l2[3] = c3, l3[3] = d3;
+        INDEPENDENT for (Index i = 4; i < size - j; ++i) {
+            const double u = l0[i] * a0;
+            const double v = (l1[i] - a1 * u) * b1;
+            const double w = (l2[i] - a2 * u - b2 * v) * c2;
+            l0[i] = u, l1[i] = v, l2[i] = w;
+            l3[i] = (l3[i] - a3 * u - b3 * v - c3 * w) * d3;
+        }
+        take(L, size, j, j + 4, L, size, 0, j + 4, last);
+    }
+    for (Index j = fours; j < last; ++j) {
+        double* l0 = L + j * size + j;
+        if (!(0 < l0[0] && l0[0] < infinite)) return j;
+        const double a0 = 1.0 / std::sqrt(l0[0]);
+        l0[0] = a0;
+        for (Index i = 1; i < size - j; ++i) l0[i] *= a0;
+        for (Index r = j + 1; r < last; ++r) {
+            const double *from = l0 + (r - j), a1 = from[0];
+            double* __restrict to = L + r * size + r;
+            INDEPENDENT for (Index i = 0; i < size - r; ++i) to[i] -= a1 * from[i];
+        }
+    }
+    return -1;
+}
+
+// Eliminate the columns of a front, a row of L for each; the bad pivot, or -1.
+//
+// The front's rest is U, with `rest` rows and columns. A pivot is bad if it is not positive and finite. The
+// diagonal of L is left inverted: solves multiply by it. Threads share the work at a front that is `large`.
+inline Index eliminate(double* L, Index width, Index size, double* U, Index rest, bool large) {
+    for (Index first = 0; first < width; first += PANEL) {
+        const Index last = std::min(first + PANEL, width);
+        const Index bad = panel(L, size, first, last);
+        if (bad >= 0) return bad;
+        const auto from_own = [&](Index j, Index until) { take(L, size, first, last, L, size, 0, j, until); };
+        const auto from_rest = [&](Index j, Index until) { take(L, size, first, last, U, rest, width, j, until); };
+        if (!large) {
+            from_own(last, width), from_rest(0, rest);
+            continue;
+        }
+        const Index own = (width - last + PIECE - 1) / PIECE, all = own + (rest + PIECE - 1) / PIECE;
+        at_once(all, [&](Index k) {
+            const Index j = (k < own ? last : 0) + PIECE * (k < own ? k : k - own);
+            k < own ? from_own(j, std::min(j + PIECE, width)) : from_rest(j, std::min(j + PIECE, rest));
+        });
+    }
+    return -1;
+}
+
+// How many of a child's n rows are among the `width` columns that its parent eliminates.
+inline Index eliminated(const Place* to, Index n, Index width) {
+    return std::find_if(to, to + n, [=](Place row) { return row >= width; }) - to;
+}
+
+// Add what is left of a child's front, n columns, one every `step` numbers, to the front L, U of its parent.
+inline void add(const double* left, Index step, const Place* to, Index n, double* L, Index width, Index size, double* U, Index rest) {
+    const Index inner = eliminated(to, n, width);
+    for (Index j = 0; j < n; ++j, left += step) {
+        double* row = j < inner ? L + to[j] * size : U + (to[j] - width) * rest - width;
+        for (Index i = j; i < n; ++i) row[to[i]] += left[i];
+    }
+}
+
+// Add what the columns of a thin leaf leave, which are `wide`, one or two.
+inline void add_leaf(const double* own, Index wide, const Place* to, Index n, double* L, Index width, Index size, double* U, Index rest) {
+    const Index inner = eliminated(to, n, width);
+    const double *k0 = own + wide, *k1 = k0 + wide + n;
+    for (Index j = 0; j < n; ++j) {
+        double* row = j < inner ? L + to[j] * size : U + (to[j] - width) * rest - width;
+        if (wide == 1) {
+            const double f = k0[j];
+            for (Index i = j; i < n; ++i) row[to[i]] -= f * k0[i];
+        } else {
+            const double f = k0[j], g = k1[j];
+            for (Index i = j; i < n; ++i) row[to[i]] -= f * k0[i] + g * k1[i];
+        }
+    }
+}

@@ -1,0 +1,169 @@
+"""The core's Cholesky factor against CHOLMOD's and NumPy's, of any pattern."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy import sparse
+
+from igl_linabf.linalg import Cholesky, NotPositiveDefiniteError, Solvers, has_cholmod, solve_complex
+from igl_linabf.linalg import cholmod as oracle
+
+KINDS = [Cholesky, *[oracle.Cholmod] * has_cholmod()]
+SIDES = [(), (0,), (1,), (2,), (3,), (7,), (20,)]
+
+
+def lower_of(A: sparse.sparray) -> sparse.csc_array:
+    lower = sparse.csc_array(sparse.tril(A))
+    lower.sort_indices()
+    return lower
+
+
+def random(n: int, density: float, rng: np.random.Generator) -> sparse.csc_array:
+    """Diagonally dominant."""
+    A = sparse.random_array((n, n), density=min(density, 1.0), rng=rng)
+    A = A + A.T
+    return sparse.csc_array(A + sparse.diags_array(np.asarray(abs(A).sum(axis=0)).ravel() + 1))
+
+
+def grid(side: int) -> sparse.csc_array:
+    line = sparse.diags_array([2.1 * np.ones(side), -np.ones(side - 1)], offsets=[0, 1])
+    line = line + sparse.triu(line, 1).T
+    return sparse.csc_array(sparse.kronsum(line, line))
+
+
+def bordered(side: int) -> sparse.csc_array:
+    """A grid with a dense row."""
+    A = sparse.lil_array(grid(side))
+    A[side, :] = A[:, side] = 0.01
+    A[side, side] = 100.0
+    return sparse.csc_array(A)
+
+
+def analysed(kind, lower: sparse.csc_array, block: int = 1):
+    return kind(lower.indptr, lower.indices, block)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("n", [0, 1, 2, 3, 40, 900])
+def test_factors_of_any_pattern_are_right(kind, n: int) -> None:
+    rng = np.random.default_rng(n)
+    for density in (0.0, 1 / max(n, 1), 3 / max(n, 1), 0.2):  # also of forests
+        A = random(n, density, rng)
+        lower = lower_of(A)
+        factor = analysed(kind, lower).factor(lower.data)
+        for sides in SIDES:
+            b = rng.normal(size=(n, *sides))
+            x = factor.solve(b)
+            assert x.shape == b.shape
+            assert np.allclose(x, np.linalg.solve(A.toarray(), b))
+
+
+@pytest.mark.parametrize("A", [bordered(30), sparse.block_diag([grid(12)] * 30), grid(160)])
+def test_large_factors_are_those_of_cholmod(A) -> None:
+    """Bordered; of many pieces; so large that threads share it."""
+    lower, rng = lower_of(A), np.random.default_rng(0)
+    own, *other = (analysed(kind, lower).factor(lower.data) for kind in KINDS)
+    for sides in SIDES:
+        b = rng.normal(size=(A.shape[0], *sides))
+        x = own.solve(b)
+        assert np.abs(A @ x - b).max(initial=0.0) <= 1e-11
+        for factor in other:
+            assert np.allclose(factor.solve(b), x, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("n", [1, 2, 3, 40, 900])
+def test_factors_of_blocks_are_right(kind, n: int) -> None:
+    rng = np.random.default_rng(n)
+    lower = lower_of(random(n, 3 / n, rng))
+    block = 0.1 * rng.normal(size=(lower.nnz, 2, 2))
+    own = lower.indptr[:-1]
+    block[own] = [[2 * n, 0.1], [0.1, 3 * n]]
+    upper = sparse.bsr_array((block, lower.indices, lower.indptr), shape=(2 * n, 2 * n)).tocsr()
+    A = sparse.triu(upper) + sparse.triu(upper, 1).T
+    b = rng.normal(size=(2 * n, 3))
+    assert np.allclose(A @ analysed(kind, lower, 2).factor(block.reshape(-1, 4)).solve(b), b)
+    block[own, 1, 0] = np.nan  # which is not read
+    assert np.allclose(A @ analysed(kind, lower, 2).factor(block.reshape(-1, 4)).solve(b), b)
+
+
+@pytest.mark.parametrize("name", ["auto", *["cholmod"] * has_cholmod()])
+def test_complex_hermitian_systems_are_factored(name: str) -> None:
+    rng = np.random.default_rng(0)
+    A = rng.normal(size=(30, 30)) + 1j * rng.normal(size=(30, 30))
+    A = A @ A.conj().T + np.eye(30)
+    b = rng.normal(size=30) + 1j * rng.normal(size=30)
+    assert np.allclose(A @ solve_complex(Solvers(name).factor(lower_of(sparse.csc_array(A))), b), b)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("supernodal", [False, True])
+def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: bool, monkeypatch) -> None:
+    if supernodal:
+        monkeypatch.setattr(oracle, "SIMPLICIAL_UP_TO", 0)
+    good = lower_of(sparse.diags_array([np.full(49, -1.0), np.full(50, 2.5)], offsets=[-1, 0]))
+    row, column = good.indices, np.repeat(np.arange(50), np.diff(good.indptr))
+    full, b = good + sparse.tril(good, -1).T, np.arange(100.0).reshape(50, 2)
+    analysis = analysed(kind, good)
+    for bad_value in (-3.0, 0.0, np.nan):
+        bad = np.where((row == 20) | (column == 20), 0.0, good.data)
+        bad[(row == 20) & (column == 20)] = bad_value
+        with pytest.raises(NotPositiveDefiniteError) as caught:
+            analysis.factor(bad)
+        assert caught.value.row == 20
+        factor = analysis.factor(good.data)
+        assert np.allclose(full @ factor.solve(b), b)
+        twice = analysis.factor(2 * good.data)
+        assert np.allclose(2 * full @ twice.solve(b[:, 0]), b[:, 0])
+        assert np.allclose(full @ factor.solve(b), b)  # not changed under another's hands
+        del twice
+        assert np.allclose(full @ analysis.factor(good.data).solve(b), b)  # where its memory is used again
+
+
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_a_bad_pivot_in_any_subtree_is_found(threads: str, monkeypatch) -> None:
+    monkeypatch.setenv("OMP_NUM_THREADS", threads)
+    lower = lower_of(grid(150))
+    analysis = analysed(Cholesky, lower)
+    for row in range(0, 22_500, 1_125):
+        values = lower.data.copy()
+        values[lower.indptr[row]] = -1e3
+        with pytest.raises(NotPositiveDefiniteError) as caught:
+            analysis.factor(values)
+        assert caught.value.row == row
+    double, blocks = analysed(Cholesky, lower, 2), np.zeros((lower.nnz, 4))
+    blocks[:, 0] = blocks[:, 3] = lower.data
+    blocks[lower.indptr[11_111], 3] = -1e3
+    with pytest.raises(NotPositiveDefiniteError) as caught:
+        double.factor(blocks)
+    assert caught.value.row == 2 * 11_111 + 1
+
+
+@pytest.mark.parametrize("shape", [(150, 150), (400, 400)])
+def test_the_number_of_threads_does_not_change_a_bit(shape: tuple[int, int], monkeypatch) -> None:
+    """Of factors whose largest fronts several threads share, too."""
+    lower, made = lower_of(grid(shape[0])), []
+    b = np.random.default_rng(0).normal(size=(lower.shape[0], 3))
+    for threads in ("1", "2", "3"):
+        monkeypatch.setenv("OMP_NUM_THREADS", threads)
+        made.append(analysed(Cholesky, lower).factor(lower.data).solve(b))
+    assert (made[1] == made[0]).all() and (made[2] == made[0]).all()
+
+
+def test_what_is_no_pattern_is_refused() -> None:
+    for indptr, indices in (
+        ([0, 1, 2], [0, 0]),  # no diagonal
+        ([0, 2, 3], [1, 0, 1]),  # not first
+        ([0, 2, 3], [0, 2, 1]),  # too far down
+        ([0, 3, 2], [0, 1, 1]),
+        ([], []),
+    ):
+        with pytest.raises(ValueError, match="lower triangle"):
+            Cholesky(np.array(indptr, dtype=np.int64), np.array(indices, dtype=np.int64))
+    factor = Cholesky(np.array([0, 1]), np.array([0])).factor(np.ones(1))
+    for shape in ((2,), (0,), (1, 1, 1), ()):
+        with pytest.raises(ValueError, match="rows"):
+            factor.solve(np.ones(shape))
+    with pytest.raises(ValueError, match="values"):
+        Cholesky(np.array([0, 1]), np.array([0])).factor(np.ones(2))
