@@ -4,7 +4,6 @@ import os
 import subprocess
 import sys
 from contextlib import nullcontext
-from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -143,8 +142,6 @@ def cases():
     collapsed = mesh.V[:, 1:].copy()  # and flipped in part
     collapsed[t.corner[:, 5]] = collapsed[t.corner[0, 5]]
     length = rng.uniform(1, 2, len(t.edges))
-    graph = sparse.csr_array((np.tile(length, 2), (t.edges.T.ravel(), t.edges[:, ::-1].T.ravel())))
-    ways = graph.indptr, graph.indices, graph.data
     one, other = t.sides
     some = np.flatnonzero(rng.random(pattern.n) < 0.2)
     number = np.full(pattern.n, -1)
@@ -157,9 +154,6 @@ def cases():
     twin[one], twin[other[other >= 0]] = other, one[other >= 0]
     return {
         "developed": (z, ~t.interior, one[other < 0], twin, t.corner, cot),
-        "undirected": (t.corner, t.n),
-        "used_vertices": (t.corner.T - 3, t.n),
-        "entries": (merged[t.edges.T], 21),
         "products": (mesh.V, t.corner),
         "normals": (mesh.V, t.corner),
         "bends": (mesh.V, t.corner, t.sides[:, t.sides[1] >= 0], kernels.normals(mesh.V, t.corner)),
@@ -188,34 +182,6 @@ def cases():
         "signed_double_areas": (z, t.corner),
         "changes": (mesh.V, collapsed, t.corner, mesh.double_area, mesh.dot),
         "centred": (z, t.corner, mesh.double_area, np.array([1.0, 3.0]), np.array([0, 9, len(z)]), start),
-        "boundary_loops": (*t.edges[t.sides[1] < 0].T, t.n),
-        "in_one_piece": (t.sides, t.corner.shape[1]),
-        "fans_around": (np.where(t.corner == 9, 3, t.corner), t.sides, t.n),
-        "connected_labels": (t.edges[::3], t.n),
-        "spanning_forest": (np.minimum(t.edges, t.n - 9), rng.permutation(len(t.edges))[::2], t.n),
-        "above": (t.edges[kernels.spanning_forest(t.edges, np.arange(len(t.edges))[::3], t.n)], t.n),
-        "nearest_sources": (*ways, np.array([3, 9, 9]), np.arange(t.n) % 7 > 0, 20.0),
-        "ways_towards": (*ways, 3, np.arange(t.n) % 7 > 0, kernels.Rest(mesh.V, mesh.V[:0], 0.0, 20.0)),
-        "meeting": (
-            *ways,
-            (np.array([3, 9, 9]), t.edges[40], np.array([t.n - 9])),
-            np.arange(t.n) % 7 > 0,
-            30.0,
-        ),
-        "shortest_pairs": (merged[t.edges] + 3, rng.permutation(len(t.edges)) * 1.0, 24),
-        "far_apart": (*ways[:2], rng.permutation(t.n), 2, np.arange(t.n) % 9 == 4),
-        "arcs_between": (t.edges[::2], np.bincount(t.edges[::2].ravel(), minlength=t.n) != 2),
-        "opened": (
-            *(t.edges, t.sides.T % t.corner.shape[1], np.append(np.arange(len(t.edges) // 2), 3)),
-            *(5, t.n, t.corner.shape[1]),
-        ),
-        "nodes_on_paths": (
-            kernels.nearest_sources(*ways, np.arange(3), np.arange(t.n) >= 0, 20.0)[1],
-            t.edges[9],
-        ),
-        "without_leaves": (t.edges[rng.random(len(t.edges)) < 0.4], np.arange(t.n) % 5 == 0),
-        "way_of_fewest": (*ways[:2], np.arange(t.n) % 50 == 3, np.arange(t.n) == t.n - 9),
-        "shortest_odd_walk": (*ways, (graph.data > 1.9) + 2 * (graph.data < 1.1), 5, 4),
         "overlap_sheets": (*pairs_of_faces(one, other, t.corner.shape[1]), 4),
         "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
         "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
@@ -240,16 +206,10 @@ def cases():
             mesh.V[:, :2],
             *(t.edges, length, ~t.interior, np.array([[1.0, 0.0], [0.6, 0.8]]), np.array([0.1, -0.2]), FAN),
         ),
-        "behind_least_cut": (t.edges, (1000 * length).astype(np.int64), t.n, 3, t.n - 9),
         "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
         "products_of_entries": (*at[:2], block, rng.normal(size=(pattern.n, 3)), np.array([5, 40])),
         "product_with_pairs": (*at[:2], block[:, 0], rng.normal(size=(pattern.n, 2))),
     }
-
-
-def steps(walk, n):
-    """The edges of a walk over copies of n nodes, each by its ends."""
-    return [sorted(step) for step in pairwise((walk % n).tolist())]
 
 
 @pytest.mark.parametrize("name", cases())
@@ -263,9 +223,6 @@ def test_the_loops_are_the_same_as_numpy(name):
     made, expected = (x if isinstance(x, tuple) else () if x is None else (x,) for x in (fast, plain))
     if name in IN_ANY_ORDER:
         made, expected = ((np.unique(rows, axis=0),) for (rows,) in (made, expected))
-    if name == "shortest_odd_walk":  # the way back is as short
-        n = len(args[0]) - 1
-        made, expected = ((np.array(sorted(steps(walk, n))),) for (walk,) in (made, expected))
     # some change what they are given
     for a, b in zip((*made, *args), (*expected, *others), strict=True):
         if isinstance(a, tuple):
@@ -284,94 +241,6 @@ def test_masks_go_to_the_same_places_where_those_of_the_first_ones_are_known(kno
         with only():
             for a, b in zip(kernels.placed(*given, expected[0][:known]), expected, strict=True):
                 np.testing.assert_array_equal(a, b)
-
-
-@pytest.mark.parametrize("ways", [1, 3, 6])
-@pytest.mark.parametrize("to_the_rim", [0.1, 1.0, 10.0])
-def test_walks_that_cross_many_ways_are_as_short_as_those_of_numpy(ways, to_the_rim):
-    """On a square whose rim is one node: excursions from there are put together as is shortest."""
-    rng, k = np.random.default_rng(ways), 24
-    square = np.arange(k * k).reshape(k, k)
-    rim = np.unique(np.concatenate((square[0], square[-1], square[:, 0], square[:, -1])))
-    ends = np.concatenate(
-        [
-            np.stack(pair, axis=-1).reshape(-1, 2)
-            for pair in (
-                (square[:, 1:], square[:, :-1]),
-                (square[1:], square[:-1]),
-                (rim, np.full(len(rim), k * k)),
-            )
-        ]
-    )
-    length = np.append(rng.uniform(0.1, 1.1, len(ends) - len(rim)), np.full(len(rim), to_the_rim))
-    crossed = rng.random((ways, len(ends))) < rng.choice([0.005, 0.05, 0.2], (ways, 1))
-    flip = (1 << np.arange(ways)) @ (crossed & (ends[:, 1] < k * k))
-    indptr, indices, edge = kernels.shortest_pairs(ends, length, k * k + 1)
-    graph, n = (indptr, indices, length[edge], flip[edge]), k * k + 1
-    made = kernels.shortest_odd_walk(*graph, k * k, 1 << ways)
-    with kernels.numpy_only():
-        expected = kernels.shortest_odd_walk(*graph, k * k, 1 << ways)
-    known = {tuple(sorted(pair)): e for pair, e in zip(ends.tolist(), range(len(ends)), strict=True)}
-    own, other = ([known[tuple(step)] for step in steps(walk, n)] for walk in (made, expected))
-    assert length[own].sum() == pytest.approx(length[other].sum(), rel=1e-12)
-    assert np.bitwise_xor.reduce(flip[own]) == (1 << ways) - 1
-    assert made[0] == ((1 << ways) - 1) * n + k * k and made[-1] == k * k
-    assert (made[:-1] // n ^ made[1:] // n == flip[own]).all()
-
-
-def test_what_leads_away_from_all_targets_is_left_out_of_the_ways_to_them():
-    *ways, source, open_, rest = cases()["ways_towards"]
-    whole, _ = kernels.ways_towards(*ways, source, open_, rest)
-    share = 0.5 * (ways[2].min() / np.ptp(rest.position, axis=0).max())  # any edge may be as short as that
-    end = int(np.argmax(np.where(np.isfinite(whole), whole, 0)))
-    towards = rest._replace(targets=rest.position[[end]], share=share)
-    for most in (whole[end], whole[end] / 2):
-        part, before = kernels.ways_towards(*ways, source, open_, towards._replace(limit=most))
-        assert np.array_equal(part[np.isfinite(part)], whole[np.isfinite(part)])
-        assert np.isinf(part).sum() > np.isinf(whole).sum()
-        assert (part[end] == whole[end]) == (most == whole[end])
-        assert (before[np.isfinite(part)] >= 0).sum() == np.isfinite(part).sum() - 1
-
-
-@pytest.mark.parametrize("seed", range(20))
-def test_ways_meet_where_they_are_shortest_in_total(seed):
-    """And nowhere, if the total is over the limit; sets may share a node or be closed in."""
-    indptr, indices, length = cases()["nearest_sources"][:3]
-    rng, n = np.random.default_rng(seed), len(indptr) - 1
-    length = np.maximum(rng.uniform(-0.1, 1, len(length)), 0.0) * length
-    open_ = rng.random(n) > rng.choice([0.0, 0.3, 0.6])
-    sets = tuple(rng.choice(n, rng.choice([1, 1, 2, 20]), replace=False) for _ in range(3))
-    with kernels.numpy_only():
-        expected, start = kernels.meeting(indptr, indices, length, sets, open_, 1e9)
-        total = sum(
-            kernels.nearest_sources(indptr, indices, length, own, open_ | np.isin(np.arange(n), own), 1e9)[0]
-            for own in sets
-        )
-    assert len(expected) == 0 or total[expected[0]] == total.min()
-    for share in (0.9, 1.0, 1.1, 3.0):
-        limit = share * float(total.min()) if len(expected) else 1e9
-        nodes, start = kernels.meeting(indptr, indices, length, sets, open_, limit)
-        if not len(expected) or share < 1:
-            assert not len(nodes)
-            continue
-        assert total[nodes[0]] == total.min()
-        for own, i, j in zip(sets, start[:-1], start[1:], strict=True):
-            assert nodes[i] == nodes[0] and nodes[j - 1] in own
-            for a, b in pairwise(nodes[i:j].tolist()):
-                assert b in indices[indptr[a] : indptr[a + 1]]
-                assert open_[b] or b in own
-
-
-@pytest.mark.parametrize("limit", [-1.0, 0.0])
-def test_paths_of_no_length_reach_their_sources(limit):
-    *ways, sources, open_, _ = cases()["nearest_sources"]
-    fast = kernels.nearest_sources(*ways, sources, open_, limit)
-    with kernels.numpy_only():
-        plain = kernels.nearest_sources(*ways, sources, open_, limit)
-    for distance, _, source in (fast, plain):
-        assert np.array_equal(np.flatnonzero(distance == 0), np.unique(sources[open_[sources]]))
-        assert np.isinf(distance).sum() == len(distance) - np.count_nonzero(distance == 0)
-        assert np.array_equal(source[distance == 0], np.flatnonzero(distance == 0))
 
 
 def test_every_kernel_with_loops_is_compared():

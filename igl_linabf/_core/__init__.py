@@ -1,14 +1,16 @@
 """The loops over triangles, edges and matrices, compiled ahead from `src`: plain arrays in, plain arrays out.
 
-There are two builds of the same source, for every processor and for those of x86-64-v3 (AVX2, since 2013).
+There are two builds of the same source, for every processor and for those of x86-64-v3 (AVX2, since 2013). With
+IGL_LINABF_CORE=baseline in the environment the first one runs everywhere. `__init__.pyi` lists what is bound.
 """
+
+import os
+from importlib import import_module
 
 from . import _baseline
 
-if _baseline.has_v3():
-    from . import _v3 as _built
-else:
-    _built = _baseline
+_fast = _baseline.has_v3() and os.environ.get("IGL_LINABF_CORE") != "baseline"
+_built = import_module("._v3", __name__) if _fast else _baseline
+BUILD = "x86-64-v3" if _fast else "baseline"
 
-# sparse Cholesky factors
-Factor, Symbolic = _built.Factor, _built.Symbolic
+globals().update({name: value for name, value in vars(_built).items() if not name.startswith("_")})

@@ -11,7 +11,6 @@ from scipy import sparse
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..kernels import (
-    Sources,
     lengths,
     meeting,
     nearest_sources,
@@ -35,6 +34,7 @@ MOST_BASES = 6  # of a round, evenly along the loops
 BASE_ROUNDS = 3  # of such points
 SHORTER = 1 - 1e-9  # times a length: what is shorter by less is equal
 
+Sources = tuple[IntArray, IntArray, IntArray]  # three sets of nodes
 Loops = tuple[IntArray, IntArray]  # a cut graph, and the edges in the middle of its loops
 Shape = tuple[int, int, int]  # what a seam goes on to be when it moves
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import Rest, lengths, meeting, ways_towards
+from ..kernels import lengths, meeting, ways_towards
 from .branches import (
     MOST_MOVED,
     Arc,
@@ -104,8 +104,10 @@ class _Corridor:
         passed, graph = ~closed, self._graph
         passed[source] = True
         at = targets[self._nodes[targets] >= self.piece.holes]
-        rest = Rest(self._position, self._position[at], self._share, limit * (1 + 1e-9))
-        return ways_towards(graph.indptr, graph.indices, graph.data, source, passed, rest)
+        rest = self._position, self._position[at], self._share
+        return ways_towards(
+            graph.indptr, graph.indices, graph.data, source, passed, *rest, limit * (1 + 1e-9)
+        )
 
     def meeting(self, tips: IntArray, closed: BoolArray, limit: float) -> list[IntArray]:
         """The ways to three nodes, given by their places, from where they are shortest in total.

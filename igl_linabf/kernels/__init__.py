@@ -5,43 +5,42 @@ loops, which numba compiles where it is installed (the extra `fast`). For factor
 without numba, a library makes them.
 """
 
-from .arcs import arcs_between, opened
-from .assembly import DEPTH, Hinges, assembled
-from .choice import fast_by, is_fast, numpy_only
-from .cholesky import Factor, analysed, factored
-from .connectivity import (
+from .._core import (
+    above,
+    arcs_between,
+    behind_least_cut,
     boundary_loops,
     connected_labels,
     cycles,
     entries,
+    fans_around,
+    far_apart,
     in_edges,
     in_one_piece,
-    spanning_forest,
-    spanning_tree,
-    undirected,
-    used_vertices,
-)
-from .development import developed
-from .dissection import dissected, neighbours, separators
-from .drawing import drawn
-from .drawn_loops import drawn_loops
-from .fans import fans_around
-from .graphs import above, far_apart, shortest_pairs
-from .least_cuts import behind_least_cut
-from .lines_across import divisions
-from .many_sides import backward_many, forward_many
-from .maps import centred, changes, signed_double_areas
-from .meetings import Sources, meeting
-from .minimum_degree import minimum_degree
-from .paths import (
-    Rest,
+    meeting,
     nearest_sources,
     nodes_on_paths,
+    opened,
     shortest_odd_walk,
+    shortest_pairs,
+    spanning_forest,
+    undirected,
+    used_vertices,
     way_of_fewest,
     ways_towards,
     without_leaves,
 )
+from .assembly import DEPTH, Hinges, assembled
+from .choice import fast_by, is_fast, numpy_only
+from .cholesky import Factor, analysed, factored
+from .development import developed
+from .dissection import dissected, neighbours, separators
+from .drawing import drawn
+from .drawn_loops import drawn_loops
+from .lines_across import divisions
+from .many_sides import backward_many, forward_many
+from .maps import centred, changes, signed_double_areas
+from .minimum_degree import minimum_degree
 from .places import placed, taken_cells
 from .rectangles import narrowest_turns
 from .sheets import overlap_sheets

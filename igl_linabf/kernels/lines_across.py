@@ -2,9 +2,10 @@
 
 import numpy as np
 
+from .._core import connected_labels
 from .._types import BoolArray, FloatArray, IntArray
 from .choice import inlined, with_loops
-from .connectivity import connected_labels, root
+from .connectivity import root
 from .triangles import sum_by
 
 Divisions = tuple[FloatArray, FloatArray, FloatArray]

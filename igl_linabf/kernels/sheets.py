@@ -4,9 +4,9 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse import csgraph
 
+from .._core import connected_labels
 from .._types import IntArray
 from .choice import inlined, with_loops
-from .connectivity import connected_labels
 
 ROOM = 0.8  # share of the way to where a face is on both sheets, that they are grown
 

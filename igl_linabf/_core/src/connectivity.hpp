@@ -1,0 +1,249 @@
+// Half-edges joined to edges, boundary loops, components, and the pattern of a matrix over a graph.
+#pragma once
+#include "lists.hpp"
+
+namespace graphs {
+
+struct Edges {
+    Array<Index> ends, sides;  // (#E, 2), (2, #E)
+    bool sound;
+};
+
+// The edges of triangles, sorted by their lower and higher ends. Half-edge k m + t is opposite to corner k of
+// triangle t. Edges are sound where none has more than two sides, or two that run the same way.
+inline Edges undirected(Matrix<const Index> corner, Index n) {
+    const Index m = corner.columns;
+    const Lists at = lists_of(n, [&](const auto& put) {  // the higher end, the half-edge, whether it leaves that
+        for (Index t = 0; t < m; ++t)
+            for (Index k = 0; k < 3; ++k) {
+                const Index tail = corner[(k + 1) % 3][t], head = corner[(k + 2) % 3][t];
+                put(std::min(tail, head), paired(std::max(tail, head), 2 * (k * m + t) + (head < tail)));
+            }
+    });
+    const std::vector<Index> first = sorted(at);
+    Edges made{Array<Index>(first[n], 2), Array<Index>(2, first[n]), true};
+    const Matrix<Index> ends = made.ends.matrix(), sides = made.sides.matrix();
+    std::atomic<bool> sound{true};
+    in_pieces(n, [&](Index begin, Index end) {
+        for (Index v = begin; v < end; ++v) {
+            Index e = first[v] - 1, known = -1;
+            for (const Index pair : at[v]) {
+                const Index h = lower(pair) >> 1, down = pair & 1;
+                if (upper(pair) != known) {
+                    known = upper(pair);
+                    ++e;
+                    ends[e][down] = v, ends[e][1 - down] = known;
+                    sides[0][e] = h, sides[1][e] = -1;
+                } else if (sides[1][e] >= 0 || ends[e][down] == v) {
+                    sound = false;
+                } else {
+                    sides[1][e] = h;
+                }
+            }
+        }
+    });
+    made.sound = sound;
+    return made;
+}
+
+struct InEdges {
+    Array<Index> order, begin, count;
+};
+
+// Sides in the order of their edges; where each edge begins in it, and how many sides it has.
+inline InEdges in_edges(View<const Index> tail, View<const Index> head, Index n) {
+    const Lists at = lists_of(n, [&](const auto& put) {
+        for (Index h = 0; h < tail.size; ++h)
+            put(std::min(tail[h], head[h]), paired(std::max(tail[h], head[h]), h));
+    });
+    const Index size = sorted(at)[n];
+    InEdges made{Array<Index>(tail.size), Array<Index>(size), filled<Index>(size, 0)};
+    for (Index v = 0, e = -1; v < n; ++v)
+        for (Index i = at.begin[v], known = -1; i < at.begin[v + 1]; ++i) {
+            const Index pair = at.items[i];
+            if (upper(pair) != known) made.begin[++e] = i;
+            known = upper(pair);
+            made.order[i] = lower(pair);
+            ++made.count[e];
+        }
+    return made;
+}
+
+struct Used {
+    Array<bool> vertices;
+    bool sound;
+};
+
+// Which of n vertices sound faces have, and whether all are: indices in range, none of them twice.
+inline Used used_vertices(Matrix<const Index> F, Index n) {
+    Used made{filled(n, false), true};
+    const auto within = [n](Index v) { return std::uint64_t(v) < std::uint64_t(n); };
+    for (Index t = 0; t < F.rows; ++t) {
+        const Index a = F[t][0], b = F[t][1], c = F[t][2];
+        const bool sound = within(a) & within(b) & within(c) & (a != b) & (b != c) & (c != a);
+        if (sound) made.vertices[a] = made.vertices[b] = made.vertices[c] = true;
+        made.sound &= sound;
+    }
+    return made;
+}
+
+struct Entries {
+    Array<Index> indptr, indices, slot;
+};
+
+// The upper triangle, in CSR, of a symmetric matrix with entries on the diagonal, first in each row, and at
+// edges between two rows; and the place of each edge, -1 where it joins a row to itself, or to none.
+inline Entries entries(Matrix<const Index> ends, Index n) {
+    const Lists at = lists_of(n, [&](const auto& put) {
+        for (Index e = 0; e < ends.columns; ++e) {
+            const Index low = std::min(ends[0][e], ends[1][e]), high = std::max(ends[0][e], ends[1][e]);
+            if (low >= 0 && low != high) put(low, paired(high, e));
+        }
+    });
+    const std::vector<Index> before = sorted(at);
+    Entries made{Array<Index>(n + 1), Array<Index>(n + before[n]), filled<Index>(ends.columns, -1)};
+    for (Index v = 0; v < n; ++v) {
+        Index p = before[v] + v;
+        made.indptr[v] = p;
+        made.indices[p] = v;
+        for (const Index pair : at[v]) {
+            if (upper(pair) != made.indices[p]) made.indices[++p] = upper(pair);
+            made.slot[lower(pair)] = p;
+        }
+    }
+    made.indptr[n] = n + before[n];
+    return made;
+}
+
+struct Neighbours {
+    Array<Index> indptr, indices, edge;
+};
+
+// The neighbours of each node in CSR, ascending, and the shortest edge to each; the first of equally short ones.
+inline Neighbours shortest_pairs(Matrix<const Index> ends, View<const double> length, Index n) {
+    const Lists at = lists_of(n, [&](const auto& put) {
+        for (Index e = 0; e < ends.rows; ++e) {
+            const Index i = ends[e][0], j = ends[e][1];
+            if (i != j) put(i, paired(j, e)), put(j, paired(i, e));
+        }
+    });
+    const std::vector<Index> before = sorted(at);
+    Neighbours made{Array<Index>(n + 1), Array<Index>(before[n]), Array<Index>(before[n])};
+    std::copy(before.begin(), before.end(), made.indptr.data());
+    for (Index v = 0, p = -1; v < n; ++v) {
+        Index known = -1;
+        for (const Index pair : at[v]) {
+            const Index e = lower(pair);
+            if (upper(pair) != known) {
+                made.indices[++p] = known = upper(pair);
+                made.edge[p] = e;
+            } else if (length[e] < length[made.edge[p]]) {
+                made.edge[p] = e;
+            }
+        }
+    }
+    return made;
+}
+
+struct Loops {
+    std::vector<Index> vertices, sizes, twice;
+};
+
+// Boundary half-edges chained into loops, in the order of their first vertices; none if two leave one vertex,
+// and then `twice` has such vertices.
+inline Loops boundary_loops(View<const Index> tail, View<const Index> head, Index n) {
+    Loops made;
+    std::vector<Index> following(n, -1);
+    for (Index e = 0; e < tail.size; ++e) {
+        if (following[tail[e]] >= 0) made.twice.push_back(tail[e]);
+        following[tail[e]] = head[e];
+    }
+    if (!made.twice.empty()) return made;
+    made.vertices.reserve(tail.size);
+    for (Index v = 0; v < n; ++v) {
+        if (following[v] < 0) continue;
+        const std::size_t before = made.vertices.size();
+        for (Index at = v; following[at] >= 0;) {
+            made.vertices.push_back(at);
+            at = std::exchange(following[at], -1);
+        }
+        made.sizes.push_back(Index(made.vertices.size() - before));
+    }
+    return made;
+}
+
+// The cycles of a permutation, in the order of their first elements.
+inline std::vector<std::vector<Index>> cycles(View<const Index> following) {
+    std::vector<std::vector<Index>> found;
+    std::vector<char> seen(following.size);
+    for (Index i = 0; i < following.size; ++i) {
+        if (seen[i]) continue;
+        found.emplace_back();
+        for (Index at = i; !seen[at]; at = following[at]) {
+            seen[at] = true;
+            found.back().push_back(at);
+        }
+    }
+    return found;
+}
+
+// The component of each node of a graph, numbered in the order of their first nodes.
+inline Array<Index> connected_labels(Matrix<const Index> edges, Index n) {
+    Joined joined(n);
+    for (Index e = 0; e < edges.rows; ++e) joined.join(edges[e][0], edges[e][1]);
+    return joined.labels();
+}
+
+// Of edges in an order those that close no cycle with earlier ones: by weight, the minimum spanning forest
+// (Kruskal 1956).
+inline std::vector<Index> spanning_forest(Matrix<const Index> pairs, View<const Index> order, Index n) {
+    Joined joined(n);
+    std::vector<Index> chosen;
+    for (const Index e : order)
+        if (joined.join(pairs[e][0], pairs[e][1])) chosen.push_back(e);
+    return chosen;
+}
+
+// Whether every face can be reached from face 0 across edges.
+inline bool in_one_piece(Matrix<const Index> sides, Index m) {
+    if (m == 0) return true;
+    const auto face = [m](Index h) { return int(h - m * ((h >= m) + (h >= 2 * m))); };  // faster than a remainder
+    std::vector<int> beside(3 * m, int(m)), waiting(m + 2);  // the face across each half-edge; m for none
+    for (Index e = 0; e < sides.columns; ++e)
+        if (const Index i = sides[0][e], j = sides[1][e]; j >= 0) beside[i] = face(j), beside[j] = face(i);
+    std::vector<char> is_new(m + 1, 1);
+    is_new[0] = is_new[m] = 0;
+    Index reached = 1;
+    for (Index done = 0; done < reached; ++done)
+        for (Index k = 0; k < 3; ++k) {
+            const int t = beside[k * m + waiting[done]];
+            waiting[reached] = t;  // without a branch, which nobody could foretell
+            reached += is_new[t];
+            is_new[t] = 0;
+        }
+    return reached >= m;
+}
+
+// How many fans each vertex has: sets of its corners that edges connect around it.
+inline Array<Index> fans_around(Matrix<const Index> corner, Matrix<const Index> sides, Index n) {
+    const Index m = corner.columns;
+    std::vector<Index> step[2] = {std::vector<Index>(3 * m, -1), std::vector<Index>(3 * m, -1)};
+    for (Index e = 0; e < sides.columns; ++e)
+        for (int k = 0; k < 2 && sides[1][e] >= 0; ++k) {  // a half-edge runs from the corner after the opposite one
+            const Index one = sides[k][e], other = sides[1 - k][e];
+            const Index start = one < 2 * m ? one + m : one - 2 * m, end = other < m ? other + 2 * m : other - m;
+            step[0][start] = end, step[1][end] = start;
+        }
+    Array<Index> number = filled<Index>(n, 0);
+    std::vector<char> known(3 * m);
+    for (Index first = 0; first < 3 * m; ++first) {
+        if (known[first]) continue;
+        ++number[corner.data[first]];
+        known[first] = true;
+        for (const auto& turn : step)
+            for (Index at = turn[first]; at >= 0 && !known[at]; at = turn[at]) known[at] = true;
+    }
+    return number;
+}
+
+}  // namespace graphs

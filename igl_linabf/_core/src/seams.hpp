@@ -1,0 +1,253 @@
+// Seams as graphs: paths, trees and their arcs, what they open, and least cuts.
+#pragma once
+#include "lists.hpp"
+
+namespace graphs {
+
+// The nodes that lead from some ends to their sources, each once; `before` is -1 at sources, which are left out.
+inline std::vector<Index> nodes_on_paths(View<const Index> before, View<const Index> ends) {
+    std::vector<char> passed(before.size);
+    std::vector<Index> found;
+    for (Index node : ends)
+        for (; before[node] >= 0 && !passed[node]; node = before[node]) {
+            passed[node] = true;
+            found.push_back(node);
+        }
+    return found;
+}
+
+// The nodes of a way of the fewest steps from one of the ends back to one of the sources, both masks.
+inline std::vector<Index> way_of_fewest(View<const Index> indptr, View<const Index> indices,
+                                        View<const bool> sources, View<const bool> ends) {
+    const Index n = indptr.size - 1;
+    std::vector<Index> before(n, -2), queue, way;
+    for (Index node = 0; node < n; ++node)
+        if (sources[node]) {
+            before[node] = -1;
+            queue.push_back(node);
+        }
+    for (std::size_t done = 0; done < queue.size() && way.empty(); ++done) {
+        const Index node = queue[done];
+        if (ends[node])
+            for (Index at = node; at >= 0; at = before[at]) way.push_back(at);
+        for (Index at = indptr[node]; at < indptr[node + 1]; ++at)
+            if (before[indices[at]] == -2) {
+                before[indices[at]] = node;
+                queue.push_back(indices[at]);
+            }
+    }
+    return way;
+}
+
+// The nodes that one takes in an order, leaving out those `hops` edges or less from taken ones over nodes that are
+// not closed; as a mask.
+template <class Int>
+Array<bool> far_apart(View<const Int> indptr, View<const Int> indices, View<const Index> order, Index hops,
+                      View<const bool> closed) {
+    const Index n = indptr.size - 1;
+    Array<bool> chosen = filled(n, false);
+    std::vector<char> near(closed.begin(), closed.end());
+    std::vector<Index> seen(n, -1), queue;
+    for (const Index node : order) {
+        if (near[node]) continue;
+        chosen[node] = true;
+        seen[node] = node;
+        queue.assign(1, node);
+        std::size_t done = 0;
+        for (Index hop = 0; hop < hops; ++hop)
+            for (const std::size_t last = queue.size(); done < last; ++done)
+                for (Index at = indptr[queue[done]]; at < indptr[queue[done] + 1]; ++at)
+                    if (const Index there = indices[at]; seen[there] != node && !closed[there]) {
+                        seen[there] = node;
+                        near[there] = true;
+                        queue.push_back(there);
+                    }
+    }
+    return chosen;
+}
+
+// The node above each node of a forest; the root of a tree is its first node, and above itself.
+inline Array<Index> above(Matrix<const Index> pairs, Index n) {
+    const Lists beside = lists_of(n, [&](const auto& put) {
+        for (Index e = 0; e < pairs.rows; ++e) put(pairs[e][0], pairs[e][1]), put(pairs[e][1], pairs[e][0]);
+    });
+    Array<Index> above = filled<Index>(n, -1);
+    std::vector<Index> queue;
+    for (Index root = 0; root < n; ++root) {
+        if (above[root] >= 0) continue;
+        above[root] = root;
+        queue.assign(1, root);
+        for (std::size_t done = 0; done < queue.size(); ++done)
+            for (const Index there : beside[queue[done]])
+                if (above[there] < 0) {
+                    above[there] = queue[done];
+                    queue.push_back(there);
+                }
+    }
+    return above;
+}
+
+// The edges that are left when those at leaves are dropped in turn; nodes that are kept are no leaves.
+inline Array<bool> without_leaves(Matrix<const Index> ends, View<const bool> kept) {
+    std::vector<Index> degree(kept.size), edges(kept.size);  // of a node with one edge left, `edges` is this one
+    const auto change = [&](Index e, Index by) {
+        for (int k = 0; k < 2; ++k) degree[ends[e][k]] += by, edges[ends[e][k]] ^= e;
+    };
+    for (Index e = 0; e < ends.rows; ++e) change(e, 1);
+    Array<bool> left = filled(ends.rows, true);
+    for (Index i = 0; i < 2 * ends.rows; ++i)
+        for (Index node = ends.data[i]; degree[node] == 1 && !kept[node];) {
+            const Index last = edges[node];
+            left[last] = false;
+            change(last, -1);
+            node = ends[last][0] + ends[last][1] - node;
+        }
+    return left;
+}
+
+struct Arcs {
+    Array<Index> edges;
+    std::vector<Index> nodes, start;
+};
+
+// The edges of a graph in rows from joint to joint, then closed rows without any. Nodes that are no joints have two
+// edges. The nodes of arc k begin k after its edges do, at start[k], as it has one more.
+inline Arcs arcs_between(Matrix<const Index> ends, View<const bool> joint) {
+    const Index n = joint.size, m = ends.rows;
+    std::vector<Index> order;  // nodes as edges come
+    std::vector<char> known(n), taken(m);
+    for (Index i = 0; i < 2 * m; ++i)
+        if (!std::exchange(known[ends.data[i]], true)) order.push_back(ends.data[i]);
+    const Lists sides = lists_of(n, [&](const auto& put) {  // half-edge 2 e + k leaves node ends[e, k]
+        for (Index h = 0; h < 2 * m; ++h) put(ends.data[h], h);
+    });
+    Arcs made{Array<Index>(m), {}, {0}};
+    Index size = 0;
+    for (const bool closed : {false, true})
+        for (const Index first : order) {
+            if (!closed && !joint[first]) continue;
+            for (Index h : sides[first]) {
+                if (taken[h / 2]) continue;
+                made.nodes.push_back(first);
+                while (true) {
+                    made.edges[size++] = h / 2;
+                    taken[h / 2] = true;
+                    const Index node = ends.data[h ^ 1];
+                    made.nodes.push_back(node);
+                    if (joint[node] || node == first) break;
+                    const View<Index> own = sides[node];
+                    h = own[own[0] / 2 == h / 2];
+                }
+                made.start.push_back(size);
+            }
+        }
+    return made;
+}
+
+struct Opened {
+    Index number, cycles;
+    std::vector<Index> sizes;
+};
+
+// What a seam on a surface opens: the numbers of its components, with the holes, and of its cycles; and the pieces,
+// by their numbers of faces, ascending.
+inline Opened opened(Matrix<const Index> ends, Matrix<const Index> faces, View<const Index> seam, Index holes,
+                     Index n, Index n_faces) {
+    std::vector<char> on(ends.rows), on_seam(n);
+    std::fill_n(on_seam.begin(), holes, true);
+    Opened made{holes, 0, {n_faces}};
+    Joined joined(n);
+    for (const Index e : seam) {
+        if (std::exchange(on[e], true)) continue;
+        for (int k = 0; k < 2; ++k) made.number += !std::exchange(on_seam[ends[e][k]], true);
+        const bool apart = joined.join(ends[e][0], ends[e][1]);
+        made.number -= apart;
+        made.cycles += !apart;
+    }
+    if (!made.cycles) return made;  // a forest separates nothing
+    Joined pieces(n_faces);
+    Index left = n_faces;
+    for (Index e = 0; e < faces.rows && left > 1; ++e)
+        if (!on[e]) left -= pieces.join(faces[e][0], faces[e][1]);
+    if (left == 1) return made;
+    made.sizes.assign(left, 0);
+    const Array<Index> label = pieces.labels();
+    for (Index face = 0; face < n_faces; ++face) ++made.sizes[label[face]];
+    std::sort(made.sizes.begin(), made.sizes.end());
+    return made;
+}
+
+// A network of which each edge is two arcs, 2 e and 2 e + 1: heads, what may still flow, and arcs by tails.
+struct Network {
+    std::vector<Index> head, left, level;
+    Lists arcs;
+
+    Network(Matrix<const Index> ends, View<const Index> capacity, Index n)
+        : head(2 * ends.rows), left(2 * ends.rows), level(n) {
+        for (Index a = 0; a < 2 * ends.rows; ++a) {
+            head[a] = ends.data[a ^ 1];
+            left[a] = capacity[a / 2];
+        }
+        arcs = lists_of(n, [&](const auto& put) {
+            for (Index a = 0; a < 2 * ends.rows; ++a) put(ends.data[a], a);
+        });
+    }
+
+    // How many arcs with something left lead from the source to each node; -1 where none do.
+    void find_levels(Index source) {
+        std::fill(level.begin(), level.end(), Index(-1));
+        std::vector<Index> queue{source};
+        level[source] = 0;
+        for (std::size_t done = 0; done < queue.size(); ++done) {
+            const Index node = queue[done];
+            for (const Index a : arcs[node])
+                if (left[a] > 0 && level[head[a]] < 0) {
+                    level[head[a]] = level[node] + 1;
+                    queue.push_back(head[a]);
+                }
+        }
+    }
+
+    // Send flow on ways of ascending levels until none is left.
+    void saturate(Index source, Index sink) {
+        std::vector<Index> next(arcs.begin), path;
+        for (Index node = source;;) {
+            if (node == sink) {
+                Index flow = left[path[0]], full = Index(path.size());
+                for (const Index a : path) flow = std::min(flow, left[a]);
+                for (Index k = full - 1; k >= 0; --k) {
+                    left[path[k]] -= flow;
+                    left[path[k] ^ 1] += flow;
+                    if (left[path[k]] == 0) full = k;
+                }
+                node = head[path[full] ^ 1];
+                path.resize(full);
+            }
+            const auto leads_on = [&](Index a) { return left[a] > 0 && level[head[a]] == level[node] + 1; };
+            while (next[node] < arcs.begin[node + 1] && !leads_on(arcs.items[next[node]])) ++next[node];
+            if (next[node] < arcs.begin[node + 1]) {
+                path.push_back(arcs.items[next[node]]);
+                node = head[path.back()];
+            } else if (path.empty()) {
+                return;
+            } else {
+                node = head[path.back() ^ 1];
+                path.pop_back();
+                ++next[node];
+            }
+        }
+    }
+};
+
+// The nodes behind the least cut between two nodes; of several, the one nearest to the source (Dinic 1970).
+inline Array<bool> behind_least_cut(Matrix<const Index> ends, View<const Index> capacity, Index n, Index source,
+                                    Index sink) {
+    Network network(ends, capacity, n);
+    for (network.find_levels(source); network.level[sink] >= 0; network.find_levels(source))
+        network.saturate(source, sink);
+    Array<bool> behind(n);
+    for (Index v = 0; v < n; ++v) behind[v] = network.level[v] < 0;
+    return behind;
+}
+
+}  // namespace graphs

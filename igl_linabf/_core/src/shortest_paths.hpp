@@ -1,0 +1,303 @@
+// Shortest paths (Dijkstra 1959): to sources, towards targets, to where three meet, and around several ways.
+#pragma once
+#include <array>
+#include <cmath>
+
+#include "lists.hpp"
+
+namespace graphs {
+
+// A graph in CSR: the edges from node i are those from indptr[i] up to indptr[i + 1], to `indices`.
+template <class Int>
+struct Graph {
+    View<const Int> indptr, indices;
+    View<const double> length;
+
+    Index nodes() const { return indptr.size - 1; }
+};
+
+// Nodes in a binary heap, the one of the least key first.
+class Heap {
+    const double* key;
+    Array<Index> heap, place;  // the place of each node that is in the heap or was
+    Index size = 0;
+
+  public:
+    Heap(const double* key, Index most) : key(key), heap(most), place(most) {}
+
+    void clear(Index first, Index last) { std::fill(place.data() + first, place.data() + last, Index(-1)); }
+    bool empty() const { return size == 0; }
+    bool knows(Index node) const { return place[node] >= 0; }
+    Index first() const { return heap[0]; }
+
+    // Put a node where its key, which is new or less than before, belongs.
+    void rise(Index node) {
+        if (!knows(node)) heap[place[node] = size++] = node;
+        Index i = place[node];
+        node = heap[i];
+        for (Index above; i > 0 && key[heap[above = (i - 1) / 2]] > key[node]; i = above)
+            place[heap[i] = heap[above]] = i;
+        place[heap[i] = node] = i;
+    }
+
+    Index take_first() {
+        const Index first = heap[0], node = heap[--size];
+        Index i = 0;
+        for (Index child; (child = 2 * i + 1) < size; i = child) {
+            if (child + 1 < size && key[heap[child + 1]] < key[heap[child]]) ++child;
+            if (key[heap[child]] >= key[node]) break;
+            place[heap[i] = heap[child]] = i;
+        }
+        place[heap[i] = node] = i;
+        return first;
+    }
+};
+
+// A search from sources: the distance of each node, the node before it on its path, and those that wait.
+struct Search {
+    Array<double> distance;
+    Array<Index> before;
+    Heap waiting;
+
+    // For up to `most` nodes, the first `n` of which are cleared.
+    Search(Index most, Index n) : distance(most), before(most), waiting(distance.data(), most) { clear(0, n); }
+
+    void clear(Index first, Index last) {
+        std::fill(distance.data() + first, distance.data() + last, INFINITE);
+        std::fill(before.data() + first, before.data() + last, Index(-1));
+        waiting.clear(first, last);
+    }
+
+    void reach(Index node, double way, Index from) {
+        distance[node] = way;
+        before[node] = from;
+        waiting.rise(node);
+    }
+
+    // The least distance of a node that waits.
+    double least() const { return waiting.empty() ? INFINITE : distance[waiting.first()]; }
+
+    // Go over the edges of a node, which are those in a row of the graph. goes(edge, way) says which node is reached
+    // by an edge, -1 for none.
+    template <class Int, class Goes>
+    void relax(const Graph<Int>& graph, Index row, Index node, const Goes& goes) {
+        for (Index edge = graph.indptr[row]; edge < graph.indptr[row + 1]; ++edge) {
+            const double way = distance[node] + graph.length[edge];
+            if (const Index there = goes(edge, way); there >= 0) reach(there, way, node);
+        }
+    }
+
+    // Go on from the nearest node that waits. passes(node, there, way) says whether a way that is shorter is taken.
+    template <class Int, class Passes>
+    void step(const Graph<Int>& graph, const Passes& passes) {
+        const Index node = waiting.take_first();
+        relax(graph, node, node, [&](Index edge, double way) {
+            const Index there = graph.indices[edge];
+            return way < distance[there] && passes(node, there, way) ? there : -1;
+        });
+    }
+};
+
+struct Paths {
+    Array<double> distance;
+    Array<Index> before, source;
+};
+
+// The distance of each node to the nearest source over open nodes, the node before it, and that source.
+template <class Int>
+Paths nearest_sources(View<const Int> indptr, View<const Int> indices, View<const double> length,
+                      View<const Index> sources, View<const bool> open, double limit) {
+    const Graph<Int> graph{indptr, indices, length};
+    Search search(graph.nodes(), graph.nodes());
+    Array<Index> source = filled<Index>(graph.nodes(), -1);
+    for (const Index node : sources)
+        if (open[node] && !search.waiting.knows(node)) {
+            search.reach(node, 0, -1);
+            source[node] = node;
+        }
+    limit = std::max(limit, 0.0);
+    while (!search.waiting.empty())
+        search.step(graph, [&](Index node, Index there, double way) {
+            if (!open[there] || !(way <= limit)) return false;
+            source[there] = source[node];
+            return true;
+        });
+    return {std::move(search.distance), std::move(search.before), std::move(source)};
+}
+
+// The distances from a node, and the nodes before, where all ways on to the targets stay within a limit. What is left
+// of a way from a node, at `position`, to a target is at least `share` of the distance in space.
+template <class Int>
+Search ways_towards(View<const Int> indptr, View<const Int> indices, View<const double> length, Index source,
+                    View<const bool> open, Matrix<const double> position, Matrix<const double> targets, double share,
+                    double limit) {
+    const Graph<Int> graph{indptr, indices, length};
+    const auto left = [=](Index node) {
+        double sum = 0;
+        for (Index k = 0; k < targets.rows; ++k) {
+            double squared = 0;
+            for (Index j = 0; j < 3; ++j) {
+                const double d = position[node][j] - targets[k][j];
+                squared += d * d;
+            }
+            sum += share * std::sqrt(squared);
+        }
+        return sum;
+    };
+    Search search(graph.nodes(), graph.nodes());
+    std::vector<double> ahead(graph.nodes());
+    search.reach(source, 0, -1);
+    while (!search.waiting.empty())
+        search.step(graph, [&](Index, Index there, double way) {
+            if (!open[there]) return false;
+            if (!search.waiting.knows(there)) ahead[there] = left(there);
+            return !(way + ahead[there] > limit);
+        });
+    return search;
+}
+
+struct Ways {
+    std::vector<Index> nodes, start;
+};
+
+// The node from which the ways to three sets are shortest in total, and these ways; none if that is over the limit.
+// The searches grow at the same rate. None goes on to where the ways to the other two sets are over the limit, as
+// long as these are at least: what a node was found with that both have reached, or as far as they have come.
+template <class Int>
+Ways meeting(View<const Int> indptr, View<const Int> indices, View<const double> length,
+             std::array<View<const Index>, 3> sources, View<const bool> open, double limit) {
+    const Graph<Int> graph{indptr, indices, length};
+    const Index n = graph.nodes();
+    Search search[3] = {Search(n, n), Search(n, n), Search(n, n)};
+    double apart[3] = {INFINITE, INFINITE, INFINITE};  // at least, the ways to the sets other than k
+    const auto note = [&](int k, Index node, double way) {
+        for (int j = 0; j < 3; ++j)
+            if (j != k) apart[3 - k - j] = std::min(apart[3 - k - j], way + search[j].distance[node]);
+    };
+    for (int k = 0; k < 3; ++k)
+        for (const Index node : sources[k])
+            if (!search[k].waiting.knows(node)) {
+                search[k].reach(node, 0, -1);
+                note(k, node, 0);
+            }
+    std::vector<char> done(n);
+    Index centre = -1;
+    for (double top[3] = {0, 0, 0}, reach[3], best = limit;;) {
+        int next = -1;
+        for (int k = 0; k < 3; ++k) {
+            reach[k] = best * (1 + 1e-9) - std::min(apart[k], top[(k + 1) % 3] + top[(k + 2) % 3]);
+            if (!search[k].waiting.empty() && top[k] <= reach[k] && (next < 0 || top[k] < top[next])) next = k;
+        }
+        if (next < 0) break;
+        const Index node = search[next].waiting.first();
+        if (++done[node] == 3) {
+            const double total = search[0].distance[node] + search[1].distance[node] + search[2].distance[node];
+            if (total < best || (total == best && (centre < 0 || node < centre))) best = total, centre = node;
+        }
+        search[next].step(graph, [&](Index, Index there, double way) {
+            if (!open[there] || !(way <= reach[next])) return false;
+            note(next, there, way);
+            return true;
+        });
+        top[next] = search[next].least();
+    }
+    Ways made{{}, {0}};
+    for (const Search& one : search) {
+        for (Index node = centre; node >= 0; node = one.before[node]) made.nodes.push_back(node);
+        made.start.push_back(Index(made.nodes.size()));
+    }
+    return made;
+}
+
+// Of excursions, each the shortest that crosses the ways of its bits an odd number of times, the shortest set that
+// does so with all ways.
+inline std::vector<Index> shortest_set(const std::vector<double>& found) {
+    const Index all = Index(found.size()) - 1;
+    std::vector<double> best(all + 1, INFINITE);
+    std::vector<std::vector<char>> taken(all + 1, std::vector<char>(all + 1));
+    best[0] = 0;
+    for (Index ways = 1; ways <= all; ++ways) {
+        const std::vector<double> before = best;
+        for (Index odd = 0; odd <= all; ++odd)
+            if (before[odd ^ ways] + found[ways] < best[odd]) {
+                best[odd] = before[odd ^ ways] + found[ways];
+                taken[ways][odd] = true;
+            }
+    }
+    std::vector<Index> chosen;
+    Index left = all;
+    for (Index ways = all; ways > 0; --ways)
+        if (taken[ways][left]) {
+            chosen.push_back(ways);
+            left ^= ways;
+        }
+    return left == 0 ? chosen : std::vector<Index>();
+}
+
+// The shortest closed walk from a node that crosses each of some ways an odd number of times; bits of `flip` tell
+// which ways an edge crosses. The search is in copies of the graph, one for each combination of odd and even. The
+// walk is a set of excursions that pass the start at their ends only. Two ways from the start to one node are an
+// excursion, and none that is shorter than twice the least distance of those that wait is unknown.
+inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const Index> indices,
+                                            View<const double> length, View<const Index> flip, Index start,
+                                            Index copies) {
+    const Graph<Index> graph{indptr, indices, length};
+    const Index n = graph.nodes(), all = copies - 1;
+    Search search(copies * n, n);
+    const auto& distance = search.distance;
+    std::vector<char> begun(copies);  // most copies are never reached
+    std::vector<Index> first(n, -1);  // the first node that is reached of its copies; then the others in a list
+    Array<Index> other_label(copies * n);
+    std::vector<double> found(copies, INFINITE), cost(copies, INFINITE);  // of an excursion, of any number of them
+    std::vector<std::array<Index, 2>> ends(copies);
+    cost[0] = 0;
+    begun[0] = true;
+    search.reach(start, 0, -1);
+    first[start] = start;
+    other_label[start] = -1;
+    while (!search.waiting.empty() && 2 * search.least() < cost[all]) {
+        const Index node = search.waiting.take_first(), copy = node / n;
+        Index label = first[node % n];
+        while (label >= 0 && (label == node || distance[label] + cost[copy ^ (label / n)] > distance[node]))
+            label = other_label[label];
+        if (label >= 0) continue;  // another way there, with excursions, does as much
+        search.relax(graph, node - copy * n, node, [&](Index edge, double way) {
+            const Index vertex = graph.indices[edge], other = copy ^ flip[edge], there = other * n + vertex;
+            if (vertex != start) {
+                if (!begun[other]) {
+                    begun[other] = true;
+                    search.clear(other * n, other * n + n);
+                }
+                if (!(way < distance[there])) return Index(-1);
+                if (distance[there] == INFINITE) other_label[there] = std::exchange(first[vertex], there);
+            }
+            for (Index at = first[vertex]; at >= 0; at = other_label[at]) {
+                const Index ways = other ^ (at / n);
+                if (!ways || !(way + distance[at] < found[ways])) continue;
+                found[ways] = way + distance[at];
+                ends[ways] = {node, at};
+                for (Index odd = 0; odd < copies; ++odd)
+                    if (const Index rest = odd ^ ways; odd < rest) {
+                        const double before = cost[odd];
+                        cost[odd] = std::min(before, cost[rest] + found[ways]);
+                        cost[rest] = std::min(cost[rest], before + found[ways]);
+                    }
+            }
+            return vertex != start ? there : Index(-1);
+        });
+    }
+    std::vector<Index> walk{all * n + start};
+    Index copy = all;
+    for (const Index ways : shortest_set(found)) {
+        const auto outward = walk.size();
+        for (Index at = ends[ways][0]; search.before[at] >= 0; at = search.before[at])
+            walk.push_back((copy ^ (at / n)) * n + at % n);
+        std::reverse(walk.begin() + outward, walk.end());
+        copy ^= ways;
+        for (Index at = ends[ways][1]; at >= 0; at = search.before[at])
+            walk.push_back((copy ^ (at / n)) * n + at % n);
+    }
+    return walk;
+}
+
+}  // namespace graphs

@@ -1,0 +1,223 @@
+"""The core's loops over graphs give what NumPy and SciPy do."""
+
+from itertools import pairwise
+
+import graphs as reference
+import numpy as np
+import pytest
+from carried import MESHES
+from scipy import sparse
+
+from igl_linabf import _core
+from igl_linabf.surface import planar
+
+NONE = np.empty(0, dtype=np.int64)
+NO_PAIRS = np.empty((0, 2), dtype=np.int64)
+
+
+def mesh_and_graph():
+    """A disk with holes, and its graph in CSR, of random lengths."""
+    mesh = planar(*MESHES["crown"]())
+    t, rng = mesh.topology, np.random.default_rng(1)
+    length = rng.uniform(1, 2, len(t.edges))
+    graph = sparse.csr_array((np.tile(length, 2), (t.edges.T.ravel(), t.edges[:, ::-1].T.ravel())))
+    return mesh, t, length, (graph.indptr, graph.indices, graph.data)
+
+
+def cases():
+    """Each function with what it may get, on a mesh and on graphs of many edges between two nodes."""
+    mesh, t, length, ways = mesh_and_graph()
+    rng, m = np.random.default_rng(1), t.corner.shape[1]
+    few, count = np.minimum(t.edges, 20), rng.integers(5, size=(2, 40))
+    tree = t.edges[reference.spanning_forest(t.edges, np.arange(len(t.edges))[::3], t.n)]
+    before = reference.nearest_sources(*ways, np.arange(3), np.ones(t.n, dtype=bool), 20.0)[1]
+    wide = tuple(x.astype(np.int64) for x in ways[:2])
+    order = rng.permutation(t.n)
+    half = np.append(np.arange(len(t.edges) // 2), 3)
+    faces = t.sides.T % m
+    return {
+        "undirected": [(t.corner, t.n)],
+        "in_edges": [(*t.edges[rng.integers(len(t.edges), size=900)].T, t.n), (*count, 5), (NONE, NONE, 0)],
+        "used_vertices": [(t.corner.T - 3, t.n), (t.corner.T, t.n), (t.corner.T % 9, 7)],
+        "entries": [(t.edges.T, t.n), (few.T, 21), (few.T - 1, 20), (count, 5), (NO_PAIRS.T, 3)],
+        "boundary_loops": [(*t.edges[t.sides[1] < 0].T, t.n), (np.array([1, 1]), np.array([0, 2]), 3)],
+        "cycles": [(order,), (np.arange(3),), (NONE,)],
+        "connected_labels": [(t.edges[::3], t.n), (count.T, 7), (NO_PAIRS, 3)],
+        "spanning_forest": [(few, rng.permutation(len(few))[::2], t.n), (count.T, np.arange(40), 5)],
+        "in_one_piece": [(t.sides, m), (t.sides[:, ::2], m)],
+        "fans_around": [(np.where(t.corner == 9, 3, t.corner), t.sides, t.n)],
+        "shortest_pairs": [
+            (t.edges, length, t.n),
+            (few + 3, rng.permutation(len(few)) * 1.0, 24),
+            (count.T, rng.integers(2, size=40) * 1.0, 5),  # equally short edges, some from a node to itself
+        ],
+        "far_apart": [
+            (*graph, order, hops, np.arange(t.n) % 9 == 4) for graph in (ways[:2], wide) for hops in (0, 1, 2)
+        ],
+        "above": [(tree, t.n), (NO_PAIRS, 3)],
+        "nearest_sources": [
+            (*graph, ways[2], np.array(sources, dtype=np.int64), np.arange(t.n) % 7 > 0, limit)
+            for graph in (ways[:2], wide)
+            for sources, limit in (([3, 9, 9], 20.0), ([3, 9, 9], np.inf), ([7], 20.0), ([], 20.0))
+        ],
+        "ways_towards": [
+            (*ways, 3, np.arange(t.n) % 7 > 0, mesh.V, mesh.V[:0], 0.0, limit) for limit in (20.0, np.inf)
+        ],
+        "meeting": [
+            (*ways, (np.array([3, 9, 9]), t.edges[40], np.array([t.n - 9])), np.arange(t.n) % 7 > 0, limit)
+            for limit in (30.0, 1.0)
+        ],
+        "nodes_on_paths": [(before, t.edges[9]), (before, np.arange(t.n)), (before, NONE)],
+        "way_of_fewest": [
+            (*wide, np.arange(t.n) % 50 == 3, np.arange(t.n) == t.n - 9),
+            (*wide, np.arange(t.n) == 3, np.zeros(t.n, dtype=bool)),
+        ],
+        "without_leaves": [
+            (t.edges[rng.random(len(t.edges)) < 0.4], np.arange(t.n) % 5 == 0),
+            (tree, np.zeros(t.n, dtype=bool)),
+        ],
+        "arcs_between": [
+            (some, np.bincount(some.ravel(), minlength=t.n) != 2)
+            for some in (t.edges[::2], t.edges[t.sides[1] < 0], NO_PAIRS)  # the second: closed rows
+        ],
+        "opened": [
+            (t.edges, faces, half, 5, t.n, m),
+            (t.edges, faces, half[:20], 0, t.n, m),
+            (t.edges, faces, np.arange(len(t.edges)), 0, t.n, m),
+        ],
+        "behind_least_cut": [
+            (t.edges, (1000 * length).astype(np.int64), t.n, 3, t.n - 9),
+            (t.edges[:5], np.ones(5, dtype=np.int64), t.n, 3, t.n - 9),
+        ],
+    }
+
+
+CASES = [(name, k) for name, all_of in cases().items() for k in range(len(all_of))]
+
+
+@pytest.mark.parametrize(("name", "k"), CASES)
+def test_the_core_is_the_same_as_the_reference(name, k):
+    args = cases()[name][k]
+    made, expected = getattr(_core, name)(*args), getattr(reference, name)(*args)
+    if name == "cycles":
+        assert made == expected
+        return
+    made, expected = (x if isinstance(x, tuple) else (x,) for x in (made, expected))
+    for a, b in zip(made, expected, strict=True):
+        a, b = np.asarray(a), np.asarray(b)
+        assert a.dtype == b.dtype and a.shape == b.shape
+        np.testing.assert_allclose(a, b, rtol=1e-11)  # only distances are no whole numbers
+
+
+def test_edges_with_three_sides_or_two_that_run_the_same_way_are_not_sound():
+    book = np.array([[0, 1, 2], [1, 0, 3], [0, 1, 4]]).T
+    turned = np.array([[0, 1, 2], [0, 1, 3]]).T
+    for corner, sound in ((book[:, :2], True), (book, False), (turned, False), (book[:, :0], True)):
+        edges, sides, found = _core.undirected(corner, 5)
+        every = np.sort(corner[[[1, 2], [2, 0], [0, 1]]].transpose(0, 2, 1).reshape(-1, 2), axis=1)
+        assert found == sound and sides.shape == (2, len(edges))
+        np.testing.assert_array_equal(np.sort(edges, axis=1), np.unique(every, axis=0))
+
+
+def test_many_edges_are_the_same_for_any_number_of_threads(monkeypatch):
+    n = 300_000
+    corner = np.stack((np.arange(n - 2), np.arange(1, n - 1), np.arange(2, n)))
+    corner[:, 1::2] = corner[[0, 2, 1], 1::2]  # a strip
+    found = []
+    for cores in ("1", "3"):
+        monkeypatch.setenv("OMP_NUM_THREADS", cores)
+        found.append(_core.undirected(corner, n))
+    for one, other, expected in zip(*found, reference.undirected(corner, n), strict=True):
+        np.testing.assert_array_equal(one, other)
+        assert np.shape(one) == np.shape(expected)
+    assert found[0][2] and np.array_equal(found[0][1], reference.undirected(corner, n)[1])
+
+
+def steps(walk, n):
+    """The edges of a walk over copies of n nodes, each by its ends."""
+    return [sorted(step) for step in pairwise((walk % n).tolist())]
+
+
+@pytest.mark.parametrize("ways", [1, 3, 6])
+@pytest.mark.parametrize("to_the_rim", [0.1, 1.0, 10.0])
+def test_walks_that_cross_many_ways_are_as_short_as_those_in_copies_of_the_graph(ways, to_the_rim):
+    """On a square whose rim is one node: excursions from there are put together as is shortest."""
+    rng, k = np.random.default_rng(ways), 24
+    square = np.arange(k * k).reshape(k, k)
+    rim = np.unique(np.concatenate((square[0], square[-1], square[:, 0], square[:, -1])))
+    ends = np.concatenate(
+        [
+            np.stack(pair, axis=-1).reshape(-1, 2)
+            for pair in (
+                (square[:, 1:], square[:, :-1]),
+                (square[1:], square[:-1]),
+                (rim, np.full(len(rim), k * k)),
+            )
+        ]
+    )
+    length = np.append(rng.uniform(0.1, 1.1, len(ends) - len(rim)), np.full(len(rim), to_the_rim))
+    crossed = rng.random((ways, len(ends))) < rng.choice([0.005, 0.05, 0.2], (ways, 1))
+    flip = (1 << np.arange(ways)) @ (crossed & (ends[:, 1] < k * k))
+    indptr, indices, edge = _core.shortest_pairs(ends, length, k * k + 1)
+    graph, n = (indptr, indices, length[edge], flip[edge]), k * k + 1
+    made = _core.shortest_odd_walk(*graph, k * k, 1 << ways)
+    expected = reference.shortest_odd_walk(*graph, k * k, 1 << ways)
+    known = {tuple(sorted(pair)): e for pair, e in zip(ends.tolist(), range(len(ends)), strict=True)}
+    own, other = ([known[tuple(step)] for step in steps(walk, n)] for walk in (made, expected))
+    assert length[own].sum() == pytest.approx(length[other].sum(), rel=1e-12)
+    assert np.bitwise_xor.reduce(flip[own]) == (1 << ways) - 1
+    assert made[0] == ((1 << ways) - 1) * n + k * k and made[-1] == k * k
+    assert (made[:-1] // n ^ made[1:] // n == flip[own]).all()
+
+
+def test_what_leads_away_from_all_targets_is_left_out_of_the_ways_to_them():
+    mesh, t, _, ways = mesh_and_graph()
+    open_, position = np.arange(t.n) % 7 > 0, mesh.V
+    whole, _ = _core.ways_towards(*ways, 3, open_, position, position[:0], 0.0, 20.0)
+    share = 0.5 * (ways[2].min() / np.ptp(position, axis=0).max())  # any edge may be as short as that
+    end = int(np.argmax(np.where(np.isfinite(whole), whole, 0)))
+    for most in (whole[end], whole[end] / 2):
+        part, before = _core.ways_towards(*ways, 3, open_, position, position[[end]], share, most)
+        assert np.array_equal(part[np.isfinite(part)], whole[np.isfinite(part)])
+        assert np.isinf(part).sum() > np.isinf(whole).sum()
+        assert (part[end] == whole[end]) == (most == whole[end])
+        assert (before[np.isfinite(part)] >= 0).sum() == np.isfinite(part).sum() - 1
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_ways_meet_where_they_are_shortest_in_total(seed):
+    """And nowhere, if the total is over the limit; sets may share a node or be closed in."""
+    *_, (indptr, indices, length) = mesh_and_graph()
+    rng, n = np.random.default_rng(seed), len(indptr) - 1
+    length = np.maximum(rng.uniform(-0.1, 1, len(length)), 0.0) * length
+    open_ = rng.random(n) > rng.choice([0.0, 0.3, 0.6])
+    sets = tuple(rng.choice(n, rng.choice([1, 1, 2, 20]), replace=False) for _ in range(3))
+    expected, start = reference.meeting(indptr, indices, length, sets, open_, 1e9)
+    total = sum(
+        reference.nearest_sources(indptr, indices, length, own, open_ | np.isin(np.arange(n), own), 1e9)[0]
+        for own in sets
+    )
+    assert len(expected) == 0 or total[expected[0]] == total.min()
+    for share in (0.9, 1.0, 1.1, 3.0):
+        limit = share * float(total.min()) if len(expected) else 1e9
+        nodes, start = _core.meeting(indptr, indices, length, sets, open_, limit)
+        if not len(expected) or share < 1:
+            assert not len(nodes)
+            continue
+        assert total[nodes[0]] == total.min()
+        for own, i, j in zip(sets, start[:-1], start[1:], strict=True):
+            assert nodes[i] == nodes[0] and nodes[j - 1] in own
+            for a, b in pairwise(nodes[i:j].tolist()):
+                assert b in indices[indptr[a] : indptr[a + 1]]
+                assert open_[b] or b in own
+
+
+@pytest.mark.parametrize("limit", [-1.0, 0.0])
+def test_paths_of_no_length_reach_their_sources(limit):
+    _, t, _, ways = mesh_and_graph()
+    sources, open_ = np.array([3, 9, 9]), np.arange(t.n) % 7 > 0
+    for search in (_core.nearest_sources, reference.nearest_sources):
+        distance, _, source = search(*ways, sources, open_, limit)
+        assert np.array_equal(np.flatnonzero(distance == 0), np.unique(sources[open_[sources]]))
+        assert np.isinf(distance).sum() == len(distance) - np.count_nonzero(distance == 0)
+        assert np.array_equal(source[distance == 0], np.flatnonzero(distance == 0))
