@@ -5,8 +5,8 @@ loops, which numba compiles where it is installed (the extra `fast`). For factor
 without numba, a library makes them.
 """
 
+from .._core import DEPTH, assembled, lie_over, overlap_sheets, overlapping
 from .arcs import arcs_between, opened
-from .assembly import DEPTH, Hinges, assembled
 from .choice import fast_by, is_fast, numpy_only
 from .cholesky import Factor, analysed, factored
 from .connectivity import (
@@ -44,7 +44,6 @@ from .paths import (
 )
 from .places import placed, taken_cells
 from .rectangles import narrowest_turns
-from .sheets import overlap_sheets
 from .shelves import on_shelves
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved, solved_inside
@@ -63,7 +62,6 @@ from .systems import (
     pulled,
     system_blocks,
 )
-from .triangle_pairs import MIN_DEPTH, lie_over, overlapping, solid_triangles
 from .triangles import (
     NEXT,
     PREV,
