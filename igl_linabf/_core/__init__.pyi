@@ -1,5 +1,6 @@
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 
+
 BUILD: str
 
 
@@ -66,3 +67,23 @@ def ways_towards(
     limit: float,
 ) -> tuple[FloatArray, IntArray]: ...
 def without_leaves(ends: IntArray, kept: BoolArray) -> BoolArray: ...
+
+
+# overlaps
+DEPTH: float
+
+def assembled(
+    triangle: ComplexArray,
+    depth: FloatArray,
+    start: IntArray,
+    pairs: IntArray,
+    turn: ComplexArray,
+    shift: ComplexArray,
+    worth: FloatArray,
+    page: FloatArray,
+) -> tuple[IntArray, ComplexArray, ComplexArray]: ...
+def lie_over(some: ComplexArray, others: ComplexArray) -> bool: ...
+def overlap_sheets(
+    upper: IntArray, lower: IntArray, begin: IntArray, neighbour: IntArray, most: int
+) -> tuple[IntArray, IntArray]: ...
+def overlapping(z: ComplexArray, F: IntArray, chart: IntArray) -> IntArray: ...

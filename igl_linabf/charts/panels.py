@@ -14,7 +14,7 @@ from typing import ClassVar
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import DEPTH, Hinges, above, assembled, normals, spanning_forest
+from ..kernels import DEPTH, above, assembled, normals, spanning_forest
 from ..surface import (
     NEXT,
     PREV,
@@ -140,8 +140,9 @@ def _unfit(panels: Panels, slit: BoolArray, trade: float) -> BoolArray:
     order = np.argsort(panel, kind="stable")
     start = np.searchsorted(panel[order], np.arange(int(panel.max()) + 2))
     z *= _upright(z, order, panel)[panel, None]
-    hinges = _hinges(panels, panel, z, trade)
-    chart, turn, shift = assembled(z[order], panels.depths(z)[order], start, hinges)
+    chart, turn, shift = assembled(
+        z[order], panels.depths(z)[order], start, *_hinges(panels, panel, z, trade)
+    )
     z = turn[panel, None] * z + shift[panel, None]
     one, other = creased.sides(fold)
     a, b = creased.faces[fold].T
@@ -313,7 +314,10 @@ def _few_of_each(label: IntArray) -> IntArray:
     return np.sort(order[step > before])
 
 
-def _hinges(panels: Panels, panel: IntArray, z: ComplexArray, trade: float) -> Hinges:
+_Hinges = tuple[IntArray, ComplexArray, ComplexArray, FloatArray, FloatArray]  # as `assembled` takes them
+
+
+def _hinges(panels: Panels, panel: IntArray, z: ComplexArray, trade: float) -> _Hinges:
     """Where panels may be joined, the dearest creases first; edges that one motion joins are one crease.
 
     A crease is worth the page that its length costs: that of sharp creases on which a seam is as dear.
@@ -344,4 +348,4 @@ def _hinges(panels: Panels, panel: IntArray, z: ComplexArray, trade: float) -> H
     area = sum_by(creased.label, creased.surface.measured[0], len(creased.extent)) / 2
     page = np.maximum(PAGE * area, LONGEST * _longest(creased, z, panel) ** 2)  # half its diagonal, squared
     worth = total[by_length] / SHARP_SHARE * np.sqrt(area)[body] / (WASTED * trade)
-    return Hinges(pairs[chosen], turn[chosen], shift[chosen], worth, page[body])
+    return pairs[chosen], turn[chosen], shift[chosen], worth, page[body]

@@ -6,6 +6,11 @@ without numba, a library makes them.
 """
 
 from .._core import (
+    DEPTH,
+    assembled,
+    lie_over,
+    overlap_sheets,
+    overlapping,
     above,
     arcs_between,
     behind_least_cut,
@@ -43,7 +48,6 @@ from .maps import centred, changes, signed_double_areas
 from .minimum_degree import minimum_degree
 from .places import placed, taken_cells
 from .rectangles import narrowest_turns
-from .sheets import overlap_sheets
 from .shelves import on_shelves
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved, solved_inside
@@ -62,7 +66,6 @@ from .systems import (
     pulled,
     system_blocks,
 )
-from .triangle_pairs import MIN_DEPTH, lie_over, overlapping, solid_triangles
 from .triangles import (
     NEXT,
     PREV,

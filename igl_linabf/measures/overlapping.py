@@ -9,22 +9,17 @@ import shapely
 from numpy.typing import ArrayLike
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import MIN_DEPTH, boundary_loops, overlapping, solid_triangles
+from ..kernels import boundary_loops, overlapping
 from ..surface import (
     Parts,
     Submesh,
     Topology,
     complex_positions,
-    coordinates,
     face_components,
     of_size_one,
     signed_double_areas,
 )
 from .winding import may_overlap, open_sides
-
-LAST_CELL = 2**31 - 1  # along a side of the grid that the curve runs through
-# shifts and masks that put a bit between each two of a number
-SPREAD = tuple((k, (2**64 - 1) // (2**k + 1)) for k in (16, 8, 4, 2, 1))
 
 
 def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
@@ -78,14 +73,14 @@ def overlapping_pairs(map_: FloatArray, F: IntArray, *, between: bool = False) -
     """`overlaps` of a checked map."""
     map_ = of_size_one(map_)
     if between:
-        return _search(map_, F, None)
+        return _in_one_plane(complex_positions(map_), F)
     chart = face_components(F, len(map_))
     z = complex_positions(map_)
     suspect = ~_injective(z, F, chart)
     index = np.flatnonzero(suspect[chart])
     if np.count_nonzero(suspect) == 1:
         return np.asarray(index[_within_chart(z, F[index])])
-    return np.asarray(index[_search(map_, F[index], chart[index])]) if len(index) else _no_pairs()
+    return np.asarray(index[overlapping(z, F[index], chart[index])])
 
 
 def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray) -> IntArray:
@@ -101,7 +96,7 @@ def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray) -> IntArray
         if _wind_once(z[tail], place[head], np.zeros(len(tail), dtype=np.int64), 1)[0]:
             return _no_pairs()
         index = np.flatnonzero(may_overlap(z, F, tail, head))
-    return np.asarray(index[_search(coordinates(z), F[index], None)]) if len(index) else _no_pairs()
+    return np.asarray(index[_in_one_plane(z, F[index])])
 
 
 def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> list[IntArray]:
@@ -121,7 +116,7 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
         found[asked[0]] = _within_chart(z[own], maps[asked[0]][1])
     elif len(asked):
         rows = np.flatnonzero(np.isin(chart, asked))
-        pairs = rows[_search(coordinates(z), F[rows], chart[rows])]
+        pairs = rows[overlapping(z, F[rows], chart[rows])]
         of = chart[pairs[:, 0]]
         for i in np.unique(of).tolist():
             found[i] = pairs[of == i] - faces.start[i]
@@ -134,7 +129,12 @@ def _within_chart(z: ComplexArray, F: IntArray) -> IntArray:
     if rim is not None:
         tail, head = (F[:, columns].T.ravel()[rim] for columns in ([0, 1, 2], [1, 2, 0]))
         index = np.flatnonzero(may_overlap(z, F, tail, head))
-    return np.asarray(index[_search(coordinates(z), F[index], None)]) if len(index) else _no_pairs()
+    return np.asarray(index[_in_one_plane(z, F[index])])
+
+
+def _in_one_plane(z: ComplexArray, F: IntArray) -> IntArray:
+    """All overlapping pairs, also of faces of different charts."""
+    return overlapping(z, F, np.zeros(len(F), dtype=np.int64))
 
 
 def _no_pairs() -> IntArray:
@@ -179,31 +179,3 @@ def _wind_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) 
         charts, place = np.unique(chart[several], return_inverse=True)
         simple[charts] &= shapely.is_simple(shapely.multilinestrings(lines[several], indices=place))
     return np.asarray(simple & (turns == 1))
-
-
-def _search(uv: FloatArray, F: IntArray, chart: IntArray | None) -> IntArray:
-    """All overlapping pairs; within charts only if `chart` is given."""
-    triangle, height, rounding = solid_triangles(complex_positions(uv)[F])
-    face = np.flatnonzero(height > rounding)
-    if not len(face):
-        return _no_pairs()
-    face = face[_along_curve(triangle[face].mean(axis=1))]
-    end = np.full(len(face), len(face))
-    if chart is not None:
-        face = face[np.argsort(chart[face], kind="stable")]
-        end = np.searchsorted(chart[face], chart[face], side="right")
-    pairs = face[overlapping(triangle[face], end, MIN_DEPTH * height[face], rounding[face])]
-    key = np.minimum(pairs[:, 0], pairs[:, 1]) * len(F) + np.maximum(pairs[:, 0], pairs[:, 1])
-    return np.column_stack(np.divmod(np.sort(key), len(F)))
-
-
-def _along_curve(z: ComplexArray) -> IntArray:
-    """An order of points in which those that follow each other are near each other (Morton 1966)."""
-    code = np.zeros(len(z), dtype=np.uint64)
-    step = max(float(np.ptp(z.real)), float(np.ptp(z.imag)), np.finfo(float).tiny) / LAST_CELL
-    for k, x in enumerate((z.real, z.imag)):
-        bits = ((x - x.min()) / step).astype(np.uint64)
-        for shift, mask in SPREAD:
-            bits = (bits | bits << np.uint64(shift)) & np.uint64(mask)
-        code |= bits << np.uint64(k)
-    return np.argsort(code)

@@ -1,0 +1,110 @@
+// The two sheets of each overlap of a flat map.
+#pragma once
+#include <algorithm>
+#include <numeric>
+
+#include "arrays.hpp"
+
+namespace overlaps {
+
+constexpr double ROOM = 0.8;  // share of the way to where a face is on both sheets, that they are grown
+
+struct Sheets {
+    std::vector<Index> faces, start{0};
+};
+
+// Pairs of faces that overlap, both ways around, in lexicographic order; the faces beside each face, as in CSR. Pairs
+// are neighbours if one face is the same, and the others are neighbours: an overlap is a component of them, and of
+// those the other way around.
+class Layers {
+    View<const Index> upper, lower, begin, neighbour;
+    std::vector<Index> row;             // where the pairs of each upper face begin
+    std::vector<Index> component;       // of each pair
+    std::vector<Index> queue, first{0};  // the pairs of each component, breadth first; where each component begins
+    std::vector<Index> sheet, when[2];  // of each face; the place in the queue of its first pair, as upper and as lower
+
+    // The place of a pair; -1 if there is none.
+    Index find(Index one, Index other) const {
+        const auto last = lower.begin() + row[one + 1];
+        const auto at = std::lower_bound(lower.begin() + row[one], last, other);
+        return at < last && *at == other ? at - lower.begin() : -1;
+    }
+
+    // Put a pair and all that is joined to it into the queue, as one more component.
+    void flood(Index seed) {
+        const Index own = Index(first.size()) - 1;
+        std::vector<Index> beside;
+        queue.push_back(seed), component[seed] = own;
+        for (Index done = first.back(); done < Index(queue.size()); ++done) {
+            const Index one = upper[queue[done]], other = lower[queue[done]];
+            beside.clear();
+            for (Index k = begin[one]; k < begin[one + 1]; ++k) beside.push_back(find(neighbour[k], other));
+            for (Index k = begin[other]; k < begin[other + 1]; ++k) beside.push_back(find(one, neighbour[k]));
+            std::sort(beside.begin(), beside.end());
+            for (const Index pair : beside)
+                if (pair >= 0 && component[pair] != own) component[pair] = own, queue.push_back(pair);
+        }
+        first.push_back(Index(queue.size()));
+    }
+
+    // Append the faces that are joined to one in its sheet, ascending, and take them off it.
+    void take(Index face, Sheets& made) {
+        const std::size_t before = made.faces.size();
+        const Index own = sheet[face];
+        made.faces.push_back(face), sheet[face] = 0;
+        for (std::size_t done = before; done < made.faces.size(); ++done)
+            for (Index k = begin[made.faces[done]]; k < begin[made.faces[done] + 1]; ++k)
+                if (own && sheet[neighbour[k]] == own) made.faces.push_back(neighbour[k]), sheet[neighbour[k]] = 0;
+        std::sort(made.faces.begin() + before, made.faces.end());
+        made.start.push_back(Index(made.faces.size()));
+    }
+
+    // Append the two sheets of an overlap, grown from its first pair until a face is on both.
+    void part(View<const Index> pairs, Sheets& made) {
+        const auto each_face = [&](const auto& visit) {
+            for (const Index pair : pairs) visit(upper[pair]), visit(lower[pair]);
+        };
+        const Index size = pairs.size;
+        for (Index at = size; at-- > 0;) when[0][upper[pairs[at]]] = at, when[1][lower[pairs[at]]] = at;
+        Index met = size;
+        each_face([&](Index f) { met = std::min(met, std::max(when[0][f], when[1][f])); });
+        const double limit = met == size ? double(met) : ROOM * double(met);
+        each_face([&](Index f) { sheet[f] = when[0][f] < limit ? 1 : when[1][f] < limit ? 2 : 0; });
+        const Index one = upper[pairs[0]], other = lower[pairs[0]];
+        sheet[one] = 1, sheet[other] = 2;
+        take(one, made), take(other, made);
+        each_face([&](Index f) { sheet[f] = 0, when[0][f] = when[1][f] = upper.size; });
+    }
+
+  public:
+    Layers(View<const Index> upper, View<const Index> lower, View<const Index> begin, View<const Index> neighbour)
+        : upper(upper), lower(lower), begin(begin), neighbour(neighbour), row(begin.size), component(upper.size, -1),
+          sheet(begin.size - 1) {
+        when[0] = when[1] = std::vector<Index>(sheet.size(), upper.size);
+        for (const Index face : upper) ++row[face + 1];
+        std::partial_sum(row.begin(), row.end(), row.begin());
+    }
+
+    // The sheets of the `most` largest overlaps, two after two.
+    Sheets largest(Index most) {
+        std::vector<Index> size;  // of the components; 0 of those that were seen before, from the other side
+        for (Index k = 0; k < upper.size; ++k) {
+            if (component[k] >= 0) continue;
+            flood(k);
+            const Index own = Index(size.size()), mirror = find(lower[k], upper[k]);
+            const Index seen = mirror < 0 ? -1 : component[mirror];
+            size.push_back(0);
+            size[seen < 0 ? own : seen] += first[own + 1] - first[own];
+        }
+        std::vector<Index> order(size.size());
+        std::iota(order.begin(), order.end(), Index(0));
+        std::stable_sort(order.begin(), order.end(), [&](Index a, Index b) { return size[a] > size[b]; });
+        Sheets made;
+        const View<const Index> pairs = queue;
+        for (Index k = 0; k < std::min(most, Index(order.size())) && size[order[k]]; ++k)
+            part(pairs.part(first[order[k]], first[order[k] + 1]), made);
+        return made;
+    }
+};
+
+}  // namespace overlaps

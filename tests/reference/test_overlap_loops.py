@@ -1,0 +1,164 @@
+"""The core's overlaps, sheets and charts put together, against all pairs of triangles."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from reference import overlaps as reference
+
+from igl_linabf import _core
+
+KINDS = ("any", "ties", "sizes", "rounding", "apart")
+
+
+def corners(rng, n, kind):
+    """Points of the plane: any, on a lattice, from 1e-6 to 1e6 away, with few digits left, in two heaps."""
+    z = rng.normal(size=(n, 2)) @ [1, 1j]
+    if kind == "ties":
+        return (np.round(z.real * 2) + 1j * np.round(z.imag * 2)) / 2
+    if kind == "sizes":
+        return z * np.exp(5 * rng.normal(size=n))
+    if kind == "rounding":
+        return 1e-8 * z + 1e6 * (1 + 1j)
+    return z + 9 * (np.arange(n) % 2) if kind == "apart" else z
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_pairs_that_overlap_are_all_pairs_without_a_separating_axis(kind) -> None:
+    rng, number = np.random.default_rng(5), 0
+    for n in [3] * 3 + [40] * 5:
+        z = corners(rng, n, kind)
+        F = rng.integers(n, size=(3 * n, 3))
+        F[0], F[-1] = 0, [0, 1, 1]  # a point, a segment
+        for chart in (np.zeros(3 * n, dtype=np.int64), rng.integers(-1, 3, size=3 * n)):
+            found = _core.overlapping(z, F, chart)
+            np.testing.assert_array_equal(found, reference.overlapping(z, F, chart))
+            number += len(found)
+    assert number > 100
+
+
+def test_nothing_overlaps_where_nothing_is_solid() -> None:
+    none = np.zeros((0, 3), dtype=np.int64)
+    assert _core.overlapping(np.zeros(0, dtype=complex), none, none[:, 0]).shape == (0, 2)
+    for z in (np.zeros(3, dtype=complex), np.arange(3) + 0j, np.full(3, complex(np.nan, 1))):
+        assert _core.overlapping(z, np.array([[0, 1, 2]] * 20), np.zeros(20, dtype=np.int64)).shape == (0, 2)
+
+
+@pytest.mark.parametrize("height", [1e-4, 1.0, 1e4])
+@pytest.mark.parametrize("share", [0.9, 1.1])
+def test_the_depth_is_a_millionth_of_the_smaller_height(height, share) -> None:
+    """A long triangle from below, and a unit one, also turned around: which is smaller, counts."""
+    unit, tip = np.array([0, 2, 1 + 1j]), 1 + 1j * share * 1e-6 * min(height, 1.0)
+    other = tip + height * np.array([-1 - 1j, 1 - 1j, 0])
+    for one in (unit, unit[[0, 2, 1]]):
+        for pair in ((one, other), (other, one), (other[::-1], one)):
+            found = _core.overlapping(
+                np.concatenate(pair), np.arange(6).reshape(2, 3), np.zeros(2, dtype=np.int64)
+            )
+            assert len(found) == _core.lie_over(pair[0][None], pair[1][None]) == (share > 1)
+            assert _core.lie_over(np.array(pair), one[None] + 5) == (share > 1)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_triangles_lie_over_others_where_pairs_of_them_overlap(kind) -> None:
+    rng, seen = np.random.default_rng(6), set()
+    for k in range(300):
+        n, m = rng.integers(1, 4), rng.integers(0, 6)
+        triangle = corners(rng, 3 * (n + m), kind).reshape(-1, 3)
+        if k % 3 == 0:
+            triangle *= np.exp(-2 * np.arange(n + m))[:, None]  # small ones, that may have room
+            triangle += np.where(np.arange(n + m) < n, np.arange(n + m), 0)[:, None]
+        pairs = reference.overlapping(
+            triangle.ravel(), np.arange(3 * (n + m)).reshape(-1, 3), np.zeros(n + m)
+        )
+        over = bool((pairs[:, 0] < n).any())
+        assert _core.lie_over(triangle[:n], triangle[n:]) == over
+        seen.add(over)
+    assert True in seen
+    nothing = np.zeros((0, 3), dtype=complex)
+    assert not _core.lie_over(nothing, triangle) and not _core.lie_over(nothing, nothing)
+
+
+def faces_beside(edges, m):
+    """The faces beside each face, as in CSR."""
+    i, j = np.unique(np.concatenate((edges, edges[:, ::-1])), axis=0).T
+    return np.searchsorted(i, np.arange(m + 1)), j
+
+
+def test_sheets_are_grown_from_the_first_pair_until_they_meet() -> None:
+    """A strip over itself, also once more and winding on; overlaps at random among faces joined at random."""
+    rng, number = np.random.default_rng(7), 0
+    for k in range(80):
+        m = int(rng.integers(2, 60))
+        edges = np.column_stack((np.arange(m - 1), np.arange(1, m)))
+        if k % 2:
+            edges = np.concatenate((edges, rng.integers(m, size=(m // 3, 2))))
+            edges = edges[edges[:, 0] != edges[:, 1]]
+        face = np.arange(m)
+        apart = np.where(face < m // 2, 6, m // 4) if k % 4 < 2 else rng.integers(m, size=m)
+        pairs = np.column_stack((face, face + apart))[(apart > 0) & (face + apart < m) & (face % 29 < 25)]
+        if not len(pairs):
+            continue
+        upper, lower = np.unique(np.concatenate((pairs, pairs[:, ::-1])), axis=0).T
+        for most in (1, 2, 6):
+            faces, start = _core.overlap_sheets(upper, lower, *faces_beside(edges, m), most)
+            expected = reference.overlap_sheets(pairs, edges.tolist(), m, most)
+            assert [faces[i:j].tolist() for i, j in pairwise(start.tolist())] == expected
+            number += len(expected)
+    assert number > 300
+    faces, start = _core.overlap_sheets(upper[:0], lower[:0], *faces_beside(edges, m), 2)
+    assert not len(faces) and start.tolist() == [0]
+
+
+def a_region(rng, kind):
+    """Counter-clockwise triangles: a square; a disk of slivers; a strip of many; some of any size."""
+    if kind == 0:
+        return np.array([[0, 1, 1 + 1j], [0, 1 + 1j, 1j]])
+    if kind == 1:
+        z = np.exp(2j * np.pi * np.sort(rng.random(rng.integers(3, 40))))
+        return np.array([[z[0], *step] for step in pairwise(z[1:])])
+    if kind == 2:
+        x = np.linspace(0, 10, rng.integers(14, 40))
+        return np.array([[a, b, a + 0.02j * (1 + k % 3)] for k, (a, b) in enumerate(pairwise(x))])
+    triangle = rng.normal(size=(rng.integers(1, 20), 3, 2)) @ [1, 1j]
+    return reference.upright(triangle * np.exp(3 * rng.normal()))[0]
+
+
+@pytest.mark.parametrize("kind", range(4))
+def test_regions_are_joined_where_they_have_room_and_are_worth_it(kind) -> None:
+    rng, apart, joined = np.random.default_rng(8), 0, 0
+    for _ in range(6):
+        n, number = int(rng.integers(2, 8)), 30
+        regions = [a_region(rng, kind) for _ in range(n)]
+        start = np.cumsum([0, *map(len, regions)])
+        depth = np.where(rng.random(start[-1]) < 0.1, -1.0, rng.choice([1e-6, 1e-3, 0.05], size=start[-1]))
+        pairs = rng.integers(n, size=(number, 2))
+        if kind == 0:
+            turn = 1j ** rng.integers(4, size=number)
+            shift = 0.5 + 0.5j + 1j ** rng.integers(4, size=number) - turn * (0.5 + 0.5j)
+        else:
+            turn = np.exp(2j * np.pi * rng.random(number))
+            shift = 3 * rng.normal(size=(number, 2)) @ [1, 1j]
+        worth, page = rng.choice([200.0, 7.1, 0.1], size=number), rng.choice([20.0, 2.0], size=number)
+        hinges = pairs, turn, shift, worth, page
+        made = _core.assembled(np.concatenate(regions), depth, start, *hinges)
+        expected = reference.assembled(regions, np.split(depth, start[1:-1]), *hinges)
+        np.testing.assert_array_equal(made[0], expected[0])
+        np.testing.assert_allclose(made[1], expected[1], rtol=0, atol=1e-11)
+        np.testing.assert_allclose(made[2], expected[2], rtol=1e-11, atol=1e-11)
+        joined += n - len(np.unique(made[0]))
+        apart += len(np.unique(made[0])) - 1
+    assert apart and joined
+
+
+def test_no_regions_and_none_that_are_finite_are_put_together() -> None:
+    none, one = np.zeros(0), np.ones(1)
+    made = _core.assembled(
+        np.zeros((0, 3), complex), none, np.zeros(1, int), np.zeros((0, 2), int), *[none] * 4
+    )
+    assert [len(part) for part in made] == [0, 0, 0]
+    for value in (np.nan, np.inf, 1e300):
+        triangle = np.full((40, 3), value * (1 + 1j))
+        start, pairs = np.array([0, 20, 20, 40]), np.array([[0, 2]])
+        chart = _core.assembled(triangle, np.zeros(40), start, pairs, one, value * one, one, one)[0]
+        assert len(chart) == 3
