@@ -3,6 +3,11 @@
 There are two builds of the same source, for every processor and for those of x86-64-v3 (AVX2, since 2013).
 """
 
+if hasattr(__loader__, "rebuild"):  # an editable install
+    from ._editable import rebuild_if_changed
+
+    rebuild_if_changed(__loader__)
+
 from . import _baseline
 
 if _baseline.has_v3():
