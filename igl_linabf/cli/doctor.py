@@ -8,11 +8,10 @@ from ..kernels import fast_by, is_fast
 from ..linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .commands import GOOD, Command
 
-NEEDED = ("libigl", "numpy", "scipy", "pyamg", "shapely", "pillow", "psutil", "rich", "shtab")
+NEEDED = ("libigl", "numpy", "scipy", "shapely", "pillow", "psutil", "rich", "shtab")
 EXTRAS = {  # packages that a user may install; README and docs/install.md say what for
     "batch": ("distributed", "bokeh"),
     "cholmod": ("scikit-sparse",),
-    "fast": ("numba",),
     "formats": ("lib3mf", "nibabel", "pyvista"),
     "patterns": ("svgwrite", "ezdxf", "matplotlib"),
     "viz": ("pyvista",),
