@@ -1,8 +1,9 @@
 """Build the extension for Blender: `make blender`.
 
 The archive holds the add-on, this package, and the wheels that it needs, for one platform and the Pythons of
-several Blenders, each of which takes from it what fits. Blender has NumPy, and nothing is compiled or downloaded
-when it is installed. This package's own wheels are built here, or found in a folder: those for another system.
+several Blenders, each of which takes from it what fits. Blender has NumPy, and nothing is compiled or
+downloaded when it is installed. This package's own wheels are built here, or found in a folder, as those for
+another system have to be.
 
     python scripts/blender_extension.py [--python 3.11 --python 3.13]
     python scripts/blender_extension.py --platform macos-arm64|windows-x64 --wheels FOLDER
