@@ -1,4 +1,4 @@
-.PHONY: demo test lint pytest docs benchmark results fuzz release-check blender clean
+.PHONY: demo test lint pytest sanitize docs benchmark results fuzz release-check blender clean
 
 PYTHON ?= python3
 BIN = .venv/bin
@@ -6,6 +6,8 @@ ifeq ($(OS),Windows_NT)
 BIN = .venv/Scripts
 endif
 PY = $(BIN)/python
+
+CORE_TESTS = $(wildcard tests/reference) tests/test_solver.py tests/test_overlaps.py tests/test_packing.py
 
 demo: .venv/ready
 	$(PY) demos/cortex.py
@@ -22,6 +24,10 @@ lint: .venv/ready
 
 pytest: .venv/ready
 	$(PY) -m pytest -n 2 --dist loadfile
+
+# the core, built with AddressSanitizer and UBSan
+sanitize: .venv/ready
+	$(PY) scripts/sanitize.py $(CORE_TESTS)
 
 docs: .venv/ready
 	$(PY) -m sphinx -W --keep-going -n -b html docs docs/_build/html

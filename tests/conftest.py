@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import os
+import subprocess
 import sys
 from collections import Counter
+from collections.abc import Iterator
+from contextlib import contextmanager
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -118,6 +121,34 @@ def python_of_blender() -> Path:
     if not OWN_BLENDER.exists():
         pytest.skip("no Python with bpy is there: `make blender` makes one")
     return OWN_BLENDER
+
+
+def built_wheel(folder: Path) -> Path:
+    """The package's wheel, for this Python: of what the editable install has compiled, where there is one."""
+    warm = find_spec("scikit_build_core") and find_spec("nanobind") and find_spec("hatch_fancy_pypi_readme")
+    how = ("--no-build-isolation", "-C", "build-dir=build/{wheel_tag}") if warm else ()
+    command = [sys.executable, "-m", "pip", "wheel", "-q", "--no-deps", *how, "-w", str(folder), str(ROOT)]
+    with one_at_a_time(ROOT / "build"):
+        process = subprocess.run(command, capture_output=True, text=True, timeout=500)
+    if "No matching distribution found for" in process.stderr:
+        pytest.skip("what builds the wheel cannot be fetched")
+    assert process.returncode == 0, process.stderr
+    (wheel,) = folder.glob("*.whl")
+    return wheel
+
+
+@contextmanager
+def one_at_a_time(folder: Path) -> Iterator[None]:
+    """Others wait: two builds at once would write the same files."""
+    if os.name == "nt":  # where files have no such locks
+        yield
+        return
+    import fcntl
+
+    folder.mkdir(exist_ok=True)
+    with (folder / "lock").open("w") as file:
+        fcntl.flock(file, fcntl.LOCK_EX)
+        yield
 
 
 def not_tested(reasons: list[str]) -> list[str]:

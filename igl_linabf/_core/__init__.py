@@ -7,6 +7,11 @@ IGL_LINABF_CORE=baseline in the environment the first one runs everywhere. `__in
 import os
 from importlib import import_module
 
+if hasattr(__loader__, "rebuild"):  # an editable install
+    from ._editable import rebuild_if_changed
+
+    rebuild_if_changed(__loader__)
+
 from . import _baseline
 
 _fast = _baseline.has_v3() and os.environ.get("IGL_LINABF_CORE") != "baseline"

@@ -12,7 +12,6 @@ NEEDED = ("libigl", "numpy", "scipy", "shapely", "pillow", "psutil", "rich", "sh
 EXTRAS = {  # packages that a user may install; README and docs/install.md say what for
     "batch": ("distributed", "bokeh"),
     "cholmod": ("scikit-sparse",),
-    "fast": ("numba",),
     "formats": ("lib3mf", "nibabel", "pyvista"),
     "patterns": ("svgwrite", "ezdxf", "matplotlib"),
     "viz": ("pyvista",),

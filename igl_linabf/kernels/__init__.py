@@ -35,7 +35,6 @@ from .._core import (
     ways_towards,
     without_leaves,
 )
-from .assembly import DEPTH, Hinges, assembled
 from .choice import fast_by, is_fast, numpy_only
 from .cholesky import Factor, analysed, factored
 from .development import developed

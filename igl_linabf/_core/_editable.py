@@ -1,0 +1,34 @@
+"""In an editable install the core is built again where a source has changed. Wheels do not hold this file."""
+
+from __future__ import annotations
+
+import os
+import sys
+import sysconfig
+from importlib.util import find_spec
+from pathlib import Path
+
+HERE = Path(__file__).parent
+
+
+def rebuild_if_changed(loader: object) -> None:
+    """Build the core by scikit-build-core's hook if a source is newer than what was built last."""
+    spec = find_spec("._baseline", __package__)
+    built = Path(spec.origin) if spec and spec.origin else None
+    sources = [HERE.parent.parent / "CMakeLists.txt", HERE / "src", *(HERE / "src").iterdir()]
+    if built and built.exists() and max(map(os.path.getmtime, sources)) <= os.path.getmtime(built):
+        return
+    print("igl_linabf: a source of the core has changed, building it", file=sys.stderr, flush=True)
+    path = os.environ.get("PATH", "")
+    os.environ["PATH"] = sysconfig.get_path("scripts") + os.pathsep + path  # CMake and Ninja from PyPI
+    try:
+        loader.rebuild()  # type: ignore[attr-defined]
+    except Exception as error:
+        raise ImportError(
+            "a source of igl_linabf's core has changed, and the core could not be built again: see above. "
+            "In the clone, scripts/bootstrap or `pip install -e .` builds it anew"
+        ) from error
+    finally:
+        os.environ["PATH"] = path
+    if built:
+        os.utime(built)
