@@ -129,65 +129,20 @@ def pairs_of_faces(one, other, m):
 
 def cases():
     """Each kernel with what it may get: sharp angles, holes, vertices without a row."""
-    mesh, t, alpha = topology_and_angles()
+    mesh, t, _ = topology_and_angles()
     rng = np.random.default_rng(1)
-    w, cot = alpha**2, 1 / np.tan(alpha)
-    d, e = w.sum(axis=0), rng.normal(size=alpha.shape)
     constraints = constraints_of(t)
     pattern, row = constraints.pattern, constraints.row
-    at = kernels.entries(pattern.ends, pattern.n)
-    z, start = mesh.V[:, :2] @ [1, 1j], np.array([0, 7, len(mesh.double_area)])
-    block = rng.normal(size=(len(at[1]), 4))
     merged = np.minimum(row, 20)  # many vertices share the last row, as around holes
-    outer = np.where(t.interior, 0, z)
-    collapsed = mesh.V[:, 1:].copy()  # and flipped in part
-    collapsed[t.corner[:, 5]] = collapsed[t.corner[0, 5]]
     length = rng.uniform(1, 2, len(t.edges))
     graph = sparse.csr_array((np.tile(length, 2), (t.edges.T.ravel(), t.edges[:, ::-1].T.ravel())))
     ways = graph.indptr, graph.indices, graph.data
     one, other = t.sides
     some = np.flatnonzero(rng.random(pattern.n) < 0.2)
-    number = np.full(pattern.n, -1)
-    number[some] = np.arange(len(some))
-    row_inside = number < 0
-    rows = kernels.block_rows(*at[:2], number)
-    of = np.repeat(some, np.diff(rows[0]))
-    own = kernels.blocks_of_rows(block, *rows[1:], of)
-    twin = np.full(cot.size, -1)
-    twin[one], twin[other[other >= 0]] = other, one[other >= 0]
     return {
-        "developed": (z, ~t.interior, one[other < 0], twin, t.corner, cot),
         "undirected": (t.corner, t.n),
         "used_vertices": (t.corner.T - 3, t.n),
         "entries": (merged[t.edges.T], 21),
-        "products": (mesh.V, t.corner),
-        "normals": (mesh.V, t.corner),
-        "bends": (mesh.V, t.corner, t.sides[:, t.sides[1] >= 0], kernels.normals(mesh.V, t.corner)),
-        "lengths": (mesh.V, t.edges),
-        "cotangents": (
-            np.concatenate((alpha, [[1e-12, 1.0, 3.0], [-1.0, 4.0, 6.0], [0.5, 2.0, 1.6]]), axis=1),
-        ),
-        "angle_sums": (t.corner, alpha, np.where(rng.random(cot.shape) < 0.1, 1e70, cot), t.n),
-        "row_sums": (t.corner, cot, e, t.n),
-        "errors": (t.corner, w, d, cot, *rng.normal(size=(2, t.n))),
-        "projected": (w, d, cot),
-        "conformal_errors": (t.corner, cot, *rng.normal(size=(2, t.n))),
-        "rescaled": (t.corner, np.sin(alpha), np.exp(rng.normal(size=t.n) / 4)),
-        "cut_short": (alpha, e, 0.7),
-        "pair_weights": (w, d),
-        "system_blocks": (
-            kernels.entries(merged[t.edges.T], 21),
-            *(merged[t.edges.T], t.sides, t.corner, merged, 18, w, d, cot),
-        ),
-        "at_edges": (cot, t.sides),
-        "laplacian_entries": (at[0], at[2], pattern.ends, rng.normal(size=len(t.edges))),
-        "product_inside": (*at[:2], block[:, 0], row_inside, block[: pattern.n, 1]),
-        "pulled": (pattern.ends, t.edges, rng.normal(size=len(t.edges)), outer, pattern.n),
-        "disparity": (w, d, cot),
-        "conformal_weights": (w, d, cot),
-        "signed_double_areas": (z, t.corner),
-        "changes": (mesh.V, collapsed, t.corner, mesh.double_area, mesh.dot),
-        "centred": (z, t.corner, mesh.double_area, np.array([1.0, 3.0]), np.array([0, 9, len(z)]), start),
         "boundary_loops": (*t.edges[t.sides[1] < 0].T, t.n),
         "in_one_piece": (t.sides, t.corner.shape[1]),
         "fans_around": (np.where(t.corner == 9, 3, t.corner), t.sides, t.n),
@@ -217,21 +172,11 @@ def cases():
         "way_of_fewest": (*ways[:2], np.arange(t.n) % 50 == 3, np.arange(t.n) == t.n - 9),
         "shortest_odd_walk": (*ways, (graph.data > 1.9) + 2 * (graph.data < 1.1), 5, 4),
         "overlap_sheets": (*pairs_of_faces(one, other, t.corner.shape[1]), 4),
-        "block_dots": (np.array([0, 3, 3, 40, 40]), *rng.normal(size=(2, 40))),
-        "block_axpy": (np.array([0, 3, 3, 40, 40]), rng.normal(size=4), *rng.normal(size=(2, 40))),
         "overlapping": (*triangles(),),
         "lie_over": (triangles()[0][:3] - 6, triangles()[0]),
         "assembled": squares_with_hinges(),
-        "dot": tuple(rng.normal(size=(2, 40))),
-        "turn": (rng.normal(size=40), 0.7, rng.normal(size=40)),
-        "go": (rng.normal(size=40), 0.7, *rng.normal(size=(2, 40))),
-        "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),
         "drawn": (*turned_outlines(),),
         "drawn_loops": (some[:30], np.array([0, 3, 11, 30]), *rng.normal(size=(2, t.n)) / 3),
-        "block_rows": (*at[:2], number),
-        "blocks_of_rows": (block, *rows[1:], of),
-        "without_rows": (*rows[:2], own, rng.normal(size=2 * len(some)), rng.normal(size=2 * pattern.n + 3)),
-        "left_at_rows": (*rows[:2], own, some, *rng.normal(size=(2, 2 * pattern.n + 3))),
         "placed": (*masks_in_turn(),),
         "taken_cells": stars_in_places(),
         "on_shelves": boxes_beside(kernels.taken_cells(*stars_in_places())[0]),
@@ -241,9 +186,6 @@ def cases():
             *(t.edges, length, ~t.interior, np.array([[1.0, 0.0], [0.6, 0.8]]), np.array([0.1, -0.2]), FAN),
         ),
         "behind_least_cut": (t.edges, (1000 * length).astype(np.int64), t.n, 3, t.n - 9),
-        "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
-        "products_of_entries": (*at[:2], block, rng.normal(size=(pattern.n, 3)), np.array([5, 40])),
-        "product_with_pairs": (*at[:2], block[:, 0], rng.normal(size=(pattern.n, 2))),
     }
 
 
@@ -426,9 +368,11 @@ def test_where_no_folder_can_hold_the_code_it_is_compiled_all_the_same(monkeypat
     from numba.core.caching import CompileResultCacheImpl
 
     monkeypatch.setattr(CompileResultCacheImpl, "_locator_classes", [])
-    made = compiled.__wrapped__(kernels.pair_weights.__closure__[1].cell_contents)
-    w = np.random.default_rng(0).random((3, 5))
-    np.testing.assert_allclose(made(w, w.sum(axis=0)), kernels.pair_weights(w, w.sum(axis=0)))
+
+    def doubled(x):
+        return 2 * x
+
+    assert compiled.__wrapped__(doubled)(3.0) == 6.0
 
 
 def test_code_that_is_kept_is_the_code_that_was_asked_for(tmp_path, monkeypatch):

@@ -26,7 +26,7 @@ from igl_linabf.linalg import (
 from igl_linabf.linalg import compiled as loops
 from igl_linabf.linalg import factors as solver
 from igl_linabf.linalg.factors import IglCholesky
-from igl_linabf.linalg.sparsity import Blocked
+from igl_linabf.linalg.sparsity import Symmetric
 
 DIRECT = [IglCholesky, *([solver.Cholmod] if solver.has_cholmod() else [])]
 WITH_CHOLMOD = [solver.Cholmod, *([loops.Compiled] if is_fast() else [])] if solver.has_cholmod() else []
@@ -138,7 +138,7 @@ def test_compiled_factors_of_any_pattern_are_right(n: int, divided: bool, monkey
         )
         block = 0.1 * rng.normal(size=(len(lower.data), 4))
         block[lower.indptr[:-1]] = [2 * n, 0.1, 0.1, 3 * n]
-        system, x = Blocked((lower.indptr, lower.indices, block)), rng.normal(size=2 * n)
+        system, x = Symmetric((lower.indptr, lower.indices, block)), rng.normal(size=2 * n)
         for kind in (analysis, *(kind(lower) for kind in DIRECT)):
             inverse = kind.of_blocks(system)
             assert np.allclose(inverse.solve(system.whole() @ x), x)

@@ -13,7 +13,6 @@ import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import sparse
 
 from .._runtime import advance as tell_progress
 from .._runtime import timed, unfilled
@@ -35,8 +34,7 @@ from .iterates import REACH, AngleProblem, Iterate, Kind, Step
 from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_inverse
 from .reduced import System
 
-_NONE = np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))
-NO_ROWS = Symmetric(sparse.csr_array((0, 0)), _NONE)
+NO_ROWS = Symmetric((np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -373,8 +371,8 @@ def _multipliers(
         x, inner_steps, converged = conjugate_gradients(
             lin.product, rhs, lin.precondition, rtol, *limit, first_rtol=first_rtol
         )
-        if converged or (most is not None and np.isfinite(x).all()):
-            return x, inner_steps, lin
+        if converged[0] or (most is not None and np.isfinite(x).all()):
+            return x, int(inner_steps[0]), lin
         if lin.inverse is not None and lin.inverse.single:
             double = _preconditioned(replace(lin, inverse=None, across=None), rough=False)
             return _multipliers(double, at, rhs, rtol, most, first_rtol)

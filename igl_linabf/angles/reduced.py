@@ -106,9 +106,7 @@ class System:
         """What the half-edges give to s K or K, (3, #F), k opposite to i and j."""
         if not self._scaled:
             return self.cot / 2
-        made = kernels.conformal_weights(self.w, self.d, self.cot)
-        made /= 2
-        return made
+        return kernels.conformal_weights(self.w, self.d, self.cot)
 
     def rows(self, e: FloatArray) -> FloatArray:
         """M e: (#rows, 2) sums of (3, #F) angles."""

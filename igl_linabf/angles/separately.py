@@ -11,7 +11,7 @@ from scipy import sparse
 from .. import kernels
 from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray, Solve
-from ..linalg import Analysis, Factored, Multigrid, block_conjugate_gradients
+from ..linalg import Analysis, Factored, Multigrid, conjugate_gradients
 from ..surface import Disks, Parts
 from .constraints import Constraints
 from .iterates import REACH, AngleProblem, Iterate
@@ -208,14 +208,14 @@ def _errors(
             steps, converged = np.zeros(len(rows), dtype=np.int64), rows.min(np.isfinite(x[::2]))
         else:
             assert solver.precondition is not None
-            x, steps, converged = block_conjugate_gradients(
+            x, steps, converged = conjugate_gradients(
                 solver.product,
                 rhs,
                 solver.precondition,
-                Parts(2 * rows.start),
                 rtol,
                 MOST_STEPS,
                 first_rtol=first_rtol,
+                start=2 * rows.start,
             )
     with timed("assembly"):
         return e0 + fans.errors(x), steps, converged

@@ -286,7 +286,7 @@ def closed_surface(
         entry=entry,
         curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
         noise=angle_noise(component, every_length, node, n),
-        area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
+        area=sum_by(corner.ravel(), np.tile(double_area / 6, 3), n),
         bonds=node[topology.edges_inside],
         cotangent=cotangent,
         weight=np.clip(cotangent, SMALLEST_WEIGHT, LARGEST_WEIGHT),

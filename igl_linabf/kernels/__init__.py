@@ -5,6 +5,45 @@ loops, which numba compiles where it is installed (the extra `fast`). For factor
 without numba, a library makes them.
 """
 
+from .._core import (
+    NEXT,
+    PREV,
+    angle_sums,
+    at_edges,
+    bends,
+    block_dots,
+    block_product,
+    block_rows,
+    block_step,
+    block_turn,
+    blocks_of_rows,
+    centred,
+    changes,
+    conformal_errors,
+    conformal_weights,
+    conformally,
+    cotangents,
+    cut_short,
+    developed,
+    disparity,
+    errors,
+    laplacian_entries,
+    left_at_rows,
+    lengths,
+    normals,
+    pair_weights,
+    product_with_pairs,
+    products,
+    products_of_entries,
+    projected,
+    pulled,
+    rescaled,
+    row_sums,
+    signed_double_areas,
+    sum_by,
+    system_blocks,
+    without_rows,
+)
 from .arcs import arcs_between, opened
 from .assembly import DEPTH, Hinges, assembled
 from .choice import fast_by, is_fast, numpy_only
@@ -21,7 +60,6 @@ from .connectivity import (
     undirected,
     used_vertices,
 )
-from .development import developed
 from .dissection import dissected, neighbours, separators
 from .drawing import drawn
 from .drawn_loops import drawn_loops
@@ -30,7 +68,6 @@ from .graphs import above, far_apart, shortest_pairs
 from .least_cuts import behind_least_cut
 from .lines_across import divisions
 from .many_sides import backward_many, forward_many
-from .maps import centred, changes, signed_double_areas
 from .meetings import Sources, meeting
 from .minimum_degree import minimum_degree
 from .paths import (
@@ -48,40 +85,7 @@ from .sheets import overlap_sheets
 from .shelves import on_shelves
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved, solved_inside
-from .some_rows import block_rows, blocks_of_rows, left_at_rows, without_rows
 from .substitution import backward_one, backward_two, forward_one, forward_two
 from .supernodal import Subtrees, Work, fresh, supernodal_factor, supernodal_front
 from .supernodes import Supernodes, doubled, padded, subtrees, supernodes
-from .symmetric_products import block_product, product_with_pairs, products_of_entries
-from .systems import (
-    at_edges,
-    conformal_weights,
-    disparity,
-    laplacian_entries,
-    pair_weights,
-    product_inside,
-    pulled,
-    system_blocks,
-)
 from .triangle_pairs import MIN_DEPTH, lie_over, overlapping, solid_triangles
-from .triangles import (
-    NEXT,
-    PREV,
-    angle_sums,
-    bends,
-    conformal_errors,
-    conformally,
-    cotangents,
-    cut_short,
-    errors,
-    lengths,
-    log_sines,
-    normals,
-    products,
-    projected,
-    rescaled,
-    row_sums,
-    squared_cosecants,
-    sum_by,
-)
-from .vectors import block_axpy, block_dots, dot, go, move, turn

@@ -6,7 +6,7 @@ CHOLMOD (Chen et al. 2008), PyAMG's smoothed aggregation (Vanek et al. 1996), Su
 
 from .choice import HOW_TO_GET, SolverName, Solvers, blas_of_cholmod, factored_often
 from .factors import Analysis, Factored, NotConvergedError, NotPositiveDefiniteError, SuperLU, has_cholmod
-from .krylov import MAX_CG_STEPS, block_conjugate_gradients, conjugate_gradients
+from .krylov import MAX_CG_STEPS, conjugate_gradients
 from .memory import check_memory, factor_bytes
 from .multigrid import Multigrid
 from .small_blocks import SMALL, SmallBlocks

@@ -280,7 +280,7 @@ def _refined(lower: sparse.csc_array, rough: Solve, b: FloatArray) -> FloatArray
         return rough(x.reshape(b.shape)).ravel()
 
     x, _, converged = conjugate_gradients(product, b.ravel(), precondition, ALL_DIGITS, MOST_TO_REFINE)
-    if not converged:
+    if not converged[0]:
         raise NotConvergedError
     return x.reshape(b.shape)
 

@@ -30,7 +30,7 @@ class Multigrid(Analysis):
             x = np.empty_like(columns)
             for k, column in enumerate(columns):
                 x[k], _, converged = conjugate_gradients(full.dot, column, cycle, RTOL)
-                if not converged:
+                if not converged[0]:
                     raise NotConvergedError
             return np.ascontiguousarray(x.T).reshape(b.shape)
 

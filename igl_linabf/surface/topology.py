@@ -79,7 +79,7 @@ class Topology:
 
     def sum_at_vertices(self, values: FloatArray) -> FloatArray:
         """Sum (3, #F) corner values over the corners of each vertex."""
-        return sum_by(self.corner, values, self.n)
+        return sum_by(self.corner.ravel(), values.ravel(), self.n)
 
     def sum_at_edges(self, values: FloatArray) -> FloatArray:
         """Sum values of half-edges, (3, #F), over the two sides of each edge."""
