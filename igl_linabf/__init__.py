@@ -25,7 +25,7 @@ _NAMES = {
 }
 _ROOM = {name: room for room, names in _NAMES.items() for name in names.split()}
 __all__ = sorted(["adapters", "io", *_ROOM])
-_ROOMS = {*_NAMES, "adapters", "angles", "kernels", "linalg"}
+_ROOMS = {*_NAMES, "adapters", "angles", "_core", "linalg"}
 
 
 def __getattr__(name: str) -> object:

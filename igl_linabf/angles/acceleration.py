@@ -8,7 +8,6 @@ from functools import cached_property
 
 import numpy as np
 
-from .. import kernels
 from .._types import FloatArray
 from .linearised import Direction
 
@@ -50,8 +49,8 @@ def accelerated(now: Visited, earlier: Sequence[Visited]) -> Direction:
         return now.direction
     e, x = now.direction.e.ravel().copy(), now.direction.x.copy()
     for share, past in zip(shares, earlier, strict=True):
-        kernels.go(e, share, now.reached, past.reached)
-        kernels.go(x, share, now.direction.x, past.direction.x)
+        e += share * (past.reached - now.reached)
+        x += share * (past.direction.x - now.direction.x)
     return replace(now.direction, e=e.reshape(now.alpha.shape), x=x)
 
 
@@ -63,8 +62,13 @@ def shares_of(earlier: Sequence[FloatArray], now: FloatArray) -> list[float]:
     if not earlier:
         return []
     change = [past - now for past in earlier]
-    size = np.sqrt([kernels.dot(d, d) for d in change])
-    between = np.array([[kernels.dot(a, b) for a in change] for b in change]) / np.outer(size, size)
-    along = np.array([kernels.dot(d, now) for d in change]) / size
+    size = np.sqrt([_dot(d, d) for d in change])
+    between = np.array([[_dot(a, b) for a in change] for b in change]) / np.outer(size, size)
+    along = np.array([_dot(d, now) for d in change]) / size
     shares: FloatArray = -np.linalg.lstsq(between, along)[0] / size
     return shares.tolist() if np.abs(shares).sum() < LONGEST else []
+
+
+def _dot(a: FloatArray, b: FloatArray) -> float:
+    """Without a BLAS, whose threads take longer to wake than they save."""
+    return float(np.einsum("i,i->", a, b))

@@ -8,12 +8,14 @@ from functools import cached_property
 
 import numpy as np
 
+from .._core import angle_sums, cotangents
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import angle_sums, cotangents, log_sines
 from ..surface import Topology
 from .circles import foreseen, inscribed_sums
 from .loops import ClosedPath, Closure, closure_of
 from .patterns import Pattern
+
+SMALLEST_SINE = 1e-75  # of an angle of 0, as in a collapsed triangle; the core's sums go by the same
 
 
 @dataclass(frozen=True, eq=False)
@@ -250,6 +252,10 @@ def largest(values: FloatArray) -> float:
     return float(max(values.max(initial=0.0), -values.min(initial=0.0)))  # no array of absolute values
 
 
+def _log_sines(alpha: FloatArray) -> FloatArray:
+    return np.asarray(np.log(np.maximum(np.abs(np.sin(alpha)), SMALLEST_SINE)))
+
+
 def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None = None) -> Residual:
     """Residuals of the angle constraints at `alpha`, (3, #F) radians, whose cotangents may be known."""
     topology, paths = constraints.topology, constraints.paths
@@ -260,7 +266,7 @@ def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None
     drawn = None
     if paths:
         k, t = np.divmod(np.concatenate([path.corner for path in paths]), alpha.shape[1])
-        ratio = log_sines(cot[(k + 2) % 3, t]) - log_sines(cot[(k + 1) % 3, t])
+        ratio = _log_sines(alpha[(k + 2) % 3, t]) - _log_sines(alpha[(k + 1) % 3, t])
         start = np.cumsum([0, *(len(path.corner) for path in paths[:-1])])
         drawn = np.add.reduceat(ratio + 1j * alpha[k, t], start)
     return Residual(

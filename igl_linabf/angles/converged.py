@@ -4,7 +4,6 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import kernels
 from .._runtime import advance
 from .._types import BoolArray, FloatArray
 from ..errors import SingularSystemError
@@ -197,7 +196,7 @@ def _ended(state: State, enough: float, tol: float) -> State | None:
 def _size(change: FloatArray) -> float:
     """The norm of relative changes that is that of the objective."""
     flat = change.ravel()
-    return float(np.sqrt(kernels.dot(flat, flat)))
+    return float(np.sqrt(np.einsum("i,i->", flat, flat)))
 
 
 def _within_bounds(state: State) -> State:

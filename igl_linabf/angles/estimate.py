@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .. import kernels
+from .. import _core
 from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Mesh, Topology
 
@@ -74,4 +74,4 @@ def rescaled(topology: Topology, length: FloatArray, log_scale: FloatArray) -> t
     Also returns which triangles cannot have such sides; their angles mean nothing.
     """
     # exp(-u / 2) of the vertex opposite to a side, times one factor for all three sides
-    return kernels.rescaled(topology.corner, length, np.exp(-log_scale / 2))
+    return _core.rescaled(topology.corner, length, np.exp(-log_scale / 2))

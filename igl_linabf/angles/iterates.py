@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from .. import kernels
+from .. import _core
 from .._types import BoolArray, FloatArray
 from ..linalg import Solvers
 from ..surface import Disks, Parts
@@ -106,7 +106,7 @@ class Iterate:
 
     @classmethod
     def of(cls, constraints: Constraints, alpha: FloatArray) -> Iterate:
-        cot = kernels.cotangents(alpha)
+        cot = _core.cotangents(alpha)
         return cls(alpha, cot, residual(constraints, alpha, cot))
 
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from .._runtime import timed
 from .._types import FloatArray
-from ..kernels import go
 from ..linalg import NotPositiveDefiniteError
 from .acceleration import shares_of
 from .closure import ClosingRows
@@ -224,7 +223,7 @@ def _corrected(
         reached = gone + taken
         shares = shares_of([visit.missing for visit in earlier], rhs)
         for share, visit in zip(shares, earlier if shares else (), strict=True):
-            go(taken, share, reached, visit.reached)
+            taken += share * (visit.reached - reached)
     with timed("assembly"):
         direction = direct(errors(conformal, taken, conformal=True), taken, conformal)
     return state.advanced(direction, "conformal"), Visit(rhs, reached, taken)

@@ -13,20 +13,13 @@ import warnings
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import sparse
 
+from .._core import cut_short
 from .._runtime import advance as tell_progress
 from .._runtime import timed, unfilled
 from .._types import BoolArray, FloatArray, IntArray, Solve
 from ..errors import FallbackWarning, MemoryLimitError, SingularSystemError, some, stack_level
-from ..kernels import cut_short
-from ..linalg import (
-    MAX_CG_STEPS,
-    Analysis,
-    Factor,
-    NotPositiveDefiniteError,
-    conjugate_gradients,
-)
+from ..linalg import MAX_CG_STEPS, Analysis, Factor, NotPositiveDefiniteError, conjugate_gradients
 from .across import Across
 from .closure import ClosingRows
 from .iterates import REACH, AngleProblem, Iterate, Kind, Step
@@ -35,9 +28,7 @@ from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_
 from .reduced import System
 
 BLOCKS_UP_TO = 250_000  # rows, above which a factor of S saves no time, and takes much memory
-
-_NONE = np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))
-NO_ROWS = Symmetric(sparse.csr_array((0, 0)), _NONE)
+NO_ROWS = Symmetric((np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))))
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import kernels
+from .. import _core
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import Parts, Topology
 
@@ -88,7 +88,7 @@ def closure_of(
         return Closure(none, nowhere, nowhere, none, np.empty((0, 2), dtype=bool))
     parts = Parts.of_sizes([len(loop) for loop in holes])
     site = np.concatenate((*holes, topology.n + np.arange(len(paths))))
-    gap, q = kernels.drawn_loops(site[: parts.start[-1]], parts.start, turning, log_ratio)
+    gap, q = _core.drawn_loops(site[: parts.start[-1]], parts.start, turning, log_ratio)
     asked = np.ones((len(holes) + len(paths), 2), dtype=bool)
     if paths:
         assert drawn is not None

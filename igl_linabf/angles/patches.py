@@ -6,9 +6,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from .._core import undirected
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import SingularSystemError
-from ..kernels import undirected
 from ..linalg import Solvers
 from ..surface import Topology, compact
 from .constraints import Constraints

@@ -6,17 +6,9 @@ from functools import cached_property, partial
 import numpy as np
 from scipy import sparse
 
+from .._core import block_product, entries, laplacian_entries, products_of_entries, pulled, system_blocks
 from .._runtime import Begun, begun
 from .._types import Array, FloatArray, IntArray
-from ..kernels import (
-    block_product,
-    entries,
-    is_fast,
-    laplacian_entries,
-    products_of_entries,
-    pulled,
-    system_blocks,
-)
 from ..linalg import Analysis, Solvers
 from ..surface import Topology, sum_by
 
@@ -27,33 +19,32 @@ AT_ONCE = 1024  # rows of a matrix that is multiplied by a few columns
 
 
 class Symmetric:
-    """The matrix U + U^T, of which only the upper triangle U, with half the diagonal, is kept.
+    """The matrix U + U^T of 2 by 2 blocks, of which only the upper triangle U, with half the diagonal, is kept.
 
     Parameters
     ----------
-    upper : csr_array
     blocks : (int array, int array, (#blocks, 4) float64)
-        The same as 2 by 2 blocks: indptr and indices, as in CSR, and the blocks.
+        indptr and indices, as in CSR, and the blocks of U.
     """
 
-    def __init__(self, upper: sparse.csr_array, blocks: Blocks) -> None:
-        self.upper, self._lower, self.blocks = upper, upper.T, blocks
+    def __init__(self, blocks: Blocks) -> None:
+        self.blocks = blocks
 
     @property
     def size(self) -> int:
         """Number of rows."""
-        return int(self.upper.shape[0])
+        return 2 * len(self.blocks[0]) - 2
 
     def matvec(self, x: FloatArray) -> FloatArray:
-        return np.asarray(self.upper @ x + self._lower @ x)
+        return block_product(*self.blocks, x)
 
     def upper_within(self, C: FloatArray) -> FloatArray:
         """C^T U_ab C, (2, k, 2, k), where U_ab has entry (a, b) of each block of U, and C is (n / 2, k)."""
         n, k = C.shape
         made = np.zeros((k, 4 * k))
         for first in range(0, n, AT_ONCE):  # the products of so many rows stay near
-            rows = np.array([first, min(first + AT_ONCE, n)])
-            made += C[slice(*rows)].T @ products_of_entries(*self.blocks, C, rows)
+            last = min(first + AT_ONCE, n)
+            made += C[first:last].T @ products_of_entries(*self.blocks, C, first, last)
         return made.reshape(k, 2, 2, k).transpose(1, 0, 2, 3)
 
     def values(self) -> FloatArray:
@@ -66,30 +57,11 @@ class Symmetric:
 
     def whole(self) -> sparse.csr_array:
         """All of it."""
-        return (self.upper + self._lower).tocsr()
-
-
-class Blocked(Symmetric):
-    """The same, kept as 2 by 2 blocks alone for the compiled product."""
-
-    def __init__(self, blocks: Blocks) -> None:
-        self.blocks = blocks
-
-    @property
-    def size(self) -> int:
-        return 2 * len(self.blocks[0]) - 2
-
-    def matvec(self, x: FloatArray) -> FloatArray:
-        return block_product(*self.blocks, x)
-
-    def whole(self) -> sparse.csr_array:
-        return self._by_entries.whole()
-
-    @cached_property
-    def _by_entries(self) -> Symmetric:
         indptr, indices, block = self.blocks
-        upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(self.size, self.size))
-        return Symmetric(upper.tocsr(), self.blocks)
+        upper = sparse.bsr_array(
+            (block.reshape(-1, 2, 2), indices, indptr), shape=(self.size, self.size)
+        ).tocsr()
+        return (upper + upper.T).tocsr()
 
 
 def held(lower: sparse.csc_array, first: int) -> sparse.csc_array:
@@ -168,21 +140,9 @@ class Pattern:
 
     def system(self, wheels: int, w: FloatArray, d: FloatArray, cot: FloatArray) -> Symmetric:
         """S of 2 by 2 blocks, as `system_blocks` has it."""
-        at, t = (self._indptr, self._indices, self.slot), self._topology
-        block = system_blocks(at, self.ends, t.sides, t.corner, self._row, wheels, w, d, cot)
-        blocks = self._indptr, self._indices, block
-        if is_fast():
-            return Blocked(blocks)
-        indices, indptr, number = self._blocks
-        data = block.ravel()[number]
-        return Symmetric(sparse.csr_array((data, indices, indptr), shape=(2 * self.n, 2 * self.n)), blocks)
-
-    @cached_property
-    def _blocks(self) -> tuple[IntArray, IntArray, IntArray]:
-        """Of the upper triangle of blocks: CSR's indices and indptr, and each entry's place in the blocks."""
-        number = np.arange(4 * len(self._indices)).reshape(-1, 2, 2)
-        half = sparse.bsr_array((number, self._indices, self._indptr), shape=(2 * self.n, 2 * self.n)).tocsr()
-        return half.indices, half.indptr, half.data
+        t, pattern = self._topology, (self._indptr, self._indices)
+        block = system_blocks(*pattern, self.slot, self.ends, t.sides, t.corner, self._row, wheels, w, d, cot)
+        return Symmetric((*pattern, block))
 
     def laplacian(self, weight: FloatArray) -> sparse.csc_array:
         """Lower triangle of L in x^T L x = sum over edges of weight (x_i - x_j)^2, x = 0 at missing ends."""

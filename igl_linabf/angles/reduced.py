@@ -5,7 +5,7 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
-from .. import kernels
+from .. import _core
 from .._runtime import transposed, unfilled
 from .._types import FloatArray, IntArray
 from ..surface import NEXT, PREV
@@ -49,7 +49,7 @@ class System:
         self._scaled = scaled
         self.w = alpha**2 if w is None else w
         self.d = self.w.sum(axis=0)
-        self.cot = kernels.cotangents(alpha) if cot is None else cot
+        self.cot = _core.cotangents(alpha) if cot is None else cot
 
     def at_vertices(self, x: FloatArray) -> FloatArray:
         """Multipliers of each vertex, (#V, 2), from the multipliers of the rows, (#rows, 2)."""
@@ -63,7 +63,7 @@ class System:
 
     def errors(self, x: FloatArray) -> FloatArray:
         """P M^T x, (3, #F), of the multipliers of each vertex, (#V, 2)."""
-        return kernels.errors(self.topology.corner, self.w, self.d, self.cot, *transposed(x))
+        return _core.errors(self.topology.corner, self.w, self.d, self.cot, *transposed(x))
 
     def at_corners(self, x: FloatArray) -> FloatArray:
         """M^T x: (3, #F) values from the multipliers at each corner's vertex, (2, 3, #F)."""
@@ -72,20 +72,20 @@ class System:
 
     def projected(self, y: FloatArray) -> FloatArray:
         """P y: (3, #F) angles that sum to zero in each triangle."""
-        return kernels.projected(self.w, self.d, y)
+        return _core.projected(self.w, self.d, y)
 
     def conformal_errors(self, x: FloatArray) -> FloatArray:
         """K M^T x, (3, #F), of the multipliers of each vertex, (#V, 2)."""
-        return kernels.conformal_errors(self.topology.corner, self.cot, *transposed(x))
+        return _core.conformal_errors(self.topology.corner, self.cot, *transposed(x))
 
     def conformally(self, y: FloatArray) -> FloatArray:
         """K y: (3, #F) angles that sum to zero in each triangle."""
-        return kernels.conformally(self.cot, y)
+        return _core.conformally(self.cot, y)
 
     def projection(self, faces: IntArray) -> FloatArray:
         """P_t of some faces, (#faces, 3, 3)."""
         # near an angle of pi, w - w^2 / d would be rounding error only
-        return self._from_pairs(kernels.pair_weights(self.w[:, faces], self.d[faces]))
+        return self._from_pairs(_core.pair_weights(self.w[:, faces], self.d[faces]))
 
     def conformal(self, faces: IntArray) -> FloatArray:
         """s_t K_t of some faces, (#faces, 3, 3)."""
@@ -106,13 +106,11 @@ class System:
         """What the half-edges give to s K or K, (3, #F), k opposite to i and j."""
         if not self._scaled:
             return self.cot / 2
-        made = kernels.conformal_weights(self.w, self.d, self.cot)
-        made /= 2
-        return made
+        return _core.conformal_weights(self.w, self.d, self.cot)
 
     def rows(self, e: FloatArray) -> FloatArray:
         """M e: (#rows, 2) sums of (3, #F) angles."""
-        sums = kernels.row_sums(self.topology.corner, self.cot, e, self.topology.n)
+        sums = _core.row_sums(self.topology.corner, self.cot, e, self.topology.n)
         vertex = self.constraints.sum_at_rows(sums[0])  # eq. 5
         wheel = self.constraints.sum_at_wheels(sums[1])  # eq. 8-10
         made = unfilled((len(vertex), 2))
@@ -146,7 +144,7 @@ class System:
             largest = of_many = SLIVER_OF_MANY_STEPS
         elif n >= SMALL and not side_by_side:
             largest, of_many = SLIVER, SLIVER_OF_MANY
-        disparity = kernels.disparity(self.w, self.d, self.cot)
+        disparity = _core.disparity(self.w, self.d, self.cot)
         faces = np.flatnonzero(disparity > largest + 1 / largest)
         if len(faces) > MANY * n:
             faces = faces[disparity[faces] > of_many + 1 / of_many]

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .. import kernels
+from .. import _core
 from .._types import FloatArray, IntArray
 from .patterns import Symmetric
 
@@ -27,7 +27,7 @@ class Rows:
         number = np.full(len(indptr) - 1, -1, dtype=np.int64)
         number[pairs] = np.arange(len(pairs))
         self.pairs = pairs
-        self.start, self.column, self._place = kernels.block_rows(indptr, indices, number)
+        self.start, self.column, self._place = _core.block_rows(indptr, indices, number)
         self._of = np.repeat(pairs, np.diff(self.start))
         at, among = number[self._of], number[self.column]
         self.upper = np.flatnonzero(among >= at)  # of what these rows and the same columns have in common
@@ -36,7 +36,7 @@ class Rows:
 
     def of(self, matrix: Symmetric) -> RowsOf:
         """These rows of `matrix`."""
-        return RowsOf(self, kernels.blocks_of_rows(matrix.blocks[2], self.column, self._place, self._of))
+        return RowsOf(self, _core.blocks_of_rows(matrix.blocks[2], self.column, self._place, self._of))
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +58,8 @@ class RowsOf:
 
     def taken_off(self, x: FloatArray, r: FloatArray) -> FloatArray:
         """r - R^T x; r may be longer than the rows."""
-        return kernels.without_rows(self.rows.start, self.rows.column, self.block, x, r)
+        return _core.without_rows(self.rows.start, self.rows.column, self.block, x, r)
 
     def left(self, r: FloatArray, z: FloatArray) -> FloatArray:
         """r - R z in these rows."""
-        return kernels.left_at_rows(self.rows.start, self.rows.column, self.block, self.rows.pairs, r, z)
+        return _core.left_at_rows(self.rows.start, self.rows.column, self.block, self.rows.pairs, r, z)

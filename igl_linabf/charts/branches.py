@@ -6,8 +6,8 @@ from typing import TypeVar
 
 import numpy as np
 
+from .._core import arcs_between
 from .._types import FloatArray, IntArray
-from ..kernels import arcs_between
 from ..surface import connected_labels
 from .cut_graph import SHORTER, ClosedSurface, Shape, shape
 

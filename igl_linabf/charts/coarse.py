@@ -14,8 +14,8 @@ from typing import NamedTuple
 import numpy as np
 from scipy import sparse
 
+from .._core import far_apart, spanning_forest
 from .._types import FloatArray, IntArray
-from ..kernels import far_apart, spanning_forest
 from ..surface import connected_labels, sum_by
 from .cut_graph import FIRST_BASES, ClosedSurface, open_handles, shortest_edges, shortest_loops, without_stubs
 from .tighten import tightened

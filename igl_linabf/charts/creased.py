@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from .._core import lengths
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import lengths
 from ..surface import NEXT, PREV, Submesh, sum_by
 from .creases import NOISE, SHARP, SOFT, all_bends, extents_of, flat_shares, tips
 from .visibility import shown_between

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from .._core import bends, lengths, normals
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import bends, lengths, normals
 from ..surface import NEXT, PREV, Parts, Submesh, connected_labels, sum_by
 
 NOISE = 2.0**-23  # of the extent: what coordinates in single precision are off by
@@ -116,7 +116,7 @@ def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArra
     several = np.flatnonzero(np.bincount(plane)[plane] > 1)
     angle = np.arctan2(double_area[several], dot[:, several])
     key, at = np.unique(plane[several] * n + surface.F[several].T, return_inverse=True)
-    turn = np.remainder(sum_by(at.reshape(3, -1), angle, len(key)) + TURN, np.pi)
+    turn = np.remainder(sum_by(at.ravel(), angle.ravel(), len(key)) + TURN, np.pi)
     corners = np.bincount(key[turn > 2 * TURN] // n, minlength=int(plane.max()) + 1)
     triangle = corners == 3
     if not triangle.any():

@@ -9,8 +9,7 @@ from functools import cache, cached_property, partial
 import numpy as np
 from scipy import sparse
 
-from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import (
+from .._core import (
     lengths,
     meeting,
     nearest_sources,
@@ -19,7 +18,8 @@ from ..kernels import (
     spanning_forest,
     without_leaves,
 )
-from ..kernels import opened as opened_by
+from .._core import opened as opened_by
+from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Submesh, sum_by
 from .creases import all_bends, angle_noise, sharpness
 from .scale import ZeroAtNodes, laplacian_of
@@ -286,7 +286,7 @@ def closed_surface(
         entry=entry,
         curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
         noise=angle_noise(component, every_length, node, n),
-        area=sum_by(corner, np.tile(double_area / 6, (3, 1)), n),
+        area=sum_by(corner.ravel(), np.tile(double_area / 6, 3), n),
         bonds=node[topology.edges_inside],
         cotangent=cotangent,
         weight=np.clip(cotangent, SMALLEST_WEIGHT, LARGEST_WEIGHT),

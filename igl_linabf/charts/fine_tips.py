@@ -7,7 +7,6 @@ with it get there in few steps, as a tip's curvature does not reach far.
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..kernels import dot, move, product_inside, turn
 from ..surface import connected_labels
 from .cut_graph import ClosedSurface
 from .expected import MAX_LOG_SCALE, expected_stretch
@@ -56,22 +55,23 @@ def _log_scale(piece: ClosedSurface, on: IntArray, u: FloatArray) -> FloatArray:
     diagonal = lower.data[lower.indptr[:-1]]
 
     def flow(x: FloatArray) -> FloatArray:
-        return product_inside(lower.indptr, lower.indices, lower.data, free, x)
+        return np.where(free, lower @ x + lower.T @ x - diagonal * x, 0.0)
 
     u = np.where(free, u, 0.0)
     left = np.where(free, -piece.curvature, 0.0) - flow(u)
     scaled = left / diagonal
-    way, down = scaled.copy(), dot(left, scaled)
+    way, down = scaled.copy(), np.einsum("i,i->", left, scaled)
     for _ in range(MOST_STEPS):
         across = flow(way)
-        against = dot(way, across)
+        against = np.einsum("i,i->", way, across)
         if not against > 0:
             break
         by = down / against
-        move(u, left, by, way, across)
+        u += by * way
+        left -= by * across
         if by * max(way.max(), -way.min()) <= STILL:
             break
         scaled = left / diagonal
-        last, down = down, dot(left, scaled)
-        turn(way, down / last, scaled)
+        last, down = down, np.einsum("i,i->", left, scaled)
+        way = scaled + down / last * way
     return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)

@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 
+from .._core import lengths
 from .._types import FloatArray
-from ..kernels import lengths
 from ..surface import Submesh
 from .creases import all_bends, flat_share
 from .smoothing import Smoothing, turned_at

@@ -9,9 +9,9 @@ from dataclasses import replace
 
 import numpy as np
 
+from .._core import lie_over
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..flattening import Flattening
-from ..kernels import lie_over
 from ..layouts import at_rest, energy_matrix
 from ..measures import change_of
 from ..surface import (

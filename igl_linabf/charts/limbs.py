@@ -10,8 +10,9 @@ from itertools import groupby
 
 import numpy as np
 
+from .._core import behind_least_cut
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import behind_least_cut, divisions, narrowest_turns
+from ..kernels import divisions, narrowest_turns
 from ..measures import Quality, overlapping_pairs_of_chart, quality_of_each
 from ..surface import Submesh, complex_positions
 from .atlas import Chart

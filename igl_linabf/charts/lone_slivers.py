@@ -7,8 +7,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from .._core import products
 from .._types import FloatArray
-from ..kernels import products
 from ..surface import NEXT, PREV, Submesh
 
 THIN = 1e-6  # height over the longest side, which thinner triangles get

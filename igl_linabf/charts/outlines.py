@@ -109,7 +109,7 @@ class Row:
     def placed(
         self, side: int, most: int, spans: IntArray, known: IntArray = NONE_KNOWN
     ) -> tuple[IntArray, IntArray]:
-        """`kernels.placed` of charts in the order of their spans."""
+        """`_core.placed` of charts in the order of their spans."""
         return placed(side, most, spans, self.shapes, self.blocks, self.start, known)
 
     def taken(self, side: int, places: IntArray) -> BoolArray:

@@ -8,9 +8,9 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._core import lengths, overlap_sheets, shortest_odd_walk, shortest_pairs, way_of_fewest
 from .._types import BoolArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import lengths, overlap_sheets, shortest_odd_walk, shortest_pairs, way_of_fewest
 from ..surface import Submesh, check_planar, face_components
 from .creases import sides_of_box
 

@@ -13,8 +13,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from .._core import DEPTH, above, assembled, normals, spanning_forest
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import DEPTH, above, assembled, normals, spanning_forest
 from ..surface import (
     NEXT,
     PREV,

@@ -14,8 +14,8 @@ from typing import ClassVar
 
 import numpy as np
 
+from .._core import nearest_sources, shortest_pairs
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import nearest_sources, shortest_pairs
 from ..surface import connected_labels, sum_by
 from .creases import TIP
 from .panels import FITS, SHALLOW, Panels, depths, in_one_plane

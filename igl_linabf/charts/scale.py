@@ -7,8 +7,8 @@ from functools import cached_property
 import numpy as np
 from scipy import sparse
 
+from .._core import entries, laplacian_entries
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import entries, laplacian_entries
 from ..linalg import Analysis, Factor, Solvers
 
 

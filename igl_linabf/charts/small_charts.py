@@ -15,8 +15,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from .._core import lie_over
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import lie_over
 from ..layouts import at_rest, energy_matrix, least_squares
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..measures import change_of, quality_of_each

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from .._core import entries, product_with_pairs
 from .._types import FloatArray, IntArray
-from ..kernels import entries, product_with_pairs
 from ..surface import Submesh, sum_by
 
 

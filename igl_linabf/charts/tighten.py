@@ -4,8 +4,8 @@ from itertools import pairwise
 
 import numpy as np
 
+from .._core import lengths, meeting, ways_towards
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import lengths, meeting, ways_towards
 from .branches import (
     MOST_MOVED,
     Arc,

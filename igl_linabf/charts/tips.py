@@ -7,8 +7,8 @@ turn by half a sphere, a map shrinks far more than that. A short seam to such a 
 import numpy as np
 import scipy
 
+from .._core import bends, lengths, nearest_sources, nodes_on_paths, shortest_pairs
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import bends, lengths, nearest_sources, nodes_on_paths, shortest_pairs
 from ..measures import Change
 from ..surface import Submesh, connected_labels
 from .creases import face_normals

@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._core import lengths
 from .._runtime import Progress, part, reporting
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, is_number, stack_level
 from ..flattening import Method, method_of
-from ..kernels import lengths
 from ..measures import Quality, quality_of
 from ..surface import Parts, Submesh, as_it_is, cleaned_surface, complex_positions, signed_double_areas
 from .atlas import Atlas, Chart

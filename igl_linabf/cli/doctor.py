@@ -4,7 +4,7 @@ import argparse
 import platform
 from importlib import metadata
 
-from ..kernels import fast_by
+from .._core import fast_by
 from ..linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .commands import GOOD, Command
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._core import signed_double_areas
 from .._types import ComplexArray, FloatArray, IntArray
-from ..kernels import signed_double_areas
 from ..layouts import placed
 from ..surface import Mesh, Pins, Topology, compact, flat_angles, topology_of, with_outer
 

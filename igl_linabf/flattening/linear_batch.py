@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .._core import centred
 from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray
 from ..angles import (
@@ -16,7 +17,6 @@ from ..angles import (
     opened,
     step_and_chord,
 )
-from ..kernels import centred
 from ..layouts import develop_boundary, harmonic
 from ..linalg import Solvers
 from ..surface import Disks, area_ratio, coordinates, signed_double_areas

@@ -28,7 +28,6 @@ from ..angles import (
     step_from_surface,
     within_patches,
 )
-from ..kernels import cotangents, squared_cosecants
 from ..linalg import Factor, NotPositiveDefiniteError, Solvers
 from ..surface import Mesh, Topology
 from .ladder import (
@@ -52,6 +51,7 @@ from .without_flips import injective_map
 
 SEAM_TOL = 1e-8  # residual of the angles of converged ABF at which the sides of the seams match
 MORE_STEPS = 3  # to that
+LEAST_SINE = 1e-75  # of an angle of a collapsed triangle
 OBTUSE, WIDER = 2.0, 0.2  # largest angle of a triangle scaled conformally; or more than its own by so much
 
 
@@ -238,7 +238,7 @@ def _scaled(angles: AngleProblem, surface: FloatArray, u: FloatArray | None, lin
             assert lin.inverse is not None
             sums = constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))
             u = np.append(-lin.inverse.solve(constraints.target - sums), 0.0)[constraints.row]
-        sine = 1 / np.sqrt(squared_cosecants(cotangents(surface)))  # the sides, up to their scale
+        sine = np.maximum(np.sin(surface), LEAST_SINE)  # the sides, up to their scale
         alpha, bad = rescaled(constraints.topology, sine, u)
         bad |= alpha.max(axis=0) > np.maximum(OBTUSE, surface.max(axis=0) + WIDER)
         at = angles.at(np.where(bad, angles.estimate, alpha))

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 import igl
 import numpy as np
 
+from .._core import centred
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import centred
 from ..linalg import Solvers
 from ..surface import Disks, Mesh, Parts, Pins, complex_positions, constrain, signed_double_areas
 from .choice import placed

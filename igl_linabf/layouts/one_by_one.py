@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .. import kernels
+from .. import _core
 from .._types import ComplexArray
 from ..angles import Iterate
 from ..surface import Topology
@@ -26,5 +26,5 @@ def one_by_one(boundary: Boundary, at: Iterate, topology: Topology) -> ComplexAr
     twin = np.full(at.cot.size, -1)
     inside = other >= 0
     twin[one[inside]], twin[other[inside]] = other[inside], one[inside]
-    made, misfit = kernels.developed(z, known, one[~inside], twin, topology.corner, at.cot)
+    made, misfit = _core.developed(z, known, one[~inside], twin, topology.corner, at.cot)
     return made if misfit <= MISFIT else None

@@ -7,6 +7,6 @@ are factored, a factor solves: `Solvers.analyse(indptr, indices).factor(values).
 from .cholesky import Cholesky
 from .cholmod import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .factors import Analysis, Factor, NotPositiveDefiniteError, real_form, solve_complex
-from .krylov import MAX_CG_STEPS, block_conjugate_gradients, conjugate_gradients
+from .gradients import MAX_CG_STEPS, conjugate_gradients
 from .memory import check_memory, factor_bytes
 from .solvers import SolverName, Solvers

@@ -8,8 +8,8 @@ import numpy as np
 import shapely
 from numpy.typing import ArrayLike
 
+from .._core import boundary_loops, overlapping
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import boundary_loops, overlapping
 from ..surface import (
     Parts,
     Submesh,

@@ -9,8 +9,8 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._core import changes
 from .._types import BoolArray, FloatArray
-from ..kernels import changes
 from ..surface import Parts, Submesh, of_size_one
 
 Measure = Literal["angle", "conformal", "stretch", "area"]

@@ -11,10 +11,10 @@ import numpy as np
 import pyvista as pv
 from numpy.typing import ArrayLike
 
+from .._core import signed_double_areas
 from .._types import BoolArray, FloatArray, IntArray
 from ..charts import Atlas
 from ..errors import MeshError
-from ..kernels import signed_double_areas
 from ..measures import Measure, distortion
 from ..surface import compact, complex_positions, face_array, map_array, seam_mask, vertex_array
 from .cones import SeamSides, add_balls, colours_of, seam_sides

@@ -5,7 +5,7 @@ or without holes; their `Topology`, components, areas. `clean` makes any triangl
 Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
-from ..kernels import NEXT, PREV, cycles, sum_by
+from .._core import NEXT, PREV, cycles, sum_by
 from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE, measure
 from .arrays import (
     Pins,

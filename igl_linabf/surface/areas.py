@@ -2,9 +2,9 @@
 
 import numpy as np
 
+from .._core import products
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import products
 
 SMALLEST_COORDINATE, LARGEST_COORDINATE = 1e-60, 1e60  # what the largest of a mesh may be
 

@@ -5,9 +5,9 @@ from typing import TypeGuard
 import numpy as np
 from numpy.typing import ArrayLike
 
+from .._core import used_vertices
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import used_vertices
 
 Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,), their positions (#P, 2); two or more
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from .._core import connected_labels, sum_by
 from .._types import FloatArray, IntArray
-from ..kernels import connected_labels, sum_by
 
 
 def vertex_components(F: IntArray, n: int) -> IntArray:

@@ -6,8 +6,8 @@ from functools import cached_property
 
 import numpy as np
 
+from .._core import boundary_loops, connected_labels, products, undirected
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import boundary_loops, connected_labels, products, undirected
 from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE
 from .parts import Parts
 from .topology import Topology, faults

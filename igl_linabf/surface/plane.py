@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from .. import kernels
+from .. import _core
+from .._core import signed_double_areas
 from .._types import Array, ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
-from ..kernels import signed_double_areas
 from .arrays import Pins
 from .mesh import Mesh
 from .topology import NEXT, PREV, Topology
@@ -65,8 +65,8 @@ def placed_at(z: ComplexArray, pinned: Pins) -> ComplexArray:
 
 
 def centred(topology: Topology, z: ComplexArray, area: float) -> ComplexArray:
-    """The map scaled to `area` and placed by `kernels.centred`."""
+    """The map scaled to `area` and placed by `_core.centred`."""
     corner = topology.corner
     double = np.abs(signed_double_areas(z, corner))
     ends = np.array([0, len(z)]), np.array([0, len(double)])
-    return kernels.centred(z, corner, double, np.array([area]), *ends)
+    return _core.centred(z, corner, double, np.array([area]), *ends)

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import sparse
 
+from .._core import in_edges
 from .._types import BoolArray, FloatArray, IntArray
-from ..kernels import in_edges
 from .components import connected_labels
 from .parts import counted
 from .topology import triangles_of

@@ -9,10 +9,10 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from .._core import NEXT, PREV, at_edges, boundary_loops, fans_around, in_one_piece, sum_by, undirected
 from .._runtime import transposed
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from ..kernels import NEXT, PREV, at_edges, boundary_loops, fans_around, in_one_piece, sum_by, undirected
 from .components import vertex_components
 from .parts import Parts
 
@@ -79,7 +79,7 @@ class Topology:
 
     def sum_at_vertices(self, values: FloatArray) -> FloatArray:
         """Sum (3, #F) corner values over the corners of each vertex."""
-        return sum_by(self.corner, values, self.n)
+        return sum_by(self.corner.ravel(), values.ravel(), self.n)
 
     def sum_at_edges(self, values: FloatArray) -> FloatArray:
         """Sum values of half-edges, (3, #F), over the two sides of each edge."""

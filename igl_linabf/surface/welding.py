@@ -3,9 +3,9 @@
 import numpy as np
 import scipy
 
+from .._core import sum_by
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, is_number
-from ..kernels import sum_by
 from .components import connected_labels
 
 LOOSE = 2  # faces of a piece that may be one of a soup: a triangle or a quadrangle

@@ -1,0 +1,148 @@
+// The reduced system S = sum_t M_t P_t M_t^T and the Laplacian L_s that preconditions it: entries of edges and vertices.
+#pragma once
+#include "triangles.hpp"
+
+namespace angles {
+
+// w_i w_j / d, k opposite to i and j: y^T P y sums this times (y_i - y_j)^2 over pairs.
+inline Grid<double> pair_weights(Values w, Numbers d) {
+    return over_corners(w.columns, [w = Rows(w), d](Index t) {
+        const auto [a, b, c] = w[t];
+        return Triple{b * c / d[t], c * a / d[t], a * b / d[t]};
+    });
+}
+
+// What each half-edge gives to the Laplacian sum of s K; s = 2 sqrt(w0 w1 w2 / d) is the geometric mean of the two
+// eigenvalue ratios of P and K.
+inline Grid<double> conformal_weights(Values w, Numbers d, Values cot) {
+    return over_corners(w.columns, [w = Rows(w), d, cot = Rows(cot)](Index t) {
+        const auto [a, b, c] = w[t];
+        const double half = std::sqrt(a * b * c / d[t]);
+        return Triple{cot.a[t] * half, cot.b[t] * half, cot.c[t] * half};
+    });
+}
+
+// rho + 1 / rho of each triangle, rho the ratio of the eigenvalues of P and s K in it. On the plane sum e = 0,
+// tr(K+ P) = (tr K tr P - tr K P) / (3/4) and det(K+ P) = 4 w0 w1 w2 / d.
+inline Array<double> disparity(Values w, Numbers d, Values cot) {
+    return over(d.size, [w = Rows(w), d, cot = Rows(cot)](Index t) {
+        const auto [a, b, c] = w[t];
+        const auto [x, y, z] = cot[t];
+        const double pa = b * c / d[t], pb = c * a / d[t], pc = a * b / d[t];
+        const double product = 0.5 * ((y + z) * (pb + pc) + (z + x) * (pc + pa) + (x + y) * (pa + pb)) +
+                               x * pa + y * pb + z * pc;
+        const double trace = ((x + y + z) * 2 * (pa + pb + pc) - product) / 0.75;
+        return trace * trace * d[t] / (4 * a * b * c) - 2;
+    });
+}
+
+// The sums of values of half-edges, (3, #F), over the two sides of each edge, (2, #E), -1 for a missing one.
+inline Array<double> at_edges(Values values, Matrix<const Index> sides) {
+    const double* value = values.data;
+    return over(sides.columns, [value, one = sides[0], other = sides[1]](Index e) {
+        return value[one[e]] + (other[e] >= 0 ? value[other[e]] : 0.0);
+    });
+}
+
+// The entries of the Laplacian with `weight` at the edges between rows `ends`, (2, #E), -1 for none. It is kept as its
+// upper triangle in CSR, of which `indptr` has the starts of rows and `slot` the place of each edge.
+template <class I>
+Array<double> laplacian_entries(View<const I> indptr, View<const Index> slot, Matrix<const Index> ends, Numbers weight) {
+    Array<double> made = zeros(indptr[indptr.size - 1]);
+    for (Index e = 0; e < ends.columns; ++e) {
+        const Index i = ends[0][e], j = ends[1][e];
+        if (i == j) continue;
+        if (i >= 0) made[indptr[i]] += weight[e];
+        if (j >= 0) made[indptr[j]] += weight[e];
+        if (slot[e] >= 0) made[slot[e]] -= weight[e];
+    }
+    return made;
+}
+
+// What fixed vertices add to L x: the sum of weight z over the edges to them, (n, 2). z is zero at others.
+inline Grid<double> pulled(Matrix<const Index> ends, Matrix<const Index> edges, Numbers weight, View<const Place> z,
+                           Index n) {
+    Grid<double> made = zeros<Grid<double>>(n, 2);
+    for (Index e = 0; e < ends.columns; ++e)
+        for (Index s = 0; s < 2; ++s) {
+            const Index i = ends[s][e];
+            if (i < 0) continue;
+            const Place fixed = z[edges[e][1 - s]];
+            made[2 * i] += weight[e] * fixed.x, made[2 * i + 1] += weight[e] * fixed.y;
+        }
+    return made;
+}
+
+// A 2 by 2 block of S: (vertex, vertex), (vertex, wheel), (wheel, vertex), (wheel, wheel).
+struct Block {
+    double vv = 0, vw = 0, wv = 0, ww = 0;
+
+    void operator+=(Block b) { vv += b.vv, vw += b.vw, wv += b.wv, ww += b.ww; }
+    Block transposed() const { return {vv, wv, vw, ww}; }
+};
+
+// What each triangle gives to S.
+struct Fan {
+    Values w, cot;
+    Numbers d;
+
+    // Between the tail and the head of the half-edge opposite to corner k of triangle t.
+    Block between(Index k, Index t) const {
+        const Index i = (k + 1) % 3, j = (k + 2) % 3;
+        const double a = w[k][t], b = w[i][t], c = w[j][t], x = cot[k][t], y = cot[i][t], z = cot[j][t];
+        const double share = 1 / d[t], opposite = b * c * share;
+        const double to_tail = a * b * share * (x + y), to_head = a * c * share * (x + z);
+        return {-opposite, -opposite * y - to_tail, opposite * z + to_head,
+                opposite * y * z - x * (to_tail + to_head)};
+    }
+
+    // Half of what is between corner k of triangle t and itself.
+    Block own(Index k, Index t) const {
+        const Index i = (k + 1) % 3, j = (k + 2) % 3;
+        const double share = 1 / d[t], a = w[k][t] * share, y = cot[i][t], z = cot[j][t];
+        const double opposite = w[i][t] * w[j][t] * share, right = a * w[i][t], left = a * w[j][t];
+        const double mixed = (left * z - right * y) / 2;
+        return {(right + left) / 2, mixed, mixed,
+                (opposite * (y + z) * (y + z) + right * y * y + left * z * z) / 2};
+    }
+};
+
+// The blocks of S, (#blocks, 4), at the places of the pattern; those on the diagonal are halved. From row `wheels` on,
+// the wheel rows are those of the identity. The pattern is as in `laplacian_entries`. `ends` has the rows of the edges, `sides` their half-edges, `row` that of
+// each vertex; several vertices may have the same, as those of a hole.
+template <class I>
+Grid<double> system_blocks(View<const I> indptr, View<const I> indices, View<const Index> slot, Matrix<const Index> ends,
+                           Matrix<const Index> sides, Corners corner, View<const Index> row, Index wheels, Values w,
+                           Numbers d, Values cot) {
+    const Index n = indptr.size - 1, m = corner.columns, size = indices.size;
+    const Fan fan{w, cot, d};
+    Grid<double> made(size, 4);
+    Block* block = reinterpret_cast<Block*>(made.data());
+    std::fill_n(block, size, Block());
+    for (Index e = 0; e < slot.size; ++e) {
+        const Index i = ends[0][e], j = ends[1][e], s = sides[0][e], t = sides[1][e];
+        if (i < 0 || j < 0) continue;
+        const Index k = (s >= m) + (s >= 2 * m), l = (t >= m) + (t >= 2 * m);
+        Block sum = fan.between(k, s - k * m);
+        if (t >= 0) sum += fan.between(l, t - l * m).transposed();  // the second side runs the other way
+        if (i == j) {
+            sum.vw = sum.wv = (sum.vw + sum.wv) / 2;
+            block[indptr[i]] += sum;
+        } else {
+            block[slot[e]] += i > j ? sum.transposed() : sum;
+        }
+    }
+    for (Index t = 0; t < m; ++t)
+        for (Index k = 0; k < 3; ++k)
+            if (const Index i = row[corner[k][t]]; i >= 0) block[indptr[i]] += fan.own(k, t);
+    for (Index i = 0; i < n && wheels < n; ++i) {
+        for (Index p = indptr[i]; p < Index(indptr[i + 1]); ++p) {
+            if (i >= wheels) block[p].wv = 0;
+            if (Index(indices[p]) >= wheels) block[p].vw = block[p].ww = 0;
+        }
+        if (i >= wheels) block[indptr[i]].ww = 0.5;
+    }
+    return made;
+}
+
+}  // namespace angles

@@ -1,0 +1,196 @@
+// The steps of conjugate gradients for blocks side by side; products of symmetric matrices of which one triangle is
+// kept, and some rows of those of 2 by 2 blocks.
+#pragma once
+#include "triangles.hpp"
+
+namespace angles {
+
+// The scalar product of a and b in each block; block k is start[k] to start[k + 1].
+inline Array<double> block_dots(View<const Index> start, View<const double> a, View<const double> b) {
+    Array<double> made(start.size - 1);
+    for (Index k = 0; k < made.rows; ++k) {
+        const double *u = a.data + start[k], *v = b.data + start[k];
+        made[k] = sum_of_pieces(start[k + 1] - start[k], [=](Index first, Index last) {
+            double total = 0;
+            for (Index i = first; i < last; ++i) total += u[i] * v[i];
+            return total;
+        });
+    }
+    return made;
+}
+
+// In each block, go the length along the direction p: x += length p, r -= length q, q = A p. Returns r . r.
+inline Array<double> block_step(View<const Index> start, View<const double> length, View<const double> p,
+                                View<const double> q, View<double> x, View<double> r) {
+    Array<double> made(start.size - 1);
+    for (Index k = 0; k < made.rows; ++k) {
+        const double along = length[k], *u = p.data + start[k], *v = q.data + start[k];
+        double *to = x.data + start[k], *left = r.data + start[k];
+        made[k] = sum_of_pieces(start[k + 1] - start[k], [=](Index first, Index last) {
+            double total = 0;
+            INDEPENDENT for (Index i = first; i < last; ++i) {
+                to[i] += along * u[i];
+                const double rest = left[i] - along * v[i];
+                left[i] = rest;
+                total += rest * rest;
+            }
+            return total;
+        });
+    }
+    return made;
+}
+
+// In each block, turn the direction p to z + share p.
+inline void block_turn(View<const Index> start, View<const double> share, View<const double> z, View<double> p) {
+    for (Index k = 0; k + 1 < start.size; ++k) {
+        const double kept = share[k], *from = z.data + start[k];
+        double* to = p.data + start[k];
+        in_pieces(start[k + 1] - start[k], [=](Index first, Index last) {
+            INDEPENDENT for (Index i = first; i < last; ++i) to[i] = from[i] + kept * to[i];
+        });
+    }
+}
+
+// The sum of what add(first, last, y) adds for the rows of a triangular matrix, (n, 2); y begins at row `first`. A row
+// adds to those below it, too: of many, each half has a vector of its own.
+template <class Made, class Add>
+Made of_two_halves(Index n, Made&& y, const Add& add) {
+    const Index half = n < DIVIDED_FROM ? n : n / 2;
+    Array<double> below = zeros(2 * (n - half));
+    at_once(half < n ? 2 : 1, [&](Index k) { k ? add(half, n, below.data()) : add(Index(0), half, y.data()); });
+    double* to = y.data() + 2 * half;
+    in_pieces(below.size(), [&](Index first, Index last) {
+        INDEPENDENT for (Index i = first; i < last; ++i) to[i] += below[i];
+    });
+    return std::move(y);
+}
+
+// (U + U^T) x, U of 2 by 2 blocks: `block`, (#blocks, 4), at rows and columns as in CSR.
+template <class I>
+Array<double> block_product(View<const I> indptr, View<const I> indices, Matrix<const double> block,
+                            View<const double> x) {
+    const Index n = indptr.size - 1;
+    return of_two_halves(n, zeros(2 * n), [=](Index first, Index last, double* y) {
+        for (Index i = first; i < last; ++i) {
+            const double u = x[2 * i], v = x[2 * i + 1];
+            double s = 0, t = 0;
+            for (Index k = indptr[i]; k < Index(indptr[i + 1]); ++k) {
+                const double *b = block[k], *at = x.data + 2 * Index(indices[k]);
+                double* to = y + 2 * (Index(indices[k]) - first);
+                s += b[0] * at[0] + b[1] * at[1], t += b[2] * at[0] + b[3] * at[1];
+                to[0] += b[0] * u + b[2] * v, to[1] += b[1] * u + b[3] * v;
+            }
+            y[2 * (i - first)] += s, y[2 * (i - first) + 1] += t;
+        }
+    });
+}
+
+// A x of a symmetric matrix, by its lower triangle in CSC, and two columns x, (n, 2).
+template <class I>
+Grid<double> product_with_pairs(View<const I> indptr, View<const I> indices, View<const double> data,
+                                 Matrix<const double> x) {
+    const Index n = indptr.size - 1;
+    return of_two_halves(n, zeros<Grid<double>>(n, 2), [=](Index first, Index last, double* y) {
+        for (Index i = first; i < last; ++i) {
+            const double u = x[i][0], v = x[i][1];
+            double s = 0, t = 0;
+            for (Index k = indptr[i]; k < Index(indptr[i + 1]); ++k) {
+                const Index j = indices[k];
+                const double a = data[k], own = i == j ? 0.0 : a;
+                double* to = y + 2 * (j - first);
+                s += a * x[j][0], t += a * x[j][1];
+                to[0] += own * u, to[1] += own * v;
+            }
+            y[2 * (i - first)] += s, y[2 * (i - first) + 1] += t;
+        }
+    });
+}
+
+// The rows from `first` to `last` of U_e C, next to each other for e = 0 .. 3, (#, 4 k). U_e has entry e of each block,
+// as in `block_product`, and C is (n, k).
+template <class I>
+Grid<double> products_of_entries(View<const I> indptr, View<const I> indices, Matrix<const double> block,
+                                  Matrix<const double> C, Index first, Index last) {
+    const Index k = C.columns;
+    Grid<double> made = zeros<Grid<double>>(last - first, 4 * k);
+    for (Index i = first; i < last; ++i)
+        for (Index p = indptr[i]; p < Index(indptr[i + 1]); ++p) {
+            const double *b = block[p], *x = C[indices[p]];
+            double *s = made.matrix()[i - first], *t = s + k, *u = t + k, *v = u + k;
+            INDEPENDENT for (Index c = 0; c < k; ++c) {
+                s[c] += b[0] * x[c], t[c] += b[1] * x[c], u[c] += b[2] * x[c], v[c] += b[3] * x[c];
+            }
+        }
+    return made;
+}
+
+// Some rows of U + U^T: the start of each row, the columns of its blocks, ascending, and their places in U; ~place of
+// transposed ones. `number`, (n,), has the place of a row among the chosen ones, in ascending order, or -1.
+template <class I>
+std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> indptr, View<const I> indices, View<const Index> number) {
+    const Index n = number.size, chosen = n ? std::max<Index>(*std::max_element(number.begin(), number.end()), -1) + 1 : 0;
+    Array<Index> start(chosen + 1);
+    const auto each = [&](const auto& take) {  // take(row, column, place)
+        for (Index i = 0; i < n; ++i)
+            for (Index k = indptr[i]; k < Index(indptr[i + 1]); ++k) {
+                const Index j = indices[k];
+                if (number[i] >= 0) take(number[i], j, k);
+                if (number[j] >= 0 && i != j) take(number[j], i, ~k);
+            }
+    };
+    std::vector<Index> end(chosen + 2, 0);
+    each([&](Index row, Index, Index) { ++end[row + 2]; });
+    for (Index i = 2; i < chosen + 2; ++i) end[i] += end[i - 1];
+    std::copy(end.begin() + 1, end.end(), start.data());
+    Array<Index> column(end[chosen + 1]), place(end[chosen + 1]);
+    each([&](Index row, Index j, Index k) {  // what is left of the diagonal comes from the rows before
+        const Index at = end[row + 1]++;
+        column[at] = j, place[at] = k;
+    });
+    return {std::move(start), std::move(column), std::move(place)};
+}
+
+// The blocks of `block_rows`, (#, 4), of rows `of`; of those on the diagonal, half is kept.
+inline Grid<double> blocks_of_rows(Matrix<const double> block, View<const Index> column, View<const Index> place,
+                                    View<const Index> of) {
+    Grid<double> made(column.size, 4);
+    for (Index k = 0; k < column.size; ++k) {
+        const bool transposed = place[k] < 0, own = column[k] == of[k];
+        const double *b = block[transposed ? ~place[k] : place[k]], vw = b[1 + transposed], wv = b[2 - transposed];
+        double* to = made.matrix()[k];
+        to[0] = own ? 2 * b[0] : b[0], to[1] = own ? vw + wv : vw;
+        to[2] = own ? vw + wv : wv, to[3] = own ? 2 * b[3] : b[3];
+    }
+    return made;
+}
+
+// r - R^T x of rows R as of `block_rows`; r may be longer than they are.
+inline Array<double> without_rows(View<const Index> start, View<const Index> column, Matrix<const double> block,
+                                  View<const double> x, View<const double> r) {
+    Array<double> left(r.size);
+    std::copy(r.begin(), r.end(), left.data());
+    for (Index i = 0; i + 1 < start.size; ++i)
+        for (Index k = start[i]; k < start[i + 1]; ++k) {
+            const double* b = block[k];
+            double* to = left.data() + 2 * column[k];
+            to[0] -= b[0] * x[2 * i] + b[2] * x[2 * i + 1], to[1] -= b[1] * x[2 * i] + b[3] * x[2 * i + 1];
+        }
+    return left;
+}
+
+// r - R z in the rows `of`, (2 #rows,).
+inline Array<double> left_at_rows(View<const Index> start, View<const Index> column, Matrix<const double> block,
+                                  View<const Index> of, View<const double> r, View<const double> z) {
+    Array<double> made(2 * of.size);
+    for (Index i = 0; i < of.size; ++i) {
+        double u = r[2 * of[i]], v = r[2 * of[i] + 1];
+        for (Index k = start[i]; k < start[i + 1]; ++k) {
+            const double *b = block[k], *at = z.data + 2 * column[k];
+            u -= b[0] * at[0] + b[1] * at[1], v -= b[2] * at[0] + b[3] * at[1];
+        }
+        made[2 * i] = u, made[2 * i + 1] = v;
+    }
+    return made;
+}
+
+}  // namespace angles

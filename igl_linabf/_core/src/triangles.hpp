@@ -1,0 +1,337 @@
+// What is computed in each triangle, and summed at the vertices. Arrays over corners are (3, #F); side k is
+// opposite to corner k, and corners k + 1 and k + 2 follow it counter-clockwise.
+#pragma once
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <tuple>
+
+#include "arrays.hpp"
+#include "threads.hpp"
+
+// An array with rows and columns that goes out to the caller.
+template <class T>
+struct Grid : Array<T> {
+    using Array<T>::Array;
+};
+
+// A place in the plane, or a complex number.
+struct Place {
+    double x, y;
+};
+
+namespace angles {
+
+using Corners = Matrix<const Index>;
+using Values = Matrix<const double>;
+using Numbers = View<const double>;
+
+constexpr double PI = 3.14159265358979323846;
+constexpr double EPS = std::numeric_limits<double>::epsilon(), TINY = std::numeric_limits<double>::min();
+constexpr double INFINITE = std::numeric_limits<double>::infinity();
+constexpr double LARGEST_COT = 1e75;  // cotangents count as no more, so that the squares of products are finite
+
+// The values at the three corners of one triangle.
+template <class T>
+struct Three {
+    T a, b, c;
+};
+using Triple = Three<double>;
+
+// The rows of an array over corners.
+template <class T>
+struct Rows {
+    T *a, *b, *c;
+
+    explicit Rows(Matrix<T> m) : a(m[0]), b(m[1]), c(m[2]) {}
+    Three<std::remove_const_t<T>> operator[](Index t) const { return {a[t], b[t], c[t]}; }
+    void set(Index t, Triple v) const { a[t] = v.a, b[t] = v.b, c[t] = v.c; }
+};
+
+// An array (n,) of at(i).
+template <class At>
+Array<double> over(Index n, const At& at) {
+    Array<double> made(n);
+    in_pieces(n, [&](Index first, Index last) {
+        const At own = at;
+        double* to = made.data();
+        INDEPENDENT for (Index i = first; i < last; ++i) to[i] = own(i);
+    });
+    return made;
+}
+
+// An array over corners, (3, m), of the triples at(t).
+template <class At>
+Grid<double> over_corners(Index m, const At& at) {
+    Grid<double> made(3, m);
+    in_pieces(m, [&](Index first, Index last) {
+        const At own = at;
+        const Rows<double> to(made.matrix());
+        INDEPENDENT for (Index t = first; t < last; ++t) to.set(t, own(t));
+    });
+    return made;
+}
+
+template <class Made = Array<double>, class... Shape>
+Made zeros(Shape... shape) {
+    Made made(shape...);
+    std::fill_n(made.data(), made.size(), 0.0);
+    return made;
+}
+
+// The sums of `values` over equal `index`, 0 .. n - 1.
+inline Array<double> sum_by(View<const Index> index, Numbers values, Index n) {
+    if (index.size != values.size) throw std::invalid_argument("sum_by: as many values as indices are needed");
+    Array<double> made = zeros(n);
+    for (Index i = 0; i < index.size; ++i) {
+        if (std::uint64_t(index[i]) >= std::uint64_t(n)) throw std::invalid_argument("sum_by: an index is not below n");
+        made[index[i]] += values[i];
+    }
+    return made;
+}
+
+struct Point {
+    double x, y, z;
+};
+inline Point point(Values V, Index v) { return {V.data[3 * v], V.data[3 * v + 1], V.data[3 * v + 2]}; }
+inline Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y, a.z - b.z}; }
+inline double dot(Point a, Point b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+inline Point cross(Point a, Point b) { return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x}; }
+inline double extent(Point a) { return std::max({std::abs(a.x), std::abs(a.y), std::abs(a.z)}); }
+
+// Twice the area of each triangle, the scalar products of the sides at its corners, and the least double area that
+// rounding does not make: a coordinate x is known to eps |x|, and that times the longest side is an area from nothing.
+inline std::tuple<Array<double>, Grid<double>, Array<double>> products(Values V, Corners corner) {
+    const Index m = corner.columns;
+    Array<double> double_area(m), least(m);
+    Grid<double> products(3, m);
+    in_pieces(m, [&](Index first, Index last) {
+        const Rows at(corner);
+        const Rows to(products.matrix());
+        double *area = double_area.data(), *tiny = least.data();
+        INDEPENDENT for (Index t = first; t < last; ++t) {
+            const auto [a, b, c] = at[t];
+            const Point A = point(V, a), B = point(V, b), C = point(V, c), p = C - B, q = A - C, r = B - A;
+            to.set(t, {-dot(q, r), -dot(r, p), -dot(p, q)});
+            const Point normal = cross(p, q);
+            area[t] = std::sqrt(dot(normal, normal));
+            const double longest = std::sqrt(std::max({dot(p, p), dot(q, q), dot(r, r)}));
+            tiny[t] = 4 * EPS * longest * std::max({longest, extent(A), extent(B), extent(C)});
+        }
+    });
+    return {std::move(double_area), std::move(products), std::move(least)};
+}
+
+// Unit normals of triangles, (#F, 3); zero, or what rounding makes of it, where there is no area.
+inline Grid<double> normals(Values V, Corners corner) {
+    Grid<double> made(corner.columns, 3);
+    in_pieces(corner.columns, [&](Index first, Index last) {
+        for (Index t = first; t < last; ++t) {
+            const Point A = point(V, corner[0][t]);
+            const Point n = cross(point(V, corner[1][t]) - A, point(V, corner[2][t]) - A);
+            const double share = 1 / std::max(std::sqrt(dot(n, n)), TINY);
+            double* to = made.data() + 3 * t;
+            to[0] = n.x * share, to[1] = n.y * share, to[2] = n.z * share;
+        }
+    });
+    return made;
+}
+
+// Lengths of edges, (#E, 2), in space or in the plane.
+inline Array<double> lengths(Values V, Matrix<const Index> edges) {
+    return over(edges.rows, [=](Index e) {
+        const double *a = V[edges[e][0]], *b = V[edges[e][1]];
+        double squared = 0;
+        for (Index j = 0; j < V.columns; ++j) squared += (a[j] - b[j]) * (a[j] - b[j]);
+        return std::sqrt(squared);
+    });
+}
+
+// cot x, by the rational function of Cephes for the tangent (Moshier 1989), which a loop evaluates in SIMD.
+inline double cotangent(double x) {
+    const double quarter = std::floor(x * (2 / PI) + 0.5), y = x - quarter * (PI / 2), z = y * y;
+    const double p = (-1.30936939181383734205e4 * z + 1.15351664838587416140e6) * z - 1.79565251976484877988e7;
+    const double q = ((z + 1.36812963470692954678e4) * z - 1.32089234440210967447e6) * z + 2.50083801823357915839e7;
+    const double tangent = y + y * (z * p / (q * z - 5.38695755929454629881e7));
+    return quarter == 2 * std::floor(quarter / 2) ? 1 / tangent : -tangent;
+}
+
+// The angle of x + i y in [0, pi], y being at least 0, by Cephes, too; 0 where both are 0.
+inline double arctangent(double y, double x) {
+    const double low = std::min(y, std::abs(x)), high = std::max(y, std::abs(x));
+    const bool steep = low > 0.66 * high;
+    const double u = (steep ? low - high : low) / (steep ? low + high : std::max(high, TINY)), z = u * u;
+    const double p = (((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z - 7.500855792314704667340e1) * z -
+                      1.228866684490136173410e2) * z - 6.485021904942025371773e1;
+    const double q = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z +
+                       4.328810604912902668951e2) * z + 4.853903996359136964868e2) * z + 1.945506571482613964425e2;
+    const double angle = u + u * (z * p / q) + (steep ? PI / 4 : 0.0);
+    const double acute = y > std::abs(x) ? PI / 2 - angle : angle;
+    return x < 0 ? PI - acute : acute;
+}
+
+// The angle between the normals at each edge, of sides (2, #E); negative where the surface is concave.
+inline Array<double> bends(Values V, Corners corner, Matrix<const Index> sides, Values normal) {
+    const Index m = corner.columns;
+    return over(sides.columns, [=](Index e) {
+        const Index s = sides[0][e], t = sides[1][e];
+        const Index i = (s >= m) + (s >= 2 * m), j = (t >= m) + (t >= 2 * m);
+        const Point turned = point(normal, s - i * m) - point(normal, t - j * m);
+        const double sine = std::min(std::sqrt(dot(turned, turned)) / 2, 1.0);
+        const double angle = 2 * arctangent(sine, std::sqrt((1 - sine) * (1 + sine)));
+        const Point across = point(V, corner.data[t]) - point(V, corner.data[s]);
+        return dot(across, turned) > 0 ? -angle : angle;
+    });
+}
+
+// cot alpha; infinite at an angle of 0, as in a collapsed triangle.
+inline Grid<double> cotangents(Values alpha) {
+    return over_corners(alpha.columns, [angle = Rows(alpha)](Index t) {
+        const auto [a, b, c] = angle[t];
+        return Triple{cotangent(a), cotangent(b), cotangent(c)};
+    });
+}
+
+using Flagged = std::tuple<Grid<double>, Array<bool>>;  // an array over corners, and some of the triangles
+
+// Angles of triangles whose sides, (3, #F), are multiplied by the factor of the vertex opposite, by half-angle
+// formulas; and which triangles cannot have such sides, so that their angles mean nothing.
+inline Flagged rescaled(Corners corner, Values length, Numbers factor) {
+    const Index m = corner.columns;
+    Grid<double> alpha(3, m);
+    Array<bool> impossible(m);
+    in_pieces(m, [&](Index first, Index last) {
+        const Rows at(corner);
+        const Rows side(length);
+        const Rows to(alpha.matrix());
+        const double* scale = factor.data;
+        bool* bad = impossible.data();
+        INDEPENDENT for (Index t = first; t < last; ++t) {
+            const auto [i, j, k] = at[t];
+            double a = side.a[t] * scale[i], b = side.b[t] * scale[j], c = side.c[t] * scale[k];
+            const double size = std::max(a, std::max(b, c));
+            a /= size, b /= size, c /= size;
+            const double p = (b + c - a) / 2, q = (c + a - b) / 2, r = (a + b - c) / 2;
+            bad[t] = !((p > 0) & (q > 0) & (r > 0));
+            const double x = std::max(p, 0.0), y = std::max(q, 0.0), z = std::max(r, 0.0);
+            const double radius = std::sqrt(x * y * z / ((a + b + c) / 2));  // of the inscribed circle
+            to.set(t, {2 * arctangent(radius, x), 2 * arctangent(radius, y), 2 * arctangent(radius, z)});
+        }
+    });
+    return {std::move(alpha), std::move(impossible)};
+}
+
+using Sums = std::tuple<Array<double>, Array<double>>;  // for the vertex and the wheel constraints
+
+// At each vertex the sum of its angles, and that of log sin(gamma) - log sin(beta) of the right and the left angle of
+// its fan (eq. 5 and 10). Factors are multiplied as long as they are finite, as logarithms take longer.
+inline Sums angle_sums(Corners corner, Values alpha, Values cot, Index n) {
+    Array<double> vertex = zeros(n), wheel = zeros(n), ratio(n);
+    std::fill_n(ratio.data(), n, 1.0);
+    const Rows at(corner);
+    const Rows angle(alpha), cotangent(cot);
+    const auto add = [&](Index v, double angle, double above, double below) {
+        vertex[v] += angle;
+        ratio[v] *= above / below;
+        if (!(ratio[v] > 1e-150 && ratio[v] < 1e150)) {  // the next factor could overflow
+            wheel[v] += std::log(ratio[v]);
+            ratio[v] = 1;
+        }
+    };
+    const auto cosecant = [](double cot) {  // squared
+        const double c = std::min(std::abs(cot), LARGEST_COT);
+        return 1 + c * c;
+    };
+    for (Index t = 0; t < corner.columns; ++t) {
+        const auto [i, j, k] = at[t];
+        const auto [a, b, c] = angle[t];
+        const double p = cosecant(cotangent.a[t]), q = cosecant(cotangent.b[t]), r = cosecant(cotangent.c[t]);
+        add(i, a, q, r);
+        add(j, b, r, p);
+        add(k, c, p, q);
+    }
+    for (Index v = 0; v < n; ++v) wheel[v] = 0.5 * (wheel[v] + std::log(ratio[v]));
+    return {std::move(vertex), std::move(wheel)};
+}
+
+// M e: what errors change the vertex and the wheel constraint of each vertex by (eq. 5 and 8 to 10).
+inline Sums row_sums(Corners corner, Values cot, Values e, Index n) {
+    Array<double> vertex = zeros(n), wheel = zeros(n);
+    const Rows at(corner);
+    const Rows cotangent(cot), error(e);
+    for (Index t = 0; t < corner.columns; ++t) {
+        const auto [i, j, k] = at[t];
+        const auto [a, b, c] = error[t];
+        const double p = cotangent.a[t] * a, q = cotangent.b[t] * b, r = cotangent.c[t] * c;
+        vertex[i] += a, vertex[j] += b, vertex[k] += c;
+        wheel[i] += q - r, wheel[j] += r - p, wheel[k] += p - q;
+    }
+    return {std::move(vertex), std::move(wheel)};
+}
+
+// P y of one triangle, P = diag(w) - w w^T / d; by differences, as w - w^2 / d would be rounding near an angle of pi.
+inline Triple projected_in(Triple w, double d, Triple y) {
+    const double p = y.b - y.c, q = y.c - y.a, r = y.a - y.b;
+    return {w.a * ((w.b * r - w.c * q) / d), w.b * ((w.c * p - w.a * r) / d), w.c * ((w.a * q - w.b * p) / d)};
+}
+
+// K y of one triangle, K its cotangent matrix.
+inline Triple conformally_in(Triple cot, Triple y) {
+    const double p = cot.a * (y.b - y.c) / 2, q = cot.b * (y.c - y.a) / 2, r = cot.c * (y.a - y.b) / 2;
+    return {r - q, p - r, q - p};
+}
+
+// M^T x of each triangle, from the multipliers of the vertex and the wheel constraints.
+inline auto transposed(Corners corner, Values cot, Numbers vertex, Numbers wheel) {
+    return [at = Rows(corner), cot = Rows(cot), vertex, wheel](Index t) {
+        const auto [i, j, k] = at[t];
+        const double x = wheel[i], y = wheel[j], z = wheel[k];
+        return Triple{vertex[i] + cot.a[t] * (z - y), vertex[j] + cot.b[t] * (x - z), vertex[k] + cot.c[t] * (y - x)};
+    };
+}
+
+// P y, (3, #F): what sums to zero in each triangle.
+inline Grid<double> projected(Values w, Numbers d, Values y) {
+    return over_corners(w.columns, [w = Rows(w), d, y = Rows(y)](Index t) { return projected_in(w[t], d[t], y[t]); });
+}
+
+// K y, (3, #F).
+inline Grid<double> conformally(Values cot, Values y) {
+    return over_corners(cot.columns, [cot = Rows(cot), y = Rows(y)](Index t) { return conformally_in(cot[t], y[t]); });
+}
+
+// P M^T x of multipliers (n,) of single vertices.
+inline Grid<double> errors(Corners corner, Values w, Numbers d, Values cot, Numbers vertex, Numbers wheel) {
+    const auto y = transposed(corner, cot, vertex, wheel);
+    return over_corners(corner.columns, [y, w = Rows(w), d](Index t) { return projected_in(w[t], d[t], y(t)); });
+}
+
+// K M^T x: `errors` in the conformal metric.
+inline Grid<double> conformal_errors(Corners corner, Values cot, Numbers vertex, Numbers wheel) {
+    const auto y = transposed(corner, cot, vertex, wheel);
+    return over_corners(corner.columns, [y, cot = Rows(cot)](Index t) { return conformally_in(cot[t], y(t)); });
+}
+
+// The errors, in each triangle up to a share `reach` of the way to a vanishing angle; and where an angle would vanish.
+inline Flagged cut_short(Values alpha, Values e, double reach) {
+    const Index m = alpha.columns;
+    Grid<double> made(3, m);
+    Array<bool> vanishing(m);
+    in_pieces(m, [&](Index first, Index last) {
+        const Rows angle(alpha), error(e);
+        const Rows to(made.matrix());
+        bool* cut = vanishing.data();
+        const auto times = [](double angle, double error) { return error < 0 ? angle / -error : INFINITE; };
+        INDEPENDENT for (Index t = first; t < last; ++t) {
+            const auto [x, y, z] = error[t];
+            const double a = times(angle.a[t], x), b = times(angle.b[t], y), c = times(angle.c[t], z);
+            const double least = std::min(a, std::min(b, c)), share = std::min(reach * least, 1.0);
+            to.set(t, {x * share, y * share, z * share});
+            cut[t] = least <= 1;
+        }
+    });
+    return {std::move(made), std::move(vanishing)};
+}
+
+}  // namespace angles

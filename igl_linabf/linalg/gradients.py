@@ -1,0 +1,70 @@
+"""Conjugate gradients, for any number of systems side by side."""
+
+import numpy as np
+
+from .._core import block_dots, block_step, block_turn
+from .._types import BoolArray, FloatArray, IntArray, Solve
+
+MAX_CG_STEPS = 300  # after so many a factorisation is the better way
+
+
+def conjugate_gradients(
+    product: Solve,
+    b: FloatArray,
+    precondition: Solve,
+    rtol: float,
+    most: int = MAX_CG_STEPS,
+    *,
+    first_rtol: float | None = None,
+    start: IntArray | None = None,
+) -> tuple[FloatArray, IntArray, BoolArray]:
+    """Solve A x = b, A and its preconditioner block-diagonal, to |A x - b| <= rtol |b| in each block.
+
+    Each block has step lengths of its own, and takes no more steps when it is there: its iterates are those
+    of a system by itself. The scalar products are not those of a BLAS, which wake its threads: that costs
+    more than they save.
+
+    Parameters
+    ----------
+    product, precondition : callable
+        Of all blocks at once, (n,).
+    b : (n,) float64
+    rtol : float
+    most : int
+        Steps at most.
+    first_rtol : float, optional
+        To which a single step is enough.
+    start : (#blocks + 1,) int64, optional
+        Where the blocks begin, and the last one ends; by default there is one block.
+
+    Returns
+    -------
+    x : (n,) float64
+    steps : (#blocks,) int64
+        Those that each block took.
+    converged : (#blocks,) bool
+    """
+    start = np.array([0, len(b)]) if start is None else start
+    x, r, p = np.zeros(len(b)), np.array(b, dtype=np.float64), np.zeros(len(b))
+    steps, last = np.zeros(len(start) - 1, dtype=np.int64), np.ones(len(start) - 1)
+    square = block_dots(start, r, r)
+    size, going = np.sqrt(square), square > 0
+    for step in range(most + 1):
+        left = np.sqrt(square)
+        going &= (left > (rtol if first_rtol is None or step != 1 else first_rtol) * size) & np.isfinite(left)
+        if step == most or not going.any():
+            break
+        z = precondition(r)
+        rho = block_dots(start, r, z)
+        block_turn(start, _shares(rho, last, going), z, p)
+        q = product(p)
+        square = block_step(start, _shares(rho, block_dots(start, p, q), going), p, q, x, r)
+        last = rho
+        steps += going
+    finite = np.isfinite(square) & np.isfinite(block_dots(start, x, x))
+    return x, steps, ~going & finite
+
+
+def _shares(a: FloatArray, b: FloatArray, where: BoolArray) -> FloatArray:
+    """a / b, and 0 elsewhere."""
+    return np.divide(a, b, out=np.zeros_like(a), where=where & (b != 0))

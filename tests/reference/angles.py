@@ -1,0 +1,231 @@
+"""What the core computes in triangles and sums at vertices, as the paper has it; arrays over corners are (3, #F).
+
+Zayer, Levy, Seidel, Linear Angle Based Parameterization, SGP 2007.
+"""
+
+import numpy as np
+from scipy import sparse
+
+NEXT, PREV = [1, 2, 0], [2, 0, 1]  # corners k + 1 and k + 2: the left and the right angle of corner k's fan
+
+
+def sum_by(index, values, n):
+    return np.bincount(index.ravel(), weights=values.ravel(), minlength=n)
+
+
+# --- triangles in space
+
+
+def products(V, corner):
+    """Twice the areas, the scalar products of sides at corners, and the double areas that are of rounding."""
+    at = V[corner]
+    side = at[PREV] - at[NEXT]
+    dot = -(side[NEXT] * side[PREV]).sum(axis=2)
+    double_area = np.linalg.norm(np.cross(side[0], side[1]), axis=1)
+    longest = np.linalg.norm(side, axis=2).max(axis=0)
+    extent = np.maximum(longest, np.abs(at).max(axis=(0, 2)))
+    return double_area, dot, 4 * np.finfo(float).eps * extent * longest
+
+
+def normals(V, corner):
+    a, b, c = V[corner]
+    normal = np.cross(b - a, c - a)
+    return normal / np.maximum(np.linalg.norm(normal, axis=1), np.finfo(float).tiny)[:, None]
+
+
+def bends(V, corner, sides, normal):
+    """The angles between normals at edges; negative where the surface is concave."""
+    m = corner.shape[1]
+    turned = normal[sides[0] % m] - normal[sides[1] % m]
+    angle = 2 * np.arcsin(np.minimum(np.linalg.norm(turned, axis=1) / 2, 1))
+    apex = V[corner.ravel()[sides]]
+    return np.where(((apex[1] - apex[0]) * turned).sum(axis=1) > 0, -angle, angle)
+
+
+def lengths(V, edges):
+    return np.linalg.norm(V[edges[:, 0]] - V[edges[:, 1]], axis=1)
+
+
+# --- angles
+
+
+def cotangents(alpha):
+    with np.errstate(divide="ignore"):
+        return 1 / np.tan(alpha)
+
+
+def rescaled(corner, length, factor):
+    """The angles of triangles with sides times factors; which triangles cannot have such sides."""
+    side = length * factor[corner]
+    side /= side.max(axis=0)
+    half = side.sum(axis=0) / 2
+    left = half - side
+    return 2 * np.arctan2(np.sqrt(np.maximum(left, 0).prod(axis=0) / half), np.maximum(left, 0)), ~(
+        left > 0
+    ).all(0)
+
+
+def angle_sums(corner, alpha, cot, n):
+    """sum alpha (eq. 5) and sum log sin gamma - log sin beta (eq. 10) around vertices; cot is at most 1e75."""
+    log_sine = -0.5 * np.log1p(np.minimum(np.abs(cot), 1e75) ** 2)
+    return sum_by(corner, alpha, n), sum_by(corner, log_sine[PREV] - log_sine[NEXT], n)
+
+
+def cut_short(alpha, e, reach):
+    """Up to a share of the way to a vanishing angle; where an angle would vanish."""
+    with np.errstate(divide="ignore"):
+        times = np.where(e < 0, alpha / -e, np.inf).min(axis=0)
+    return e * np.minimum(reach * times, 1), times <= 1
+
+
+# --- the linear system of the errors e, without its triangle rows
+
+
+def rows(corner, cot, n):
+    """M, two sparse matrices (n, 3 #F): the vertex rows (eq. 5) and the derivatives of the wheel rows (eq. 8 to 10)."""
+    m = corner.shape[1]
+    number = np.arange(3 * m).reshape(3, m)
+    shape = (n, 3 * m)
+    vertex = sparse.csr_array((np.ones(3 * m), (corner.ravel(), number.ravel())), shape=shape)
+    wheel = sparse.csr_array((cot[NEXT].ravel(), (corner.ravel(), number[NEXT].ravel())), shape=shape)
+    wheel -= sparse.csr_array((cot[PREV].ravel(), (corner.ravel(), number[PREV].ravel())), shape=shape)
+    return vertex, wheel
+
+
+def row_sums(corner, cot, e, n):
+    """M e."""
+    return tuple(part @ e.ravel() for part in rows(corner, cot, n))
+
+
+def projection(w):
+    """P = diag(w) - w w^T / sum w of each triangle, (#F, 3, 3)."""
+    return np.eye(3) * w.T[:, None] - w.T[:, :, None] * (w / w.sum(axis=0)).T[:, None]
+
+
+def conformal(cot):
+    """K, the cotangent matrices (#F, 3, 3)."""
+    K = np.empty((cot.shape[1], 3, 3))
+    for k in range(3):
+        K[:, NEXT[k], PREV[k]] = K[:, PREV[k], NEXT[k]] = -cot[k] / 2
+        K[:, k, k] = (cot[NEXT[k]] + cot[PREV[k]]) / 2
+    return K
+
+
+def times(matrices, y):
+    return np.einsum("tij,jt->it", matrices, y)
+
+
+def transposed(corner, cot, vertex, wheel):
+    """M^T x."""
+    parts = rows(corner, cot, len(vertex))
+    return (parts[0].T @ vertex + parts[1].T @ wheel).reshape(3, -1)
+
+
+def projected(w, d, y):
+    return times(projection(w), y)
+
+
+def errors(corner, w, d, cot, vertex, wheel):
+    """P M^T x."""
+    return times(projection(w), transposed(corner, cot, vertex, wheel))
+
+
+def conformally(cot, y):
+    return times(conformal(cot), y)
+
+
+def conformal_errors(corner, cot, vertex, wheel):
+    """K M^T x."""
+    return times(conformal(cot), transposed(corner, cot, vertex, wheel))
+
+
+def reduced(corner, row, n, w, cot):
+    """S = sum_t M_t P_t M_t^T over rows that vertices may share, -1 for none: (vertex, wheel) blocks, (2, 2, n, n)."""
+    m = corner.shape[1]
+    to_rows = sparse.csr_array((np.ones(len(row)), (np.where(row < 0, n, row), np.arange(len(row)))))
+    M = [(to_rows @ part)[:n] for part in rows(corner, cot, len(row))]
+    number = np.arange(3 * m).reshape(3, m)
+    i, j = (np.broadcast_to(x, (3, 3, m)) for x in (number[:, None], number[None]))
+    P = sparse.csr_array((projection(w).transpose(1, 2, 0).ravel(), (i.ravel(), j.ravel())))
+    return np.array([[(a @ P @ b.T).toarray() for b in M] for a in M])
+
+
+def conformal_scale(w):
+    """s of s K, the geometric mean of the eigenvalue ratios of P and K."""
+    return 2 * np.sqrt(w.prod(axis=0) / w.sum(axis=0))
+
+
+def disparity(w, d, cot):
+    """rho + 1 / rho, rho the ratio of the eigenvalues of P and s K, on the plane sum e = 0."""
+    plane = np.linalg.svd(np.ones((1, 3)))[2][1:]
+    P, K = plane @ projection(w) @ plane.T, plane @ conformal(cot) @ plane.T
+    both = np.linalg.solve(K, P)
+    return np.trace(both, axis1=1, axis2=2) ** 2 / np.linalg.det(both) - 2
+
+
+def laplacian(ends, weight, n):
+    """x^T L x = sum of weight (x_i - x_j)^2 over edges between rows `ends`; x = 0 at row -1."""
+    L = np.zeros((n + 1, n + 1))
+    for (i, j), w in zip(ends.T, weight, strict=True):
+        if i != j:
+            L[i, i] += w
+            L[j, j] += w
+            L[i, j] -= w
+            L[j, i] -= w
+    return L[:n, :n]
+
+
+# --- flat maps
+
+
+def signed_double_areas(z, corner):
+    a, b, c = z[corner]
+    return ((b - a).conj() * (c - a)).imag
+
+
+def changes(V, uv, corner, double_area, dot):
+    """Angles, what they are more in the map, double areas there, singular values, ratios of lengths."""
+    z, at = (uv @ [1, 1j])[corner], V[corner]
+    right, left = z[NEXT] - z, z[PREV] - z
+    cross = right.conj() * left
+    angle = np.arctan2(double_area, dot)
+    x = (at[1] - at[0]) / np.linalg.norm(at[1] - at[0], axis=1)[:, None]
+    y = np.cross(normals(V, corner), x)
+    frame = np.stack([np.einsum("ti,sti->st", axis, at[1:] - at[0]) for axis in (x, y)])  # (2, side, #F)
+    flat = np.stack([np.stack((p.real, p.imag)) for p in (right[0], left[0])], axis=1)
+    jacobian = np.einsum("ist,tsj->tij", flat, np.linalg.inv(frame.transpose(2, 0, 1)))
+    major, minor = np.linalg.svd(jacobian, compute_uv=False).T
+    ratio = np.abs(z[PREV] - z[NEXT]) / np.linalg.norm(at[PREV] - at[NEXT], axis=2)
+    return angle, np.arctan2(np.abs(cross.imag), cross.real) - angle, cross[0].imag, major, minor, ratio
+
+
+def centred(z, corner, double_area, area):
+    """One map scaled to an area, its centroid at 0, its principal axes along x and y, third moment positive."""
+    at, share = z[corner], double_area / double_area.sum()
+    z = z - share @ at.mean(axis=0)
+    a, b, c = z[corner]
+    second = share @ (a**2 + b**2 + c**2 + (a + b + c) ** 2)
+    z = z * np.exp(-0.5j * np.angle(second))
+    x = z[corner].mean(axis=0).real
+    return z * np.sqrt(2 * area / double_area.sum()) * np.sign(share @ x**3)
+
+
+def developed(z, known, start, twin, corner, cot):
+    """Breadth first: apexes placed beside known sides by cot of the angles; the largest misfit at known ones."""
+    m = corner.shape[1]
+    z, known, seen, worst = z.copy(), known.copy(), np.zeros(m, dtype=bool), 0.0
+    queue = [(h, z[corner[(h // m + 2) % 3, h % m]] - z[corner[(h // m + 1) % 3, h % m]]) for h in start]
+    for h, side in queue:
+        (k, t) = divmod(h, m)
+        if seen[t]:
+            continue
+        seen[t] = True
+        i, j = (k + 1) % 3, (k + 2) % 3
+        to = side * (cot[i, t] + 1j) / (cot[i, t] + cot[j, t])
+        there, apex = z[corner[i, t]] + to, corner[k, t]
+        if known[apex]:
+            worst = max(worst, abs(there - z[apex]) / min(abs(side), abs(to), abs(to - side)))
+        z[apex], known[apex] = (z[apex] if known[apex] else there), True
+        beside = ((twin[i * m + t], side - to), (twin[j * m + t], to))
+        queue += [(other, along) for other, along in beside if other >= 0]
+    return z, worst
