@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from .._types import ComplexArray, FloatArray, IntArray
-from ..kernels import on_shelves
+from .._core import on_shelves
 from .outlines import NONE_KNOWN, Outline, Row, masks_of
 from .spacing import Spacing
 

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..kernels import drawn, placed, taken_cells
+from .._core import drawn, placed, taken_cells
 from ..surface import Parts, at_once
 
 AT_ONCE = 100_000  # sides of turned charts that are drawn at once
@@ -109,7 +109,7 @@ class Row:
     def placed(
         self, side: int, most: int, spans: IntArray, known: IntArray = NONE_KNOWN
     ) -> tuple[IntArray, IntArray]:
-        """`_core.placed` of charts in the order of their spans."""
+        """`placed` of charts in the order of their spans."""
         return placed(side, most, spans, self.shapes, self.blocks, self.start, known)
 
     def taken(self, side: int, places: IntArray) -> BoolArray:

@@ -4,7 +4,7 @@ import argparse
 import platform
 from importlib import metadata
 
-from .._core import fast_by
+from .._core import BUILD
 from ..linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
 from .commands import GOOD, Command
 
@@ -29,7 +29,7 @@ def _doctor(options: argparse.Namespace) -> int:
         print(f"CHOLMOD: yes, with {blas_of_cholmod() or 'an unknown BLAS'}")
     else:
         print(f"CHOLMOD: no; solver='cholmod' needs it. To get it, {HOW_TO_GET}")
-    print(f"Kernels: {fast_by()}")
+    print(f"Core: built for {BUILD}")
     return GOOD
 
 
