@@ -20,7 +20,6 @@ from igl_linabf.charts import TRADE
 from igl_linabf.charts.cut_graph import closed_surface
 from igl_linabf.charts.growing import seam_cost
 from igl_linabf.charts.seams import seams_of
-from igl_linabf.kernels import numpy_only
 from igl_linabf.surface import Parts, Submesh
 
 Surface = tuple[np.ndarray, np.ndarray]
@@ -80,16 +79,6 @@ def varied() -> dict[str, Surface]:
     "method", ["linabf", il.LinABF(guarantee="injective", solver="direct"), "abf"], ids=str
 )
 def test_the_same_as_a_loop(method: object) -> None:
-    the_same_as_a_loop(method)
-
-
-@pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning", "ignore::igl_linabf.FallbackWarning")
-def test_the_same_as_a_loop_without_compiled_loops() -> None:
-    with numpy_only():
-        the_same_as_a_loop("linabf")
-
-
-def the_same_as_a_loop(method: object) -> None:
     meshes = varied()
     together = il.flatten_many(list(meshes.values()), method)
     assert len(together) == len(meshes)

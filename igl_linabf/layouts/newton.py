@@ -66,7 +66,7 @@ class Hessians:
         sides = np.sort((corner[NEXT], corner[PREV]), axis=0)
         keys, edge = np.unique((sides[0] * n + sides[1]).ravel(), return_inverse=True)
         low, high = keys // n, keys % n
-        # the lower triangle of blocks: a column has its vertex's own block, then one for each edge to a later vertex
+        # the lower triangle: a column has its vertex's own block, then one for each edge to a later vertex
         start = np.arange(n + 1) + np.searchsorted(low, np.arange(n + 1))
         self._own, of_edge = start[:-1], np.arange(len(low)) + low + 1
         indices = np.empty(start[-1], dtype=np.int64)
@@ -97,7 +97,8 @@ class Hessians:
         values = np.empty(self._slot.shape)
         for value, i, j in zip(values, *self._pairs, strict=True):
             np.einsum("rf,rf->f", rows[:, i], rows[:, j], out=value)
-        blocks = np.bincount(self._slot.ravel(), values.ravel(), 4 * (self._own[-1] + 1)).reshape(-1, 4)
+        sums: FloatArray = np.bincount(self._slot.ravel(), values.ravel(), 4 * (self._own[-1] + 1))
+        blocks = sums.reshape(-1, 4)
         own = blocks[self._own][:, ::3]
         if springs is not None:
             own += 2 * springs.stiffness[:, None]
