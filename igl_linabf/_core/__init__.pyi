@@ -186,6 +186,9 @@ def drawn(
     of: IntArray,
     half: float,
 ) -> tuple[IntArray, ComplexArray, IntArray, IntArray]: ...
+def developed_loops(
+    start: IntArray, turning: FloatArray, log_ratio: FloatArray, movable: BoolArray
+) -> tuple[ComplexArray, FloatArray]: ...
 def drawn_loops(
     vertex: IntArray, start: IntArray, turning: FloatArray, log_ratio: FloatArray
 ) -> tuple[ComplexArray, ComplexArray]: ...

@@ -4,10 +4,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .. import _core
 from .._types import ComplexArray, FloatArray, IntArray
 from ..angles import Constraints, Iterate, Residual, central_angles, held
 from ..linalg import Analysis, Solvers
-from ..surface import Parts, complex_positions, flipped_faces
+from ..surface import complex_positions, flipped_faces
 from .around_holes import Loops, drawn, relaxed
 
 
@@ -42,32 +43,15 @@ def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
     that remains is closed by the smallest change of lengths, min sum delta^2 / l. Prescribed angles
     stay: what is missing goes to the others. A loop on a circle is drawn with the ratios only.
     """
-    each = constraints.topology.loops[: constraints.topology.n_outer]
-    vertices, loops = np.concatenate(each), Parts.of_sizes([len(loop) for loop in each])
+    vertices, start = constraints.topology.rims
     turning, log_ratio, asked = b.turning[vertices], b.log_ratio[vertices], constraints.sums[vertices]
     free, circle = np.isnan(asked), 0 in constraints.circles
     if not circle:
         turning = np.where(free, turning, np.pi - asked)
-    movable = free if free.any() else ~free  # where sums are prescribed, there is one loop
-    missing = (2 * np.pi - loops.sum(turning)) / loops.sum(movable.astype(np.float64))
-    turning = turning + np.where(movable, loops.spread(missing), 0.0)
-    log_length = loops.cumsum(log_ratio - loops.spread(loops.sum(log_ratio) / loops.sizes))
-    length = np.exp(log_length - loops.spread(loops.max(log_length)))
-    edge = np.exp(1j * loops.cumsum(turning))  # edge i leaves loop vertex i
-    gap = loops.sum(length * edge)
-    relative = np.abs(gap) / loops.sum(length)
+    z, gaps = _core.developed_loops(start, turning, log_ratio, free if free.any() else ~free)
     if circle:
-        at = np.concatenate(([0.0], np.cumsum(central_angles(log_ratio))[:-1]))
-        return Boundary(vertices, np.exp(1j * at), relative)
-    # delta = l Re(conj(edge) mu) closes a loop: a 2 by 2 system for mu
-    u, v = edge.real, edge.imag
-    xx, xy, yy = (loops.sum(length * (p * q)) for p, q in ((u, u), (u, v), (v, v)))
-    with np.errstate(divide="ignore", invalid="ignore"):  # where all edges are parallel
-        det = xx * yy - xy * xy
-        mu = (xy * gap.imag - yy * gap.real) / det, (xy * gap.real - xx * gap.imag) / det
-        step = length * (1 + loops.spread(mu[0]) * u + loops.spread(mu[1]) * v) * edge
-    step[loops.start[1:] - 1] = 0.0  # each loop begins at 0: its last step is not taken
-    return Boundary(vertices, loops.cumsum(np.concatenate(([0.0], step[:-1]))), relative)
+        z = np.exp(1j * np.append(0.0, np.cumsum(central_angles(log_ratio))[:-1]))
+    return Boundary(vertices, z, gaps)
 
 
 def harmonic(

@@ -55,6 +55,12 @@ class Topology:
         """The loops that are no outer ones."""
         return self.loops[self.n_outer :]
 
+    @cached_property
+    def rims(self) -> tuple[IntArray, IntArray]:
+        """The vertices of the outer loops, one after the other, and where each begins and the last one ends."""
+        outer = self.loops[: self.n_outer]
+        return np.concatenate(outer), np.cumsum([0, *map(len, outer)])
+
     @property
     def characteristic(self) -> int:
         """Euler characteristic: vertices - edges + faces."""

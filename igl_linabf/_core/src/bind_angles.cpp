@@ -1,4 +1,5 @@
 // Bindings: triangles, the reduced system, maps, and conjugate gradients.
+#include "boundary.hpp"
 #include "bound.hpp"
 #include "maps.hpp"
 #include "reduced_system.hpp"
@@ -28,6 +29,14 @@ static void bind_indexed(nb::module_& m) {
 }
 
 static void bind_triangles(nb::module_& m) {
+    m.def("developed_loops", bound(&developed_loops), "start"_a, "turning"_a, "log_ratio"_a, "movable"_a,
+          "Positions of the vertices of loops, one after the other, and the loops' relative gaps.\n\n"
+          "Loop i has the vertices start[i] to start[i + 1]; at each an exterior angle, the logarithm of the next edge's\n"
+          "length over the last one's, and whether the angle may change so that those of the loop sum to 2 pi. Gaps are\n"
+          "closed by the smallest change of lengths.");
+    m.def("drawn_loops", bound(&drawn_loops), "vertex"_a, "start"_a, "turning"_a, "log_ratio"_a,
+          "The gaps of loops that turn by -2 pi, in units of their lengths, and their derivatives by log_ratio + i turning\n"
+          "at the vertices: the vector to the loop's end, minus its mean, over all vertices as the loop's start.");
     m.def("sum_by", bound(&sum_by), "index"_a, "values"_a, "n"_a, "Sum `values` over equal `index`, 0 .. n - 1.");
     m.def("products", bound(&products), "V"_a, "corner"_a,
           "Twice the areas, the scalar products, and the least double area that rounding does not make.");

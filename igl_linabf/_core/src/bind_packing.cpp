@@ -3,7 +3,6 @@
 
 #include "bitmap_packing.hpp"
 #include "cut_lines.hpp"
-#include "drawn_loops.hpp"
 #include "numpy.hpp"
 #include "rasterize.hpp"
 #include "rectangles.hpp"
@@ -159,27 +158,4 @@ widest : (#L,) float64
     The longest diagonal of an upright rectangle around a part.
 cut : (#L,) float64
     The lengths of the edges that are cut, added up.)");
-    m.def(
-        "drawn_loops",
-        [](In1<const Index> vertex, In1<const Index> start, In1<const double> turning, In1<const double> log_ratio) {
-            auto [gap, q] = unlocked(
-                [&] { return drawn_loops(view(vertex), view(start), view(turning), view(log_ratio)); });
-            return std::pair(out(std::move(gap)), out(std::move(q)));
-        },
-        "vertex"_a, "start"_a, "turning"_a, "log_ratio"_a,
-        R"(The gaps of loops that turn by -2 pi, and their derivatives by the vertices; see `Closure`.
-
-Parameters
-----------
-vertex : (#L,) int64
-    The vertices of the loops, one after another.
-start : (#loops + 1,) int64
-    Where each begins.
-turning, log_ratio : (#V,) float64
-    As in `Residual`.
-
-Returns
--------
-gap : (#loops,) complex128
-q : (#L,) complex128)");
 }
