@@ -3,7 +3,6 @@
 import os
 import subprocess
 import sys
-from contextlib import nullcontext
 from itertools import pairwise
 
 import numpy as np
@@ -16,7 +15,6 @@ from scipy.sparse import linalg
 import igl_linabf as il
 from igl_linabf import kernels
 from igl_linabf.angles import constraints_of
-from igl_linabf.charts.outlines import NONE_KNOWN, Outline, Row, masks_of
 from igl_linabf.kernels import choice
 from igl_linabf.kernels.choice import compiled
 from igl_linabf.linalg import NotPositiveDefiniteError, SmallBlocks
@@ -25,7 +23,6 @@ from igl_linabf.surface import planar
 pytest.importorskip("numba")
 
 IN_ANY_ORDER = {"overlapping"}
-FAN = np.stack((np.cos(np.pi / 4 * np.arange(8)), np.sin(np.pi / 4 * np.arange(8))))
 
 
 def topology_and_angles():
@@ -33,52 +30,6 @@ def topology_and_angles():
     alpha = np.arctan2(mesh.double_area, mesh.dot)
     alpha[:, ::7] *= np.random.default_rng(0).uniform(0.1, 1, (3, 1))
     return mesh, mesh.topology, alpha
-
-
-def masks_in_turn(scale=1):
-    """Rings of several sizes, and stars that fit into some; on pages that hold a few."""
-    turns, made = np.exp(2j * np.pi * np.arange(40) / 40), []
-    for size in (1.5, 1.1, 0.8, 1.3, 0.5, 0.4):
-        star = size * turns * (1 + 0.3 * np.cos(2 * np.pi * np.arange(40) / 8))
-        rims = (star, 0.6 * star[::-1])[: 1 + (size > 1)]
-        start, end = np.concatenate(rims), np.concatenate([np.roll(rim, -1) for rim in rims])
-        made.append(Outline(start, end, np.ones(len(start), dtype=np.int64), 3.0))
-    masks = masks_of(
-        made, [np.exp(2j * np.pi * np.arange(k) / k) for k in (8, 3, 4, 1, 2, 5)], 9.0 * scale, 0.5
-    )
-    row = Row.of(masks)
-    return 48 * scale, 3, row.spans, row.shapes, row.blocks, row.start, NONE_KNOWN
-
-
-def stars_in_places():
-    """What `masks_in_turn` is placed as."""
-    side, most, spans, shapes, blocks, start, none = masks_in_turn()
-    places, _ = kernels.placed(side, most, spans, shapes, blocks, start, none)
-    return side, places, blocks, start
-
-
-def boxes_beside(taken):
-    """Low ones, the highest ones first, of which most find room; and cells that are taken."""
-    sizes = np.random.default_rng(3).uniform((0.3, 0.5), (6, 5), (60, 2))
-    return sizes[np.argsort(-sizes[:, 1])], taken
-
-
-def groups_of_points():
-    """A turned box of a grid, all four sides of which are as good; a pentagon; a cloud; a line."""
-    x, y = np.divmod(np.arange(12), 4)
-    five, cloud = 2 * np.exp(2j * np.pi * np.arange(5) / 5), np.random.default_rng(2).normal(size=(60, 2))
-    groups = (0.3j + np.exp(0.4j) * (x + 1j * y), five, cloud @ [1, 1j], (2 + 1j) * np.arange(4))
-    return np.concatenate(groups), np.cumsum([0, *map(len, groups)])
-
-
-def turned_outlines():
-    """Two closed outlines, one with level sides, one that counts twice; masks small, large and opposite."""
-    star = 12 + 10j + np.exp(2j * np.pi * np.arange(30) / 30) * (7 + 2 * np.cos(np.arange(30) * np.pi / 3))
-    box = np.array([2, 9.3, 9.3 + 4j, 2 + 4j]) + 1.7j
-    start, end = np.concatenate((star, box)), np.concatenate((np.roll(star, -1), np.roll(box, -1)))
-    turns = np.array([1, np.exp(0.7j), -np.exp(0.7j), 5.1 * np.exp(1.9j), 1, -1, 1, 1j, 3 * np.exp(-1j)])
-    weight = np.repeat([2, 1], [30, 4])
-    return start, end, weight, np.array([0, 30, 34]), turns, np.array([0, 0, 0, 0, 1, 1, 1, 1, 1]), 0.8
 
 
 def triangles():
@@ -226,20 +177,10 @@ def cases():
         "turn": (rng.normal(size=40), 0.7, rng.normal(size=40)),
         "go": (rng.normal(size=40), 0.7, *rng.normal(size=(2, 40))),
         "move": (*rng.normal(size=(2, 40)), 0.7, *rng.normal(size=(2, 40))),
-        "drawn": (*turned_outlines(),),
-        "drawn_loops": (some[:30], np.array([0, 3, 11, 30]), *rng.normal(size=(2, t.n)) / 3),
         "block_rows": (*at[:2], number),
         "blocks_of_rows": (block, *rows[1:], of),
         "without_rows": (*rows[:2], own, rng.normal(size=2 * len(some)), rng.normal(size=2 * pattern.n + 3)),
         "left_at_rows": (*rows[:2], own, some, *rng.normal(size=(2, 2 * pattern.n + 3))),
-        "placed": (*masks_in_turn(),),
-        "taken_cells": stars_in_places(),
-        "on_shelves": boxes_beside(kernels.taken_cells(*stars_in_places())[0]),
-        "narrowest_turns": groups_of_points(),
-        "divisions": (
-            mesh.V[:, :2],
-            *(t.edges, length, ~t.interior, np.array([[1.0, 0.0], [0.6, 0.8]]), np.array([0.1, -0.2]), FAN),
-        ),
         "behind_least_cut": (t.edges, (1000 * length).astype(np.int64), t.n, 3, t.n - 9),
         "block_product": (*at[:2], block, rng.normal(size=2 * pattern.n)),
         "products_of_entries": (*at[:2], block, rng.normal(size=(pattern.n, 3)), np.array([5, 40])),
@@ -273,17 +214,6 @@ def test_the_loops_are_the_same_as_numpy(name):
         assert np.asarray(a).dtype == np.asarray(b).dtype and np.shape(a) == np.shape(b)
         largest = np.abs(b).max(initial=0, where=np.isfinite(b))
         np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11 * largest)
-
-
-@pytest.mark.parametrize("known", [0, 2, 5, 6])
-def test_masks_go_to_the_same_places_where_those_of_the_first_ones_are_known(known):
-    *given, none = masks_in_turn(3)  # on pages of several words
-    with kernels.numpy_only():
-        expected = kernels.placed(*given, none)
-    for only in (nullcontext, kernels.numpy_only):
-        with only():
-            for a, b in zip(kernels.placed(*given, expected[0][:known]), expected, strict=True):
-                np.testing.assert_array_equal(a, b)
 
 
 @pytest.mark.parametrize("ways", [1, 3, 6])

@@ -5,6 +5,7 @@ loops, which numba compiles where it is installed (the extra `fast`). For factor
 without numba, a library makes them.
 """
 
+from .._core import divisions, drawn, drawn_loops, narrowest_turns, on_shelves, placed, taken_cells
 from .arcs import arcs_between, opened
 from .assembly import DEPTH, Hinges, assembled
 from .choice import fast_by, is_fast, numpy_only
@@ -23,12 +24,9 @@ from .connectivity import (
 )
 from .development import developed
 from .dissection import dissected, neighbours, separators
-from .drawing import drawn
-from .drawn_loops import drawn_loops
 from .fans import fans_around
 from .graphs import above, far_apart, shortest_pairs
 from .least_cuts import behind_least_cut
-from .lines_across import divisions
 from .many_sides import backward_many, forward_many
 from .maps import centred, changes, signed_double_areas
 from .meetings import Sources, meeting
@@ -42,10 +40,7 @@ from .paths import (
     ways_towards,
     without_leaves,
 )
-from .places import placed, taken_cells
-from .rectangles import narrowest_turns
 from .sheets import overlap_sheets
-from .shelves import on_shelves
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
 from .small_systems import solved, solved_inside
 from .some_rows import block_rows, blocks_of_rows, left_at_rows, without_rows

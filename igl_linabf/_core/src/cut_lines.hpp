@@ -1,0 +1,68 @@
+// What lines across a flat graph divide it into: how far the parts reach, and how long the cuts are.
+#pragma once
+#include <cmath>
+
+#include "arrays.hpp"
+
+struct Divisions {
+    Array<double> hulls, widest, cut;
+};
+
+// For each line, which cuts the edges that it crosses: the areas of the parts' convex hulls, of their points that are
+// farthest out in some directions; the longest diagonal of an upright rectangle around a part; the length of the cut.
+// Beyond line k are the points whose product with its normal is above its offset. `outer` points may be on a hull, and
+// those at edges that are cut. `outwards`, (2, 4 n), are unit vectors by equal angles, the first one (1, 0).
+inline Divisions divisions(Matrix<const double> points, Matrix<const Index> ends, View<const double> length,
+                           View<const bool> outer, Matrix<const double> normal, View<const double> offset,
+                           Matrix<const double> outwards) {
+    const Index n = points.rows, lines = offset.size, fan = outwards.columns;
+    Divisions made{Array<double>(lines), Array<double>(lines), Array<double>(lines)};
+    std::vector<char> beyond(n), near(n);
+    std::vector<Index> parent(n), part(n), at;
+    std::vector<double> most;
+    const auto root = [&](Index i) {  // union-find, with paths halved on the way
+        while (parent[i] != i) i = parent[i] = parent[parent[i]];
+        return i;
+    };
+    for (Index k = 0; k < lines; ++k) {
+        made.hulls[k] = made.widest[k] = made.cut[k] = 0;
+        for (Index i = 0; i < n; ++i) {
+            beyond[i] = points[i][0] * normal[k][0] + points[i][1] * normal[k][1] > offset[k];
+            near[i] = outer[i], parent[i] = i, part[i] = -1;
+        }
+        for (Index e = 0; e < ends.rows; ++e) {
+            const Index i = ends[e][0], j = ends[e][1];
+            if (beyond[i] != beyond[j]) {
+                made.cut[k] += length[e];
+                near[i] = near[j] = true;
+            } else {
+                const Index one = root(i), other = root(j);
+                parent[std::max(one, other)] = std::min(one, other);
+            }
+        }
+        at.clear(), most.clear();
+        for (Index i = 0; i < n; ++i) {
+            if (!near[i]) continue;
+            Index& p = part[root(i)];
+            if (p < 0) {
+                p = Index(at.size());
+                at.resize(at.size() + fan, i), most.resize(most.size() + fan, -INFINITY);
+            }
+            for (Index d = 0; d < fan; ++d) {
+                const double far = points[i][0] * outwards[0][d] + points[i][1] * outwards[1][d];
+                if (far > most[p + d]) most[p + d] = far, at[p + d] = i;
+            }
+        }
+        for (Index p = 0; p < Index(at.size()); p += fan) {
+            double double_area = 0;
+            for (Index d = 0; d < fan; ++d) {
+                const double *a = points[at[p + d]], *b = points[at[p + (d + 1) % fan]];
+                double_area += a[0] * b[1] - a[1] * b[0];
+            }
+            made.hulls[k] += double_area / 2;
+            const double wide = most[p] + most[p + fan / 2], high = most[p + fan / 4] + most[p + 3 * fan / 4];
+            made.widest[k] = std::max(made.widest[k], std::sqrt(wide * wide + high * high));
+        }
+    }
+    return made;
+}

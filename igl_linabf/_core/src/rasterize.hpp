@@ -1,0 +1,176 @@
+// The cells of a grid that outlines in the plane touch, as blocks of equal runs of cells.
+#pragma once
+#include <cmath>
+#include <cstdlib>
+#include <new>
+#include <stdexcept>
+
+#include "cells.hpp"
+
+constexpr std::uint32_t ONCE = 1 << 16;  // a winding in a number that also counts sides: fewer reach a cell
+constexpr double MOST_CELLS = 1e15;      // of a mask: far more than any memory holds, and exact as an integer
+
+// Numbers that are 0. The system clears their pages when they are first written to, and most never are.
+template <class T>
+class Zeros {
+    struct Free {
+        void operator()(T* data) const { std::free(data); }
+    };
+    std::unique_ptr<T, Free> held;
+    Index size = 0;
+
+  public:
+    // At least `wanted` numbers, all 0 if those before are.
+    T* at_least(Index wanted) {
+        if (wanted > size) {
+            held.reset(static_cast<T*>(std::calloc(std::size_t(2 * wanted), sizeof(T))));
+            size = held ? 2 * wanted : 0;
+            if (!held) throw std::bad_alloc();
+        }
+        return held.get();
+    }
+};
+
+// What changes from each cell of a grid to the next one of its row, and bits that mark where something does.
+// One more column ends each row.
+struct Changes {
+    std::uint32_t* change;
+    Word* marks;
+    Index rows, columns, words;
+
+    void add(Index row, Index column, std::uint32_t by) const {
+        change[row * (columns + 1) + column] += by;
+        marks[row * words + (column >> 6)] |= Word(1) << (column & 63);
+    }
+};
+
+// The floor and the ceiling of a number, from 0 to `most`.
+inline Index floor_of(double x, Index most) { return Index(std::min(double(most), std::max(0.0, x))); }
+inline Index ceil_of(double x, Index most) {
+    const Index below = floor_of(x, most);
+    return below + (double(below) < x && below < most);
+}
+
+// Add what the sides from a to b change: how often the outline winds around the centres of cells, and the sides that
+// come within `half`, in u and in v, of cells. In a row a side reaches as far as its part within `half` of the row.
+inline void add_sides(View<const Point> a, View<const Point> b, View<const Index> weight, double half, Changes cells) {
+    for (Index s = 0; s < a.size; ++s) {
+        const auto [x, y] = a[s];
+        const double across = b[s].x - x, rise = b[s].y - y;
+        const double low = std::min(y, b[s].y), high = std::max(y, b[s].y);
+        const std::uint32_t by = ONCE * std::uint32_t(rise > 0 ? weight[s] : -weight[s]);
+        const Index above = ceil_of(high - 0.5, cells.rows);
+        for (Index row = ceil_of(low - 0.5, cells.rows); row < above; ++row) {
+            const double at = x + (double(row) + 0.5 - y) / rise * across;
+            cells.add(row, ceil_of(at - 0.5, cells.columns), by);
+        }
+        const Index bottom = floor_of(low - half, cells.rows), top = floor_of(high + half, cells.rows - 1) + 1;
+        for (Index row = bottom; row < top; ++row) {
+            double first = 0, last = 1;
+            if (bottom + 1 < top && rise != 0) {
+                first = std::min(1.0, std::max(0.0, (double(row) - half - y) / rise));
+                last = std::min(1.0, std::max(0.0, (double(row + 1) + half - y) / rise));
+            }
+            const double one = x + first * across, other = x + last * across;
+            cells.add(row, floor_of(std::min(one, other) - half, cells.columns), 1);
+            cells.add(row, floor_of(std::max(one, other) + half, cells.columns - 1) + 1, std::uint32_t(-1));
+        }
+    }
+}
+
+// Append the blocks of those cells where the changes of their row do not add up to 0, and clear the changes.
+// `last`, (columns + 1,), is for the block that begins at each column.
+inline void append_blocks(Changes cells, View<Index> last, std::vector<Block>& blocks) {
+    std::fill(last.begin(), last.end(), -1);
+    for (Index row = 0; row < cells.rows; ++row) {
+        std::uint32_t* change = cells.change + row * (cells.columns + 1);
+        Word* marks = cells.marks + row * cells.words;
+        std::uint32_t now = 0;
+        bool inside = false;
+        Index begin = 0;
+        for (Index word = 0; word < cells.words; ++word) {
+            for (Word bits = std::exchange(marks[word], NONE); bits != NONE; bits &= bits - 1) {
+                const Index column = word * WORD + lowest_bit(bits);
+                now += std::exchange(change[column], 0);
+                if ((now != 0) == inside) continue;
+                inside = !inside;
+                if (inside) {
+                    begin = column;
+                    continue;
+                }
+                Index& b = last[begin];
+                if (b < 0 || blocks[b].length != column - begin || blocks[b].row + blocks[b].height != row) {
+                    b = Index(blocks.size());
+                    blocks.emplace_back() = {row, begin, column - begin, 0};
+                }
+                ++blocks[b].height;
+            }
+        }
+    }
+}
+
+struct Drawn {
+    std::vector<Shape> shapes;
+    std::vector<Point> low;
+    std::vector<Block> blocks;
+    std::vector<Index> begin;
+};
+
+// The masks of turned outlines, widened by `half` to all four sides: outline i has the sides from sides[i] to
+// sides[i + 1], and mask k is that of outline of[k] times turns[k], in the smallest grid. Where turns[k] is the
+// opposite of the one before, of the same outline, it is that mask turned over.
+inline Drawn drawn(View<const Point> start, View<const Point> end, View<const Index> weight,
+                   View<const Index> sides, View<const Point> turns, View<const Index> of, double half) {
+    Drawn made;
+    made.begin.push_back(0);
+    Zeros<std::uint32_t> change;
+    Zeros<Word> marks;
+    std::vector<Point> a, b;
+    std::vector<Index> last;
+    std::vector<Block> own;
+    for (Index k = 0; k < turns.size; ++k) {
+        const auto first_block = Index(made.blocks.size());
+        if (k && of[k] == of[k - 1] && turns[k] == Point{0, 0} - turns[k - 1]) {
+            const auto [rows, columns] = made.shapes[k - 1];
+            made.blocks.resize(2 * first_block - made.begin[k - 1]);
+            for (Index i = made.begin[k - 1], j = first_block; i < first_block; ++i, ++j) {
+                const auto [row, column, length, height] = made.blocks[i];
+                made.blocks[j] = {rows - row - height, columns - column - length, length, height};
+            }
+            const Point before = made.low[k - 1];
+            made.low.push_back({-before.x - double(columns), -before.y - double(rows)});
+            made.shapes.push_back({rows, columns});
+            made.begin.push_back(Index(made.blocks.size()));
+            continue;
+        }
+        const Index first = sides[of[k]], number = sides[of[k] + 1] - first;
+        a.resize(number), b.resize(number);
+        double left = INFINITY, bottom = INFINITY, right = -INFINITY, top = -INFINITY;
+        bool finite = true;
+        for (Index s = 0; s < number; ++s) {
+            const Point p = a[s] = times(turns[k], start[first + s]), q = b[s] = times(turns[k], end[first + s]);
+            finite = finite && std::isfinite(p.x + p.y + q.x + q.y);
+            left = std::min(left, p.x), right = std::max(right, p.x);
+            bottom = std::min(bottom, p.y), top = std::max(top, p.y);
+        }
+        const Point corner{left - half, bottom - half};
+        const double wide = right - corner.x + half, high = top - corner.y + half;
+        if (!finite || !(wide >= 0 && high >= 0)) throw std::invalid_argument("an outline has no sides, or is not finite");
+        if (!((wide + 2) * (high + 1) < MOST_CELLS)) throw std::bad_alloc();
+        const Index columns = Index(wide) + 1, rows = Index(high) + 1, stride = columns + 1, words = columns / WORD + 1;
+        const Changes cells{change.at_least(rows * stride), marks.at_least(rows * words), rows, columns, words};
+        for (Index s = 0; s < number; ++s) a[s] = a[s] - corner, b[s] = b[s] - corner;
+        add_sides(a, b, weight.part(first, first + number), half, cells);
+        if (Index(last.size()) < stride) last.resize(stride);
+        own.clear();
+        append_blocks(cells, View<Index>(last).part(0, stride), own);
+        std::stable_sort(own.begin(), own.end(), [](const Block& one, const Block& other) {
+            return one.length * one.height > other.length * other.height;
+        });
+        made.blocks.insert(made.blocks.end(), own.begin(), own.end());
+        made.shapes.push_back({rows, columns});
+        made.low.push_back(corner);
+        made.begin.push_back(Index(made.blocks.size()));
+    }
+    return made;
+}
