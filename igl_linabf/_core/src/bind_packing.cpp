@@ -10,8 +10,6 @@
 
 namespace {
 
-using Complex = std::complex<double>;
-
 View<const Point> points(const In1<const Complex>& z) {
     return {reinterpret_cast<const Point*>(z.data()), Index(z.shape(0))};
 }

@@ -6,13 +6,15 @@
 
 #include "arrays.hpp"
 
+using Complex = std::complex<double>;
+
 // The gaps of loops that turn by -2 pi, in units of their length, and the derivatives by log_ratio + i turning at
 // their vertices: the vector from the vertex to the loop's end, minus its mean, over all vertices as the loop's start.
 // What a loop turns by too much and the change of scale are spread evenly over it first.
-inline std::pair<Array<std::complex<double>>, Array<std::complex<double>>> drawn_loops(View<const Index> vertex, View<const Index> start,
+inline std::pair<Array<Complex>, Array<Complex>> drawn_loops(View<const Index> vertex, View<const Index> start,
                                                              View<const double> turning,
                                                              View<const double> log_ratio) {
-    Array<std::complex<double>> gap(start.size - 1), q(vertex.size);
+    Array<Complex> gap(start.size - 1), q(vertex.size);
     std::vector<double> length(vertex.size);
     for (Index i = 0; i < gap.size(); ++i) {
         const Index first = start[i], end = start[i + 1];
@@ -32,7 +34,7 @@ inline std::pair<Array<std::complex<double>>, Array<std::complex<double>>> drawn
             at += turning[vertex[k]] - angle;
             q[k] = {edge * std::cos(at), edge * std::sin(at)};
         }
-        std::complex<double> to_end = 0, mean = 0;
+        Complex to_end = 0, mean = 0;
         for (Index k = end - 1; k >= first; --k) q[k] = to_end += q[k] / total;
         gap[i] = to_end;
         for (Index k = first; k < end; ++k) mean += q[k] += to_end * (double(k - first) / size);

@@ -155,7 +155,8 @@ inline Drawn drawn(View<const Point> start, View<const Point> end, View<const In
         }
         const Point corner{left - half, bottom - half};
         const double wide = right - corner.x + half, high = top - corner.y + half;
-        if (!finite || !(wide >= 0 && high >= 0)) throw std::invalid_argument("an outline has no sides, or is not finite");
+        if (!finite || !(wide >= 0 && high >= 0))
+            throw std::invalid_argument("an outline has no sides, or is not finite");
         if (!((wide + 2) * (high + 1) < MOST_CELLS)) throw std::bad_alloc();
         const Index columns = Index(wide) + 1, rows = Index(high) + 1, stride = columns + 1, words = columns / WORD + 1;
         const Changes cells{change.at_least(rows * stride), marks.at_least(rows * words), rows, columns, words};
