@@ -7,9 +7,10 @@
 #include "rasterize.hpp"
 #include "rectangles.hpp"
 
-namespace {
-
+using namespace packing;
 using Complex = std::complex<double>;
+
+namespace {
 
 View<const Point> points(const In1<const Complex>& z) {
     return {reinterpret_cast<const Point*>(z.data()), Index(z.shape(0))};

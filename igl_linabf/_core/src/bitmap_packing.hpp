@@ -11,6 +11,8 @@
 
 #include "cells.hpp"
 
+namespace packing {
+
 constexpr Index TOGETHER = 16;  // rows that a mask moves up at once
 
 struct Span {  // masks of a chart
@@ -184,8 +186,9 @@ inline std::pair<std::vector<Place>, std::vector<Extent>> placed(Index side, Ind
                 pages.emplace_back(side, levels);
             }
             Page& on = pages[page];
-            Place to = chart < known.size ? known[chart] : best_place(on, side, spans[chart], shapes, blocks, start, runs);
-            if (to.mask < 0 || (chart < known.size && to.page != page)) continue;
+            const bool is_known = chart < known.size;
+            Place to = is_known ? known[chart] : best_place(on, side, spans[chart], shapes, blocks, start, runs);
+            if (to.mask < 0 || (is_known && to.page != page)) continue;
             to.page = page;
             const Shape shape = shapes[to.mask];
             take(on, shape, blocks.part(start[to.mask], start[to.mask + 1]), to.x, to.y);
@@ -200,15 +203,18 @@ inline std::pair<std::vector<Place>, std::vector<Extent>> placed(Index side, Ind
 }
 
 // The cells, (#pages side, side), that charts at their places take.
-inline Array<bool> taken_cells(Index side, View<const Place> places, View<const Block> blocks, View<const Index> start) {
+inline Array<bool> taken_cells(Index side, View<const Place> places, View<const Block> blocks,
+                               View<const Index> start) {
     Index pages = 0;
     for (const Place& place : places) pages = std::max(pages, place.page + 1);
     Array<bool> taken(pages * side, side);
     std::fill_n(taken.data(), taken.size(), false);
     for (const Place& place : places)
         for (const Block& block : blocks.part(start[place.mask], start[place.mask + 1]))
-            for (Index row = block.row; row < block.row + block.height; ++row)
-                std::fill_n(&taken[(place.page * side + place.y + row) * side + place.x + block.column], block.length, true);
+            for (Index row = block.row; row < block.row + block.height; ++row) {
+                bool* const cells = taken.data() + (place.page * side + place.y + row) * side + place.x;
+                std::fill_n(cells + block.column, block.length, true);
+            }
     return taken;
 }
 
@@ -221,7 +227,10 @@ inline std::vector<Point> on_shelves(Matrix<const double> sizes, Matrix<const bo
     for (Index row = side; row--;) {
         std::int32_t *const own = above.data() + row * side, *const next = own + side;
         INDEPENDENT
-        for (Index column = 0; column < side; ++column) own[column] = taken[row][column] ? 0 : next[column] + 1;
+        for (Index column = 0; column < side; ++column) {
+            const std::int32_t more = next[column] + 1;
+            own[column] = taken[row][column] ? 0 : more;
+        }
     }
     std::vector<double> end(n + 1);
     for (Index i = 0; i < n; ++i) end[i + 1] = end[i] + sizes[i][0];
@@ -231,15 +240,20 @@ inline std::vector<Point> on_shelves(Matrix<const double> sizes, Matrix<const bo
         const double height = sizes[first][1];
         if (!(height >= 0 && bottom + height <= double(side))) break;
         const Index row = Index(bottom), rows = Index(std::ceil(bottom + height)) - row, before = first;
+        const std::int32_t* const over = above.data() + row * side;
         Index widest = 0;
         for (Index left = 0; left < side && first < n;) {
-            Index right = left;
-            while (right < side && above[row * side + right] >= rows) ++right;
+            if (over[left] < rows) {
+                ++left;
+                continue;
+            }
+            Index right = left + 1;
+            while (right < side && over[right] >= rows) ++right;
             const Index begin = first;
             widest = std::max(widest, right - left);
             for (; first < n && end[first + 1] <= end[begin] + double(right - left); ++first)
                 places.push_back({double(left) + end[first] - end[begin], bottom});
-            left = right + 1;
+            left = right;
         }
         if (first > before)
             bottom += height;
@@ -250,3 +264,5 @@ inline std::vector<Point> on_shelves(Matrix<const double> sizes, Matrix<const bo
     }
     return places;
 }
+
+}  // namespace packing

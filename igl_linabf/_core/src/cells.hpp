@@ -8,6 +8,8 @@
 #include <intrin.h>
 #endif
 
+namespace packing {
+
 using Word = std::uint64_t;
 
 constexpr Index WORD = 64;  // bits
@@ -48,3 +50,5 @@ struct Point {
 inline Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y}; }
 inline bool operator==(Point a, Point b) { return a.x == b.x && a.y == b.y; }
 inline Point times(Point a, Point b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
+
+}  // namespace packing

@@ -4,6 +4,8 @@
 
 #include "arrays.hpp"
 
+namespace packing {
+
 struct Divisions {
     Array<double> hulls, widest, cut;
 };
@@ -66,3 +68,5 @@ inline Divisions divisions(Matrix<const double> points, Matrix<const Index> ends
     }
     return made;
 }
+
+}  // namespace packing

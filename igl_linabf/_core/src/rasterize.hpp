@@ -7,6 +7,8 @@
 
 #include "cells.hpp"
 
+namespace packing {
+
 constexpr std::uint32_t ONCE = 1 << 16;  // a winding in a number that also counts sides: fewer reach a cell
 constexpr double MOST_CELLS = 1e15;      // of a mask: far more than any memory holds, and exact as an integer
 
@@ -155,7 +157,8 @@ inline Drawn drawn(View<const Point> start, View<const Point> end, View<const In
         }
         const Point corner{left - half, bottom - half};
         const double wide = right - corner.x + half, high = top - corner.y + half;
-        if (!finite || !(wide >= 0 && high >= 0)) throw std::invalid_argument("an outline has no sides, or is not finite");
+        if (!finite || !(wide >= 0 && high >= 0))
+            throw std::invalid_argument("an outline has no sides, or is not finite");
         if (!((wide + 2) * (high + 1) < MOST_CELLS)) throw std::bad_alloc();
         const Index columns = Index(wide) + 1, rows = Index(high) + 1, stride = columns + 1, words = columns / WORD + 1;
         const Changes cells{change.at_least(rows * stride), marks.at_least(rows * words), rows, columns, words};
@@ -174,3 +177,5 @@ inline Drawn drawn(View<const Point> start, View<const Point> end, View<const In
     }
     return made;
 }
+
+}  // namespace packing

@@ -5,6 +5,8 @@
 
 #include "cells.hpp"
 
+namespace packing {
+
 constexpr double ALIKE = 1 + 1e-12;  // times the least area is an equal one: rounding must not choose
 constexpr double LEVEL = 1e-14;      // of the lengths' product: below it, three points are on a line
 
@@ -99,3 +101,5 @@ inline std::vector<Point> narrowest_turns(View<const Point> z, View<const Index>
     }
     return turns;
 }
+
+}  // namespace packing

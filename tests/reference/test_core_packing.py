@@ -1,0 +1,187 @@
+"""The core's packing kernels are what their references say."""
+
+from itertools import pairwise
+
+import numpy as np
+import packing as reference
+import pytest
+
+from igl_linabf import _core
+
+NONE_KNOWN = np.empty((0, 4), dtype=np.int64)
+FAN = np.stack((np.cos(np.pi / 16 * np.arange(32)), np.sin(np.pi / 16 * np.arange(32))))
+
+
+def star(size, n=30, arms=5):
+    """The corners of a star."""
+    t = 2 * np.pi * np.arange(n) / n
+    return size * np.exp(1j * t) * (1 + 0.3 * np.cos(arms * t))
+
+
+def sides_of(*rims):
+    """Start and end of the sides of closed outlines."""
+    return np.concatenate(rims), np.concatenate([np.roll(rim, -1) for rim in rims])
+
+
+def outlines():
+    """A star, a box with level sides around a hole, and random sides that cross."""
+    rng = np.random.default_rng(3)
+    box = np.array([2, 9.3, 9.3 + 4j, 2 + 4j]) + 1.7j
+    hole = (box - 5.6 - 3.7j)[::-1] / 2 + 5.6 + 3.7j
+    cloud = rng.normal(size=(12, 2)) @ [3, 3j]
+    each = [sides_of(star(7) + 12 + 10j), sides_of(box, hole), sides_of(cloud)]
+    start, end = (np.concatenate(rims) for rims in zip(*each, strict=True))
+    sides = np.cumsum([0, *(len(a) for a, _ in each)])
+    weight = np.repeat([2, 1, 1], np.diff(sides))
+    return start, end, weight, sides
+
+
+def masks_in_turn(scale):
+    """Rings of several sizes, and stars that fit into some, as masks in several directions; spans of them."""
+    sizes = (1.5, 1.1, 0.8, 1.3, 0.5, 0.4)
+    each = [sides_of(*(star(s, 40), 0.6 * star(s, 40)[::-1])[: 1 + (s > 1)]) for s in sizes]
+    start, end = (np.concatenate(rims) for rims in zip(*each, strict=True))
+    sides = np.cumsum([0, *(len(a) for a, _ in each)])
+    number = np.array([4, 3, 4, 1, 2, 5])
+    turns = scale * np.concatenate([np.exp(2j * np.pi * np.arange(k) / k) for k in number])
+    of = np.repeat(np.arange(len(sizes)), number)
+    weight = np.ones(len(start), dtype=np.int64)
+    shapes, _, blocks, begin = _core.drawn(start, end, weight, sides, turns, of, 0.25)
+    after = np.cumsum(number)
+    return np.column_stack((after - number, after)), shapes, blocks, begin
+
+
+def cells_of(shapes, blocks, begin):
+    """The cells of each mask."""
+    return [
+        reference.cells_of(shape, blocks[i:j]) for shape, (i, j) in zip(shapes, pairwise(begin), strict=True)
+    ]
+
+
+@pytest.mark.parametrize("half", [0.0, 0.31, 0.8, 2.3])
+def test_masks_have_the_cells_that_turned_outlines_touch(half):
+    start, end, weight, sides = outlines()
+    turns = np.array([1, np.exp(0.7j), 2.1 * np.exp(1.9j), 1, 1j, 0.01, 3 * np.exp(-1j), 1, np.exp(2j)])
+    of = np.repeat([0, 1, 2], [3, 4, 2])
+    shapes, low, blocks, begin = _core.drawn(start, end, weight, sides, turns, of, half)
+    for k, touched in enumerate(cells_of(shapes, blocks, begin)):
+        own = slice(sides[of[k]], sides[of[k] + 1])
+        corner, expected = reference.mask(turns[k] * start[own], turns[k] * end[own], weight[own], half)
+        assert low[k] == pytest.approx(corner)
+        if half or k not in (3, 4, 6):  # sides along cells' borders have neither within 0
+            np.testing.assert_array_equal(touched, expected)
+        size = blocks[begin[k] : begin[k + 1], 2:].prod(axis=1)
+        assert (np.diff(size) <= 0).all()  # the largest first
+
+
+def test_opposite_turns_give_the_mask_turned_over():
+    start, end, weight, sides = outlines()
+    turns, of = np.exp(0.7j) * np.array([1, -1, 1, 1, -1]), np.array([0, 0, 0, 1, 1])
+    shapes, low, blocks, begin = _core.drawn(start, end, weight, sides, turns, of, 0.8)
+    cells = cells_of(shapes, blocks, begin)
+    for one, other in ((0, 1), (1, 2), (3, 4)):
+        np.testing.assert_array_equal(cells[one], cells[other][::-1, ::-1])
+        assert low[other] == pytest.approx(-low[one] - shapes[one] @ [1j, 1])
+
+
+@pytest.mark.parametrize("corner", [np.nan, np.inf, 1e200])
+def test_an_outline_that_no_grid_holds_is_refused(corner):
+    start, end = sides_of(np.array([0, 1, corner + 1j]))
+    one = np.ones(1, dtype=np.complex128)
+    with pytest.raises((ValueError, MemoryError)):
+        _core.drawn(start, end, np.ones(3, np.int64), np.array([0, 3]), one, np.zeros(1, np.int64), 0.5)
+
+
+@pytest.mark.parametrize(("scale", "side", "most"), [(4, 22, 3), (4, 22, 1), (5, 70, 9), (30, 40, 2)])
+def test_masks_go_where_the_square_that_holds_all_grows_least(scale, side, most):
+    spans, shapes, blocks, begin = masks_in_turn(scale)
+    made = _core.placed(side, most, spans, shapes, blocks, begin, NONE_KNOWN)
+    expected = reference.placed(side, most, spans, cells_of(shapes, blocks, begin))
+    for a, b in zip(made, expected, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("known", [0, 2, 5, 6])
+def test_masks_go_to_the_same_places_where_those_of_the_first_ones_are_known(known):
+    row = masks_in_turn(27)  # on pages of several words
+    expected = _core.placed(144, 3, *row, NONE_KNOWN)
+    assert expected[0][:, 0].min() >= 0
+    for a, b in zip(_core.placed(144, 3, *row, expected[0][:known]), expected, strict=True):
+        np.testing.assert_array_equal(a, b)
+
+
+@pytest.mark.parametrize("side", [48, 144])
+def test_charts_at_their_places_take_cells_that_no_other_takes(side):
+    spans, shapes, blocks, begin = masks_in_turn(side * 3 / 16)
+    places, extents = _core.placed(side, 3, spans, shapes, blocks, begin, NONE_KNOWN)
+    cells, expected = cells_of(shapes, blocks, begin), np.zeros((len(extents), side, side), dtype=np.int64)
+    for k, page, x, y in places:
+        high, wide = shapes[k]
+        expected[page, y : y + high, x : x + wide] += cells[k]
+    assert expected.max() == 1
+    np.testing.assert_array_equal(_core.taken_cells(side, places, blocks, begin), expected > 0)
+
+
+@pytest.mark.parametrize("widest", [6, 60])
+def test_rectangles_stand_on_shelves_behind_taken_cells(widest):
+    spans, shapes, blocks, begin = masks_in_turn(9)
+    places, _ = _core.placed(48, 3, spans, shapes, blocks, begin, NONE_KNOWN)
+    sizes = np.random.default_rng(3).uniform((0.3, 0.5), (widest, 5), (60, 2))
+    sizes = sizes[np.argsort(-sizes[:, 1])]
+    pages = _core.taken_cells(48, places, blocks, begin)
+    for taken in (*pages, np.zeros((48, 48), dtype=bool), np.ones((9, 9), dtype=bool)):
+        made, expected = _core.on_shelves(sizes, taken), reference.on_shelves(sizes, taken)
+        np.testing.assert_allclose(made, expected, atol=1e-11)
+
+
+def groups_of_points():
+    """A turned box of a grid, all sides of which are as good; a pentagon; clouds, one with points twice."""
+    x, y = np.divmod(np.arange(12), 4)
+    five, rng = 2 * np.exp(2j * np.pi * np.arange(5) / 5), np.random.default_rng(2)
+    cloud, flat = rng.normal(size=(40, 2)) @ [1, 1j], rng.normal(size=(20, 2)) @ [1, 1e-3j] * np.exp(0.3j)
+    return [0.3j + np.exp(0.4j) * (x + 1j * y), five, cloud, np.tile(flat, 2)]
+
+
+def test_turned_rectangles_are_as_narrow_as_any_along_a_side_of_the_hull():
+    groups = groups_of_points()
+    turns = _core.narrowest_turns(np.concatenate(groups), np.cumsum([0, *map(len, groups)]))
+    np.testing.assert_allclose(np.abs(turns), 1, rtol=1e-11)
+    for z, turn in zip(groups, turns, strict=True):
+        assert reference.rectangle(z * turn) == pytest.approx(reference.least_rectangle(z), rel=1e-9)
+
+
+def test_of_sides_that_are_as_good_the_first_one_counts():
+    grid, five = groups_of_points()[:2]
+    turns = _core.narrowest_turns(np.concatenate((grid, five)), np.array([0, len(grid), len(grid) + 5]))
+    for z, turn in zip((grid, five), turns, strict=True):  # clockwise from the lowest corner
+        lowest = z[z.imag.argmin()] * turn
+        assert lowest.imag == pytest.approx((z * turn).imag.max(), abs=1e-9)
+        assert ((z * turn).real[(z * turn).imag > lowest.imag - 1e-9] > lowest.real - 1e-9).all()
+
+
+def test_points_on_a_line_are_not_turned():
+    groups = [(2 + 1j) * np.arange(4), np.full(3, 1j), np.ones(1, complex), np.full(5, complex(np.nan, 0))]
+    turns = _core.narrowest_turns(np.concatenate(groups), np.cumsum([0, *map(len, groups), 0]))
+    np.testing.assert_array_equal(turns, 1)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_lines_divide_a_graph_into_parts(seed):
+    rng, n = np.random.default_rng(seed), 60
+    points, ends, angle = rng.normal(size=(n, 2)), rng.integers(n, size=(90, 2)), rng.uniform(0, 6, 5)
+    given = (
+        *(points, ends, rng.uniform(size=90), rng.random(n) < 0.5),
+        *(np.column_stack((np.cos(angle), np.sin(angle))), np.array([-9, -0.5, 0, 0.5, 9]), FAN),
+    )
+    made = _core.divisions(*given)
+    np.testing.assert_allclose(np.stack(made), reference.divisions(*given), rtol=1e-11, atol=1e-11)
+
+
+def test_loops_end_where_turning_and_scale_lead():
+    rng, n = np.random.default_rng(1), 40
+    loops = [rng.permutation(n)[:size] for size in (3, 8, 19, 1)]
+    turning, log_ratio = rng.normal(size=(2, n)) / 3
+    log_ratio[5] = 800.0  # more than an exponential holds
+    made = _core.drawn_loops(np.concatenate(loops), np.cumsum([0, *map(len, loops)]), turning, log_ratio)
+    for a, b in zip(made, reference.drawn_loops(loops, turning, log_ratio), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11)
