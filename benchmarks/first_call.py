@@ -77,10 +77,7 @@ def table(python: Path, meshes: Path, repeat: int) -> str:
     usual = {name: float(np.median(values)) for name, values in taken.items()}
     command = python.with_name("igl-linabf")
     unwrapped = np.median([seconds(command, "unwrap", closed, "-o", "cow.obj") for _ in range(repeat)])
-    rows = [
-        "| what a process does | seconds | over `igl.lscm` |",
-        "|---|---|---|",
-    ]
+    rows = ["| what a process does | seconds | over `igl.lscm` |", "|---|---|---|"]
     for when, times in (("the very first", very_first), ("a later", usual)):
         for name in commands:
             over = f"{times[name] / times['igl.lscm']:.2f}"
@@ -89,7 +86,7 @@ def table(python: Path, meshes: Path, repeat: int) -> str:
     for path in (closed, part):
         first, second = np.median([first_and_second(python, path) for _ in range(repeat)], axis=0)
         name = Path(path).stem.split("__igl_")[1]
-        rows.append(f"| `unwrap(V, F, method=\"isometric\")` of {name}: the first call | {first:.2f} | |")
+        rows.append(f'| `unwrap(V, F, method="isometric")` of {name}: the first call | {first:.2f} | |')
         rows.append(f"| the second call | {second:.2f} | |")
     return "\n".join(rows)
 

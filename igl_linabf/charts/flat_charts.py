@@ -7,9 +7,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from .._core import lengths
+from .._core import lengths, narrowest_turns
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from .._core import narrowest_turns
 from ..surface import Parts, Submesh, centres, complex_positions, connected_labels, signed_double_areas
 from .extents import extents
 from .outlines import Outline

@@ -14,8 +14,8 @@ from functools import cached_property
 
 import numpy as np
 
-from .._types import ComplexArray, FloatArray, IntArray
 from .._core import on_shelves
+from .._types import ComplexArray, FloatArray, IntArray
 from .outlines import NONE_KNOWN, Outline, Row, masks_of
 from .spacing import Spacing
 

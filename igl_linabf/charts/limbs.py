@@ -10,9 +10,8 @@ from itertools import groupby
 
 import numpy as np
 
-from .._core import behind_least_cut
+from .._core import behind_least_cut, divisions, narrowest_turns
 from .._types import BoolArray, FloatArray, IntArray
-from .._core import divisions, narrowest_turns
 from ..measures import Quality, overlapping_pairs_of_chart, quality_of_each
 from ..surface import Submesh, complex_positions
 from .atlas import Chart

@@ -8,8 +8,8 @@ from itertools import pairwise
 
 import numpy as np
 
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from .._core import drawn, placed, taken_cells
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import Parts, at_once
 
 AT_ONCE = 100_000  # sides of turned charts that are drawn at once

@@ -10,9 +10,9 @@ import numpy as np
 import scipy
 from numpy.typing import ArrayLike
 
+from .._core import narrowest_turns
 from .._types import ComplexArray, FloatArray, IntArray
 from ..errors import MeshError, is_number
-from .._core import narrowest_turns
 from ..surface import Parts, Submesh, complex_positions, coordinates, signed_double_areas
 from .extents import areas, extents
 from .layout_search import FEW, Charts, Layout, fixed_layout, largest_layout

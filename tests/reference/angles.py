@@ -229,3 +229,37 @@ def developed(z, known, start, twin, corner, cot):
         beside = ((twin[i * m + t], side - to), (twin[j * m + t], to))
         queue += [(other, along) for other, along in beside if other >= 0]
     return z, worst
+
+
+# --- boundary loops
+
+
+def developed_edges(turning, log_ratio):
+    """Edges of a loop over their total length; one leaves each vertex."""
+    length = np.cumsum(log_ratio - log_ratio.mean())
+    edge = np.exp(length - length.max() + 1j * np.cumsum(turning))
+    return edge / np.abs(edge).sum()
+
+
+def developed_loop(turning, log_ratio, movable):
+    """The outer loop drawn from exterior angles, closed by min sum delta^2 / l; and by how much it failed to close."""
+    missing = (2 * np.pi - turning.sum()) / np.count_nonzero(movable)
+    edge = developed_edges(turning + np.where(movable, missing, 0.0), log_ratio)
+    length, u = np.abs(edge), np.stack((edge.real, edge.imag)) / np.abs(edge)
+    gap = edge.sum()
+    mu = np.linalg.solve((u * length) @ u.T, -np.array([gap.real, gap.imag]))  # delta = l u . mu
+    return np.append(0, np.cumsum(edge * (1 + mu @ u))[:-1]), abs(gap)
+
+
+def drawn_loops(loops, turning, log_ratio):
+    """The gaps of closed loops of vertices, and their derivatives, one loop after the other."""
+    gaps, q = [], [np.empty(0, np.complex128)]
+    for loop in loops:
+        angle, ratio = turning[loop], log_ratio[loop]
+        angle = angle - (angle.sum() + 2 * np.pi) / len(angle)  # the mesh on the left: clockwise
+        edge = developed_edges(angle, ratio)
+        to_end = np.cumsum(edge[::-1])[::-1]
+        gaps.append(to_end[0])
+        to_end = to_end + to_end[0] * np.arange(len(angle)) / len(angle)  # the mean over all beginnings
+        q.append(to_end - to_end.mean())
+    return np.array(gaps), np.concatenate(q)

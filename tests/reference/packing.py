@@ -1,4 +1,4 @@
-"""What the core's packing kernels compute, cell by cell and edge by edge."""
+"""What the core's packing loops compute, cell by cell and edge by edge."""
 
 import numpy as np
 from scipy import sparse
@@ -138,19 +138,3 @@ def divisions(points, ends, length, outer, normal, offset, outwards):
             widest = max(widest, float(np.hypot(*np.ptp(own, axis=0))))
         made.append((hulls, widest, length[cut].sum()))
     return np.array(made).T
-
-
-def drawn_loops(loops, turning, log_ratio):
-    """The gaps of closed loops of vertices, and their derivatives, one loop after the other."""
-    gaps, q = [], [np.empty(0, np.complex128)]
-    for loop in loops:
-        angle, ratio = turning[loop], log_ratio[loop]
-        angle = angle - (angle.sum() + 2 * np.pi) / len(angle)  # the mesh on the left: clockwise
-        length = np.cumsum(ratio - ratio.mean())
-        edge = np.exp(length - length.max() + 1j * np.cumsum(angle))  # it leaves the loop vertex
-        edge /= np.abs(edge).sum()
-        to_end = np.cumsum(edge[::-1])[::-1]
-        gaps.append(to_end[0])
-        to_end = to_end + to_end[0] * np.arange(len(angle)) / len(angle)  # the mean over all beginnings
-        q.append(to_end - to_end.mean())
-    return np.array(gaps), np.concatenate(q)

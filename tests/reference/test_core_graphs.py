@@ -2,10 +2,10 @@
 
 from itertools import pairwise
 
-import graphs as reference
 import numpy as np
 import pytest
 from carried import MESHES
+from reference import graphs as reference
 from scipy import sparse
 
 from igl_linabf import _core

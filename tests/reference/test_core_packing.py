@@ -1,10 +1,10 @@
-"""The core's packing kernels are what their references say."""
+"""The core's packing loops are what their references say."""
 
 from itertools import pairwise
 
 import numpy as np
-import packing as reference
 import pytest
+from reference import packing as reference
 
 from igl_linabf import _core
 
@@ -175,13 +175,3 @@ def test_lines_divide_a_graph_into_parts(seed):
     )
     made = _core.divisions(*given)
     np.testing.assert_allclose(np.stack(made), reference.divisions(*given), rtol=1e-11, atol=1e-11)
-
-
-def test_loops_end_where_turning_and_scale_lead():
-    rng, n = np.random.default_rng(1), 40
-    loops = [rng.permutation(n)[:size] for size in (3, 8, 19, 1)]
-    turning, log_ratio = rng.normal(size=(2, n)) / 3
-    log_ratio[5] = 800.0  # more than an exponential holds
-    made = _core.drawn_loops(np.concatenate(loops), np.cumsum([0, *map(len, loops)]), turning, log_ratio)
-    for a, b in zip(made, reference.drawn_loops(loops, turning, log_ratio), strict=True):
-        np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11)

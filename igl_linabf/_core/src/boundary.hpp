@@ -35,6 +35,11 @@ void develop(Index n, const Ratio& log_ratio, const Turning& turning, Complex* e
     for (Index k = 0; k < n; ++k) edge[k] /= total;
 }
 
+inline double inverse_length(Complex edge) {  // 0 of an edge that has no length in double precision
+    const double length = std::abs(edge);
+    return length > 0 ? 1 / length : 0;
+}
+
 // Outer loops from the exterior angles and the logarithms of length ratios at their vertices, and their relative gaps.
 //
 // What angles miss of 2 pi is spread over those that are `movable`. A loop is closed by the smallest change of
@@ -54,9 +59,9 @@ inline std::tuple<Array<Complex>, Array<double>> developed_loops(View<const Inde
         Complex gap = 0, at = 0;
         double xx = 0, xy = 0, yy = 0;
         for (Index k = 0; k < n; ++k) {
-            const double x = edge[k].real(), y = edge[k].imag(), length = std::hypot(x, y);
+            const double x = edge[k].real(), y = edge[k].imag(), over = inverse_length(edge[k]);
             gap += edge[k];
-            xx += x * x / length, xy += x * y / length, yy += y * y / length;
+            xx += x * x * over, xy += x * y * over, yy += y * y * over;
         }
         gaps[i] = std::abs(gap);
         const double det = xx * yy - xy * xy;  // 0, and all of it infinite, where all edges are parallel
@@ -64,7 +69,7 @@ inline std::tuple<Array<Complex>, Array<double>> developed_loops(View<const Inde
         for (Index k = 0; k < n; ++k) {
             const Complex next = edge[k];
             edge[k] = at;
-            at += next * (1 + (u * next.real() + v * next.imag()) / std::abs(next));
+            at += next * (1 + (u * next.real() + v * next.imag()) * inverse_length(next));
         }
     }
     return {std::move(z), std::move(gaps)};

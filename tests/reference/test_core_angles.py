@@ -1,14 +1,13 @@
 """The core's loops over triangles against what defines them."""
 
-import angles as reference
 import numpy as np
 import pytest
 from carried import MESHES
+from reference import angles as reference
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
 from igl_linabf import _core as core
-from igl_linabf import kernels
 from igl_linabf.angles import constraints_of
 from igl_linabf.linalg import conjugate_gradients
 from igl_linabf.surface import planar
@@ -113,7 +112,7 @@ def test_collapsed_triangles_have_a_right_of_way(given):
 def test_the_blocks_are_those_of_the_reduced_system(kind, wheels, given):
     g, n = given, 21
     ends = g.merged[g.edges.T]
-    indptr, indices, slot = kernels.entries(ends, n)
+    indptr, indices, slot = core.entries(ends, n)
     block = core.system_blocks(
         indptr.astype(kind),
         indices.astype(kind),
@@ -162,7 +161,7 @@ def test_the_weights_of_edges_are_those_of_the_element_matrices(given):
 def test_the_entries_are_those_of_the_laplacian(kind, given):
     g, n = given, 21
     ends, weight = g.merged[g.edges.T], g.rng.normal(size=len(g.edges))
-    indptr, indices, slot = kernels.entries(ends, n)
+    indptr, indices, slot = core.entries(ends, n)
     data = core.laplacian_entries(indptr.astype(kind), slot, ends, weight)
     upper = sparse.csr_array((data, indices, indptr), shape=(n, n)).toarray()
     L = reference.laplacian(ends, weight, n)
@@ -180,7 +179,7 @@ def test_the_entries_are_those_of_the_laplacian(kind, given):
 
 def test_some_rows_are_those_of_the_matrix(given):
     g = given
-    indptr, indices, _ = kernels.entries(g.pattern.ends, g.pattern.n)
+    indptr, indices, _ = core.entries(g.pattern.ends, g.pattern.n)
     n, rng = g.pattern.n, np.random.default_rng(2)
     block = rng.normal(size=(len(indices), 4))
     upper = sparse.bsr_array((block.reshape(-1, 2, 2), indices, indptr), shape=(2 * n, 2 * n)).toarray()
@@ -307,3 +306,35 @@ def test_a_single_step_may_be_enough():
         conjugate_gradients(A.dot, b, lambda r: r, 1e-9, first_rtol=first)[1][0] for first in (None, 0.1)
     ]
     assert steps == [2, 1]
+
+
+def test_loops_end_where_turning_and_scale_lead():
+    rng, n = np.random.default_rng(1), 40
+    loops = [rng.permutation(n)[:size] for size in (3, 8, 19, 1)]
+    turning, log_ratio = rng.normal(size=(2, n)) / 3
+    log_ratio[5] = 800.0  # more than an exponential holds
+    made = core.drawn_loops(np.concatenate(loops), np.cumsum([0, *map(len, loops)]), turning, log_ratio)
+    for a, b in zip(made, reference.drawn_loops(loops, turning, log_ratio), strict=True):
+        np.testing.assert_allclose(a, b, rtol=1e-11, atol=1e-11)
+
+
+@pytest.mark.parametrize("prescribed", [0, 3, 30])
+def test_outer_loops_are_closed_by_the_smallest_change_of_lengths(prescribed):
+    rng, sizes = np.random.default_rng(prescribed), [3, 8, 30]
+    start = np.cumsum([0, *sizes])
+    turning, log_ratio = rng.normal(size=(2, start[-1])) / 3
+    movable = np.arange(start[-1]) % 30 >= prescribed
+    movable |= not movable.any()
+    z, gaps = core.developed_loops(start, turning, log_ratio, movable)
+    for i, gap in enumerate(gaps):
+        own = slice(start[i], start[i + 1])
+        if movable[own].any():
+            there, relative = reference.developed_loop(turning[own], log_ratio[own], movable[own])
+            np.testing.assert_allclose(z[own], there, rtol=0, atol=1e-11)
+            assert gap == pytest.approx(relative, abs=1e-11)
+
+
+def test_an_outer_loop_whose_edges_vanish_is_drawn_all_the_same():
+    log_ratio = np.array([0.0, 800.0, 0.0, 0.1, 0.0])  # more than an exponential holds
+    z, gaps = core.developed_loops(np.array([0, 5]), np.full(5, 1.0), log_ratio, np.ones(5, dtype=bool))
+    assert np.isfinite(z).all() and 0 < gaps[0] <= 1
