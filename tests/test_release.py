@@ -27,7 +27,7 @@ else:
 
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
-HEAVY = ("numpy", "scipy", "igl", "pyamg", "shapely", "pyvista")
+HEAVY = ("numpy", "scipy", "igl", "shapely", "pyvista")
 
 
 def python(*arguments: str, **options: object) -> str:
