@@ -328,9 +328,7 @@ def solve(
         return direct(np.zeros_like(at.alpha), np.empty(0), lin)
     with timed("assembly"):
         b, system = at.residual, lin.system
-        e0 = np.multiply(system.w, b.triangle / system.d, out=unfilled(system.w.shape))
-        if gradient is not None:
-            e0 -= system.projected(gradient)
+        e0 = _particular(system, at, gradient)
         rows = system.rows(e0)
         for own, sums in zip(rows.T, (b.vertex, b.wheel), strict=True):
             np.subtract(sums, own, out=own)
@@ -340,13 +338,22 @@ def solve(
         if start is not None:
             start = np.append(start, np.zeros(len(rhs) - len(start)))  # where the closing rows are new
             rhs -= lin.product(start)
+        del e0  # its memory is for conjugate gradients
     with timed("solve"):
         made = _multipliers(lin, at, rhs, rtol, most, first_rtol)
     with timed("assembly"):
         x = made.x if start is None else start + made.x
         e = errors(made.lin, x)
-        e += e0
+        e += _particular(system, at, gradient)
     return replace(made, e=e, x=x)
+
+
+def _particular(system: System, at: Iterate, gradient: FloatArray | None) -> FloatArray:
+    """The errors e0 that satisfy the triangle constraints alone, (3, #F)."""
+    e0 = np.multiply(system.w, at.residual.triangle / system.d, out=unfilled(system.w.shape))
+    if gradient is not None:
+        e0 -= system.projected(gradient)
+    return e0
 
 
 def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatArray:

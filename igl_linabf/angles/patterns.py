@@ -89,8 +89,6 @@ class Pattern:
 
     Attributes
     ----------
-    ends : (2, #E) int64
-        Rows of the ends of each edge.
     slot : (#E,) int64
         The place among a matrix's entries of each edge; -1 where it joins a row to itself, or to none.
     """
@@ -100,13 +98,17 @@ class Pattern:
         self._begun: dict[Solvers, Begun[Analysis]] = {}
         self._small = topology.corner.shape[1] <= SMALL * topology.n_outer
         self.n, self._topology, self._row = n, topology, row
-        self.ends = row[topology.edges.T]
         # the lower triangle in CSC order is the upper one in CSR order
         indptr, indices, self.slot = entries(self.ends, n)
         small = 8 * len(indices) < np.iinfo(np.int32).max
         index = np.int32 if small else np.int64
         self._indptr: IntArray = indptr.astype(index)
         self._indices: IntArray = indices.astype(index)
+
+    @property
+    def ends(self) -> IntArray:
+        """(2, #E) int64: rows of the ends of each edge."""
+        return self._row[self._topology.edges.T]
 
     def analysis(self, solvers: Solvers, block: int = 1) -> Analysis:
         """Of the Laplacians of this pattern, or of matrices with `block` by `block` ones for their entries.

@@ -1,7 +1,5 @@
 """The linear angle system in reduced form, and the Laplacian that preconditions it."""
 
-from functools import cached_property
-
 import numpy as np
 from scipy import sparse
 
@@ -89,7 +87,7 @@ class System:
 
     def conformal(self, faces: IntArray) -> FloatArray:
         """s_t K_t of some faces, (#faces, 3, 3)."""
-        return self._from_pairs(self._conformal[:, faces])
+        return self._from_pairs(self._conformal(self.w[:, faces], self.d[faces], self.cot[:, faces]))
 
     @staticmethod
     def _from_pairs(weight: FloatArray) -> FloatArray:
@@ -101,12 +99,11 @@ class System:
             K[:, k, k] = weight[i] + weight[j]
         return K
 
-    @cached_property
-    def _conformal(self) -> FloatArray:
-        """What the half-edges give to s K or K, (3, #F), k opposite to i and j."""
+    def _conformal(self, w: FloatArray, d: FloatArray, cot: FloatArray) -> FloatArray:
+        """What the half-edges of some faces give to s K or K, (3, #faces), k opposite to i and j."""
         if not self._scaled:
-            return self.cot / 2
-        return _core.conformal_weights(self.w, self.d, self.cot)
+            return cot / 2
+        return _core.conformal_weights(w, d, cot)
 
     def rows(self, e: FloatArray) -> FloatArray:
         """M e: (#rows, 2) sums of (3, #F) angles."""
@@ -129,7 +126,7 @@ class System:
         triangle's shape. s_t = 2 sqrt(w0 w1 w2 / d) is the geometric mean of the two
         eigenvalue ratios of P_t and K_t.
         """
-        return self.pattern.laplacian(self.topology.sum_at_edges(self._conformal))
+        return self.pattern.laplacian(self.topology.sum_at_edges(self._conformal(self.w, self.d, self.cot)))
 
     def wheel_laplacian(self, lower: sparse.csc_array) -> sparse.csc_array:
         """Lower triangle of L_s over the rows with a wheel constraint, the identity on the others."""

@@ -1,9 +1,29 @@
 // The Cholesky factor of symmetric positive definite matrices of one pattern, by threads.
 #pragma once
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include "minimum_degree.hpp"
 #include "substitution.hpp"
+#include "threads.hpp"
 
 class Factor;
+
+// The entries of a pattern whose entries (i, j) stand for 2 by 2 blocks, of the rows 2 j, 2 j + 1 and the columns 2 i,
+// 2 i + 1: the lower triangle in CSC, and where each one is among the blocks' values.
+struct Doubled {
+    std::vector<Index> indptr{0}, indices, source;
+
+    template <class I>
+    Doubled(View<const I> begin, View<const I> row) {
+        for (Index j = 0; j + 1 < begin.size; ++j)
+            for (Index c = 0; c < 2; indptr.push_back(Index(indices.size())), ++c)
+                for (Index p = begin[j]; p < Index(begin[j + 1]); ++p)
+                    for (Index r = row[p] == j ? c : 0; r < 2; ++r)
+                        indices.push_back(2 * row[p] + r), source.push_back(4 * p + 2 * c + r);
+    }
+};
 
 // What is known of a pattern before it has values.
 class Symbolic {
@@ -19,9 +39,20 @@ class Symbolic {
     // Of the lower triangle in CSC; with `block` 2, each row of it stands for two.
     template <class I>
     Symbolic(View<const I> indptr, View<const I> indices, int block) : entries(indices.size * block * block) {
-        a = supernodes(indptr, indices, MinimumDegree<I>(indptr, indices).order());
-        if (block == 2) a = doubled(a, indptr, indices);
+        std::vector<Index> order = MinimumDegree<I>(indptr, indices).order();
+        if (block == 1) {
+            a = supernodes(indptr, indices, std::move(order));
+        } else {
+            const Doubled each(indptr, indices);
+            std::vector<Index> twice(2 * order.size());
+            for (std::size_t i = 0; i < twice.size(); ++i) twice[i] = 2 * order[i / 2] + Index(i % 2);
+            a = supernodes<Index>(each.indptr, each.indices, std::move(twice));
+            for (Place& k : a.source) k = Place(each.source[k]);
+        }
         parts = divided(a);
+#ifdef __GLIBC__
+        if (a.n >= SUBTREES_FROM) malloc_trim(0);  // the heap is large, and mostly free
+#endif
     }
 
     Index rows() const { return a.n; }
@@ -33,9 +64,8 @@ class Factor {
     Array<double> values;
 
     Array<double> unused() const {
-        const Index size = of.a.value_start.back() + 3;  // loops read up to three numbers after a column
         const std::lock_guard held(of.one_takes);
-        return of.spare.data() ? std::move(of.spare) : Array<double>(size);
+        return of.spare.data() ? std::move(of.spare) : Array<double>(of.a.value_start.back());
     }
 
     // Call work(supernodes, root) for each subtree, several at a time.
@@ -94,6 +124,7 @@ class Factor {
         Array<double> X(of.a.n, sides);
         Index k = 0;
         for (; sides - k >= 8; k += 8) solve_sides<8>(B, sides, k, X.data());
+        for (; sides - k >= 4; k += 4) solve_sides<4>(B, sides, k, X.data());
         for (; sides - k >= 2; k += 2) solve_sides<2>(B, sides, k, X.data());
         if (k < sides) solve_sides<1>(B, sides, k, X.data());
         return X;

@@ -7,29 +7,46 @@
 
 using Number = std::int32_t;  // of a row, or -1
 
-// The strict lower triangle of P A P^T by rows: the columns of each.
+// The lower triangle of P A P^T by columns.
+struct Columns {
+    std::vector<Index> begin;
+    std::vector<Number> row;
+    std::vector<Index> source;  // where in A's data each entry is
+};
+
+// A's lower triangle is in CSC, and `order` has the row of A that comes at each place.
+template <class I>
+Columns permuted(View<const I> indptr, View<const I> indices, const std::vector<Index>& order) {
+    const Index n = Index(order.size());
+    std::vector<Number> place(n);
+    for (Index i = 0; i < n; ++i) place[order[i]] = Number(i);
+    Columns made{std::vector<Index>(n + 2), std::vector<Number>(indices.size), std::vector<Index>(indices.size)};
+    for (Index j = 0; j < n; ++j)
+        for (Index p = indptr[j]; p < Index(indptr[j + 1]); ++p)
+            ++made.begin[std::min(place[j], place[indices[p]]) + 2];
+    std::partial_sum(made.begin.begin(), made.begin.end(), made.begin.begin());
+    for (Index j = 0; j < n; ++j)
+        for (Index p = indptr[j]; p < Index(indptr[j + 1]); ++p) {
+            const Number own = place[j], other = place[indices[p]];
+            const Index at = made.begin[std::min(own, other) + 1]++;
+            made.row[at] = std::max(own, other), made.source[at] = p;
+        }
+    return made;
+}
+
+// The same by rows: the columns of each.
 struct Rows {
     std::vector<Index> begin;
     std::vector<Number> before;
 };
 
-// A's lower triangle is in CSC, and `order` has the row of A that comes at each place.
-template <class I>
-Rows permuted_rows(View<const I> indptr, View<const I> indices, const std::vector<Index>& order) {
-    const Index n = Index(order.size());
-    std::vector<Number> place(n);
-    for (Index i = 0; i < n; ++i) place[order[i]] = Number(i);
-    Rows made{std::vector<Index>(n + 2), std::vector<Number>(indices.size)};
-    for (Index j = 0; j < n; ++j)
-        for (Index p = indptr[j]; p < Index(indptr[j + 1]); ++p)
-            if (indices[p] != j) ++made.begin[std::max(place[j], place[indices[p]]) + 2];
+inline Rows rows_of(const Columns& a) {
+    const Number n = Number(a.begin.size()) - 2;
+    Rows made{std::vector<Index>(n + 2), std::vector<Number>(a.row.size())};
+    for (const Number i : a.row) ++made.begin[i + 2];
     std::partial_sum(made.begin.begin(), made.begin.end(), made.begin.begin());
-    for (Index j = 0; j < n; ++j)
-        for (Index p = indptr[j]; p < Index(indptr[j + 1]); ++p)
-            if (indices[p] != j) {
-                const Number own = place[j], other = place[indices[p]];
-                made.before[made.begin[std::max(own, other) + 1]++] = std::min(own, other);
-            }
+    for (Number j = 0; j < n; ++j)
+        for (Index p = a.begin[j]; p < a.begin[j + 1]; ++p) made.before[made.begin[a.row[p] + 1]++] = j;
     return made;
 }
 

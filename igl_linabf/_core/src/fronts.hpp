@@ -7,22 +7,25 @@
 #include <cmath>
 #include <limits>
 
-#include "threads.hpp"
+#include "arrays.hpp"
 
 using Place = std::uint32_t;  // within a front
 
 constexpr Index WIDTH = 4;   // columns that are eliminated together
 constexpr Index PANEL = 64;  // columns whose effect on the rest is added up
-constexpr Index PIECE = 128; // columns of a large front that a thread takes at a time
 
 // The rows of what is left of a front, up to a multiple of WIDTH.
 inline Index padded(Index rows) { return (rows + WIDTH - 1) & -WIDTH; }
+
+// The entries of its lower triangle.
+inline Index triangle(Index rows) { return rows * (rows + 1) / 2; }
 
 // Take from the columns `first` to `until` of Y what the eliminated columns `p` to `last` of X say.
 //
 // A column of X begins every `size` numbers, and one of Y every `step`. The row of Y's column 0 in X is `shift`.
 // Four go with four at a time, which stay in the processor's registers.
-inline void take(const double* X, Index size, Index p, Index last, double* Y, Index step, Index shift, Index first, Index until) {
+inline void take(const double* X, Index size, Index p, Index last, double* Y, Index step, Index shift, Index first,
+                 Index until) {
     const Index fours = p + ((last - p) & ~3), whole = first + ((until - first) & ~3);
     for (Index j = first; j < whole; j += 4) {
         double *__restrict y0 = Y + j * step, *__restrict y1 = y0 + step, *__restrict y2 = y1 + step,
@@ -43,20 +46,7 @@ inline void take(const double* X, Index size, Index p, Index last, double* Y, In
                 y3[i] -= d0 * u + d1 * v + d2 * w + d3 * z;
             }
         }
-        if (last - k >= 2) {
-            const double *x0 = X + k * size + shift, *x1 = x0 + size;
-            const double a0 = x0[j], a1 = x1[j], b0 = x0[j + 1], b1 = x1[j + 1];
-            const double c0 = x0[j + 2], c1 = x1[j + 2], d0 = x0[j + 3], d1 = x1[j + 3];
-            INDEPENDENT for (Index i = begin; i < step; ++i) {
-                const double u = x0[i], v = x1[i];
-                y0[i] -= a0 * u + a1 * v;
-                y1[i] -= b0 * u + b1 * v;
-                y2[i] -= c0 * u + c1 * v;
-                y3[i] -= d0 * u + d1 * v;
-            }
-            k += 2;
-        }
-        if (k < last) {
+        for (; k < last; ++k) {
             const double* x0 = X + k * size + shift;
             const double a0 = x0[j], b0 = x0[j + 1], c0 = x0[j + 2], d0 = x0[j + 3];
             INDEPENDENT for (Index i = begin; i < step; ++i) {
@@ -131,23 +121,13 @@ inline Index panel(double* L, Index size, Index first, Index last) {
 // Eliminate the columns of a front, a row of L for each; the bad pivot, or -1.
 //
 // The front's rest is U, with `rest` rows and columns. A pivot is bad if it is not positive and finite. The
-// diagonal of L is left inverted: solves multiply by it. Threads share the work at a front that is `large`.
-inline Index eliminate(double* L, Index width, Index size, double* U, Index rest, bool large) {
+// diagonal of L is left inverted: solves multiply by it.
+inline Index eliminate(double* L, Index width, Index size, double* U, Index rest) {
     for (Index first = 0; first < width; first += PANEL) {
-        const Index last = std::min(first + PANEL, width);
-        const Index bad = panel(L, size, first, last);
+        const Index last = std::min(first + PANEL, width), bad = panel(L, size, first, last);
         if (bad >= 0) return bad;
-        const auto from_own = [&](Index j, Index until) { take(L, size, first, last, L, size, 0, j, until); };
-        const auto from_rest = [&](Index j, Index until) { take(L, size, first, last, U, rest, width, j, until); };
-        if (!large) {
-            from_own(last, width), from_rest(0, rest);
-            continue;
-        }
-        const Index own = (width - last + PIECE - 1) / PIECE, all = own + (rest + PIECE - 1) / PIECE;
-        at_once(all, [&](Index k) {
-            const Index j = (k < own ? last : 0) + PIECE * (k < own ? k : k - own);
-            k < own ? from_own(j, std::min(j + PIECE, width)) : from_rest(j, std::min(j + PIECE, rest));
-        });
+        take(L, size, first, last, L, size, 0, last, width);
+        take(L, size, first, last, U, rest, width, 0, rest);
     }
     return -1;
 }
@@ -157,27 +137,47 @@ inline Index eliminated(const Place* to, Index n, Index width) {
     return std::find_if(to, to + n, [=](Place row) { return row >= width; }) - to;
 }
 
-// Add what is left of a child's front, n columns, one every `step` numbers, to the front L, U of its parent.
-inline void add(const double* left, Index step, const Place* to, Index n, double* L, Index width, Index size, double* U, Index rest) {
+// How many values of L a supernode has. They are kept by columns, in fours but for the first width mod 4: a column from
+// its diagonal on, four from the first one's diagonal on.
+inline Index stored(Index width, Index size) {
+    Index count = 0, j = 0;
+    for (; j < (width & 3); ++j) count += size - j;
+    for (; j < width; j += 4) count += 4 * (size - j);
+    return count;
+}
+
+// Keep these values of an eliminated front.
+inline void store(const double* L, Index width, Index size, double* values) {
+    Index j = 0;
+    for (; j < (width & 3); ++j) values = std::copy_n(L + j * size + j, size - j, values);
+    for (; j < width; j += 4)
+        for (Index k = j; k < j + 4; ++k) values = std::copy_n(L + k * size + j, size - j, values);
+}
+
+// Keep what is left of a front, n of the `rest` columns of U, each from its diagonal on; returns the end.
+inline double* keep(const double* U, Index rest, Index n, double* left) {
+    for (Index j = 0; j < n; ++j) left = std::copy_n(U + j * rest + j, n - j, left);
+    return left;
+}
+
+// Add what is left of a child's front, as it was kept, to the front L, U of its parent.
+inline void add(const double* left, const Place* to, Index n, double* L, Index width, Index size, double* U,
+                Index rest) {
     const Index inner = eliminated(to, n, width);
-    for (Index j = 0; j < n; ++j, left += step) {
+    for (Index j = 0; j < n; left += n - j++) {
         double* row = j < inner ? L + to[j] * size : U + (to[j] - width) * rest - width;
-        for (Index i = j; i < n; ++i) row[to[i]] += left[i];
+        for (Index i = j; i < n; ++i) row[to[i]] += left[i - j];
     }
 }
 
 // Add what the columns of a thin leaf leave, which are `wide`, one or two.
-inline void add_leaf(const double* own, Index wide, const Place* to, Index n, double* L, Index width, Index size, double* U, Index rest) {
+inline void add_leaf(const double* own, Index wide, const Place* to, Index n, double* L, Index width, Index size,
+                     double* U, Index rest) {
     const Index inner = eliminated(to, n, width);
-    const double *k0 = own + wide, *k1 = k0 + wide + n;
-    for (Index j = 0; j < n; ++j) {
-        double* row = j < inner ? L + to[j] * size : U + (to[j] - width) * rest - width;
-        if (wide == 1) {
-            const double f = k0[j];
-            for (Index i = j; i < n; ++i) row[to[i]] -= f * k0[i];
-        } else {
-            const double f = k0[j], g = k1[j];
-            for (Index i = j; i < n; ++i) row[to[i]] -= f * k0[i] + g * k1[i];
+    for (Index k = 0; k < wide; own += wide + n - k++)
+        for (Index j = 0; j < n; ++j) {
+            const double* below = own + wide - k;
+            double* row = j < inner ? L + to[j] * size : U + (to[j] - width) * rest - width;
+            for (Index i = j; i < n; ++i) row[to[i]] -= below[j] * below[i];
         }
-    }
 }

@@ -131,9 +131,9 @@ class MinimumDegree {
 
   public:
     MinimumDegree(View<const I> indptr, View<const I> indices)
-        : indptr(indptr), indices(indices), n(indptr.size - 1), begin(n + 2), size(n), elements(n), degree(n), after(2 * n + 1),
-          before(2 * n + 1), tail(n), key(n), weight(n, 1), parent(n, -1), follower(n, -1), first_alike(n, -1),
-          alike(n), pivot(n), mark(n, 1) {
+        : indptr(indptr), indices(indices), n(indptr.size - 1), begin(n + 2), size(n), elements(n), degree(n),
+          after(2 * n + 1), before(2 * n + 1), tail(n), key(n), weight(n, 1), parent(n, -1), follower(n, -1),
+          first_alike(n, -1), alike(n), pivot(n), mark(n, 1) {
         link();
         std::iota(after.begin(), after.end(), 0);
         std::iota(before.begin(), before.end(), 0);
@@ -240,7 +240,7 @@ class MinimumDegree {
         }
         auto made = in_postorder();
         if (!some_left) return made;
-        parent = elimination_tree(permuted_rows(indptr, indices, made));  // by links that no element knows of
+        parent = elimination_tree(rows_of(permuted(indptr, indices, made)));  // by links that no element knows of
         std::fill(follower.begin(), follower.end(), -1);
         std::fill(pivot.begin(), pivot.end(), true);
         auto place = in_postorder();

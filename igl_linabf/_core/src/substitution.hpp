@@ -36,17 +36,16 @@ void forward(const double* values, const Supernodes& a, const Division& parts, c
             continue;
         }
         std::fill_n(&y[width][0], m * S, 0.0);
+        const double* l0 = values + a.value_start[s];
         Index j = 0;
-        for (; j < (width & 3); ++j) {
-            const double* l0 = values + a.value_start[s] + j * size + j;
+        for (; j < (width & 3); l0 += size - j++) {
             double *yj = y[j], f[S];
             for (int c = 0; c < S; ++c) yj[c] = f[c] = yj[c] * l0[0];
             INDEPENDENT for (Index i = 1; i < size - j; ++i)
                 for (int c = 0; c < S; ++c) yj[i * S + c] -= l0[i] * f[c];
         }
-        for (; j < width; j += 4) {  // four columns at a time
-            const double *l0 = values + a.value_start[s] + j * size + j, *l1 = l0 + size, *l2 = l1 + size,
-                         *l3 = l2 + size;
+        for (; j < width; l0 += 4 * (size - j), j += 4) {  // four columns at a time
+            const double *l1 = l0 + size - j, *l2 = l1 + size - j, *l3 = l2 + size - j;
             double *yj = y[j], f0[S], f1[S], f2[S], f3[S];
             for (int c = 0; c < S; ++c) {
                 f0[c] = yj[c] * l0[0];
@@ -75,7 +74,7 @@ void forward(const double* values, const Supernodes& a, const Division& parts, c
 
 // L^T P made = x, (n, S), by the supernodes `which` from the last one on; x is overwritten.
 //
-// Few sides have a column each, so that the loop over rows goes by vectors; many a row, so that the loop over them does.
+// The work space has a column for each of a few sides, and a row of many: the longer loop goes by vectors.
 template <int S>
 void backward(const double* values, const Supernodes& a, const Division& parts, const std::vector<Index>& which,
               Index root, double* x, double* made, Index step) {
@@ -92,11 +91,11 @@ void backward(const double* values, const Supernodes& a, const Division& parts, 
             for (int c = 0; c < S; ++c) at(j, c) = X[first + j][c];
         for (Index i = 0; i < m; ++i)
             for (int c = 0; c < S; ++c) at(width + i, c) = X[below[i]][c];
+        const double* l0 = values + a.value_start[s + 1];
         Index j = width;
         while (j >= 4) {
-            j -= 4;
-            const double *l0 = values + a.value_start[s] + j * size + j, *l1 = l0 + size, *l2 = l1 + size,
-                         *l3 = l2 + size;
+            j -= 4, l0 -= 4 * (size - j);
+            const double *l1 = l0 + size - j, *l2 = l1 + size - j, *l3 = l2 + size - j;
             double f0[S] = {}, f1[S] = {}, f2[S] = {}, f3[S] = {};
             for (Index i = 4; i < size - j; ++i) {
                 const double e = l0[i], r = l1[i], t = l2[i], d = l3[i];
@@ -114,8 +113,7 @@ void backward(const double* values, const Supernodes& a, const Division& parts, 
             }
         }
         while (j > 0) {
-            --j;
-            const double* l0 = values + a.value_start[s] + j * size + j;
+            --j, l0 -= size - j;
             double f[S] = {};
             for (Index i = 1; i < size - j; ++i)
                 for (int c = 0; c < S; ++c) f[c] += l0[i] * at(j + i, c);

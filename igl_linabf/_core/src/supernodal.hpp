@@ -6,30 +6,33 @@
 #include "supernodes.hpp"
 
 constexpr Index THIN = 2;              // columns up to which what a leaf leaves goes to its parent's front at once
-constexpr double SHARED_FROM = 1e8;    // operations at a front above the subtrees from which threads share them
 
 // Whether what this supernode leaves is not stored.
 inline bool thin(const Supernodes& a, Index s) { return a.children[s] == 0 && a.width(s) <= THIN; }
 
-// The largest rest of a front among some supernodes, and the most that fronts leave for parents at a time.
-inline std::pair<Index, Index> space_for(const Supernodes& a, const Division& parts, const std::vector<Index>& which,
-                                         Index root) {
-    Index largest = 0, most = 0, last = 0;
+// Sizes of the work space for some supernodes.
+struct Space {
+    Index front = 0, rest = 0;  // of the largest front: its eliminated columns, and what is left
+    Index stack = 0;            // the most that fronts leave for their parents at a time
+};
+
+inline Space space_for(const Supernodes& a, const Division& parts, const std::vector<Index>& which, Index root) {
+    Space made;
+    Index last = 0;
     std::vector<Index> waiting;
-    const auto left = [&](Index s) {
-        const Index rest = padded(a.rows_below(s));
-        return parts.number[s] >= 0 || thin(a, s) ? 0 : rest * rest;
-    };
+    const auto left = [&](Index s) { return parts.number[s] >= 0 || thin(a, s) ? 0 : triangle(a.rows_below(s)); };
     for (const Index s : which) {
         if (parts.number[s] < 0 || s == root) {
-            largest = std::max(largest, thin(a, s) ? 0 : padded(a.rows_below(s)));
+            const Index rest = thin(a, s) ? 0 : padded(a.rows_below(s));
+            made.front = std::max(made.front, a.width(s) * (a.width(s) + a.rows_below(s)));
+            made.rest = std::max(made.rest, rest * rest);
             for (Index child = 0; child < a.children[s]; ++child, waiting.pop_back()) last -= left(waiting.back());
         }
         last += left(s);
-        most = std::max(most, last);
+        made.stack = std::max(made.stack, last);
         if (a.rows_below(s)) waiting.push_back(s);
     }
-    return {largest * largest, most};
+    return made;
 }
 
 // Fill L's values by some supernodes in order; the place of a bad pivot, or -1.
@@ -38,8 +41,8 @@ inline std::pair<Index, Index> space_for(const Supernodes& a, const Division& pa
 // these, which leave their rests in `left`.
 inline Index eliminate(View<const double> data, const Supernodes& a, const Division& parts,
                        const std::vector<Index>& which, Index root, double* values, double* left) {
-    const auto [largest, most] = space_for(a, parts, which, root);
-    const Array<double> space(largest), stack(most);
+    const Space sizes = space_for(a, parts, which, root);
+    const Array<double> front(sizes.front + 3), space(sizes.rest), stack(sizes.stack);  // +3: loops read by fours
     double* top = stack.data();
     std::vector<Index> waiting;
     for (const Index s : which) {
@@ -48,31 +51,30 @@ inline Index eliminate(View<const double> data, const Supernodes& a, const Divis
             if (m) waiting.push_back(s);
             continue;
         }
-        double *L = values + a.value_start[s], *U = space.data();
+        double *L = front.data(), *U = space.data();
         const Index rest = thin(a, s) ? 0 : padded(m);
         std::fill_n(L, width * size, 0.0);
         for (Index i = a.entry_start[s]; i < a.entry_start[s + 1]; ++i) L[a.target[i]] += data[a.source[i]];
         std::fill_n(U, rest * rest, 0.0);
         for (Index child = 0; child < a.children[s]; ++child, waiting.pop_back()) {
-            const Index c = waiting.back(), n = a.rows_below(c), step = padded(n);
+            const Index c = waiting.back(), n = a.rows_below(c);
             const Place* to = a.local.data() + a.below_start[c];
             if (parts.number[c] >= 0) {
-                add(left + parts.left[parts.number[c]], step, to, n, L, width, size, U, rest);
+                add(left + parts.left[parts.number[c]], to, n, L, width, size, U, rest);
             } else if (thin(a, c)) {
                 add_leaf(values + a.value_start[c], a.width(c), to, n, L, width, size, U, rest);
             } else {
-                top -= step * step;
-                add(top, step, to, n, L, width, size, U, rest);
+                top -= triangle(n);
+                add(top, to, n, L, width, size, U, rest);
             }
         }
-        const bool large = root < 0 && a.children[s] && double(width) * double(size) * double(size) > SHARED_FROM;
-        const Index bad = eliminate(L, width, size, U, rest, large);
+        const Index bad = eliminate(L, width, size, U, rest);
         if (bad >= 0) return first + bad;
-        if (s == root) {
-            std::copy_n(U, rest * rest, left + parts.left[parts.number[s]]);
-        } else {
-            top = std::copy_n(U, rest * rest, top);
-        }
+        store(L, width, size, values + a.value_start[s]);
+        if (s == root)
+            keep(U, rest, m, left + parts.left[parts.number[s]]);
+        else if (rest)
+            top = keep(U, rest, m, top);
         if (m) waiting.push_back(s);
     }
     return -1;

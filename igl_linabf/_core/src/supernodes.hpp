@@ -15,9 +15,9 @@ struct Supernodes {
     Index n = 0, front = 0;                // rows; those of the largest front
     std::vector<Index> order;              // the row of A that comes at each place
     std::vector<Index> start;              // the first column of each supernode
-    std::vector<Index> value_start;        // where its part of L's values begins, a row of it for each column
+    std::vector<Index> value_start;        // where its part of L's values begins, as of `stored`
     std::vector<Index> entry_start;        // where its entries of P A P^T begin:
-    std::vector<Place> source, target;     // where each is in A's data, and where it goes among those values
+    std::vector<Place> source, target;     // where each is in A's data, and where it goes in the front
     std::vector<Index> below_start;        // where its rows below begin:
     std::vector<Place> below, local;       // these, ascending, and where they are in its parent's front
     std::vector<Index> children;           // how many it has in the elimination tree
@@ -26,31 +26,6 @@ struct Supernodes {
     Index width(Index s) const { return start[s + 1] - start[s]; }
     Index rows_below(Index s) const { return below_start[s + 1] - below_start[s]; }
 };
-
-// The lower triangle of P A P^T by columns.
-struct Columns {
-    std::vector<Index> begin;
-    std::vector<Number> row;
-    std::vector<Place> source;
-};
-
-template <class I>
-Columns permuted_columns(View<const I> indptr, View<const I> indices, const std::vector<Index>& order) {
-    const Index n = Index(order.size());
-    std::vector<Number> place(n);
-    for (Index i = 0; i < n; ++i) place[order[i]] = Number(i);
-    Columns made{std::vector<Index>(n + 2), std::vector<Number>(indices.size), std::vector<Place>(indices.size)};
-    for (Index j = 0; j < n; ++j)
-        for (Index p = indptr[j]; p < Index(indptr[j + 1]); ++p) ++made.begin[std::min(place[j], place[indices[p]]) + 2];
-    std::partial_sum(made.begin.begin(), made.begin.end(), made.begin.begin());
-    for (Index j = 0; j < n; ++j)
-        for (Index p = indptr[j]; p < Index(indptr[j + 1]); ++p) {
-            const Number own = place[j], other = place[indices[p]];
-            const Index at = made.begin[std::min(own, other) + 1]++;
-            made.row[at] = std::max(own, other), made.source[at] = Place(p);
-        }
-    return made;
-}
 
 // The number of entries of each column of L, the columns in postorder (Gilbert, Ng, Peyton 1994).
 inline std::vector<Index> column_counts(const Columns& a, const std::vector<Number>& parent) {
@@ -123,7 +98,7 @@ inline void find_rows_below(Supernodes& a, const Rows& rows, const std::vector<P
     a.below.resize(a.below_start.back());
     for (Index i = 0; i < a.n; ++i) {
         seen[of[i]] = Place(i);
-        for (Index p = rows.begin[i]; p < rows.begin[i + 1]; ++p)
+        for (Index p = rows.begin[i]; p < rows.begin[i + 1]; ++p)  // the diagonal is seen already
             for (Place s = of[rows.before[p]]; seen[s] != Place(i); s = above[s]) {
                 seen[s] = Place(i);  // row i is in the supernodes up the tree from there
                 a.below[end[s]++] = Place(i);
@@ -157,8 +132,8 @@ template <class I>
 Supernodes supernodes(View<const I> indptr, View<const I> indices, std::vector<Index> order) {
     Supernodes a;
     a.n = Index(order.size());
-    const Rows rows = permuted_rows(indptr, indices, order);
-    Columns columns = permuted_columns(indptr, indices, order);
+    const Columns columns = permuted(indptr, indices, order);
+    const Rows rows = rows_of(columns);
     const std::vector<Number> parent = elimination_tree(rows);
     std::vector<Index> size;
     std::tie(a.start, size) = supernode_columns(parent, column_counts(columns, parent));
@@ -168,7 +143,7 @@ Supernodes supernodes(View<const I> indptr, View<const I> indices, std::vector<I
     a.below_start = a.value_start = a.entry_start = {0};
     for (Index s = 0; s < number; ++s) {
         a.below_start.push_back(a.below_start[s] + size[s] - a.width(s));
-        a.value_start.push_back(a.value_start[s] + size[s] * a.width(s));
+        a.value_start.push_back(a.value_start[s] + stored(a.width(s), size[s]));
         a.entry_start.push_back(columns.begin[a.start[s + 1]]);
         a.front = std::max(a.front, size[s]);
         for (Index j = a.start[s]; j < a.start[s + 1]; ++j) of[j] = Place(s);
@@ -177,50 +152,8 @@ Supernodes supernodes(View<const I> indptr, View<const I> indices, std::vector<I
         if (const Number next = parent[a.start[s + 1] - 1]; next >= 0) ++a.children[above[s] = of[next]];
     find_rows_below(a, rows, of, above);
     find_places(a, columns);
-    a.order = std::move(order), a.source = std::move(columns.source);
+    a.order = std::move(order), a.source.assign(columns.source.begin(), columns.source.end());
     return a;
-}
-
-// The same of matrices with a 2 by 2 block for each entry of the pattern.
-//
-// Their data are the blocks (rows 2 j, 2 j + 1; columns 2 i, 2 i + 1) of each entry (i, j) of the lower triangle: those
-// of the upper triangle by rows. Those on the diagonal are symmetric, and their entries above it are not read.
-template <class I>
-Supernodes doubled(const Supernodes& a, View<const I> indptr, View<const I> indices) {
-    const auto scaled = [](std::vector<Index> v, Index by) {
-        for (Index& i : v) i *= by;
-        return v;
-    };
-    const auto twice = [](const auto& v) {
-        std::decay_t<decltype(v)> made(2 * v.size());
-        for (std::size_t i = 0; i < v.size(); ++i) made[2 * i] = 2 * v[i], made[2 * i + 1] = 2 * v[i] + 1;
-        return made;
-    };
-    Supernodes made;
-    made.n = 2 * a.n, made.front = 2 * a.front, made.children = a.children;
-    made.start = scaled(a.start, 2), made.below_start = scaled(a.below_start, 2);
-    made.value_start = scaled(a.value_start, 4);
-    made.order = twice(a.order), made.below = twice(a.below), made.local = twice(a.local);
-    std::vector<Number> place(a.n), column(indices.size);
-    for (Index i = 0; i < a.n; ++i) place[a.order[i]] = Number(i);
-    for (Index j = 0; j < a.n; ++j)
-        for (Index p = indptr[j]; p < Index(indptr[j + 1]); ++p) column[p] = place[j];
-    made.source.reserve(4 * indices.size), made.target.reserve(4 * indices.size);
-    made.entry_start = {0};
-    for (Index s = 0; s < a.size(); ++s) {
-        const Index size = a.width(s) + a.rows_below(s);
-        for (Index p = a.entry_start[s]; p < a.entry_start[s + 1]; ++p) {
-            const Index j = a.target[p] / size, i = a.target[p] % size, k = a.source[p];
-            const bool across = place[indices[k]] < column[k];
-            for (Index c = 0; c < 2; ++c)
-                for (Index r = i == j ? c : 0; r < 2; ++r) {
-                    made.source.push_back(Place(4 * k + (across ? 2 * r + c : 2 * c + r)));
-                    made.target.push_back(Place((2 * j + c) * 2 * size + 2 * i + r));
-                }
-        }
-        made.entry_start.push_back(Index(made.source.size()));
-    }
-    return made;
 }
 
 constexpr Index SUBTREES_FROM = 20'000;          // rows: below, threads take longer to begin than they save
@@ -263,7 +196,7 @@ inline Division divided(const Supernodes& a) {
         if (most < LEAST * total || first[root] == root) continue;
         const Index m = a.rows_below(root);
         made.number[root] = Index(made.subtrees.size());
-        made.left.push_back(made.left.back() + padded(m) * padded(m));
+        made.left.push_back(made.left.back() + triangle(m));
         made.rows.push_back(made.rows.back() + m);
         made.subtrees.emplace_back(root + 1 - first[root]);
         std::iota(made.subtrees.back().begin(), made.subtrees.back().end(), first[root]);
