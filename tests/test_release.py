@@ -11,6 +11,8 @@ import re
 import shutil
 import subprocess
 import sys
+import sysconfig
+import time
 from pathlib import Path
 
 import pytest
@@ -131,6 +133,38 @@ printf '%s\\n' "${{COMPREPLY[@]}}"
 
 def test_the_wheel_is_one_typed_module_with_a_page_whose_links_lead_somewhere(tmp_path) -> None:
     script("release_check.py").check_wheel(built_wheel(tmp_path))
+
+
+def test_an_editable_install_builds_the_core_again_where_a_source_has_changed(tmp_path, monkeypatch) -> None:
+    from igl_linabf._core import _editable
+
+    class Loader:
+        built, fails = 0, False
+
+        def rebuild(self) -> None:
+            assert os.environ["PATH"].startswith(sysconfig.get_path("scripts"))
+            self.built += 1
+            if self.fails:
+                raise subprocess.CalledProcessError(1, "cmake")
+
+    (tmp_path / "igl_linabf" / "_core" / "src").mkdir(parents=True)
+    source = tmp_path / "igl_linabf" / "_core" / "src" / "module.cpp"
+    for path in (source, tmp_path / "CMakeLists.txt", source.parent):
+        path.touch()
+        os.utime(path, (0, 0))
+    monkeypatch.setattr(_editable, "HERE", source.parent.parent)
+    loader = Loader()
+    _editable.rebuild_if_changed(loader)
+    assert loader.built == 0
+    later = time.time() + 3600
+    os.utime(source, (later, later))
+    _editable.rebuild_if_changed(loader)
+    assert loader.built == 1
+    loader.fails = True
+    path = os.environ["PATH"]
+    with pytest.raises(ImportError, match="could not be built again"):
+        _editable.rebuild_if_changed(loader)
+    assert os.environ["PATH"] == path
 
 
 def test_the_conda_recipe_builds_with_what_the_package_is_built_with() -> None:
