@@ -91,10 +91,11 @@ static void bind_maps(nb::module_& m) {
 static void bind_symmetric(nb::module_& m) {
     m.def("block_dots", bound(&block_dots), "start"_a, "a"_a, "b"_a,
           "Scalar products of the blocks of two vectors; block k is `start[k]` to `start[k + 1]`, or empty.");
-    m.def("block_step", bound(&block_step), "start"_a, "length"_a, "p"_a, "q"_a, "x"_a.noconvert(), "r"_a.noconvert(),
-          "In each block, add its length times p to x, and take that times q = A p from r; returns r . r.");
-    m.def("block_turn", bound(&block_turn), "start"_a, "share"_a, "z"_a, "p"_a.noconvert(),
-          "In each block, make p the sum of z and its share of p.");
+    m.def("block_step", bound(&block_step), "start"_a, "rho"_a, "p"_a, "q"_a, "x"_a.noconvert(), "r"_a.noconvert(),
+          "In each block, add rho / p . q times p to x, and take that times q = A p from r; returns r . r.\n\n"
+          "A block whose rho is 0 stays.");
+    m.def("block_turn", bound(&block_turn), "start"_a, "rho"_a, "last"_a, "z"_a, "p"_a.noconvert(),
+          "In each block, make p the sum of z and rho / last times p; z where either is 0.");
     m.def("blocks_of_rows", bound(&blocks_of_rows), "block"_a, "column"_a, "place"_a, "of"_a,
           "The blocks of `block_rows`, (#, 4), of rows `of`; half of those on the diagonal is kept.");
     m.def("without_rows", bound(&without_rows), "start"_a, "column"_a, "block"_a, "x"_a, "r"_a,
