@@ -19,8 +19,8 @@ inline Array<double> block_dots(View<const Index> start, View<const double> a, V
     return made;
 }
 
-// In each block, go along the direction p to where the residual is least: x += length p, r -= length q, with q = A p and
-// length = rho / p . q; a block whose rho is 0 stays. Returns r . r.
+// In each block, go along the direction p as far as it leads to the solution: x += length p and r -= length q, with
+// q = A p and length = rho / p . q. A block whose rho is 0 stays. Returns r . r.
 inline Array<double> block_step(View<const Index> start, View<const double> rho, View<const double> p,
                                 View<const double> q, View<double> x, View<double> r) {
     Array<double> made = block_dots(start, p, q);
@@ -130,8 +130,9 @@ Grid<double> products_of_entries(View<const I> indptr, View<const I> indices, Ma
 // Some rows of U + U^T: the start of each row, the columns of its blocks, ascending, and their places in U; ~place of
 // transposed ones. `number`, (n,), has the place of a row among the chosen ones, in ascending order, or -1.
 template <class I>
-std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> indptr, View<const I> indices, View<const Index> number) {
-    const Index n = number.size, chosen = n ? std::max<Index>(*std::max_element(number.begin(), number.end()), -1) + 1 : 0;
+std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> indptr, View<const I> indices,
+                                                                View<const Index> number) {
+    const Index n = number.size, chosen = n ? 1 + *std::max_element(number.begin(), number.end()) : 0;
     Array<Index> start(chosen + 1);
     const auto each = [&](const auto& take) {  // take(row, column, place)
         for (Index i = 0; i < n; ++i)
