@@ -46,25 +46,18 @@ def conjugate_gradients(
     """
     start = np.array([0, len(b)]) if start is None else start
     x, r, p = np.zeros(len(b)), np.array(b, dtype=np.float64), np.zeros(len(b))
-    steps, last = np.zeros(len(start) - 1, dtype=np.int64), np.ones(len(start) - 1)
+    steps, last = np.zeros(len(start) - 1, dtype=np.int64), np.zeros(len(start) - 1)
     square = block_dots(start, r, r)
     size, going = np.sqrt(square), square > 0
     for step in range(most + 1):
-        left = np.sqrt(square)
-        going &= (left > (rtol if first_rtol is None or step != 1 else first_rtol) * size) & np.isfinite(left)
+        left, wanted = np.sqrt(square), rtol if first_rtol is None or step != 1 else first_rtol
+        going &= (left > wanted * size) & (left < np.inf)
         if step == most or not going.any():
             break
         z = precondition(r)
-        rho = block_dots(start, r, z)
-        block_turn(start, _shares(rho, last, going), z, p)
-        q = product(p)
-        square = block_step(start, _shares(rho, block_dots(start, p, q), going), p, q, x, r)
+        rho = np.where(going, block_dots(start, r, z), 0.0)
+        block_turn(start, rho, last, z, p)
+        square = block_step(start, rho, p, product(p), x, r)
         last = rho
         steps += going
-    finite = np.isfinite(square) & np.isfinite(block_dots(start, x, x))
-    return x, steps, ~going & finite
-
-
-def _shares(a: FloatArray, b: FloatArray, where: BoolArray) -> FloatArray:
-    """a / b, and 0 elsewhere."""
-    return np.divide(a, b, out=np.zeros_like(a), where=where & (b != 0))
+    return x, steps, ~going & np.isfinite(square) & np.isfinite(block_dots(start, x, x))

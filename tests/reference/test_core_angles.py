@@ -233,22 +233,23 @@ def test_a_symmetric_map_is_turned_by_a_rule_that_does_not_depend_on_rounding():
 def test_vectors_go_and_turn_block_by_block(size):
     rng, start = np.random.default_rng(0), np.array([0, 3, 3, size, size])
     p, q, x, r = rng.normal(size=(4, size))
-    share = rng.normal(size=4)
-    each = np.repeat(share, np.diff(start))
+    share = np.array([0.7, 1, rng.normal(), 0])
+    each = np.repeat([0.7, 0.5, 0, 0], np.diff(start))
 
     def dots(a, b):
         return np.array([a[i:j] @ b[i:j] for i, j in zip(start[:-1], start[1:], strict=True)])
 
     np.testing.assert_allclose(core.block_dots(start, p, q), dots(p, q), atol=1e-11 * size)
     gone, left, turned = x.copy(), r.copy(), p.copy()
+    along = np.repeat(np.divide(share, dots(p, q), out=np.zeros(4), where=dots(p, q) != 0), np.diff(start))
     square = core.block_step(start, share, p, q, gone, left)
-    same(gone, x + each * p)
-    same(left, r - each * q)
+    same(gone, x + along * p)
+    same(left, r - along * q)
     same(square, dots(left, left))
-    core.block_turn(start, share, q, turned)
+    core.block_turn(start, share, np.array([1, 2, 0, 0.0]), q, turned)
     same(turned, q + each * p)
     with pytest.raises(TypeError):  # a copy would be filled
-        core.block_turn(start, share, q, turned.astype(np.float32))
+        core.block_turn(start, share, share, q, turned.astype(np.float32))
 
 
 def test_the_number_of_threads_does_not_change_a_bit(monkeypatch):

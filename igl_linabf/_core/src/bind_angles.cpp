@@ -14,15 +14,16 @@ static void bind_indexed(nb::module_& m) {
           "The entries, in the places of `entries`, of the Laplacian with `weight` at the edges between rows `ends`.");
     m.def("system_blocks", bound(&system_blocks<I>), "indptr"_a, "indices"_a, "slot"_a, "ends"_a, "sides"_a, "corner"_a,
           "row"_a, "wheels"_a, "w"_a, "d"_a, "cot"_a,
-          "The blocks of S = sum_t M_t P_t M_t^T, (#blocks, 4), in the places of `entries`; half of those on the diagonal."
-          "\n\nA block holds (vertex, vertex), (vertex, wheel), (wheel, vertex) and (wheel, wheel). From row `wheels` on,\n"
-          "the wheel rows are those of the identity.");
+          "The blocks of S = sum_t M_t P_t M_t^T, (#blocks, 4), in the places of `entries`; half of those on the\n"
+          "diagonal.\n\n"
+          "A block holds (vertex, vertex), (vertex, wheel), (wheel, vertex) and (wheel, wheel). From row `wheels`\n"
+          "on, the wheel rows are those of the identity.");
     m.def("block_product", bound(&block_product<I>), "indptr"_a, "indices"_a, "block"_a, "x"_a,
           "(U + U^T) x, U of 2 by 2 blocks: `block`, (#blocks, 4), at rows and columns as in CSR.");
     m.def("product_with_pairs", bound(&product_with_pairs<I>), "indptr"_a, "indices"_a, "data"_a, "x"_a,
           "A x of a symmetric matrix, by its lower triangle in CSC, and two columns x, (n, 2).");
     m.def("products_of_entries", bound(&products_of_entries<I>), "indptr"_a, "indices"_a, "block"_a, "C"_a, "first"_a,
-          "last"_a, "The rows from `first` up to `last` of U_e C, next to each other for the entries e = 0 .. 3 of blocks.");
+          "last"_a, "The rows from `first` up to `last` of U_e C, side by side for the entries e = 0 .. 3 of blocks.");
     m.def("block_rows", bound(&block_rows<I>), "indptr"_a, "indices"_a, "number"_a,
           "Start of each row and columns of its blocks, ascending, and their places; ~place of transposed ones.\n\n"
           "`number`, (n,), has the place of a row among the chosen ones, in ascending order, or -1.");
@@ -83,27 +84,29 @@ static void bind_maps(nb::module_& m) {
           "Twice the signed area of each face of a flat map (#V,); positive where it is not flipped.");
     m.def("centred", bound(&centred), "z"_a, "corner"_a, "double_area"_a, "area"_a, "vertex_start"_a, "face_start"_a,
           "Maps side by side, each scaled to its area, its centroid at 0 and its principal axes along x and y.\n\n"
-          "Map i has the vertices `vertex_start[i]` up to `vertex_start[i + 1]`, and such faces. The longer axis is x; of\n"
-          "its two directions the one that gives a positive third moment. A symmetric map, of which rounding would choose\n"
-          "the axes or a direction, is turned by a rule that does not depend on rounding.");
+          "Map i has the vertices `vertex_start[i]` up to `vertex_start[i + 1]`, and such faces. The longer axis\n"
+          "is x; of its two directions the one that gives a positive third moment. A symmetric map, of which\n"
+          "rounding would choose the axes or a direction, is turned by a rule that does not depend on rounding.");
     m.def("changes", bound(&changes), "V"_a, "uv"_a, "corner"_a, "double_area"_a, "dot"_a,
           "What a flat map (#V, 2) does to each triangle; `double_area` and `dot` as in a `Mesh`.\n\n"
-          "The angles in space, and what they are more in the map, (3, #F) each; twice the signed areas in the map; the\n"
-          "larger and the smaller singular value; the ratios of the lengths of sides, (3, #F).");
+          "The angles in space, and what they are more in the map, (3, #F) each; twice the signed areas in the\n"
+          "map; the larger and the smaller singular value; the ratios of the lengths of sides, (3, #F).");
     m.def("developed", bound(&developed), "z"_a, "known"_a, "start"_a, "twin"_a, "corner"_a, "cot"_a,
-          "The vertices that are not `known` placed triangle after triangle over a breadth-first tree, and the misfit.\n\n"
-          "It begins at the half-edges `start`, k #F + t opposite to corner k of triangle t, whose ends are known. `twin`\n"
-          "is the half-edge on the other side of each, -1 at the boundary. Where all corners of a triangle lay already, the\n"
-          "misfit is how far one is from where it would be placed, over the shortest side: the largest.");
+          "The vertices that are not `known` placed triangle after triangle breadth-first, and the misfit.\n\n"
+          "It begins at the half-edges `start`, k #F + t opposite to corner k of triangle t, whose ends are\n"
+          "known. `twin` is the half-edge on the other side of each, -1 at the boundary. Where all corners of a\n"
+          "triangle lay already, the misfit is how far one is from where it would be placed, over the shortest\n"
+          "side: the largest.");
 }
 
 static void bind_symmetric(nb::module_& m) {
     m.def("block_dots", bound(&block_dots), "start"_a, "a"_a, "b"_a,
           "Scalar products of the blocks of two vectors; block k is `start[k]` to `start[k + 1]`, or empty.");
-    m.def("block_step", bound(&block_step), "start"_a, "length"_a, "p"_a, "q"_a, "x"_a.noconvert(), "r"_a.noconvert(),
-          "In each block, add its length times p to x, and take that times q = A p from r; returns r . r.");
-    m.def("block_turn", bound(&block_turn), "start"_a, "share"_a, "z"_a, "p"_a.noconvert(),
-          "In each block, make p the sum of z and its share of p.");
+    m.def("block_step", bound(&block_step), "start"_a, "rho"_a, "p"_a, "q"_a, "x"_a.noconvert(), "r"_a.noconvert(),
+          "In each block, add rho / p . q times p to x, and take that times q = A p from r; returns r . r.\n\n"
+          "A block whose rho is 0 stays.");
+    m.def("block_turn", bound(&block_turn), "start"_a, "rho"_a, "last"_a, "z"_a, "p"_a.noconvert(),
+          "In each block, make p the sum of z and rho / last times p; z where either is 0.");
     m.def("blocks_of_rows", bound(&blocks_of_rows), "block"_a, "column"_a, "place"_a, "of"_a,
           "The blocks of `block_rows`, (#, 4), of rows `of`; half of those on the diagonal is kept.");
     m.def("without_rows", bound(&without_rows), "start"_a, "column"_a, "block"_a, "x"_a, "r"_a,

@@ -1,4 +1,4 @@
-// The reduced system S = sum_t M_t P_t M_t^T and the Laplacian L_s that preconditions it: entries of edges and vertices.
+// The reduced system S = sum_t M_t P_t M_t^T, and the Laplacian L_s that preconditions it, by edges and vertices.
 #pragma once
 #include "triangles.hpp"
 
@@ -47,7 +47,8 @@ inline Array<double> at_edges(Values values, Matrix<const Index> sides) {
 // The entries of the Laplacian with `weight` at the edges between rows `ends`, (2, #E), -1 for none. It is kept as its
 // upper triangle in CSR, of which `indptr` has the starts of rows and `slot` the place of each edge.
 template <class I>
-Array<double> laplacian_entries(View<const I> indptr, View<const Index> slot, Matrix<const Index> ends, Numbers weight) {
+Array<double> laplacian_entries(View<const I> indptr, View<const Index> slot, Matrix<const Index> ends,
+                                Numbers weight) {
     Array<double> made = zeros(indptr[indptr.size - 1]);
     for (Index e = 0; e < ends.columns; ++e) {
         const Index i = ends[0][e], j = ends[1][e];
@@ -108,12 +109,12 @@ struct Fan {
 };
 
 // The blocks of S, (#blocks, 4), at the places of the pattern; those on the diagonal are halved. From row `wheels` on,
-// the wheel rows are those of the identity. The pattern is as in `laplacian_entries`. `ends` has the rows of the edges, `sides` their half-edges, `row` that of
-// each vertex; several vertices may have the same, as those of a hole.
+// the wheel rows are those of the identity. The pattern is as in `laplacian_entries`. `ends` has the rows of the
+// edges, `sides` their half-edges, `row` that of each vertex; several vertices may have the same, as those of a hole.
 template <class I>
-Grid<double> system_blocks(View<const I> indptr, View<const I> indices, View<const Index> slot, Matrix<const Index> ends,
-                           Matrix<const Index> sides, Corners corner, View<const Index> row, Index wheels, Values w,
-                           Numbers d, Values cot) {
+Grid<double> system_blocks(View<const I> indptr, View<const I> indices, View<const Index> slot,
+                           Matrix<const Index> ends, Matrix<const Index> sides, Corners corner,
+                           View<const Index> row, Index wheels, Values w, Numbers d, Values cot) {
     const Index n = indptr.size - 1, m = corner.columns, size = indices.size;
     const Fan fan{w, cot, d};
     Grid<double> made(size, 4);

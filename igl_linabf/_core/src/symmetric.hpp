@@ -19,12 +19,14 @@ inline Array<double> block_dots(View<const Index> start, View<const double> a, V
     return made;
 }
 
-// In each block, go the length along the direction p: x += length p, r -= length q, q = A p. Returns r . r.
-inline Array<double> block_step(View<const Index> start, View<const double> length, View<const double> p,
+// In each block, go along the direction p as far as it leads to the solution: x += length p and r -= length q, with
+// q = A p and length = rho / p . q. A block whose rho is 0 stays. Returns r . r.
+inline Array<double> block_step(View<const Index> start, View<const double> rho, View<const double> p,
                                 View<const double> q, View<double> x, View<double> r) {
-    Array<double> made(start.size - 1);
+    Array<double> made = block_dots(start, p, q);
     for (Index k = 0; k < made.rows; ++k) {
-        const double along = length[k], *u = p.data + start[k], *v = q.data + start[k];
+        const double along = rho[k] == 0 || made[k] == 0 ? 0.0 : rho[k] / made[k];
+        const double *u = p.data + start[k], *v = q.data + start[k];
         double *to = x.data + start[k], *left = r.data + start[k];
         made[k] = sum_of_pieces(start[k + 1] - start[k], [=](Index first, Index last) {
             double total = 0;
@@ -40,13 +42,14 @@ inline Array<double> block_step(View<const Index> start, View<const double> leng
     return made;
 }
 
-// In each block, turn the direction p to z + share p.
-inline void block_turn(View<const Index> start, View<const double> share, View<const double> z, View<double> p) {
+// In each block, turn the direction p to z + (rho / last) p; to z where either is 0.
+inline void block_turn(View<const Index> start, View<const double> rho, View<const double> last, View<const double> z,
+                       View<double> p) {
     for (Index k = 0; k + 1 < start.size; ++k) {
-        const double kept = share[k], *from = z.data + start[k];
+        const double kept = rho[k] == 0 || last[k] == 0 ? 0.0 : rho[k] / last[k], *from = z.data + start[k];
         double* to = p.data + start[k];
-        in_pieces(start[k + 1] - start[k], [=](Index first, Index last) {
-            INDEPENDENT for (Index i = first; i < last; ++i) to[i] = from[i] + kept * to[i];
+        in_pieces(start[k + 1] - start[k], [=](Index first, Index until) {
+            INDEPENDENT for (Index i = first; i < until; ++i) to[i] = from[i] + kept * to[i];
         });
     }
 }
@@ -127,8 +130,9 @@ Grid<double> products_of_entries(View<const I> indptr, View<const I> indices, Ma
 // Some rows of U + U^T: the start of each row, the columns of its blocks, ascending, and their places in U; ~place of
 // transposed ones. `number`, (n,), has the place of a row among the chosen ones, in ascending order, or -1.
 template <class I>
-std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> indptr, View<const I> indices, View<const Index> number) {
-    const Index n = number.size, chosen = n ? std::max<Index>(*std::max_element(number.begin(), number.end()), -1) + 1 : 0;
+std::tuple<Array<Index>, Array<Index>, Array<Index>> block_rows(View<const I> indptr, View<const I> indices,
+                                                                View<const Index> number) {
+    const Index n = number.size, chosen = n ? 1 + *std::max_element(number.begin(), number.end()) : 0;
     Array<Index> start(chosen + 1);
     const auto each = [&](const auto& take) {  // take(row, column, place)
         for (Index i = 0; i < n; ++i)

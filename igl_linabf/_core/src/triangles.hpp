@@ -162,8 +162,8 @@ inline double arctangent(double y, double x) {
     const double low = std::min(y, std::abs(x)), high = std::max(y, std::abs(x));
     const bool steep = low > 0.66 * high;
     const double u = (steep ? low - high : low) / (steep ? low + high : std::max(high, TINY)), z = u * u;
-    const double p = (((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z - 7.500855792314704667340e1) * z -
-                      1.228866684490136173410e2) * z - 6.485021904942025371773e1;
+    const double p = (((-8.750608600031904122785e-1 * z - 1.615753718733365076637e1) * z -
+                       7.500855792314704667340e1) * z - 1.228866684490136173410e2) * z - 6.485021904942025371773e1;
     const double q = ((((z + 2.485846490142306297962e1) * z + 1.650270098316988542046e2) * z +
                        4.328810604912902668951e2) * z + 4.853903996359136964868e2) * z + 1.945506571482613964425e2;
     const double angle = u + u * (z * p / q) + (steep ? PI / 4 : 0.0);
