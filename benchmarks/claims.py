@@ -86,10 +86,8 @@ def _small_disks() -> list:
 
 def solvers() -> None:
     """The default map and the others', at the default tolerances and at 1e-10."""
-    print(
-        "Largest distance of a vertex from its place in the default map, over the map's larger side, after the"
-    )
-    print("best similarity: with CHOLMOD, and by one factor of the whole system.\n")
+    print("Largest distance of a vertex from its place in the default map, over the map's larger side, after")
+    print("the best similarity: with CHOLMOD, and by one factor of the whole system.\n")
     print("| mesh | triangles | default: cholmod | direct | rtol=1e-10: cholmod | direct |")
     print("|---|---|---|---|---|---|")
     for name, V, F in [brain(), *shared("disk"), *shared("stress")]:

@@ -1,9 +1,9 @@
-"""Write into docs/performance.md what the first calls cost: in processes of their own, in an environment made anew.
+"""Write into docs/performance.md what first calls cost, in processes of their own and a new environment.
 
     python benchmarks/first_call.py [--environment FOLDER] [--repeat 5] [--print]
 
-`pip install .` alone makes the environment, in a temporary folder or in FOLDER, where one that is there is used
-again. The very first process is told for itself; the others are medians. Processes take turns. The meshes are
+`pip install .` alone makes the environment, in a temporary folder, or in FOLDER, where it is used again.
+ The very first process is told for itself; the others are medians. Processes take turns. The meshes are
 camelhead, fandisk and cow of IGL_LINABF_MESHES.
 """
 

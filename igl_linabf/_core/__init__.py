@@ -1,7 +1,8 @@
 """The loops over triangles, edges and matrices, compiled ahead from `src`: plain arrays in, plain arrays out.
 
-There are two builds of the same source, for every processor and for those of x86-64-v3 (AVX2, since 2013). With
-IGL_LINABF_CORE=baseline in the environment the first one runs everywhere. `__init__.pyi` lists what is bound.
+There are two builds of the same source, for every processor and for those of x86-64-v3 (AVX2, since 2013).
+With IGL_LINABF_CORE=baseline in the environment the first one runs everywhere. `__init__.pyi` lists what is
+bound.
 """
 
 import os

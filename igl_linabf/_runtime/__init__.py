@@ -9,5 +9,5 @@ from .cleanup import replacing, undone_at_once
 from .progress import Progress, advance, counting, part, reporting
 from .reuse import recycling, transposed, unfilled
 from .text import aligned
-from .threads import Begun, at_once, begun, in_threads
+from .threads import in_threads
 from .timing import stopwatch, timed

@@ -17,7 +17,7 @@ from .last_steps import ROUGH_RTOL, astray, corrected_steps, step_by_same_factor
 from .linearised import Direction, Linearised, advance, linearise, solve
 from .loops import ClosedPath, Closure, closure_of
 from .patches import within_patches
-from .patterns import SMALL, Pattern, held
-from .reduced import SLIVER_OF_SMALL, System
+from .patterns import Pattern, held
+from .reduced import System
 from .to_order import prescribed_steps
 from .turnings import Turnings

@@ -23,10 +23,11 @@ from ..linalg import MAX_CG_STEPS, Analysis, Factor, NotPositiveDefiniteError, c
 from .across import Across
 from .closure import ClosingRows
 from .iterates import REACH, AngleProblem, Iterate, Kind, Step
-from .patterns import SMALL, Symmetric
+from .patterns import Symmetric
 from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_inverse
 from .reduced import System
 
+SMALL = 3_000  # triangles of a disk, up to which inner steps take less time than a factor of S saves
 BLOCKS_UP_TO = 250_000  # rows, above which a factor of S saves no time, and takes much memory
 NO_ROWS = Symmetric((np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))))
 
@@ -350,7 +351,7 @@ def solve(
 
 def _particular(system: System, at: Iterate, gradient: FloatArray | None) -> FloatArray:
     """The errors e0 that satisfy the triangle constraints alone, (3, #F)."""
-    e0 = np.multiply(system.w, at.residual.triangle / system.d, out=unfilled(system.w.shape))
+    e0: FloatArray = np.multiply(system.w, at.residual.triangle / system.d, out=unfilled(system.w.shape))
     if gradient is not None:
         e0 -= system.projected(gradient)
     return e0
@@ -386,7 +387,7 @@ def _multipliers(
             rhs,
             lin.precondition,
             rtol,
-            MAX_CG_STEPS if most is None else most,
+            *(() if most is None else (most,)),
             first_rtol=first_rtol,
             start=2 * disks.rows.start if len(disks) > 1 else None,
         )

@@ -1,25 +1,23 @@
 """Symmetric sparse matrices over a mesh's rows: the pattern made once, filled many times."""
 
 from copy import copy
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
 from .._core import block_product, entries, laplacian_entries, products_of_entries, pulled, system_blocks
-from .._runtime import Begun, begun
 from .._types import Array, FloatArray, IntArray
 from ..linalg import Analysis, Solvers
 from ..surface import Topology, sum_by
 
 Blocks = tuple[IntArray, IntArray, FloatArray]
 
-SMALL = 3_000  # triangles up to which a mesh's system is small: no thread, and no other factor, pays for it
 AT_ONCE = 1024  # rows of a matrix that is multiplied by a few columns
 
 
 class Symmetric:
-    """The matrix U + U^T of 2 by 2 blocks, of which only the upper triangle U, with half the diagonal, is kept.
+    """The matrix U + U^T of 2 by 2 blocks; only U, its upper triangle with half the diagonal, is kept.
 
     Parameters
     ----------
@@ -95,8 +93,6 @@ class Pattern:
 
     def __init__(self, topology: Topology, row: IntArray, n: int) -> None:
         self._analyses: dict[tuple[Solvers, int], Analysis] = {}
-        self._begun: dict[Solvers, Begun[Analysis]] = {}
-        self._small = topology.corner.shape[1] <= SMALL * topology.n_outer
         self.n, self._topology, self._row = n, topology, row
         # the lower triangle in CSC order is the upper one in CSR order
         indptr, indices, self.slot = entries(self.ends, n)
@@ -117,19 +113,8 @@ class Pattern:
         """
         asked = solvers, block
         if asked not in self._analyses:
-            waiting = self._begun.pop(solvers, None) if block == 1 else None
-            self._analyses[asked] = waiting.result() if waiting else self._analysed(solvers, block)
+            self._analyses[asked] = solvers.analyse(self._indptr, self._indices, block)
         return self._analyses[asked]
-
-    def _analysed(self, solvers: Solvers, block: int = 1) -> Analysis:
-        return solvers.analyse(self._indptr, self._indices, block)
-
-    def begin_analysis(self, solvers: Solvers) -> None:
-        """Let a thread analyse the pattern while there is other work; the core lets both run."""
-        if self.n and not (solvers.direct or self._small or (solvers, 1) in self._analyses):
-            work = begun(partial(self._analysed, solvers))
-            if work is not None:
-                self._begun[solvers] = work
 
     def hermitian(self, entry: Array, diagonal: Array) -> sparse.csc_array:
         """Lower triangle of the Hermitian matrix with `entry`, (#E,), from first to second end of edges."""

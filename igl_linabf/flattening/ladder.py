@@ -170,7 +170,6 @@ def posed(
     with timed("assembly"):
         own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
         asked = own if uncut is None else uncut
-        asked.pattern.begin_analysis(solvers)
     with timed("estimate"):
         alpha, caps = opened(corner_angles(mesh))
         if len(caps):

@@ -28,7 +28,7 @@ def available() -> int | None:
 
 
 def factor_bytes(n: int, block: int = 1) -> int:
-    """Bytes of the factor of a matrix with a `block` by `block` one for each entry of a planar graph's, n by n.
+    """Bytes of the factor of an n by n matrix over a planar graph, each entry a `block` by `block` matrix.
 
     It has O(n log n) entries (Lipton, Rose, Tarjan 1979).
     """

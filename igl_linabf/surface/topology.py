@@ -57,7 +57,7 @@ class Topology:
 
     @cached_property
     def rims(self) -> tuple[IntArray, IntArray]:
-        """The vertices of the outer loops, one after the other, and where each begins and the last one ends."""
+        """The vertices of the outer loops, one after the other; where each begins, and the last one ends."""
         outer = self.loops[: self.n_outer]
         return np.concatenate(outer), np.cumsum([0, *map(len, outer)])
 

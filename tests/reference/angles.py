@@ -1,4 +1,4 @@
-"""What the core computes in triangles and sums at vertices, as the paper has it; arrays over corners are (3, #F).
+"""What the core computes in triangles and at vertices, as the paper has it; arrays over corners are (3, #F).
 
 Zayer, Levy, Seidel, Linear Angle Based Parameterization, SGP 2007.
 """
@@ -66,7 +66,7 @@ def rescaled(corner, length, factor):
 
 
 def angle_sums(corner, alpha, cot, n):
-    """sum alpha (eq. 5) and sum log sin gamma - log sin beta (eq. 10) around vertices; cot is at most 1e75."""
+    """sum alpha (eq. 5), sum log sin gamma - log sin beta (eq. 10) around vertices; cot is at most 1e75."""
     log_sine = -0.5 * np.log1p(np.minimum(np.abs(cot), 1e75) ** 2)
     return sum_by(corner, alpha, n), sum_by(corner, log_sine[PREV] - log_sine[NEXT], n)
 
@@ -82,7 +82,7 @@ def cut_short(alpha, e, reach):
 
 
 def rows(corner, cot, n):
-    """M, two sparse matrices (n, 3 #F): the vertex rows (eq. 5) and the derivatives of the wheel rows (eq. 8 to 10)."""
+    """M, two sparse matrices (n, 3 #F): vertex rows (eq. 5), derivatives of wheel rows (eq. 8 to 10)."""
     m = corner.shape[1]
     number = np.arange(3 * m).reshape(3, m)
     shape = (n, 3 * m)
@@ -140,7 +140,7 @@ def conformal_errors(corner, cot, vertex, wheel):
 
 
 def reduced(corner, row, n, w, cot):
-    """S = sum_t M_t P_t M_t^T over rows that vertices may share, -1 for none: (vertex, wheel) blocks, (2, 2, n, n)."""
+    """S = sum M_t P_t M_t^T over rows that vertices may share, -1 for none: (vertex, wheel), (2, 2, n, n)."""
     m = corner.shape[1]
     to_rows = sparse.csr_array((np.ones(len(row)), (np.where(row < 0, n, row), np.arange(len(row)))))
     M = [(to_rows @ part)[:n] for part in rows(corner, cot, len(row))]
@@ -200,7 +200,7 @@ def changes(V, uv, corner, double_area, dot):
 
 
 def centred(z, corner, double_area, area):
-    """One map scaled to an area, its centroid at 0, its principal axes along x and y, third moment positive."""
+    """A map scaled to an area, its centroid at 0, principal axes along x and y, third moment positive."""
     at, share = z[corner], double_area / double_area.sum()
     z = z - share @ at.mean(axis=0)
     a, b, c = z[corner]
@@ -211,7 +211,7 @@ def centred(z, corner, double_area, area):
 
 
 def developed(z, known, start, twin, corner, cot):
-    """Breadth first: apexes placed beside known sides by cot of the angles; the largest misfit at known ones."""
+    """Breadth first: apexes beside known sides by cot of the angles; the largest misfit at known ones."""
     m = corner.shape[1]
     z, known, seen, worst = z.copy(), known.copy(), np.zeros(m, dtype=bool), 0.0
     queue = [(h, z[corner[(h // m + 2) % 3, h % m]] - z[corner[(h // m + 1) % 3, h % m]]) for h in start]
@@ -242,7 +242,7 @@ def developed_edges(turning, log_ratio):
 
 
 def developed_loop(turning, log_ratio, movable):
-    """The outer loop drawn from exterior angles, closed by min sum delta^2 / l; and by how much it failed to close."""
+    """The outer loop drawn from exterior angles, closed by min sum delta^2 / l; and how far it was open."""
     missing = (2 * np.pi - turning.sum()) / np.count_nonzero(movable)
     edge = developed_edges(turning + np.where(movable, missing, 0.0), log_ratio)
     length, u = np.abs(edge), np.stack((edge.real, edge.imag)) / np.abs(edge)

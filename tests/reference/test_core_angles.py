@@ -1,5 +1,7 @@
 """The core's loops over triangles against what defines them."""
 
+import itertools
+
 import numpy as np
 import pytest
 from carried import MESHES
@@ -188,7 +190,7 @@ def test_some_rows_are_those_of_the_matrix(given):
     number[some] = np.arange(len(some))
     for kind in (np.int32, np.int64):
         start, column, place = core.block_rows(indptr.astype(kind), indices.astype(kind), number)
-        assert all((np.diff(column[i:j]) > 0).all() for i, j in zip(start[:-1], start[1:], strict=True))
+        assert all((np.diff(column[i:j]) > 0).all() for i, j in itertools.pairwise(start))
         of = np.repeat(some, np.diff(start))
         own = core.blocks_of_rows(block, column, place, of)
         rows = sparse.bsr_array(
@@ -237,7 +239,7 @@ def test_vectors_go_and_turn_block_by_block(size):
     each = np.repeat([0.7, 0.5, 0, 0], np.diff(start))
 
     def dots(a, b):
-        return np.array([a[i:j] @ b[i:j] for i, j in zip(start[:-1], start[1:], strict=True)])
+        return np.array([a[i:j] @ b[i:j] for i, j in itertools.pairwise(start)])
 
     np.testing.assert_allclose(core.block_dots(start, p, q), dots(p, q), atol=1e-11 * size)
     gone, left, turned = x.copy(), r.copy(), p.copy()
