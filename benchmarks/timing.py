@@ -1,7 +1,7 @@
 """Time of linabf relative to igl.lscm: medians in one process, after a warm-up, with input checks.
 
-    python benchmarks/timing.py [--repeat 5] [--solver auto|multigrid|direct] [--large]
-                                [--without-cholmod] [MESH ...]
+    python benchmarks/timing.py [--repeat 5] [--solver auto|cholmod|direct] [--large]
+                                [MESH ...]
 
 Without MESH, the meshes are the cortex, lion, face and camelhead from IGL_LINABF_MESHES, and face
 subdivided once (with --large also twice, 827 k triangles). With --without-cholmod, scikit-sparse is passed
@@ -23,7 +23,7 @@ from igl_linabf import LinABF, flatten, linabf
 from igl_linabf.flattening import bare_lscm, medians
 from igl_linabf.io import read_mesh
 from igl_linabf.kernels import numpy_only
-from igl_linabf.linalg import blas_of_cholmod, factors, has_cholmod
+from igl_linabf.linalg import blas_of_cholmod
 from igl_linabf.surface import planar
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
@@ -51,13 +51,8 @@ def main() -> None:
     parser.add_argument("--repeat", type=int, default=5)
     parser.add_argument("--solver", default="auto")
     parser.add_argument("--large", action="store_true")
-    parser.add_argument("--without-cholmod", action="store_true")
     options = parser.parse_args()
-    if options.without_cholmod:
-        factors.cholmod = None
-    if options.solver == "multigrid" or not has_cholmod():
-        print("Without CHOLMOD.\n")
-    else:
+    if options.solver == "cholmod":
         print(f"CHOLMOD's BLAS: {blas_of_cholmod() or 'unknown'}\n")
     print("| mesh | triangles | linabf / igl.lscm | " + " | ".join(STAGES) + " | other |")
     print("|---|---|---|" + "---|" * (len(STAGES) + 1))

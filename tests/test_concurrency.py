@@ -23,9 +23,7 @@ from igl_linabf.io import write_obj
 from igl_linabf.linalg import has_cholmod
 
 # more work than threads, and different: sizes, methods, solvers
-WORK = [
-    (kind, seed) for seed in range(6) for kind in ("linabf", "abf", "direct", "lscm", "unwrap")
-]
+WORK = [(kind, seed) for seed in range(6) for kind in ("linabf", "abf", "direct", "lscm", "unwrap")]
 
 
 def fingerprint(kind: str, seed: int) -> str:

@@ -45,7 +45,9 @@ def test_a_factor_that_does_not_fit_is_refused_before_work_begins(bytes_free, mo
     V, F = bumps(8000)
     monkeypatch.setattr(memory, "PER_FACE", 1)
     bytes_free(memory.factor_bytes(len(V) // 2))
-    with pytest.raises(MemoryLimitError, match=r"factor of a system of \d,\d{3} rows would take about .* GiB"):
+    with pytest.raises(
+        MemoryLimitError, match=r"factor of a system of \d,\d{3} rows would take about .* GiB"
+    ):
         flatten(V, F, LinABF(rtol=1e-10))
 
 

@@ -25,7 +25,9 @@ def test_every_solver_gives_the_same_map(name: str) -> None:
     for result in maps.values():
         assert np.abs(result.uv - first).max() <= 1e-7 * np.ptp(first)
     for made in maps.values():
-        assert ("CHOLMOD" in made.solver) == ("CHOLMOD" in made.layout_solver) == (made is maps.get("cholmod"))
+        assert (
+            ("CHOLMOD" in made.solver) == ("CHOLMOD" in made.layout_solver) == (made is maps.get("cholmod"))
+        )
     assert maps["direct"].solver.startswith("direct")
     assert maps["direct"].inner_steps == 0
 

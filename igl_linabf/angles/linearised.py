@@ -20,13 +20,7 @@ from .._runtime import timed, unfilled
 from .._types import BoolArray, FloatArray, Solve
 from ..errors import FallbackWarning, MemoryLimitError, SingularSystemError, some, stack_level
 from ..kernels import cut_short
-from ..linalg import (
-    MAX_CG_STEPS,
-    Analysis,
-    Factor,
-    NotPositiveDefiniteError,
-    conjugate_gradients,
-)
+from ..linalg import MAX_CG_STEPS, Analysis, Factor, NotPositiveDefiniteError, conjugate_gradients
 from .across import Across
 from .closure import ClosingRows
 from .iterates import REACH, AngleProblem, Iterate, Kind, Step

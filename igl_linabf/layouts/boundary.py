@@ -110,8 +110,8 @@ def by_relaxed_loops(
 ) -> tuple[ComplexArray, str] | None:
     """Nearly the map of the least squares, and the solver's name, by the Laplacian of `harmonic`.
 
-    All loops are drawn, and changed to where the conformal energy is nearly least. None if that is not so, or if
-    triangles are flipped.
+    All loops are drawn, and changed to where the conformal energy is nearly least. None if that is not so, or
+    if triangles are flipped.
     """
     topology, pattern = constraints.topology, constraints.pattern
     weight = topology.sum_at_edges(at.cot) / 2

@@ -66,7 +66,7 @@ class Hessians:
         sides = np.sort((corner[NEXT], corner[PREV]), axis=0)
         keys, edge = np.unique((sides[0] * n + sides[1]).ravel(), return_inverse=True)
         low, high = keys // n, keys % n
-        # the lower triangle of blocks: a column has its vertex's own block, then one for each edge to a later vertex
+        # the lower triangle: a column has its vertex's own block, then one for each edge to a later vertex
         start = np.arange(n + 1) + np.searchsorted(low, np.arange(n + 1))
         self._own, of_edge = start[:-1], np.arange(len(low)) + low + 1
         indices = np.empty(start[-1], dtype=np.int64)

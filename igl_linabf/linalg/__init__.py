@@ -1,7 +1,7 @@
 """Sparse linear algebra: Cholesky factors and conjugate gradients. It knows no mesh.
 
-In: symmetric matrices by their lower triangles. Out: factors, solutions. A pattern is analysed once, its values
-are factored, a factor solves: `Solvers.analyse(indptr, indices).factor(values).solve(B)`.
+In: symmetric matrices by their lower triangles. Out: factors, solutions. A pattern is analysed once, its
+values are factored, a factor solves: `Solvers.analyse(indptr, indices).factor(values).solve(B)`.
 """
 
 from .cholesky import Cholesky

@@ -1,7 +1,8 @@
 """One interface to sparse Cholesky factors: analyse(pattern) -> factor(values) -> solve(B).
 
-A pattern is the lower triangle of a symmetric matrix in CSC, the diagonal first in each column. With `block` 2,
-each entry of it stands for a 2 by 2 block. An `Analysis` is made once for a pattern, a `Factor` for its values.
+A pattern is the lower triangle of a symmetric matrix in CSC, the diagonal first in each column. With `block`
+2, each entry of it stands for a 2 by 2 block. An `Analysis` is made once for a pattern, a `Factor` for its
+values.
 """
 
 from __future__ import annotations
@@ -62,7 +63,7 @@ class Analysis(ABC):
 def real_form(values: ComplexArray) -> FloatArray:
     """The 2 by 2 blocks, (#entries, 4), of a Hermitian matrix given by its lower triangle.
 
-    An entry a + i b is the block [[a, -b], [b, a]] of the real matrix; those above the diagonal are conjugate.
+    An entry a + i b is the block [[a, -b], [b, a]] of the real matrix; above the diagonal, the conjugate is.
     """
     return np.column_stack((values.real, values.imag, -values.imag, values.real))
 
