@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy import sparse
+from scipy.sparse import linalg
 
 from igl_linabf.linalg import Cholesky, NotPositiveDefiniteError, Solvers, has_cholmod, solve_complex
 from igl_linabf.linalg import cholmod as oracle
@@ -119,6 +120,42 @@ def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: boo
         assert np.allclose(full @ factor.solve(b), b)  # not changed under another's hands
         del twice
         assert np.allclose(full @ analysis.factor(good.data).solve(b), b)  # where its memory is used again
+
+
+def grids(sizes, rng):
+    """The Laplacians of grids with random weights and fixed surroundings, side by side."""
+    parts = []
+    for k, m in sizes:
+        row, column = sparse.eye_array(k, k=1), sparse.eye_array(m, k=1)
+        links = sparse.kron(row, sparse.eye_array(m)) + sparse.kron(sparse.eye_array(k), column)
+        links.data = rng.uniform(-1e-3, 1, links.nnz)
+        links = links + links.T
+        parts.append(sparse.diags_array(links.sum(axis=0) + 0.1) - links)
+    return sparse.block_diag(parts, format="csc")
+
+
+def test_small_systems_side_by_side_are_factored_each_for_itself() -> None:
+    rng = np.random.default_rng(0)
+    sizes = [(1, 1), (9, 14), (1, 70), (30, 30), (8, 8)]
+    A = grids(sizes, rng)
+    lower = sparse.tril(A).tocsc()
+    lower.sort_indices()
+    made = analysed(Cholesky, lower)
+    for b in (
+        rng.normal(size=A.shape[0]),
+        rng.normal(size=(A.shape[0], 2)),
+        rng.normal(size=(A.shape[0], 3)),
+    ):
+        x = made.factor(lower.data).solve(b)
+        assert x.shape == b.shape
+        np.testing.assert_allclose(A @ x, b, rtol=0, atol=1e-12)
+    fill = made.bytes / 8  # with the zeros that supernodes take in
+    assert fill < 1.5 * linalg.splu(A, permc_spec="MMD_AT_PLUS_A").L.nnz
+    first, last = 1 + 126 + 70, 1 + 126 + 70 + 900
+    lower.data[lower.indptr[first + 450]] *= -1
+    with pytest.raises(NotPositiveDefiniteError) as error:
+        made.factor(lower.data)
+    assert first <= error.value.row < last  # its block
 
 
 @pytest.mark.parametrize("threads", ["1", "2"])

@@ -21,8 +21,10 @@ def test_every_solver_gives_the_same_map(name: str) -> None:
     first = maps["auto"].uv
     for result in maps.values():
         assert np.abs(result.uv - first).max() <= 1e-7 * np.ptp(first)
-    for name, made in maps.items():
-        assert ("CHOLMOD" in made.solver) == ("CHOLMOD" in made.layout_solver) == (name == "cholmod")
+    for made in maps.values():
+        assert (
+            ("CHOLMOD" in made.solver) == ("CHOLMOD" in made.layout_solver) == (made is maps.get("cholmod"))
+        )
     assert maps["direct"].solver.startswith("direct")
     assert maps["direct"].inner_steps == 0
 

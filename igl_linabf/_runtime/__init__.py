@@ -7,7 +7,7 @@ all. Child processes run code that may crash or hang. Memory of large arrays is 
 from .child_process import Arrays, run_as_child_process, run_in_child_process
 from .cleanup import replacing, undone_at_once
 from .progress import Progress, advance, counting, part, reporting
-from .reuse import recycling, transposed, unfilled
+from .reuse import give_back, recycling, transposed, unfilled
 from .text import aligned
 from .threads import in_threads
 from .timing import stopwatch, timed

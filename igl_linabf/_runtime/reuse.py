@@ -45,6 +45,10 @@ class _Memory:
         if self._open:
             self._free.append(piece)
 
+    def clear(self) -> None:
+        with self._one_takes:
+            self._free.clear()
+
     def close(self) -> None:
         self._open = False
         self._free.clear()
@@ -73,6 +77,13 @@ def recycling() -> Iterator[None]:
     finally:
         _memory.reset(token)
         memory.close()
+
+
+def give_back() -> None:
+    """Let the system have the memory that nobody holds, before something large is made in other memory."""
+    memory = _memory.get()
+    if memory is not None:
+        memory.clear()
 
 
 def unfilled(shape: int | tuple[int, ...], dtype: DTypeLike = np.float64) -> Array:

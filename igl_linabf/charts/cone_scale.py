@@ -89,7 +89,7 @@ class ConeScale:
 
     @property
     def known(self) -> Factor | None:
-        """The factor of the Laplacian over all nodes but the ground's; None if cotangents were raised."""
+        """The factor of the Laplacian over the nodes off the ground; None if its cotangents are raised."""
         zero, piece = self.laplacian, self.piece
         if zero is not piece.zero_by_cotangents or zero is piece.zero_at_nodes:
             return None

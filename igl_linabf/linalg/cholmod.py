@@ -1,4 +1,4 @@
-"""CHOLMOD (Chen et al. 2008) through scikit-sparse, an optional extra: the factor that ours is tested by."""
+"""CHOLMOD (Chen et al. 2008) through scikit-sparse, an optional extra; ours is tested by it."""
 
 import os
 import warnings

@@ -63,7 +63,7 @@ class Analysis(ABC):
 def real_form(values: ComplexArray) -> FloatArray:
     """The 2 by 2 blocks, (#entries, 4), of a Hermitian matrix given by its lower triangle.
 
-    An entry a + i b is the block [[a, -b], [b, a]] of the real matrix; above the diagonal it is conjugate.
+    An entry a + i b is the block [[a, -b], [b, a]] of the real matrix; above the diagonal, the conjugate is.
     """
     return np.column_stack((values.real, values.imag, -values.imag, values.real))
 

@@ -28,7 +28,7 @@ def available() -> int | None:
 
 
 def factor_bytes(n: int, block: int = 1) -> int:
-    """Bytes of the factor of an n by n matrix over a planar graph, each entry a `block` by `block` matrix.
+    """Bytes of the factor of a planar graph's matrix, n by n, with `block` by `block` entries.
 
     It has O(n log n) entries (Lipton, Rose, Tarjan 1979).
     """

@@ -48,7 +48,7 @@ class Solvers:
         return self.solver == "auto"
 
     def analyse(self, indptr: IntArray, indices: IntArray, block: int = 1) -> Analysis:
-        """Of a pattern: the lower triangle of a matrix over a planar graph, in CSC, diagonal entries first.
+        """Of the lower triangle of a planar graph's matrix in CSC, the diagonal first in each column.
 
         With `block` 2, each entry of it stands for a 2 by 2 block.
 
@@ -69,7 +69,7 @@ class Solvers:
         return made(indptr, indices, block)
 
     def factor(self, lower: sparse.csc_array) -> Factor:
-        """Of a matrix that is factored once, by its lower triangle; a complex one in its `real_form`.
+        """Of a matrix that is factored once, given by its lower triangle; of a complex one, its `real_form`.
 
         Raises
         ------

@@ -7,12 +7,13 @@
 #include <cmath>
 #include <limits>
 
-#include "arrays.hpp"
+#include "threads.hpp"
 
 using Place = std::uint32_t;  // within a front
 
 constexpr Index WIDTH = 4;   // columns that are eliminated together
 constexpr Index PANEL = 64;  // columns whose effect on the rest is added up
+constexpr Index PIECE = 128;  // columns of a front that one thread takes at a time
 
 // The rows of what is left of a front, up to a multiple of WIDTH.
 inline Index padded(Index rows) { return (rows + WIDTH - 1) & -WIDTH; }
@@ -121,13 +122,24 @@ inline Index panel(double* L, Index size, Index first, Index last) {
 // Eliminate the columns of a front, a row of L for each; the bad pivot, or -1.
 //
 // The front's rest is U, with `rest` rows and columns. A pivot is bad if it is not positive and finite. The
-// diagonal of L is left inverted: solves multiply by it.
-inline Index eliminate(double* L, Index width, Index size, double* U, Index rest) {
+// diagonal of L is left inverted: solves multiply by it. If the front is `shared`, so is the work by threads.
+inline Index eliminate(double* L, Index width, Index size, double* U, Index rest, bool shared) {
     for (Index first = 0; first < width; first += PANEL) {
         const Index last = std::min(first + PANEL, width), bad = panel(L, size, first, last);
         if (bad >= 0) return bad;
-        take(L, size, first, last, L, size, 0, last, width);
-        take(L, size, first, last, U, rest, width, 0, rest);
+        const Index own = (width - last + PIECE - 1) / PIECE, all = own + (rest + PIECE - 1) / PIECE;
+        const auto piece = [&](Index k) {
+            const Index j = k < own ? last + k * PIECE : (k - own) * PIECE;
+            if (k < own)
+                take(L, size, first, last, L, size, 0, j, std::min(j + PIECE, width));
+            else
+                take(L, size, first, last, U, rest, width, j, std::min(j + PIECE, rest));
+        };
+        if (shared) {
+            at_once(all, piece);
+        } else {
+            for (Index k = 0; k < all; ++k) piece(k);
+        }
     }
     return -1;
 }

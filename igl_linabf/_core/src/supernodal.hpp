@@ -5,6 +5,7 @@
 #pragma once
 #include "supernodes.hpp"
 
+constexpr double SHARED_FROM = 1e8;  // operations at a front above the subtrees from which threads share them
 constexpr Index THIN = 2;              // columns up to which what a leaf leaves goes to its parent's front at once
 
 // Whether what this supernode leaves is not stored.
@@ -68,7 +69,8 @@ inline Index eliminate(View<const double> data, const Supernodes& a, const Divis
                 add(top, to, n, L, width, size, U, rest);
             }
         }
-        const Index bad = eliminate(L, width, size, U, rest);
+        const bool shared = root < 0 && double(width) * double(size) * double(size) > SHARED_FROM;
+        const Index bad = eliminate(L, width, size, U, rest, shared);
         if (bad >= 0) return first + bad;
         store(L, width, size, values + a.value_start[s]);
         if (s == root)
