@@ -7,7 +7,7 @@ Zayer, Levy, Seidel 2007; converged ABF is Sheffer and de Sturler 2001, with the
 from .across import Across
 from .circles import central_angles, inscribed_sums
 from .closure import ClosingRows
-from .constraints import Constraints, Residual, constraints_of, residual
+from .constraints import Constraints, Residual, constraints_of, largest, residual
 from .converged import LEAST_SHARE, AbfResult, converge, converge_feasibly
 from .estimate import CAP_ANGLE, corner_angles, initial_estimate, opened, rescaled
 from .full_system import LEFT, RIGHT, fan_rows, least_norm, triangle_rows, vertex_rows

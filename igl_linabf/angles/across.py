@@ -10,7 +10,7 @@ from typing import TypeAlias
 import numpy as np
 from scipy import sparse
 
-from .._types import BoolArray, ComplexArray, FloatArray, IntArray, Solve
+from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from .loops import Closure
 from .patterns import Symmetric
 
@@ -227,10 +227,3 @@ def alike(closure: Closure, known: Closure) -> bool:
     q = closure.q
     same = np.array_equal(closure.asked, known.asked)
     return same and float(np.abs(q - known.q).max()) <= ALIKE * float(np.abs(q).max())
-
-
-def by_pairs(inverse: Solve, r: FloatArray) -> FloatArray:
-    """diag(L+, L)^-1 r, (2 #rows, k), the two rows of a vertex being next to each other."""
-    if not len(r):  # no vertex is inside
-        return r
-    return inverse(r.reshape(len(r) // 2, -1)).reshape(r.shape)

@@ -12,9 +12,9 @@ from scipy import sparse
 from .._types import BoolArray, FloatArray, IntArray, Solve
 from ..linalg import NotPositiveDefiniteError
 from ..surface import NEXT, PREV
-from .across import Across, Border, Columns, ColumnsOfGaps, ColumnsOfPaths, Tall, by_pairs, tall
+from .across import Across, Border, Columns, ColumnsOfGaps, ColumnsOfPaths, Tall, tall
 from .loops import Closure
-from .patterns import Symmetric
+from .patterns import Symmetric, by_pairs
 from .reduced import System
 
 TOGETHER = 8  # gaps whose columns are solved for at a time

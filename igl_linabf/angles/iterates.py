@@ -36,7 +36,7 @@ class Blocks:
     def one(cls, constraints: Constraints) -> Blocks:
         """All of it is one disk."""
         m = constraints.topology.corner.shape[1]
-        return cls(*(Parts(np.array([0, size], dtype=np.int64)) for size in (constraints.n, m)))
+        return cls(Parts(np.array([0, constraints.n])), Parts(np.array([0, m])))
 
     @classmethod
     def of(cls, constraints: Constraints, disks: Disks) -> Blocks:
@@ -49,8 +49,8 @@ class Blocks:
 
     def residuals(self, b: Residual) -> FloatArray:
         """The largest absolute residual of each disk: of vertices, triangles and wheels, (3, #disks)."""
-        families = (self.rows, b.vertex), (self.faces, b.triangle), (self.rows, b.wheel)
-        return np.stack([parts.max(np.abs(values)) for parts, values in families])
+        vertex, wheel = self.rows.max(np.abs(b.vertex)), self.rows.max(np.abs(b.wheel))
+        return np.stack((vertex, self.faces.max(np.abs(b.triangle)), wheel))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,13 +1,14 @@
 """Symmetric sparse matrices over a mesh's rows: the pattern made once, filled many times."""
 
 from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy import sparse
 
 from .._core import block_product, entries, laplacian_entries, products_of_entries, pulled, system_blocks
-from .._types import Array, FloatArray, IntArray
+from .._types import Array, FloatArray, IntArray, Solve
 from ..linalg import Analysis, Solvers
 from ..surface import Topology, sum_by
 
@@ -16,17 +17,17 @@ Blocks = tuple[IntArray, IntArray, FloatArray]
 AT_ONCE = 1024  # rows of a matrix that is multiplied by a few columns
 
 
+@dataclass(frozen=True, eq=False)
 class Symmetric:
     """The matrix U + U^T of 2 by 2 blocks; only U, its upper triangle with half the diagonal, is kept.
 
-    Parameters
+    Attributes
     ----------
     blocks : (int array, int array, (#blocks, 4) float64)
         indptr and indices, as in CSR, and the blocks of U.
     """
 
-    def __init__(self, blocks: Blocks) -> None:
-        self.blocks = blocks
+    blocks: Blocks
 
     @property
     def size(self) -> int:
@@ -71,6 +72,13 @@ def held(lower: sparse.csc_array, first: int) -> sparse.csc_array:
     made = copy(lower)
     made.data = data
     return made
+
+
+def by_pairs(inverse: Solve, r: FloatArray) -> FloatArray:
+    """diag(L+, L)^-1 r, (2 #rows, k), the two rows of a vertex being next to each other."""
+    if not len(r):  # no vertex is inside
+        return r
+    return inverse(r.reshape(len(r) // 2, -1)).reshape(r.shape)
 
 
 class Pattern:

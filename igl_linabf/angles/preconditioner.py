@@ -10,9 +10,9 @@ from scipy import sparse
 
 from .._types import FloatArray, Solve
 from ..linalg import Analysis, Factor, Solvers
-from .across import Across, by_pairs
+from .across import Across
 from .closure import ClosingRows
-from .patterns import Symmetric
+from .patterns import Symmetric, by_pairs
 from .reduced import System
 from .some_rows import Rows
 

@@ -206,10 +206,13 @@ def best_of(tried: Tried) -> tuple[Candidate, Layout]:
     SingularSystemError
         There is none.
     """
-    drawn = [(made, made.layout) for made in tried if made.layout is not None]
-    if not drawn:
+    best: tuple[Candidate, Layout] | None = None
+    for made in tried:
+        if made.layout is not None and (best is None or len(made.flipped) <= len(best[0].flipped)):
+            best = made, made.layout
+    if best is None:
         raise SingularSystemError(tried[-1].detail)
-    return min(reversed(drawn), key=lambda pair: len(pair[0].flipped))
+    return best
 
 
 def drawn(

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._notebook import html_table, map_svg, side_by_side
 from .._types import FloatArray, IntArray
-from ..angles import Residual, Step
+from ..angles import Residual, Step, largest
 from ..errors import some
 from ..surface import Mesh
 
@@ -63,8 +63,7 @@ class Residuals:
 
     @classmethod
     def of(cls, b: Residual) -> Residuals:
-        families = (b.vertex, b.triangle, b.wheel, b.closure.gap)
-        return cls(*(float(np.abs(r).max(initial=0.0)) for r in families))
+        return cls(largest(b.vertex), largest(b.triangle), largest(b.wheel), largest(np.abs(b.closure.gap)))
 
     @property
     def largest(self) -> float:
@@ -143,6 +142,8 @@ class Hole:
     def all_of(cls, mesh: Mesh, b: Residual) -> tuple[Hole, ...]:
         """Every hole of the mesh, the residual of the angles being `b`."""
         loops = mesh.topology.holes
+        if not loops:
+            return ()
         rotation = [b.turning[loop].sum() + 2 * np.pi for loop in loops]
         scale = [b.log_ratio[loop].sum() for loop in loops]
         parts = (rotation, scale, b.closure.gap)
