@@ -1,12 +1,9 @@
 """Time of linabf relative to igl.lscm: medians in one process, after a warm-up, with input checks.
 
-    python benchmarks/timing.py [--repeat 5] [--solver auto|cholmod|direct] [--large]
-                                [MESH ...]
+    python benchmarks/timing.py [--repeat 5] [--solver auto|cholmod|direct] [--large] [MESH ...]
 
 Without MESH, the meshes are the cortex, lion, face and camelhead from IGL_LINABF_MESHES, and face
-subdivided once (with --large also twice, 827 k triangles). With --without-cholmod, scikit-sparse is passed
-over as if it were not installed. The extra `fast` is passed over (performance.py has its times). Prints
-Markdown.
+subdivided once (with --large also twice, 827 k triangles). Prints Markdown.
 """
 
 from __future__ import annotations
