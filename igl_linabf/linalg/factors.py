@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._types import Array, ComplexArray, FloatArray, Solve
+from .._types import ComplexArray, FloatArray, Solve
 
 
 class NotPositiveDefiniteError(ArithmeticError):
@@ -69,6 +69,7 @@ def real_form(values: ComplexArray) -> FloatArray:
 
 
 def solve_complex(factor: Factor, b: ComplexArray) -> ComplexArray:
-    """The solution (n,) for one right-hand side, by the factor of a `real_form`."""
-    solved: Array = np.ascontiguousarray(factor.solve(np.ascontiguousarray(b).view(np.float64)))
-    return solved.view(np.complex128)
+    """The solutions for (n,) or (n, k), by the factor of a `real_form`."""
+    parts = np.stack((b.real, b.imag), axis=1)
+    x = factor.solve(parts.reshape(2 * len(b), *b.shape[1:])).reshape(parts.shape)
+    return np.asarray(x[:, 0] + 1j * x[:, 1])
