@@ -15,12 +15,12 @@ from igl_linabf.angles import (
     State,
     System,
     active_set,
-    chord_step,
     constraints_of,
     initial_estimate,
     linear_step,
     linearise,
     residual,
+    step_and_chord,
 )
 from igl_linabf.angles.full_system import full_step
 from igl_linabf.angles.patches import FAR, within_patches
@@ -142,7 +142,9 @@ def test_few_steps_reach_sums_wheels_and_closed_loops(kind: str) -> None:
         b = end.at.residual
         assert abs(b.turning[loop].sum() + 2 * np.pi) < 1e-8 and abs(b.log_ratio[loop].sum()) < 1e-8
     if kind == "closed":  # the sums rule the chord, too
-        assert chord_step(linear_step(state, 0.1), 0.1).at.residual.largest < state.at.residual.largest / 3
+        chord = step_and_chord(state, 0.1, 1e-10).state
+        assert [step.kind for step in chord.steps] == ["step", "chord"]
+        assert chord.at.residual.largest < state.at.residual.largest / 3
 
 
 def test_steps_within_patches_change_only_the_angles_around_what_is_missing() -> None:

@@ -82,18 +82,18 @@ def test_runs_give_the_same_numbers_whatever_the_hashes() -> None:
 
 @pytest.mark.skipif(not has_cholmod(), reason="CHOLMOD is not installed")
 def test_supernodal_factors_are_the_same_in_threads() -> None:
-    from igl_linabf.linalg import factors as solver
+    from igl_linabf.linalg import cholmod
 
     V, F = bumps(4000)
-    before = solver.SIMPLICIAL_UP_TO
-    solver.SIMPLICIAL_UP_TO = 100  # else only meshes of 40,000 vertices have them
+    before, method = cholmod.SIMPLICIAL_UP_TO, LinABF(solver="cholmod")
+    cholmod.SIMPLICIAL_UP_TO = 100  # else only meshes of 40,000 vertices have them
     try:
-        first = flatten(V, F).uv
+        first = flatten(V, F, method).uv
         with ThreadPoolExecutor(8) as pool:
-            for result in pool.map(lambda _: flatten(V, F), range(16)):
+            for result in pool.map(lambda _: flatten(V, F, method), range(16)):
                 assert (result.uv == first).all()
     finally:
-        solver.SIMPLICIAL_UP_TO = before
+        cholmod.SIMPLICIAL_UP_TO = before
 
 
 @pytest.mark.skipif(os.name != "posix", reason="modes are POSIX's")

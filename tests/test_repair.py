@@ -77,6 +77,7 @@ def test_sheets_are_cut_apart_and_the_best_pair_stays() -> None:
 
 def test_orientation_is_consistent_inside_and_the_input_s_outside() -> None:
     V, F = sphere()
+    V = V * (1 + 0.1 * np.sin(3 * V[:, :1] + 1) * np.cos(2 * V[:, 1:2]))  # else many seams are as good
     turned = np.random.default_rng(1).random(len(F)) < 0.3
     other = np.where(turned[:, None], F[:, ::-1], F)
     plain, mixed = unwrap(V, F), unwrapped(V, other)
