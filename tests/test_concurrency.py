@@ -57,7 +57,7 @@ def test_eight_threads_give_the_same_numbers() -> None:
     assert at_once(ThreadPoolExecutor(8, initializer=Barrier(8).wait, initargs=(10,))) == in_turn()
 
 
-# with multigrid PyAMG, with supernodal CHOLMOD OpenBLAS their threads, have been used before the fork
+# with supernodal CHOLMOD OpenBLAS's threads have been used before the fork
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 @pytest.mark.parametrize("method", ["fork", "spawn"] if sys.platform == "linux" else ["spawn"])
 def test_processes_give_the_same_numbers(method: str) -> None:
@@ -82,15 +82,15 @@ def test_runs_give_the_same_numbers_whatever_the_hashes() -> None:
 
 @pytest.mark.skipif(not has_cholmod(), reason="CHOLMOD is not installed")
 def test_supernodal_factors_are_the_same_in_threads() -> None:
-    from igl_linabf.linalg import factors as solver
+    from igl_linabf.linalg import cholmod as solver
 
     V, F = bumps(4000)
     before = solver.SIMPLICIAL_UP_TO
     solver.SIMPLICIAL_UP_TO = 100  # else only meshes of 40,000 vertices have them
     try:
-        first = flatten(V, F).uv
+        first = flatten(V, F, LinABF(solver="cholmod")).uv
         with ThreadPoolExecutor(8) as pool:
-            for result in pool.map(lambda _: flatten(V, F), range(16)):
+            for result in pool.map(lambda _: flatten(V, F, LinABF(solver="cholmod")), range(16)):
                 assert (result.uv == first).all()
     finally:
         solver.SIMPLICIAL_UP_TO = before

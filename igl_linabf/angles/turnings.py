@@ -61,7 +61,7 @@ class Turnings:
             system = System(turning.constraints, at.alpha, cot=at.cot, scaled=False)
             closing = ClosingRows(system, at.residual.closure, conformal=True)
         laplacian, inverse = (None, None) if known is None else (known.laplacian, known.inverse)
-        if inverse is None:
+        if laplacian is None or inverse is None:
             lower = system.laplacian()
             with timed("analysis"):
                 laplacian = asked.pattern.analysis(problem.solvers)

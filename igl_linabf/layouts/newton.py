@@ -97,7 +97,8 @@ class Hessians:
         values = np.empty(self._slot.shape)
         for value, i, j in zip(values, *self._pairs, strict=True):
             np.einsum("rf,rf->f", rows[:, i], rows[:, j], out=value)
-        blocks = np.bincount(self._slot.ravel(), values.ravel(), 4 * (self._own[-1] + 1)).reshape(-1, 4)
+        sums = np.bincount(self._slot.ravel(), values.ravel(), 4 * (self._own[-1] + 1))
+        blocks = np.asarray(sums, dtype=np.float64).reshape(-1, 4)
         own = blocks[self._own][:, ::3]
         if springs is not None:
             own += 2 * springs.stiffness[:, None]

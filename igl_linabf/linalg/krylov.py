@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import Any
 
 import numpy as np
 
 from .. import kernels
 from .._runtime import unfilled
 from .._types import BoolArray, FloatArray, IntArray, Solve
-
-if TYPE_CHECKING:
-    from ..surface import Parts
 
 MAX_CG_STEPS = 300  # after so many a factorisation is the better way
 
@@ -53,7 +50,7 @@ def block_conjugate_gradients(
     product: Solve,
     b: FloatArray,
     precondition: Solve,
-    blocks: Parts,
+    blocks: Any,
     rtol: float,
     most: int,
     *,
