@@ -8,7 +8,6 @@ without numba, a library makes them.
 from .arcs import arcs_between, opened
 from .assembly import DEPTH, Hinges, assembled
 from .choice import fast_by, is_fast, numpy_only
-from .cholesky import Factor, analysed, factored
 from .connectivity import (
     boundary_loops,
     connected_labels,
@@ -22,17 +21,14 @@ from .connectivity import (
     used_vertices,
 )
 from .development import developed
-from .dissection import dissected, neighbours, separators
 from .drawing import drawn
 from .drawn_loops import drawn_loops
 from .fans import fans_around
 from .graphs import above, far_apart, shortest_pairs
 from .least_cuts import behind_least_cut
 from .lines_across import divisions
-from .many_sides import backward_many, forward_many
 from .maps import centred, changes, signed_double_areas
 from .meetings import Sources, meeting
-from .minimum_degree import minimum_degree
 from .paths import (
     Rest,
     nearest_sources,
@@ -47,11 +43,7 @@ from .rectangles import narrowest_turns
 from .sheets import overlap_sheets
 from .shelves import on_shelves
 from .small_disks import STEPPED, STILL, THIN, Limits, flat_disks
-from .small_systems import solved, solved_inside
 from .some_rows import block_rows, blocks_of_rows, left_at_rows, without_rows
-from .substitution import backward_one, backward_two, forward_one, forward_two
-from .supernodal import Subtrees, Work, fresh, supernodal_factor, supernodal_front
-from .supernodes import Supernodes, doubled, padded, subtrees, supernodes
 from .symmetric_products import block_product, product_with_pairs, products_of_entries
 from .systems import (
     at_edges,
