@@ -57,7 +57,7 @@ def test_eight_threads_give_the_same_numbers() -> None:
     assert at_once(ThreadPoolExecutor(8, initializer=Barrier(8).wait, initargs=(10,))) == in_turn()
 
 
-# with multigrid PyAMG, with supernodal CHOLMOD OpenBLAS their threads, have been used before the fork
+# with supernodal CHOLMOD OpenBLAS's threads have been used before the fork
 @pytest.mark.filterwarnings("ignore:This process .* is multi-threaded:DeprecationWarning")
 @pytest.mark.parametrize("method", ["fork", "spawn"] if sys.platform == "linux" else ["spawn"])
 def test_processes_give_the_same_numbers(method: str) -> None:

@@ -351,7 +351,8 @@ def solve(
 
 def _particular(system: System, at: Iterate, gradient: FloatArray | None) -> FloatArray:
     """The errors e0 that satisfy the triangle constraints alone, (3, #F)."""
-    e0: FloatArray = np.multiply(system.w, at.residual.triangle / system.d, out=unfilled(system.w.shape))
+    e0: FloatArray = unfilled(system.w.shape)
+    np.multiply(system.w, at.residual.triangle / system.d, out=e0)
     if gradient is not None:
         e0 -= system.projected(gradient)
     return e0
