@@ -1,16 +1,14 @@
-"""Memory that is not there: a refusal; and memory that is used again."""
+"""Memory that is not there: a refusal before work begins."""
 
 from __future__ import annotations
 
 import subprocess
 import sys
 
-import numpy as np
 import pytest
 from conftest import bumps, load
 
 from igl_linabf import LinABF, MemoryLimitError, MeshError, flatten
-from igl_linabf._runtime import reuse
 from igl_linabf.linalg import memory
 
 LIMITED = """
@@ -76,34 +74,3 @@ def test_what_is_free_is_within_what_there_is() -> None:
     free = memory.available()
     assert free is not None
     assert 2**26 < free < 2**46
-
-
-def test_memory_of_arrays_is_used_again_once_nobody_holds_a_part_of_it(monkeypatch) -> None:
-    monkeypatch.setattr(reuse, "LEAST", 1)
-    with reuse.recycling():
-        array = reuse.unfilled((10, 1000))
-        array[:] = 7.0
-        place, held = array.ctypes.data, array.T[5:, 3].view(np.int64)
-        del array
-        other = reuse.unfilled(10_000)
-        other[:] = 1.0
-        assert other.ctypes.data != place
-        assert (held.view(np.float64) == 7.0).all()
-        del held
-        assert reuse.unfilled(9_500, np.float64).ctypes.data == place
-        assert reuse.unfilled(5_000, np.float64).ctypes.data != place  # it would waste half
-        kept = reuse.unfilled(10_000)
-        kept[:] = 3.0
-    fresh = reuse.unfilled(10_000)
-    fresh[:] = 0.0
-    assert (kept == 3.0).all()
-
-
-@pytest.mark.parametrize("method", ["linabf", "abf"])
-def test_what_used_memory_holds_does_not_matter(method, monkeypatch) -> None:
-    V, F = load("cortex")
-    expected = flatten(V, F, method)
-    monkeypatch.setattr(reuse, "LEAST", 1)
-    made = flatten(V, F, method)
-    assert (made.uv == expected.uv).all()
-    assert (made.angles == expected.angles).all()

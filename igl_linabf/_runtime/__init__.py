@@ -1,13 +1,12 @@
 """Support for computations: progress, cleanup, child processes, memory, timing, text tables.
 
 Progress goes to a callback or a bar. Cleanup undoes work at Ctrl-C; files are written completely or not at
-all. Child processes run code that may crash or hang. Memory of large arrays is used again.
+all. Child processes run code that may crash or hang.
 """
 
 from .child_process import Arrays, run_as_child_process, run_in_child_process
 from .cleanup import replacing, undone_at_once
 from .progress import Progress, advance, counting, part, reporting
-from .reuse import give_back, recycling, transposed, unfilled
 from .text import aligned
 from .threads import in_threads
 from .timing import stopwatch, timed

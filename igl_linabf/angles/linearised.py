@@ -16,7 +16,7 @@ import numpy as np
 
 from .._core import cut_short
 from .._runtime import advance as tell_progress
-from .._runtime import timed, unfilled
+from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray, Solve
 from ..errors import FallbackWarning, MemoryLimitError, SingularSystemError, some, stack_level
 from ..linalg import MAX_CG_STEPS, Analysis, Factor, NotPositiveDefiniteError, conjugate_gradients
@@ -351,8 +351,7 @@ def solve(
 
 def _particular(system: System, at: Iterate, gradient: FloatArray | None) -> FloatArray:
     """The errors e0 that satisfy the triangle constraints alone, (3, #F)."""
-    e0: FloatArray = unfilled(system.w.shape)
-    np.multiply(system.w, at.residual.triangle / system.d, out=e0)
+    e0: FloatArray = system.w * (at.residual.triangle / system.d)
     if gradient is not None:
         e0 -= system.projected(gradient)
     return e0

@@ -4,7 +4,6 @@ import numpy as np
 from scipy import sparse
 
 from .. import _core
-from .._runtime import transposed, unfilled
 from .._types import FloatArray, IntArray
 from ..surface import NEXT, PREV
 from .constraints import Constraints
@@ -55,13 +54,13 @@ class System:
             x = x.copy()
             x[self.constraints.wheels :, 1] = 0.0
         row = self.constraints.row
-        made, some = unfilled((len(row), 2)), unfilled((len(x) + 1, 2))
+        made, some = np.empty((len(row), 2)), np.empty((len(x) + 1, 2))
         some[:-1], some[-1] = x, 0.0  # a missing row, -1, reads the zeros
         return some.take(row, axis=0, out=made, mode="wrap")
 
     def errors(self, x: FloatArray) -> FloatArray:
         """P M^T x, (3, #F), of the multipliers of each vertex, (#V, 2)."""
-        return _core.errors(self.topology.corner, self.w, self.d, self.cot, *transposed(x))
+        return _core.errors(self.topology.corner, self.w, self.d, self.cot, *np.ascontiguousarray(x.T))
 
     def at_corners(self, x: FloatArray) -> FloatArray:
         """M^T x: (3, #F) values from the multipliers at each corner's vertex, (2, 3, #F)."""
@@ -74,7 +73,7 @@ class System:
 
     def conformal_errors(self, x: FloatArray) -> FloatArray:
         """K M^T x, (3, #F), of the multipliers of each vertex, (#V, 2)."""
-        return _core.conformal_errors(self.topology.corner, self.cot, *transposed(x))
+        return _core.conformal_errors(self.topology.corner, self.cot, *np.ascontiguousarray(x.T))
 
     def conformally(self, y: FloatArray) -> FloatArray:
         """K y: (3, #F) angles that sum to zero in each triangle."""
@@ -110,7 +109,7 @@ class System:
         sums = _core.row_sums(self.topology.corner, self.cot, e, self.topology.n)
         vertex = self.constraints.sum_at_rows(sums[0])  # eq. 5
         wheel = self.constraints.sum_at_wheels(sums[1])  # eq. 8-10
-        made = unfilled((len(vertex), 2))
+        made = np.empty((len(vertex), 2))
         made[:, 0], made[:, 1] = vertex, wheel
         return made
 

@@ -2,7 +2,6 @@
 
 import numpy as np
 
-from .._runtime import transposed
 from ..surface import coordinates, flipped_faces, span
 from .ladder import Problem, Tried, best_of
 from .outcome import judge
@@ -33,7 +32,7 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
     return Flattening(
         uv=coordinates(z),
         F=mesh.faces,
-        angles=transposed(alpha),
+        angles=np.ascontiguousarray(alpha.T),
         method=method,
         outcome=outcome,
         message=message + best.remark,

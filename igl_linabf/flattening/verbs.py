@@ -9,7 +9,7 @@ from time import perf_counter
 
 from numpy.typing import ArrayLike
 
-from .._runtime import Progress, advance, recycling, reporting
+from .._runtime import Progress, advance, reporting
 from .._types import FloatArray
 from ..errors import MeshError, OutcomeWarning, stack_level
 from ..layouts import LayoutName
@@ -348,7 +348,7 @@ def flattened(
 ) -> Flattening:
     """`flatten` of the mesh that `checked` returns."""
     start, chosen = perf_counter(), method_of(method)
-    with reporting(progress), recycling():
+    with reporting(progress):
         mesh = checked()
         pinned = pins(b, bc, mesh.vertices, mesh.n_given)
         shape = shape_of(mesh, boundary, corners)

@@ -3,7 +3,6 @@
 import numpy as np
 
 from .. import _core
-from .._runtime import give_back
 from .._types import FloatArray, IntArray
 from .factors import Analysis, Factor, NotPositiveDefiniteError
 
@@ -22,7 +21,6 @@ class Cholesky(Analysis):
         return self._symbolic.bytes
 
     def factor(self, values: FloatArray) -> Factor:
-        give_back()
         made = self._symbolic.factor(np.asarray(values, dtype=np.float64))
         if made.bad_row >= 0:
             raise NotPositiveDefiniteError(made.bad_row)

@@ -9,7 +9,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import transposed
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, MeshWarning, some, stack_level
 from .areas import measure
@@ -45,7 +44,7 @@ class Mesh:
     @property
     def faces(self) -> IntArray:
         """The triangles as igl takes them, (#F, 3)."""
-        return transposed(self.topology.corner)
+        return np.ascontiguousarray(self.topology.corner.T)
 
     @property
     def area(self) -> float:

@@ -10,7 +10,6 @@ from typing import Any, TypeVar
 import numpy as np
 
 from .._core import NEXT, PREV, at_edges, boundary_loops, fans_around, in_one_piece, sum_by, undirected
-from .._runtime import transposed
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
 from .components import vertex_components
@@ -155,14 +154,14 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     """
     made = sound_topology(F, vertices)
     if made is None:
-        raise _unsound(F, undirected(transposed(F), len(vertices))[0], vertices)
+        raise _unsound(F, undirected(np.ascontiguousarray(F.T), len(vertices))[0], vertices)
     return made
 
 
 def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
     """As `topology_of`; None if an edge has more than two faces, or two of opposite orientation."""
     n = len(vertices)
-    corner = transposed(F)
+    corner = np.ascontiguousarray(F.T)
     edges, sides, sound = undirected(corner, n)
     if not sound:
         return None
@@ -286,7 +285,7 @@ def check_planar(topology: Topology, vertices: IntArray) -> None:
 
 def check_fans(F: IntArray, sides: IntArray, vertices: IntArray) -> None:
     """Raise if the faces around a vertex form more than one edge-connected fan."""
-    number = fans_around(transposed(F), sides, len(vertices))
+    number = fans_around(F.T, sides, len(vertices))
     bad = np.flatnonzero(number > 1)
     if len(bad):
         raise MeshError(
