@@ -7,7 +7,7 @@ import pytest
 from conftest import best_fit_distance, load
 
 from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, linabf, quality
-from igl_linabf.angles import iterations, reduced
+from igl_linabf.angles import iterations
 from igl_linabf.flattening.ladder import ONE_SYSTEM_RTOL
 from igl_linabf.linalg import Cholesky, NotPositiveDefiniteError, conjugate_gradients, has_cholmod, solvers
 
@@ -67,7 +67,6 @@ def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> No
 
     monkeypatch.setattr(Cholesky, "__init__", counted_analysis)
     monkeypatch.setattr(Cholesky, "factor", counted_factor)
-    monkeypatch.setattr(reduced, "SMALL", 0)  # from where slivers are corrected for
     flatten(V, F)
     # the Laplacian, and the small system of the slivers; step and chord share one factor of each
     n, slivers = analysed
@@ -102,10 +101,9 @@ def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkey
     assert np.abs(result.angles - expected.angles).max() <= 1e-10
 
 
-def test_the_chord_of_a_fine_mesh_ends_early_unless_rtol_is_given(monkeypatch) -> None:
+def test_the_chord_ends_early_unless_rtol_is_given(monkeypatch) -> None:
     V, F = load("disk__igl_camelhead.off")
-    monkeypatch.setattr(iterations, "FINE", len(V) // 2)
-    monkeypatch.setattr(iterations, "MOST_OF_FINE", 2)
+    monkeypatch.setattr(iterations, "MOST_OF_CHORD", 2)
     early, asked = flatten(V, F), flatten(V, F, LinABF(rtol=ONE_SYSTEM_RTOL))
     assert [step.kind for step in early.steps] == [step.kind for step in asked.steps] == ["step", "chord"]
     assert early.steps[0] == asked.steps[0]

@@ -18,11 +18,7 @@ ANCHORED_RTOL = 0.03  # relative reduction of what an anchored step's multiplier
 LEAST_RTOL = 0.003  # and at least, where they shake the angles about
 SLOW = 0.7  # share of the least change so far, above which they do, and steps are accelerated
 TOIL = 12  # inner steps of a slow step, above which steps in the plane take less time
-LABOUR, SEVERAL = 6, 1.05  # inner steps of a step, and such steps to go, for which a factor of S pays
-HARD = 9  # inner steps of a first step, from which such a factor pays for those that follow,
-LIGHT = 15_000  # up to so many rows: solves with larger ones leave the processor's caches
-MOVED = 0.6  # where the change is below that, so that it serves for later steps
-QUICK = 0.3  # share of the last step's change, below which such a factor helps one of more than `TOIL`
+QUICK = 0.3  # share of the last step's change, below which few steps are to go: no other form pays
 DIGITS = 1e-5  # tolerance for which positions in the plane mostly have enough digits
 NEAR = 1.0  # where the change is below that, by
 DEPTH = 2  # earlier ones
@@ -76,8 +72,7 @@ def converge(state: State, tol: float) -> AbfResult:
     constraint not linearised. An *anchored* step is a step of linear ABF with weights alpha_0^2 and
     the change since alpha_0 as its gradient. It is a Gauss-Newton step of the constraints; its fixed
     point is the minimiser. The steps use the factor of the Laplacian at alpha_0, and conjugate gradients
-    start from the last multipliers. Where they take many inner steps, and several steps are to go, or the
-    first one takes many, these use a factor of the system itself. Slow steps are accelerated.
+    start from the last multipliers. Slow steps are accelerated.
 
     Parameters
     ----------
@@ -100,12 +95,11 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     held, x, free = np.zeros(anchor.shape, dtype=bool), None, anchor**2
     past: tuple[Visited, ...] = ()
     best, stalled, before, size_before, slow = np.inf, 0, 0.0, 0.0, False
-    by_own = False
     in_plane = problem.constraints.plain and tol >= DIGITS
     for k in range(MAX_ANCHORED):
         at, weights = state.at, np.where(held, HELD * free, free) if held.any() else free
         try:
-            lin = linearise(problem, at, weights, lin, close=k > 0, same_factor=k > 0, by_own=by_own)
+            lin = linearise(problem, at, weights, lin, close=k > 0, same_factor=k > 0)
             raw = solve(lin, at, rtol, _gradient(state), x)
         except SingularSystemError:
             break  # it left what double precision solves; the feasible form keeps away from there
@@ -133,17 +127,8 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
             ended = _ended(state, enough, tol)
             if ended is not None:
                 return AbfResult(ended.at_rest(), True, held)
-        inner_steps = state.steps[-1].inner_steps
-        toilsome = in_plane and inner_steps > TOIL
         quick = size < QUICK * size_before and not any(step.limited for step in state.steps[-2:])
-        if not same:
-            lin, by_own = replace(lin, own=None), False
-        elif toilsome and quick and not by_own and lin.closing is None:
-            by_own, toilsome = True, False
-        elif k == 0:
-            by_own = not limited and inner_steps >= HARD and problem.constraints.n <= LIGHT
-        elif not limited and inner_steps >= LABOUR and change < MOVED:
-            by_own = by_own or _steps_to(enough, size, size_before) >= SEVERAL
+        toilsome = in_plane and state.steps[-1].inner_steps > TOIL and not quick
         if limited or not same:
             past = ()  # after another set of constraints the steps lead elsewhere
         before, size_before, held, reached = change, size, now, max(change, residual)
@@ -167,13 +152,6 @@ def _left(size: float, before: float) -> float:
         That by the last step, and by the one before; 0 if there was none.
     """
     return size**2 / (before - size) if size < before else np.inf
-
-
-def _steps_to(enough: float, size: float, before: float) -> float:
-    """Number of steps until what further steps change is `enough`, as far as known; sizes as in `_left`."""
-    if not 0 < size < before:
-        return np.inf if before else 0.0
-    return float(np.log(_left(size, before) / enough) / np.log(before / size))
 
 
 def _ended(state: State, enough: float, tol: float) -> State | None:

@@ -10,10 +10,9 @@ from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray
 from .iterates import AngleProblem, Iterate, Kind, Step
 from .linearised import Direction, Linearised, advance, linearise, solve
-from .reduced import FINE
 
 KINDS: tuple[Kind, Kind] = "step", "chord"
-MOST_OF_FINE = 12  # inner steps of a fine mesh's chord: ten more change F/3nt by less than a hundredth
+MOST_OF_CHORD = 12  # inner steps of a chord: ten more change F/3nt by less than a hundredth
 
 
 @dataclass(frozen=True, eq=False)
@@ -97,9 +96,9 @@ def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False
 
     The chord is a second solve with the same system, without assembly or factorisation. Both are to the
     relative residual `rtol`; where little is curved, one inner step to that may leave most of the distortion,
-    so that one alone has to reach its square. With `quick`, the chord ends early on a fine mesh, where thin
-    regions let conjugate gradients creep. There is no chord from limited steps: it ends with far smaller
-    angles than another step.
+    so that one alone has to reach its square. With `quick`, the chord ends after twelve inner steps: thin
+    regions that are finely meshed let conjugate gradients creep. There is no chord from limited steps: it ends
+    with far smaller angles than another step.
 
     Raises
     ------
@@ -107,7 +106,7 @@ def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False
         The system of one of several disks is singular in double precision.
     """
     problem, state = start.problem, start
-    disks, n = problem.disks, problem.constraints.n
+    disks = problem.disks
     residuals = [disks.residuals(start.at.residual)]
     moving = residuals[0].max(axis=0) > tol
     good = ~moving | (disks.rows.sizes > 0)
@@ -115,7 +114,7 @@ def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False
     if (moving & good).any():
         lin = linearise(problem, start.at, reuse=start.lin, close=False, fall_back=len(disks) == 1)
         for k, kind in enumerate(KINDS):
-            most = MOST_OF_FINE if kind == "chord" and quick and n >= FINE else None
+            most = MOST_OF_CHORD if kind == "chord" and quick else None
             first_rtol = rtol**2 if kind == "step" else None
             direction = solve(lin, state.at, rtol, most=most, first_rtol=first_rtol)
             if not moving.all():

@@ -18,7 +18,7 @@ from .._core import cut_short
 from .._runtime import advance as tell_progress
 from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray, Solve
-from ..errors import FallbackWarning, MemoryLimitError, SingularSystemError, some, stack_level
+from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..linalg import MAX_CG_STEPS, Analysis, Factor, NotPositiveDefiniteError, conjugate_gradients
 from .across import Across
 from .closure import ClosingRows
@@ -27,8 +27,6 @@ from .patterns import Symmetric
 from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_inverse
 from .reduced import System
 
-SMALL = 3_000  # triangles of a disk, up to which inner steps take less time than a factor of S saves
-BLOCKS_UP_TO = 250_000  # rows, above which a factor of S saves no time, and takes much memory
 NO_ROWS = Symmetric((np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))))
 
 
@@ -52,8 +50,6 @@ class Linearised:
         The columns of the closing rows that `inverse` was solved for.
     slivers : SliverRows or None
         The rows of slivers, for the correction of the preconditioner.
-    own : Factor or None
-        The factor of an earlier S, which preconditions instead.
     precondition : callable or None
         That, or diag(L_s, L_s)^-1, bordered and corrected.
     whole : Factor or None
@@ -72,7 +68,6 @@ class Linearised:
     inverse: Factor | None = None
     across: Across | None = None
     slivers: SliverRows | None = None
-    own: Factor | None = None
     precondition: Solve | None = None
     whole: Factor | None = None
     how: str = "none"
@@ -93,7 +88,7 @@ class Linearised:
     @property
     def without_factors(self) -> Linearised:
         """The same without what only its own solves need; columns of closing rows may serve others."""
-        return replace(self.without_matrix, inverse=None, own=None)
+        return replace(self.without_matrix, inverse=None)
 
     @property
     def without_matrix(self) -> Linearised:
@@ -157,7 +152,6 @@ def linearise(
     close_paths: bool = True,
     same_factor: bool = False,
     same_slivers: bool = True,
-    by_own: bool = False,
     fall_back: bool = True,
 ) -> Linearised:
     """Linearise the constraints at some angles, and prepare to solve for errors weighed by `weights`.
@@ -178,9 +172,6 @@ def linearise(
         Use the factor of `reuse` as the preconditioner.
     same_slivers : bool
         Reuse the sliver rows of `reuse`.
-    by_own : bool
-        Precondition by a factor of S itself, if that is possible, and no rows close anything. It takes as
-        long as some inner steps, and serves for later systems with `same_factor`.
     fall_back : bool
         Factor the whole system where the preconditioner is singular.
 
@@ -206,15 +197,12 @@ def linearise(
             lin,
             laplacian=reuse.laplacian,
             inverse=reuse.inverse if same_factor else None,
-            own=reuse.own if same_factor else None,
             across=reuse.across,
             slivers=slivers,
             fallback=reuse.fallback,
         )
     if problem.solvers.direct:
         return _factored(lin, at)
-    if by_own and closing is None:
-        lin = _by_own(lin)
     try:
         return _preconditioned(lin)
     except NotPositiveDefiniteError:
@@ -223,27 +211,9 @@ def linearise(
         return _fallen_back(lin, at, "the preconditioner is singular in double precision")
 
 
-def _by_own(lin: Linearised) -> Linearised:
-    """Add the factor of S, or of that earlier one, if there can be one."""
-    topology = lin.problem.constraints.topology
-    small = topology.corner.shape[1] <= SMALL * topology.n_outer  # its steps take next to no time
-    if lin.own is not None or lin.laplacian is None or small or lin.system.pattern.n > BLOCKS_UP_TO:
-        return lin
-    try:
-        with timed("analysis"):
-            analysis = lin.system.pattern.analysis(lin.problem.solvers, 2)
-        with timed("factor"):
-            own = analysis.factor(lin.S.values())
-    except (MemoryLimitError, NotPositiveDefiniteError):  # that of the Laplacian may yet be
-        return lin
-    return replace(lin, own=own, inverse=None)
-
-
 def _preconditioned(lin: Linearised) -> Linearised:
     """Add the preconditioner: diag(L_s, L_s)^-1, bordered by the closing rows, corrected on sliver rows."""
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
-    if lin.own is not None and lin.closing is None:
-        return replace(lin, precondition=lin.own.solve, how=f"conjugate gradients, {lin.own.name}")
     if inverse is None:
         with timed("assembly"):
             lower = lin.system.laplacian()

@@ -9,13 +9,8 @@ from ..surface import NEXT, PREV
 from .constraints import Constraints
 from .patterns import Symmetric, held
 
-SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K above which it is corrected for
-SLIVER_OF_MANY, MANY = 50.0, 1 / 20  # and where there are so many slivers to a row: each step takes longer
-SLIVER_OF_MANY_STEPS = 5.0  # and where sums are prescribed: they take many steps
-SMALL = 5_000  # rows below which the steps that this saves take less time than it
-SLIVER_OF_SMALL = 1000.0  # and so the ratio there
-FINE = 40_000  # rows of a mesh that may be much finer than its thin regions
-OVERLAP, OVERLAPPED = 2, 1 / 16  # edges that the correction reaches beyond slivers there, if so many rows do
+SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K, above which it is corrected for
+SLIVER_OF_MANY_STEPS = 5.0  # and where sums are prescribed, which takes many steps with one correction
 
 
 class System:
@@ -133,26 +128,7 @@ class System:
 
     def sliver_rows(self) -> IntArray:
         """Rows of the triangles in which P_t and s_t K_t differ so much that a correction saves time."""
-        side_by_side = self.topology.n_outer > 1  # small disks
-        n = self.constraints.n
-        largest = of_many = SLIVER_OF_SMALL
-        if n >= SMALL and self.constraints.made_to_order:
-            largest = of_many = SLIVER_OF_MANY_STEPS
-        elif n >= SMALL and not side_by_side:
-            largest, of_many = SLIVER, SLIVER_OF_MANY
-        disparity = _core.disparity(self.w, self.d, self.cot)
-        faces = np.flatnonzero(disparity > largest + 1 / largest)
-        if len(faces) > MANY * n:
-            faces = faces[disparity[faces] > of_many + 1 / of_many]
-        corner = self.topology.corner
-        at = np.zeros(self.topology.n, dtype=bool)
-        at[corner[:, faces]] = True
-        # where a thin region is finely meshed, steps grow with its width over that of the overlap (Schwarz)
-        for _ in range(OVERLAP if len(faces) and n >= FINE and not side_by_side else 0):
-            wider = at.copy()
-            wider[corner[:, at[corner].any(axis=0)]] = True
-            if np.count_nonzero(wider) > OVERLAPPED * n:
-                break
-            at = wider
-        rows = self.constraints.row[at]
+        largest = SLIVER_OF_MANY_STEPS if self.constraints.made_to_order else SLIVER
+        faces = np.flatnonzero(_core.disparity(self.w, self.d, self.cot) > largest + 1 / largest)
+        rows = self.constraints.row[self.topology.corner[:, faces]]
         return np.unique(rows[rows >= 0])

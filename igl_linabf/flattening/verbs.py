@@ -72,7 +72,7 @@ def linabf(
         turns most.
     rtol : float, optional
         Relative residual at which conjugate gradients stop; by default 0.1 for the two solves of
-        "auto", the second of which takes at most twelve of their steps on fine meshes, 0.03 for the
+        "auto", the second of which takes at most twelve of their steps, 0.03 for the
         steps that follow there, and 0.01 for all others. With an `rtol`, no corrections in the
         conformal metric take their place.
     tol : float
