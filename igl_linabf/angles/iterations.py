@@ -97,8 +97,8 @@ def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False
     The chord is a second solve with the same system, without assembly or factorisation. Both are to the
     relative residual `rtol`; where little is curved, one inner step to that may leave most of the distortion,
     so that one alone has to reach its square. With `quick`, the chord ends after twelve inner steps: thin
-    regions that are finely meshed let conjugate gradients creep. There is no chord from limited steps: it ends
-    with far smaller angles than another step.
+    regions that are finely meshed let conjugate gradients creep. There is no chord from limited steps: it
+    ends with far smaller angles than another step.
 
     Raises
     ------

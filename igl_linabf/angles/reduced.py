@@ -11,6 +11,8 @@ from .patterns import Symmetric, held
 
 SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K, above which it is corrected for
 SLIVER_OF_MANY_STEPS = 5.0  # and where sums are prescribed, which takes many steps with one correction
+SMALL = 5_000  # rows of a disk, below which the inner steps that this saves take less time than it
+SLIVER_OF_SMALL = 1000.0  # and so the ratio there
 
 
 class System:
@@ -128,7 +130,9 @@ class System:
 
     def sliver_rows(self) -> IntArray:
         """Rows of the triangles in which P_t and s_t K_t differ so much that a correction saves time."""
-        largest = SLIVER_OF_MANY_STEPS if self.constraints.made_to_order else SLIVER
+        small = self.constraints.n < SMALL * max(self.topology.n_outer, 1)
+        many_steps = self.constraints.made_to_order
+        largest = SLIVER_OF_SMALL if small else SLIVER_OF_MANY_STEPS if many_steps else SLIVER
         faces = np.flatnonzero(_core.disparity(self.w, self.d, self.cot) > largest + 1 / largest)
         rows = self.constraints.row[self.topology.corner[:, faces]]
         return np.unique(rows[rows >= 0])
