@@ -1,21 +1,8 @@
-// Items listed by node, and sets of nodes that are joined: what the loops over graphs share.
+// Items listed by node, and sets of nodes that are joined.
 #pragma once
-#include <algorithm>
-#include <limits>
 #include <numeric>
 
 #include "threads.hpp"
-
-namespace graphs {
-
-constexpr double INFINITE = std::numeric_limits<double>::infinity();
-
-template <class T>
-Array<T> filled(Index size, T value) {
-    Array<T> made(size);
-    std::fill_n(made.data(), size, value);
-    return made;
-}
 
 // Two numbers below 2^32 as one, sorted by the first.
 inline Index paired(Index upper, Index lower) { return Index(std::uint64_t(upper) << 32 | std::uint64_t(lower)); }
@@ -90,5 +77,3 @@ class Joined {
         return label;
     }
 };
-
-}  // namespace graphs

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <numeric>
 
-#include "arrays.hpp"
+#include "../arrays.hpp"
+
+namespace cholesky {
 
 using Number = std::int32_t;  // of a row, or -1
 
@@ -64,3 +66,5 @@ inline std::vector<Number> elimination_tree(const Rows& rows) {
             }
     return parent;
 }
+
+}  // namespace cholesky

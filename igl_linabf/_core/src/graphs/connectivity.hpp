@@ -1,11 +1,11 @@
 // Half-edges joined to edges, boundary loops, components, and the pattern of a matrix over a graph.
 #pragma once
-#include "lists.hpp"
+#include "../lists.hpp"
 
 namespace graphs {
 
 struct Edges {
-    Array<Index> ends, sides;  // (#E, 2), (2, #E)
+    Grid<Index> ends, sides;  // (#E, 2), (2, #E)
     bool sound;
 };
 
@@ -21,7 +21,7 @@ inline Edges undirected(Matrix<const Index> corner, Index n) {
             }
     });
     const std::vector<Index> first = sorted(at);
-    Edges made{Array<Index>(first[n], 2), Array<Index>(2, first[n]), true};
+    Edges made{Grid<Index>(first[n], 2), Grid<Index>(2, first[n]), true};
     const Matrix<Index> ends = made.ends.matrix(), sides = made.sides.matrix();
     std::atomic<bool> sound{true};
     in_pieces(n, [&](Index begin, Index end) {
@@ -80,7 +80,7 @@ inline Used used_vertices(Matrix<const Index> F, Index n) {
     const auto within = [n](Index v) { return std::uint64_t(v) < std::uint64_t(n); };
     for (Index t = 0; t < F.rows; ++t) {
         const Index a = F[t][0], b = F[t][1], c = F[t][2];
-        const bool sound = within(a) & within(b) & within(c) & (a != b) & (b != c) & (c != a);
+        const bool sound = within(a) && within(b) && within(c) && (a != b) && (b != c) && (c != a);
         if (sound) made.vertices[a] = made.vertices[b] = made.vertices[c] = true;
         made.sound &= sound;
     }

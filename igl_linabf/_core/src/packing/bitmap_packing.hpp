@@ -7,7 +7,7 @@
 // again with a shift of 2 where one of four is: so a run of n cells is looked up by two of them, however long it is.
 // A mask moves up several rows at once. The runs that met taken cells there come first in the next rows.
 #pragma once
-#include <cmath>
+#include <array>
 
 #include "cells.hpp"
 
@@ -202,12 +202,12 @@ inline std::pair<std::vector<Place>, std::vector<Extent>> placed(Index side, Ind
     return {std::move(places), std::move(extents)};
 }
 
-// The cells, (#pages side, side), that charts at their places take.
-inline Array<bool> taken_cells(Index side, View<const Place> places, View<const Block> blocks,
-                               View<const Index> start) {
+// The cells, (#pages, side, side), that charts at their places take.
+inline Squares<bool> taken_cells(Index side, View<const Place> places, View<const Block> blocks,
+                                 View<const Index> start) {
     Index pages = 0;
     for (const Place& place : places) pages = std::max(pages, place.page + 1);
-    Array<bool> taken(pages * side, side);
+    Squares<bool> taken(pages * side, side);
     std::fill_n(taken.data(), taken.size(), false);
     for (const Place& place : places)
         for (const Block& block : blocks.part(start[place.mask], start[place.mask + 1]))
@@ -220,7 +220,7 @@ inline Array<bool> taken_cells(Index side, View<const Place> places, View<const 
 
 // Lower left corners of as many rectangles as find a place on a square page of which some cells are taken. A shelf is
 // as high as its first rectangle; where cells are taken, it goes on behind them.
-inline std::vector<Point> on_shelves(Matrix<const double> sizes, Matrix<const bool> taken) {
+inline std::vector<std::array<double, 2>> on_shelves(Matrix<const double> sizes, Matrix<const bool> taken) {
     const Index side = taken.rows, n = sizes.rows;
     const Array<std::int32_t> above(side + 1, side);  // cells that are free from each one upwards
     std::fill_n(above.data() + side * side, side, 0);
@@ -234,7 +234,7 @@ inline std::vector<Point> on_shelves(Matrix<const double> sizes, Matrix<const bo
     }
     std::vector<double> end(n + 1);
     for (Index i = 0; i < n; ++i) end[i + 1] = end[i] + sizes[i][0];
-    std::vector<Point> places;
+    std::vector<std::array<double, 2>> places;
     double bottom = 0;
     for (Index first = 0; first < n;) {
         const double height = sizes[first][1];

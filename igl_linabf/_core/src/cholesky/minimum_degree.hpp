@@ -8,6 +8,8 @@
 
 #include "elimination_tree.hpp"
 
+namespace cholesky {
+
 constexpr double DENSE = 10.0;  // times the root of the number of rows: degree above which a row comes last
 
 template <class I>
@@ -248,3 +250,5 @@ class MinimumDegree {
         return place;
     }
 };
+
+}  // namespace cholesky
