@@ -4,7 +4,6 @@
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
-#include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
@@ -76,7 +75,7 @@ auto owned(Held&& a, Shape... shape) {
         nb::capsule(held, [](void* p) noexcept { delete static_cast<Held*>(p); }));
 }
 
-template <class T, class = std::enable_if_t<std::is_arithmetic_v<T> || std::is_pointer_v<T>>>
+template <class T, class = std::enable_if_t<std::is_arithmetic_v<T>>>
 T result(T number) {
     return number;
 }
@@ -101,10 +100,6 @@ inline auto result(std::vector<std::vector<Index>>&& lists) { return std::move(l
 template <class... T>
 auto result(std::tuple<T...>&& all) {
     return std::apply([](auto&... each) { return std::tuple(result(std::move(each))...); }, all);
-}
-template <class T, class U>
-auto result(std::pair<T, U>&& both) {
-    return std::pair(result(std::move(both.first)), result(std::move(both.second)));
 }
 
 // A struct of these is a tuple. A Field is any one of a struct's, to count them.

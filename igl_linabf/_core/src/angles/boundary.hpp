@@ -1,7 +1,5 @@
 // Boundary loops drawn one edge after another, by the turning and the change of length at each vertex.
 #pragma once
-#include <tuple>
-
 #include "../arrays.hpp"
 
 namespace angles {

@@ -3,7 +3,6 @@
 #pragma once
 #include <limits>
 #include <stdexcept>
-#include <tuple>
 
 #include "../threads.hpp"
 

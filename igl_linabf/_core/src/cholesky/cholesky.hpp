@@ -1,14 +1,15 @@
 // The Cholesky factor of symmetric positive definite matrices of one pattern, by threads.
 #pragma once
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
+#include <limits>
 #include <stdexcept>
 
 #include "../threads.hpp"
 #include "minimum_degree.hpp"
 #include "substitution.hpp"
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
 namespace cholesky {
 

@@ -1,6 +1,5 @@
 // The elimination tree of a permuted pattern (Liu 1986).
 #pragma once
-#include <algorithm>
 #include <numeric>
 
 #include "../arrays.hpp"

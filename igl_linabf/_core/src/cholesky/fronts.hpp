@@ -3,9 +3,6 @@
 // The rest of a front has rows and columns up to a multiple of four, so that loops by fours end there. What is
 // beyond its end, or on the wrong side of the diagonal, is never read.
 #pragma once
-#include <algorithm>
-#include <cmath>
-
 #include "../threads.hpp"
 
 namespace cholesky {

@@ -4,8 +4,6 @@
 // joined to each other. A variable has a list of elements, then one of variables. Its degree is bounded by the
 // sum of what is in its elements. Variables with the same lists are one, of larger weight.
 #pragma once
-#include <cmath>
-
 #include "elimination_tree.hpp"
 
 namespace cholesky {

@@ -1,8 +1,35 @@
 // Half-edges joined to edges, boundary loops, components, and the pattern of a matrix over a graph.
 #pragma once
 #include "../lists.hpp"
+#include "../threads.hpp"
 
 namespace graphs {
+
+// Two numbers below 2^32 as one, sorted by the first.
+inline Index paired(Index upper, Index lower) { return Index(std::uint64_t(upper) << 32 | std::uint64_t(lower)); }
+inline Index upper(Index pair) { return pair >> 32; }
+inline Index lower(Index pair) { return pair & 0xffffffff; }
+
+// Sort the pairs of each node. Returns how many pairs with another first number than the one before there are
+// before each node's, (n + 1,).
+inline std::vector<Index> sorted(const Lists& lists) {
+    const Index n = Index(lists.begin.size()) - 2;
+    std::vector<Index> before(n + 1);
+    in_pieces(n, [&](Index first, Index last) {
+        for (Index v = first; v < last; ++v) {
+            const View<Index> own = lists[v];
+            if (!std::is_sorted(own.begin(), own.end())) std::sort(own.begin(), own.end());
+            Index number = 0, known = -1;
+            for (const Index pair : own) {
+                number += upper(pair) != known;
+                known = upper(pair);
+            }
+            before[v + 1] = number;
+        }
+    });
+    std::partial_sum(before.begin(), before.end(), before.begin());
+    return before;
+}
 
 struct Edges {
     Grid<Index> ends, sides;  // (#E, 2), (2, #E)

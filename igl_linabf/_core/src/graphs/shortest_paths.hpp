@@ -127,10 +127,10 @@ Paths nearest_sources(View<const Int> indptr, View<const Int> indices, View<cons
 // The distances from a node, and the nodes before, where all ways on to the targets stay within a limit. What is left
 // of a way from a node, at `position`, to a target is at least `share` of the distance in space.
 template <class Int>
-std::pair<Array<double>, Array<Index>> ways_towards(View<const Int> indptr, View<const Int> indices,
-                                                    View<const double> length, Index source, View<const bool> open,
-                                                    Matrix<const double> position, Matrix<const double> targets,
-                                                    double share, double limit) {
+std::tuple<Array<double>, Array<Index>> ways_towards(View<const Int> indptr, View<const Int> indices,
+                                                     View<const double> length, Index source, View<const bool> open,
+                                                     Matrix<const double> position, Matrix<const double> targets,
+                                                     double share, double limit) {
     const Graph<Int> graph{indptr, indices, length};
     const auto left = [=](Index node) {
         double sum = 0;
