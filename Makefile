@@ -7,7 +7,7 @@ BIN = .venv/Scripts
 endif
 PY = $(BIN)/python
 
-CORE_TESTS = $(wildcard tests/reference) tests/test_solver.py tests/test_overlaps.py tests/test_packing.py
+CORE_TESTS = tests/reference $(addprefix tests/test_,core.py cholesky.py solver.py overlaps.py packing.py)
 
 demo: .venv/ready
 	$(PY) demos/cortex.py

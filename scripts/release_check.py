@@ -51,7 +51,7 @@ LEFT_OUT = (  # they need a clone, or an extra that the fresh environments do no
     "test_rooms.py",
     "test_view.py",
 )
-OF_THE_CORE = ("reference", "test_paper.py", "test_solver.py", "test_concurrency.py")
+OF_THE_CORE = ("reference", "test_cholesky.py", "test_paper.py", "test_solver.py", "test_concurrency.py")
 IN_THE_ARCHIVE = (
     "README.md",
     "LICENSE",
@@ -72,6 +72,7 @@ FOLDERS_IN_THE_ARCHIVE = (
     "conda",
     "igl_linabf",
     "igl_linabf/_core/src",
+    *(f"igl_linabf/_core/src/{unit}" for unit in ("angles", "cholesky", "graphs", "overlaps", "packing")),
 )
 
 

@@ -147,12 +147,12 @@ def test_an_editable_install_builds_the_core_again_where_a_source_has_changed(tm
             if self.fails:
                 raise subprocess.CalledProcessError(1, "cmake")
 
-    (tmp_path / "igl_linabf" / "_core" / "src").mkdir(parents=True)
-    source = tmp_path / "igl_linabf" / "_core" / "src" / "module.cpp"
-    for path in (source, tmp_path / "CMakeLists.txt", source.parent):
+    source = tmp_path / "igl_linabf" / "_core" / "src" / "cholesky" / "cholesky.hpp"
+    source.parent.mkdir(parents=True)
+    for path in (source, tmp_path / "CMakeLists.txt", source.parent, source.parent.parent):
         path.touch()
         os.utime(path, (0, 0))
-    monkeypatch.setattr(_editable, "HERE", source.parent.parent)
+    monkeypatch.setattr(_editable, "HERE", source.parents[2])
     loader = Loader()
     _editable.rebuild_if_changed(loader)
     assert loader.built == 0

@@ -15,7 +15,7 @@ def rebuild_if_changed(loader: object) -> None:
     """Build the core by scikit-build-core's hook if a source is newer than what was built last."""
     spec = find_spec("._baseline", __package__)
     built = Path(spec.origin) if spec and spec.origin else None
-    sources = [HERE.parent.parent / "CMakeLists.txt", HERE / "src", *(HERE / "src").iterdir()]
+    sources = [HERE.parent.parent / "CMakeLists.txt", HERE / "src", *(HERE / "src").rglob("*")]
     if built and built.exists() and max(map(os.path.getmtime, sources)) <= os.path.getmtime(built):
         return
     print("igl_linabf: a source of the core has changed, building it", file=sys.stderr, flush=True)

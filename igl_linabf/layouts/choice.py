@@ -94,7 +94,7 @@ def lay_out(
         made = "boundary" if drawn and not held else "least-squares"
     elif method == "boundary" and holes:
         raise MeshError(
-            f"layout='boundary' draws one boundary loop, and the mesh has {len(topology.loops)}: use "
+            f"the mesh has {len(topology.loops)} boundary loops, and layout='boundary' draws one: use "
             "layout='least-squares' or 'auto'"
         )
     try:

@@ -1,26 +1,8 @@
-// Items listed by node, and sets of nodes that are joined: what the loops over graphs share.
+// Items listed by node, and sets of nodes that are joined.
 #pragma once
-#include <algorithm>
-#include <limits>
 #include <numeric>
 
-#include "threads.hpp"
-
-namespace graphs {
-
-constexpr double INFINITE = std::numeric_limits<double>::infinity();
-
-template <class T>
-Array<T> filled(Index size, T value) {
-    Array<T> made(size);
-    std::fill_n(made.data(), size, value);
-    return made;
-}
-
-// Two numbers below 2^32 as one, sorted by the first.
-inline Index paired(Index upper, Index lower) { return Index(std::uint64_t(upper) << 32 | std::uint64_t(lower)); }
-inline Index upper(Index pair) { return pair >> 32; }
-inline Index lower(Index pair) { return pair & 0xffffffff; }
+#include "arrays.hpp"
 
 // The items of node v are those from begin[v] up to begin[v + 1].
 struct Lists {
@@ -40,27 +22,6 @@ Lists lists_of(Index n, const Visit& visit) {
     made.items = Array<Index>(begin[n + 1]);
     visit([begin, items = made.items.data()](Index node, Index item) { items[begin[node + 1]++] = item; });
     return made;
-}
-
-// Sort the pairs of each node. Returns how many pairs with another first number than the one before there are
-// before each node's, (n + 1,).
-inline std::vector<Index> sorted(const Lists& lists) {
-    const Index n = Index(lists.begin.size()) - 2;
-    std::vector<Index> before(n + 1);
-    in_pieces(n, [&](Index first, Index last) {
-        for (Index v = first; v < last; ++v) {
-            const View<Index> own = lists[v];
-            if (!std::is_sorted(own.begin(), own.end())) std::sort(own.begin(), own.end());
-            Index number = 0, known = -1;
-            for (const Index pair : own) {
-                number += upper(pair) != known;
-                known = upper(pair);
-            }
-            before[v + 1] = number;
-        }
-    });
-    std::partial_sum(before.begin(), before.end(), before.begin());
-    return before;
 }
 
 // Disjoint sets of nodes (union-find with path halving); the root of each is its first node.
@@ -90,5 +51,3 @@ class Joined {
         return label;
     }
 };
-
-}  // namespace graphs

@@ -5,6 +5,8 @@
 #pragma once
 #include "supernodes.hpp"
 
+namespace cholesky {
+
 constexpr double SHARED_FROM = 1e8;  // operations at a front above the subtrees from which threads share them
 constexpr Index THIN = 2;              // columns up to which what a leaf leaves goes to its parent's front at once
 
@@ -81,3 +83,5 @@ inline Index eliminate(View<const double> data, const Supernodes& a, const Divis
     }
     return -1;
 }
+
+}  // namespace cholesky

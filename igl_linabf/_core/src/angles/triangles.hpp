@@ -1,25 +1,10 @@
 // What is computed in each triangle, and summed at the vertices. Arrays over corners are (3, #F); side k is
 // opposite to corner k, and corners k + 1 and k + 2 follow it counter-clockwise.
 #pragma once
-#include <algorithm>
-#include <cmath>
 #include <limits>
 #include <stdexcept>
-#include <tuple>
 
-#include "arrays.hpp"
-#include "threads.hpp"
-
-// An array with rows and columns that goes out to the caller.
-template <class T>
-struct Grid : Array<T> {
-    using Array<T>::Array;
-};
-
-// A place in the plane, or a complex number.
-struct Place {
-    double x, y;
-};
+#include "../threads.hpp"
 
 namespace angles {
 
@@ -27,9 +12,7 @@ using Corners = Matrix<const Index>;
 using Values = Matrix<const double>;
 using Numbers = View<const double>;
 
-constexpr double PI = 3.14159265358979323846;
 constexpr double EPS = std::numeric_limits<double>::epsilon(), TINY = std::numeric_limits<double>::min();
-constexpr double INFINITE = std::numeric_limits<double>::infinity();
 constexpr double LARGEST_COT = 1e75;  // cotangents count as no more, so that the squares of products are finite
 
 // The values at the three corners of one triangle.
@@ -322,7 +305,7 @@ inline Flagged cut_short(Values alpha, Values e, double reach) {
         const Rows angle(alpha), error(e);
         const Rows to(made.matrix());
         bool* cut = vanishing.data();
-        const auto times = [](double angle, double error) { return error < 0 ? angle / -error : INFINITE; };
+        const auto times = [](double angle, double error) { return error < 0 ? angle / -error : INFINITY; };
         INDEPENDENT for (Index t = first; t < last; ++t) {
             const auto [x, y, z] = error[t];
             const double a = times(angle.a[t], x), b = times(angle.b[t], y), c = times(angle.c[t], z);

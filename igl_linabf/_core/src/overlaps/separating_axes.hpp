@@ -1,36 +1,24 @@
 // Triangles in the plane, and whether two of them overlap.
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <complex>
 #include <limits>
 
-#include "arrays.hpp"
+#include "../arrays.hpp"
 
 namespace overlaps {
-
-using Complex = std::complex<double>;
 
 constexpr double MIN_DEPTH = 1e-6;  // of a triangle's height: what lies deeper than that in another one is an overlap
 constexpr double ROUNDING = 16 * std::numeric_limits<double>::epsilon();  // of a corner's distance from the origin
 constexpr double NOTHING = -1;  // the depth of a triangle that overlaps nothing
 
-// Without the care for infinities that the operator takes.
-inline Complex times(Complex a, Complex b) {
-    return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
-}
-inline double cross(Complex a, Complex b) { return a.real() * b.imag() - a.imag() * b.real(); }
-inline double length(Complex a) { return std::sqrt(a.real() * a.real() + a.imag() * a.imag()); }
-
 // A number without its fraction, within bounds; the lower one for NaN.
 inline Index clamped(double x, double low, double high) { return Index(x > low ? std::min(x, high) : low); }
 
 struct Box {
-    double left = std::numeric_limits<double>::infinity(), low = left, right = -left, high = -left;
+    double left = INFINITY, low = left, right = -left, high = -left;
 
     void add(Complex z) {
-        left = std::min(left, z.real()), right = std::max(right, z.real());
-        low = std::min(low, z.imag()), high = std::max(high, z.imag());
+        left = std::min(left, z.x), right = std::max(right, z.x);
+        low = std::min(low, z.y), high = std::max(high, z.y);
     }
     void add(const Box& b) {
         left = std::min(left, b.left), right = std::max(right, b.right);
@@ -68,7 +56,7 @@ inline double set_corners(Triangle& t, Complex a, Complex b, Complex c) {
     for (int k = 0; k < 3; ++k) {
         const Complex side = t.corner[(k + 1) % 3] - t.corner[k];
         const double size = length(side);
-        t.along[k] = size > 0 ? side / size : 0;
+        t.along[k] = size > 0 ? side / size : Complex{0, 0};
         longest = std::max(longest, size);
     }
     return longest;

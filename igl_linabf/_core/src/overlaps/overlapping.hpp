@@ -40,8 +40,8 @@ class Tree {
             if (triangle_at(f).solid()) centres.add(centre(f)), place.push_back({chart[f], 0, f});
         const double by = LAST_CELL / std::max({centres.width(), centres.height(), std::numeric_limits<double>::min()});
         for (auto& p : place) {
-            const Complex at = (centre(p.face) - Complex(centres.left, centres.low)) * by;
-            p.code = spread(clamped(at.real(), 0, LAST_CELL)) | spread(clamped(at.imag(), 0, LAST_CELL)) << 1;
+            const Complex at = by * (centre(p.face) - Complex{centres.left, centres.low});
+            p.code = spread(clamped(at.x, 0, LAST_CELL)) | spread(clamped(at.y, 0, LAST_CELL)) << 1;
         }
         std::sort(place.begin(), place.end());
         triangle.reserve(place.size());
@@ -87,11 +87,9 @@ class Tree {
 };
 
 // Pairs of faces (#P, 2) of one chart that overlap in the plane, i < j, in lexicographic order.
-inline Array<Index> overlapping(View<const Complex> z, Matrix<const Index> F, View<const Index> chart) {
-    const auto pairs = Tree(z, F, chart).pairs();
-    Array<Index> made(Index(pairs.size()), 2);
-    for (Index k = 0; k < made.size(); ++k) made[k] = pairs[k / 2][k % 2];
-    return made;
+inline std::vector<std::array<Index, 2>> overlapping(View<const Complex> z, Matrix<const Index> F,
+                                                     View<const Index> chart) {
+    return Tree(z, F, chart).pairs();
 }
 
 // Whether one of some triangles, (#S, 3), overlaps another one of them, or one of others, (#O, 3).

@@ -4,9 +4,9 @@
 // joined to each other. A variable has a list of elements, then one of variables. Its degree is bounded by the
 // sum of what is in its elements. Variables with the same lists are one, of larger weight.
 #pragma once
-#include <cmath>
-
 #include "elimination_tree.hpp"
+
+namespace cholesky {
 
 constexpr double DENSE = 10.0;  // times the root of the number of rows: degree above which a row comes last
 
@@ -248,3 +248,5 @@ class MinimumDegree {
         return place;
     }
 };
+
+}  // namespace cholesky

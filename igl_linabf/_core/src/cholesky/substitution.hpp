@@ -2,6 +2,8 @@
 #pragma once
 #include "supernodal.hpp"
 
+namespace cholesky {
+
 // L x = P b for right-hand sides b (n, S), one every `step` numbers, in x, zero at first; `which` as in the factor.
 template <int S>
 void forward(const double* values, const Supernodes& a, const Division& parts, const std::vector<Index>& which,
@@ -125,3 +127,5 @@ void backward(const double* values, const Supernodes& a, const Division& parts, 
         }
     }
 }
+
+}  // namespace cholesky

@@ -1,9 +1,10 @@
 // The elimination tree of a permuted pattern (Liu 1986).
 #pragma once
-#include <algorithm>
 #include <numeric>
 
-#include "arrays.hpp"
+#include "../arrays.hpp"
+
+namespace cholesky {
 
 using Number = std::int32_t;  // of a row, or -1
 
@@ -64,3 +65,5 @@ inline std::vector<Number> elimination_tree(const Rows& rows) {
             }
     return parent;
 }
+
+}  // namespace cholesky

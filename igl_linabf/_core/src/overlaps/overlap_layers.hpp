@@ -1,9 +1,8 @@
 // The two sheets of each overlap of a flat map.
 #pragma once
-#include <algorithm>
 #include <numeric>
 
-#include "arrays.hpp"
+#include "../arrays.hpp"
 
 namespace overlaps {
 
@@ -106,5 +105,11 @@ class Layers {
         return made;
     }
 };
+
+// The two sheets of each of the `most` largest overlaps, of pairs as in `Layers`.
+inline Sheets overlap_sheets(View<const Index> upper, View<const Index> lower, View<const Index> begin,
+                             View<const Index> neighbour, Index most) {
+    return Layers(upper, lower, begin, neighbour).largest(most);
+}
 
 }  // namespace overlaps

@@ -1,9 +1,8 @@
 // Shortest paths (Dijkstra 1959): to sources, towards targets, to where three meet, and around several ways.
 #pragma once
 #include <array>
-#include <cmath>
 
-#include "lists.hpp"
+#include "../lists.hpp"
 
 namespace graphs {
 
@@ -63,7 +62,7 @@ struct Search {
     Search(Index most, Index n) : distance(most), before(most), waiting(distance.data(), most) { clear(0, n); }
 
     void clear(Index first, Index last) {
-        std::fill(distance.data() + first, distance.data() + last, INFINITE);
+        std::fill(distance.data() + first, distance.data() + last, INFINITY);
         std::fill(before.data() + first, before.data() + last, Index(-1));
         waiting.clear(first, last);
     }
@@ -75,7 +74,7 @@ struct Search {
     }
 
     // The least distance of a node that waits.
-    double least() const { return waiting.empty() ? INFINITE : distance[waiting.first()]; }
+    double least() const { return waiting.empty() ? INFINITY : distance[waiting.first()]; }
 
     // Go over the edges of a node, which are those in a row of the graph. goes(edge, way) says which node is reached
     // by an edge, -1 for none.
@@ -128,9 +127,10 @@ Paths nearest_sources(View<const Int> indptr, View<const Int> indices, View<cons
 // The distances from a node, and the nodes before, where all ways on to the targets stay within a limit. What is left
 // of a way from a node, at `position`, to a target is at least `share` of the distance in space.
 template <class Int>
-Search ways_towards(View<const Int> indptr, View<const Int> indices, View<const double> length, Index source,
-                    View<const bool> open, Matrix<const double> position, Matrix<const double> targets, double share,
-                    double limit) {
+std::tuple<Array<double>, Array<Index>> ways_towards(View<const Int> indptr, View<const Int> indices,
+                                                     View<const double> length, Index source, View<const bool> open,
+                                                     Matrix<const double> position, Matrix<const double> targets,
+                                                     double share, double limit) {
     const Graph<Int> graph{indptr, indices, length};
     const auto left = [=](Index node) {
         double sum = 0;
@@ -153,7 +153,7 @@ Search ways_towards(View<const Int> indptr, View<const Int> indices, View<const 
             if (!search.waiting.knows(there)) ahead[there] = left(there);
             return !(way + ahead[there] > limit);
         });
-    return search;
+    return {std::move(search.distance), std::move(search.before)};
 }
 
 struct Ways {
@@ -169,7 +169,7 @@ Ways meeting(View<const Int> indptr, View<const Int> indices, View<const double>
     const Graph<Int> graph{indptr, indices, length};
     const Index n = graph.nodes();
     Search search[3] = {Search(n, n), Search(n, n), Search(n, n)};
-    double apart[3] = {INFINITE, INFINITE, INFINITE};  // at least, the ways to the sets other than k
+    double apart[3] = {INFINITY, INFINITY, INFINITY};  // at least, the ways to the sets other than k
     const auto note = [&](int k, Index node, double way) {
         for (int j = 0; j < 3; ++j)
             if (j != k) apart[3 - k - j] = std::min(apart[3 - k - j], way + search[j].distance[node]);
@@ -213,7 +213,7 @@ Ways meeting(View<const Int> indptr, View<const Int> indices, View<const double>
 // does so with all ways.
 inline std::vector<Index> shortest_set(const std::vector<double>& found) {
     const Index all = Index(found.size()) - 1;
-    std::vector<double> best(all + 1, INFINITE);
+    std::vector<double> best(all + 1, INFINITY);
     std::vector<std::vector<char>> taken(all + 1, std::vector<char>(all + 1));
     best[0] = 0;
     for (Index ways = 1; ways <= all; ++ways) {
@@ -248,7 +248,7 @@ inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const
     std::vector<char> begun(copies);  // most copies are never reached
     std::vector<Index> first(n, -1);  // the first node that is reached of its copies; then the others in a list
     Array<Index> other_label(copies * n);
-    std::vector<double> found(copies, INFINITE), cost(copies, INFINITE);  // of an excursion, of any number of them
+    std::vector<double> found(copies, INFINITY), cost(copies, INFINITY);  // of an excursion, of any number of them
     std::vector<std::array<Index, 2>> ends(copies);
     cost[0] = 0;
     begun[0] = true;
@@ -269,7 +269,7 @@ inline std::vector<Index> shortest_odd_walk(View<const Index> indptr, View<const
                     search.clear(other * n, other * n + n);
                 }
                 if (!(way < distance[there])) return Index(-1);
-                if (distance[there] == INFINITE) other_label[there] = std::exchange(first[vertex], there);
+                if (distance[there] == INFINITY) other_label[there] = std::exchange(first[vertex], there);
             }
             for (Index at = first[vertex]; at >= 0; at = other_label[at]) {
                 const Index ways = other ^ (at / n);

@@ -1,6 +1,6 @@
 // Seams as graphs: paths, trees and their arcs, what they open, and least cuts.
 #pragma once
-#include "lists.hpp"
+#include "../lists.hpp"
 
 namespace graphs {
 

@@ -1,8 +1,6 @@
 // What lines across a flat graph divide it into: how far the parts reach, and how long the cuts are.
 #pragma once
-#include <cmath>
-
-#include "arrays.hpp"
+#include "../lists.hpp"
 
 namespace packing {
 
@@ -20,17 +18,14 @@ inline Divisions divisions(Matrix<const double> points, Matrix<const Index> ends
     const Index n = points.rows, lines = offset.size, fan = outwards.columns;
     Divisions made{Array<double>(lines), Array<double>(lines), Array<double>(lines)};
     std::vector<char> beyond(n), near(n);
-    std::vector<Index> parent(n), part(n), at;
+    std::vector<Index> part(n), at;
     std::vector<double> most;
-    const auto root = [&](Index i) {  // union-find, with paths halved on the way
-        while (parent[i] != i) i = parent[i] = parent[parent[i]];
-        return i;
-    };
     for (Index k = 0; k < lines; ++k) {
         made.hulls[k] = made.widest[k] = made.cut[k] = 0;
+        Joined joined(n);
         for (Index i = 0; i < n; ++i) {
             beyond[i] = points[i][0] * normal[k][0] + points[i][1] * normal[k][1] > offset[k];
-            near[i] = outer[i], parent[i] = i, part[i] = -1;
+            near[i] = outer[i], part[i] = -1;
         }
         for (Index e = 0; e < ends.rows; ++e) {
             const Index i = ends[e][0], j = ends[e][1];
@@ -38,14 +33,13 @@ inline Divisions divisions(Matrix<const double> points, Matrix<const Index> ends
                 made.cut[k] += length[e];
                 near[i] = near[j] = true;
             } else {
-                const Index one = root(i), other = root(j);
-                parent[std::max(one, other)] = std::min(one, other);
+                joined.join(i, j);
             }
         }
         at.clear(), most.clear();
         for (Index i = 0; i < n; ++i) {
             if (!near[i]) continue;
-            Index& p = part[root(i)];
+            Index& p = part[joined.root(i)];
             if (p < 0) {
                 p = Index(at.size());
                 at.resize(at.size() + fan, i), most.resize(most.size() + fan, -INFINITY);

@@ -7,6 +7,8 @@
 #include "elimination_tree.hpp"
 #include "fronts.hpp"
 
+namespace cholesky {
+
 constexpr Index SMALL = 16, MEDIUM = 48;  // columns
 constexpr double ZEROS_OF_SMALL = 0.5, ZEROS_OF_MEDIUM = 0.1, ZEROS = 0.05;  // share of its entries that may be zeros
 
@@ -206,3 +208,5 @@ inline Division divided(const Supernodes& a) {
         if (!inside[s]) made.rest.push_back(s);
     return made;
 }
+
+}  // namespace cholesky

@@ -1,8 +1,6 @@
 // Cells of a grid, 64 to a word, and what outlines take of them.
 #pragma once
-#include <algorithm>
-
-#include "arrays.hpp"
+#include "../arrays.hpp"
 
 #ifdef _MSC_VER
 #include <intrin.h>
@@ -41,14 +39,5 @@ struct Block {
 struct Shape {
     Index rows, columns;
 };
-
-// A point or a vector of the plane, x + iy: as std::complex is in memory, which some compilers keep there.
-struct Point {
-    double x, y;
-};
-
-inline Point operator-(Point a, Point b) { return {a.x - b.x, a.y - b.y}; }
-inline bool operator==(Point a, Point b) { return a.x == b.x && a.y == b.y; }
-inline Point times(Point a, Point b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }
 
 }  // namespace packing

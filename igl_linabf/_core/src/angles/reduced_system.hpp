@@ -61,14 +61,14 @@ Array<double> laplacian_entries(View<const I> indptr, View<const Index> slot, Ma
 }
 
 // What fixed vertices add to L x: the sum of weight z over the edges to them, (n, 2). z is zero at others.
-inline Grid<double> pulled(Matrix<const Index> ends, Matrix<const Index> edges, Numbers weight, View<const Place> z,
+inline Grid<double> pulled(Matrix<const Index> ends, Matrix<const Index> edges, Numbers weight, View<const Complex> z,
                            Index n) {
     Grid<double> made = zeros<Grid<double>>(n, 2);
     for (Index e = 0; e < ends.columns; ++e)
         for (Index s = 0; s < 2; ++s) {
             const Index i = ends[s][e];
             if (i < 0) continue;
-            const Place fixed = z[edges[e][1 - s]];
+            const Complex fixed = z[edges[e][1 - s]];
             made[2 * i] += weight[e] * fixed.x, made[2 * i + 1] += weight[e] * fixed.y;
         }
     return made;

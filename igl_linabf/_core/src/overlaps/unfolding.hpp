@@ -2,6 +2,7 @@
 #pragma once
 #include <array>
 
+#include "../lists.hpp"
 #include "separating_axes.hpp"
 
 namespace overlaps {
@@ -15,11 +16,14 @@ constexpr double TINY = 1e-300;
 
 // z -> turn z + shift, where |turn| = 1.
 struct Motion {
-    Complex turn = 1, shift = 0;
+    Complex turn{1, 0}, shift{0, 0};
 
     Complex operator()(Complex z) const { return times(turn, z) + shift; }
     Motion operator*(const Motion& first) const { return {times(turn, first.turn), (*this)(first.shift)}; }
-    Motion inverse() const { return {std::conj(turn), -times(std::conj(turn), shift)}; }
+    Motion inverse() const {
+        const Complex back{turn.x, -turn.y};
+        return {back, -1 * times(back, shift)};
+    }
 
     Triangle operator()(const Triangle& t) const {
         Triangle moved = t;
@@ -29,9 +33,9 @@ struct Motion {
     // A box around a box that is moved.
     Box operator()(const Box& b) const {
         const Complex centre = (*this)(b.centre());
-        const double c = std::abs(turn.real()), s = std::abs(turn.imag());
+        const double c = std::abs(turn.x), s = std::abs(turn.y);
         const double x = (c * b.width() + s * b.height()) / 2, y = (s * b.width() + c * b.height()) / 2;
-        return {centre.real() - x, centre.imag() - y, centre.real() + x, centre.imag() + y};
+        return {centre.x - x, centre.y - y, centre.x + x, centre.y + y};
     }
 };
 
@@ -39,24 +43,22 @@ struct Motion {
 struct Extent {
     std::array<double, SIDES / 2> along, back;  // one direction, and the opposite one
 
-    Extent() { along.fill(-std::numeric_limits<double>::infinity()), back = along; }
+    Extent() { along.fill(-INFINITY), back = along; }
 
     // Hold a box that is moved, too.
-    void add(const Box& b, const Motion& by, const std::array<Complex, SIDES / 2>& direction) {
+    void add(const Box& b, const Motion& by, const std::array<Complex, SIDES / 2>& axis) {
         const Complex centre = by(b.centre());
-        const Complex right = by.turn * (b.width() / 2), up = times(by.turn, {0, b.height() / 2});
+        const Complex right = b.width() / 2 * by.turn, up = times(by.turn, {0, b.height() / 2});
         for (int k = 0; k < SIDES / 2; ++k) {
-            const double x = direction[k].real(), y = direction[k].imag();
-            const double middle = centre.real() * x + centre.imag() * y;
-            const double across = std::abs(right.real() * x + right.imag() * y);
-            const double reach = across + std::abs(up.real() * x + up.imag() * y);
+            const double middle = dot(centre, axis[k]);
+            const double reach = std::abs(dot(right, axis[k])) + std::abs(dot(up, axis[k]));
             along[k] = std::max(along[k], middle + reach);
             back[k] = std::max(back[k], reach - middle);
         }
     }
     // The area of the smallest rectangle along one of the directions; or what a long one takes of a page.
     double taken(double page) const {
-        double least = std::numeric_limits<double>::infinity();
+        double least = INFINITY;
         for (int k = 0, other = SIDES / 4; other < SIDES / 2; ++k, ++other) {
             const double wide = along[k] + back[k], high = along[other] + back[other], longer = std::max(wide, high);
             least = std::min(least, std::max(wide * high, LONG * (longer * longer / 2 - page)));
@@ -67,18 +69,18 @@ struct Extent {
 
 // The triangles of regions, those from start[r] to start[r + 1] in the frame of region r, in a grid for each region.
 class Regions {
-    struct Grid {
+    struct Cells {
         Box box;
         Index columns = 1, rows = 1, first = 0;  // its first cell
     };
     std::vector<Triangle> triangle;
     View<const Index> start;
-    std::vector<Grid> grid;
-    std::vector<Index> begin, listed;  // the triangles in each cell
+    std::vector<Cells> grid;
+    Lists listed;  // the triangles in each cell
 
     // Call found(cell) for the cells that a triangle touches, until that is true; whether it was.
     template <class Found>
-    static bool any_cell(const Triangle& t, const Grid& g, const Found& found) {
+    static bool any_cell(const Triangle& t, const Cells& g, const Found& found) {
         const Box box = box_around(t.corner);
         const double high = g.box.height() / double(g.rows), per_row = double(g.rows) / std::max(g.box.height(), TINY);
         const double per_column = double(g.columns) / std::max(g.box.width(), TINY);
@@ -86,14 +88,14 @@ class Regions {
         for (Index y = clamped((box.low - g.box.low) * per_row, 0, double(g.rows - 1)); y <= last_row; ++y) {
             // the part of a thin triangle in a row is in far fewer cells than the box around it
             const double floor = g.box.low + (double(y) - WIDER) * high, ceiling = floor + (1 + 2 * WIDER) * high;
-            double left = std::numeric_limits<double>::infinity(), right = -left;
+            double left = INFINITY, right = -left;
             for (int k = 0; k < 3; ++k) {
                 const Complex a = t.corner[k], b = t.corner[(k + 1) % 3];
-                if (floor <= a.imag() && a.imag() <= ceiling)
-                    left = std::min(left, a.real()), right = std::max(right, a.real());
+                if (floor <= a.y && a.y <= ceiling)
+                    left = std::min(left, a.x), right = std::max(right, a.x);
                 for (const double level : {floor, ceiling}) {
-                    if (!((a.imag() < level && level < b.imag()) || (b.imag() < level && level < a.imag()))) continue;
-                    const double x = a.real() + (level - a.imag()) / (b.imag() - a.imag()) * (b.real() - a.real());
+                    if (!((a.y < level && level < b.y) || (b.y < level && level < a.y))) continue;
+                    const double x = a.x + (level - a.y) / (b.y - a.y) * (b.x - a.x);
                     left = std::min(left, x), right = std::max(right, x);
                 }
             }
@@ -118,7 +120,7 @@ class Regions {
         : triangle(corners.rows), start(start), grid(start.size - 1) {
         Index cells = 0;
         for (Index r = 0; r < size(); ++r) {
-            Grid& g = grid[r];
+            Cells& g = grid[r];
             for (Index t = start[r]; t < start[r + 1]; ++t) {
                 const Complex* z = corners[t];
                 set_corners(triangle[t], z[0], z[1], z[2]);
@@ -131,12 +133,7 @@ class Regions {
             g.columns = clamped(wide / side, 1, most), g.rows = clamped(high / side, 1, most), g.first = cells;
             cells += g.columns * g.rows;
         }
-        begin.resize(cells + 1);
-        each_cell([&](Index cell, Index) { ++begin[cell + 1]; });
-        for (Index cell = 0; cell < cells; ++cell) begin[cell + 1] += begin[cell];
-        listed.resize(begin[cells]);
-        auto filled = begin;
-        each_cell([&](Index cell, Index t) { listed[filled[cell]++] = t; });
+        listed = lists_of(cells, [&](const auto& put) { each_cell(put); });
     }
 
     Index size() const { return Index(grid.size()); }
@@ -155,8 +152,8 @@ class Regions {
             const Triangle moved = motion(triangle[t]);
             if (!grid[r].box.touches(box_around(moved.corner))) continue;
             const auto found = [&](Index cell) {
-                for (Index i = begin[cell]; i < begin[cell + 1]; ++i)
-                    if (overlap(triangle[listed[i]], moved)) return true;
+                for (const Index i : listed[cell])
+                    if (overlap(triangle[i], moved)) return true;
                 return false;
             };
             if (any_cell(moved, grid[r], found)) return true;
@@ -178,7 +175,7 @@ struct Hinge {
 // and triangles are found in grids that are made once.
 class Assembly {
     const Regions& regions;
-    std::array<Complex, SIDES / 2> direction;
+    std::array<Complex, SIDES / 2> axis;
     std::vector<std::vector<Index>> members;  // of each chart
     std::vector<Extent> extent;               // and of all of it
     std::vector<Box> box, around;             // of each region in its chart's plane, and of each chart
@@ -202,10 +199,10 @@ class Assembly {
     explicit Assembly(const Regions& regions)
         : regions(regions), members(regions.size()), extent(regions.size()), box(regions.size()), around(box),
           chart(regions.size()), motion(regions.size()) {
-        for (int k = 0; k < SIDES / 2; ++k) direction[k] = std::polar(1.0, 2 * 3.14159265358979323846 * k / SIDES);
+        for (int k = 0; k < SIDES / 2; ++k) axis[k] = direction(2 * PI * k / SIDES);
         for (Index r = 0; r < regions.size(); ++r) {
             members[r] = {r}, chart[r] = r, box[r] = around[r] = regions.box(r);
-            extent[r].add(box[r], {}, direction);
+            extent[r].add(box[r], {}, axis);
         }
     }
 
@@ -216,18 +213,41 @@ class Assembly {
         Motion by = motion[hinge.a] * hinge.motion * motion[hinge.b].inverse();
         if (members[here].size() < members[there].size()) std::swap(here, there), by = by.inverse();
         Extent both = extent[here];
-        for (const Index s : members[there]) both.add(regions.box(s), by * motion[s], direction);
+        for (const Index s : members[there]) both.add(regions.box(s), by * motion[s], axis);
         const double more = both.taken(hinge.page) - extent[here].taken(hinge.page) - extent[there].taken(hinge.page);
         if (!(more <= hinge.worth) || meet(here, there, by)) return;
         extent[here] = both;
         for (const Index s : members[there]) {
             motion[s] = by * motion[s];
-            motion[s].turn /= std::abs(motion[s].turn);
+            motion[s].turn = motion[s].turn / length(motion[s].turn);
             box[s] = motion[s](regions.box(s)), around[here].add(box[s]), chart[s] = here;
         }
         members[here].insert(members[here].end(), members[there].begin(), members[there].end());
         members[there].clear();
     }
 };
+
+struct Assembled {
+    Array<Index> chart;
+    Array<Complex> turn, shift;
+};
+
+// The chart of each region, and the motion from the region's frame to the plane of the chart. Hinge h joins the
+// regions pairs[h] = (a, b) by the motion z -> turn[h] z + shift[h] of b's frame to a's.
+inline Assembled assembled(Matrix<const Complex> triangle, View<const double> depth, View<const Index> start,
+                           Matrix<const Index> pairs, View<const Complex> turn, View<const Complex> shift,
+                           View<const double> worth, View<const double> page) {
+    const Regions regions(triangle, depth, start);
+    Assembly assembly(regions);
+    for (Index h = 0; h < pairs.rows; ++h)
+        assembly.join({pairs[h][0], pairs[h][1], {turn[h], shift[h]}, worth[h], page[h]});
+    const Index n = regions.size();
+    Assembled made{Array<Index>(n), Array<Complex>(n), Array<Complex>(n)};
+    for (Index r = 0; r < n; ++r) {
+        made.chart[r] = assembly.chart[r];
+        made.turn[r] = assembly.motion[r].turn, made.shift[r] = assembly.motion[r].shift;
+    }
+    return made;
+}
 
 }  // namespace overlaps

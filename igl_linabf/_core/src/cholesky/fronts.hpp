@@ -3,11 +3,9 @@
 // The rest of a front has rows and columns up to a multiple of four, so that loops by fours end there. What is
 // beyond its end, or on the wrong side of the diagonal, is never read.
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include "../threads.hpp"
 
-#include "threads.hpp"
+namespace cholesky {
 
 using Place = std::uint32_t;  // within a front
 
@@ -76,21 +74,20 @@ inline void take(const double* X, Index size, Index p, Index last, double* Y, In
 
 // Eliminate the columns `first` to `last` of a front among themselves; the bad pivot, or -1.
 inline Index panel(double* L, Index size, Index first, Index last) {
-    constexpr double infinite = std::numeric_limits<double>::infinity();
     const Index fours = first + ((last - first) & ~3);
     for (Index j = first; j < fours; j += 4) {
         double *l0 = L + j * size + j, *l1 = l0 + size, *l2 = l1 + size, *l3 = l2 + size;
         double pivot = l0[0];
-        if (!(0 < pivot && pivot < infinite)) return j;
+        if (!(0 < pivot && pivot < INFINITY)) return j;
         const double a0 = 1.0 / std::sqrt(pivot), a1 = l0[1] * a0, a2 = l0[2] * a0, a3 = l0[3] * a0;
         pivot = l1[1] - a1 * a1;
-        if (!(0 < pivot && pivot < infinite)) return j + 1;
+        if (!(0 < pivot && pivot < INFINITY)) return j + 1;
         const double b1 = 1.0 / std::sqrt(pivot), b2 = (l1[2] - a1 * a2) * b1, b3 = (l1[3] - a1 * a3) * b1;
         pivot = l2[2] - a2 * a2 - b2 * b2;
-        if (!(0 < pivot && pivot < infinite)) return j + 2;
+        if (!(0 < pivot && pivot < INFINITY)) return j + 2;
         const double c2 = 1.0 / std::sqrt(pivot), c3 = (l2[3] - a2 * a3 - b2 * b3) * c2;
         pivot = l3[3] - a3 * a3 - b3 * b3 - c3 * c3;
-        if (!(0 < pivot && pivot < infinite)) return j + 3;
+        if (!(0 < pivot && pivot < INFINITY)) return j + 3;
         const double d3 = 1.0 / std::sqrt(pivot);
         l0[0] = a0, l0[1] = a1, l0[2] = a2, l0[3] = a3;
         l1[1] = b1, l1[2] = b2, l1[3] = b3;
@@ -106,7 +103,7 @@ inline Index panel(double* L, Index size, Index first, Index last) {
     }
     for (Index j = fours; j < last; ++j) {
         double* l0 = L + j * size + j;
-        if (!(0 < l0[0] && l0[0] < infinite)) return j;
+        if (!(0 < l0[0] && l0[0] < INFINITY)) return j;
         const double a0 = 1.0 / std::sqrt(l0[0]);
         l0[0] = a0;
         for (Index i = 1; i < size - j; ++i) l0[i] *= a0;
@@ -193,3 +190,5 @@ inline void add_leaf(const double* own, Index wide, const Place* to, Index n, do
             for (Index i = j; i < n; ++i) row[to[i]] -= below[j] * below[i];
         }
 }
+
+}  // namespace cholesky

@@ -1,11 +1,38 @@
 // Half-edges joined to edges, boundary loops, components, and the pattern of a matrix over a graph.
 #pragma once
-#include "lists.hpp"
+#include "../lists.hpp"
+#include "../threads.hpp"
 
 namespace graphs {
 
+// Two numbers below 2^32 as one, sorted by the first.
+inline Index paired(Index upper, Index lower) { return Index(std::uint64_t(upper) << 32 | std::uint64_t(lower)); }
+inline Index upper(Index pair) { return pair >> 32; }
+inline Index lower(Index pair) { return pair & 0xffffffff; }
+
+// Sort the pairs of each node. Returns how many pairs with another first number than the one before there are
+// before each node's, (n + 1,).
+inline std::vector<Index> sorted(const Lists& lists) {
+    const Index n = Index(lists.begin.size()) - 2;
+    std::vector<Index> before(n + 1);
+    in_pieces(n, [&](Index first, Index last) {
+        for (Index v = first; v < last; ++v) {
+            const View<Index> own = lists[v];
+            if (!std::is_sorted(own.begin(), own.end())) std::sort(own.begin(), own.end());
+            Index number = 0, known = -1;
+            for (const Index pair : own) {
+                number += upper(pair) != known;
+                known = upper(pair);
+            }
+            before[v + 1] = number;
+        }
+    });
+    std::partial_sum(before.begin(), before.end(), before.begin());
+    return before;
+}
+
 struct Edges {
-    Array<Index> ends, sides;  // (#E, 2), (2, #E)
+    Grid<Index> ends, sides;  // (#E, 2), (2, #E)
     bool sound;
 };
 
@@ -21,7 +48,7 @@ inline Edges undirected(Matrix<const Index> corner, Index n) {
             }
     });
     const std::vector<Index> first = sorted(at);
-    Edges made{Array<Index>(first[n], 2), Array<Index>(2, first[n]), true};
+    Edges made{Grid<Index>(first[n], 2), Grid<Index>(2, first[n]), true};
     const Matrix<Index> ends = made.ends.matrix(), sides = made.sides.matrix();
     std::atomic<bool> sound{true};
     in_pieces(n, [&](Index begin, Index end) {
@@ -80,7 +107,7 @@ inline Used used_vertices(Matrix<const Index> F, Index n) {
     const auto within = [n](Index v) { return std::uint64_t(v) < std::uint64_t(n); };
     for (Index t = 0; t < F.rows; ++t) {
         const Index a = F[t][0], b = F[t][1], c = F[t][2];
-        const bool sound = within(a) & within(b) & within(c) & (a != b) & (b != c) & (c != a);
+        const bool sound = within(a) && within(b) && within(c) && (a != b) && (b != c) && (c != a);
         if (sound) made.vertices[a] = made.vertices[b] = made.vertices[c] = true;
         made.sound &= sound;
     }

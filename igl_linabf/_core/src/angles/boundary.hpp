@@ -1,17 +1,8 @@
 // Boundary loops drawn one edge after another, by the turning and the change of length at each vertex.
 #pragma once
-#include <algorithm>
-#include <cmath>
-#include <complex>
-#include <tuple>
-
-#include "arrays.hpp"
+#include "../arrays.hpp"
 
 namespace angles {
-
-using Complex = std::complex<double>;
-
-constexpr double TURN = 6.283185307179586;  // 2 pi
 
 // The edges of a loop of n vertices, of which edge k leaves vertex k, over their total length.
 //
@@ -22,21 +13,21 @@ void develop(Index n, const Ratio& log_ratio, const Turning& turning, Complex* e
     double mean = 0, at = 0, largest = -INFINITY, total = 0;
     for (Index k = 0; k < n; ++k) mean += log_ratio(k) / double(n);
     for (Index k = 0; k < n; ++k) {
-        edge[k] = at += log_ratio(k) - mean;
+        edge[k] = {at += log_ratio(k) - mean, 0};
         largest = std::max(largest, at);
     }
     at = 0;
     for (Index k = 0; k < n; ++k) {
-        const double length = std::exp(edge[k].real() - largest);
+        const double length = std::exp(edge[k].x - largest);
         at += turning(k);
         total += length;
-        edge[k] = {length * std::cos(at), length * std::sin(at)};
+        edge[k] = length * direction(at);
     }
-    for (Index k = 0; k < n; ++k) edge[k] /= total;
+    for (Index k = 0; k < n; ++k) edge[k] = edge[k] / total;
 }
 
 inline double inverse_length(Complex edge) {  // 0 of an edge that has no length in double precision
-    const double length = std::abs(edge);
+    const double length = std::hypot(edge.x, edge.y);
     return length > 0 ? 1 / length : 0;
 }
 
@@ -51,25 +42,25 @@ inline std::tuple<Array<Complex>, Array<double>> developed_loops(View<const Inde
     Array<double> gaps(start.size - 1);
     for (Index i = 0; i < gaps.size(); ++i) {
         const Index first = start[i], n = start[i + 1] - first;
-        double missing = TURN, free = 0;
+        double missing = 2 * PI, free = 0;
         for (Index k = first; k < first + n; ++k) missing -= turning[k], free += movable[k];
         Complex* edge = z.data() + first;
         develop(n, [&](Index k) { return log_ratio[first + k]; },
                 [&](Index k) { return turning[first + k] + (movable[first + k] ? missing / free : 0.0); }, edge);
-        Complex gap = 0, at = 0;
+        Complex gap{0, 0}, at{0, 0};
         double xx = 0, xy = 0, yy = 0;
         for (Index k = 0; k < n; ++k) {
-            const double x = edge[k].real(), y = edge[k].imag(), over = inverse_length(edge[k]);
-            gap += edge[k];
+            const double x = edge[k].x, y = edge[k].y, over = inverse_length(edge[k]);
+            gap = gap + edge[k];
             xx += x * x * over, xy += x * y * over, yy += y * y * over;
         }
-        gaps[i] = std::abs(gap);
+        gaps[i] = std::hypot(gap.x, gap.y);
         const double det = xx * yy - xy * xy;  // 0, and all of it infinite, where all edges are parallel
-        const double u = (xy * gap.imag() - yy * gap.real()) / det, v = (xy * gap.real() - xx * gap.imag()) / det;
+        const double u = (xy * gap.y - yy * gap.x) / det, v = (xy * gap.x - xx * gap.y) / det;
         for (Index k = 0; k < n; ++k) {
             const Complex next = edge[k];
             edge[k] = at;
-            at += next * (1 + (u * next.real() + v * next.imag()) * inverse_length(next));
+            at = at + (1 + (u * next.x + v * next.y) * inverse_length(next)) * next;
         }
     }
     return {std::move(z), std::move(gaps)};
@@ -84,18 +75,18 @@ inline std::tuple<Array<Complex>, Array<Complex>> drawn_loops(View<const Index> 
     Array<Complex> gap(start.size - 1), q(vertex.size);
     for (Index i = 0; i < gap.size(); ++i) {
         const Index first = start[i], n = start[i + 1] - first;
-        double angle = TURN;
+        double angle = 2 * PI;
         for (Index k = first; k < first + n; ++k) angle += turning[vertex[k]];
         angle /= double(n);
         Complex* edge = q.data() + first;
         develop(n, [&](Index k) { return log_ratio[vertex[first + k]]; },
                 [&](Index k) { return turning[vertex[first + k]] - angle; }, edge);
-        Complex to_end = 0, mean = 0;
-        for (Index k = n - 1; k >= 0; --k) edge[k] = to_end += edge[k];
+        Complex to_end{0, 0}, mean{0, 0};
+        for (Index k = n - 1; k >= 0; --k) edge[k] = to_end = to_end + edge[k];
         gap[i] = to_end;
-        for (Index k = 0; k < n; ++k) mean += edge[k] += to_end * (double(k) / double(n));
-        mean /= double(n);
-        for (Index k = 0; k < n; ++k) edge[k] -= mean;
+        for (Index k = 0; k < n; ++k) mean = mean + (edge[k] = edge[k] + double(k) / double(n) * to_end);
+        mean = mean / double(n);
+        for (Index k = 0; k < n; ++k) edge[k] = edge[k] - mean;
     }
     return {std::move(gap), std::move(q)};
 }

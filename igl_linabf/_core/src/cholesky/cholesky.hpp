@@ -1,12 +1,17 @@
 // The Cholesky factor of symmetric positive definite matrices of one pattern, by threads.
 #pragma once
+#include <limits>
+#include <stdexcept>
+
+#include "../threads.hpp"
+#include "minimum_degree.hpp"
+#include "substitution.hpp"
+
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
 
-#include "minimum_degree.hpp"
-#include "substitution.hpp"
-#include "threads.hpp"
+namespace cholesky {
 
 class Factor;
 
@@ -36,9 +41,19 @@ class Symbolic {
   public:
     Index entries;  // of the data of a matrix
 
-    // Of the lower triangle in CSC; with `block` 2, each row of it stands for two.
+    // Of the lower triangle in CSC, the diagonal first in each column; with `block` 2, each row of it stands for two.
     template <class I>
-    Symbolic(View<const I> indptr, View<const I> indices, int block) : entries(indices.size * block * block) {
+    Symbolic(View<const I> indptr, View<const I> indices, int block) {
+        const Index n = indptr.size - 1, most = std::numeric_limits<Number>::max();
+        if (block != 1 && block != 2) throw std::invalid_argument("block is 1 or 2");
+        entries = indices.size * block * block;
+        bool good = n >= 0 && indptr[0] == 0 && Index(indptr[n]) == indices.size;
+        for (Index j = 0; good && j < n; ++j) {
+            good = indptr[j] < indptr[j + 1] && indptr[j + 1] <= indices.size && indices[indptr[j]] == j;
+            for (Index p = indptr[j] + 1; good && p < indptr[j + 1]; ++p) good = j < indices[p] && indices[p] < n;
+        }
+        if (!good) throw std::invalid_argument("no lower triangle in CSC with the diagonal first in each column");
+        if (block * n > most || entries > most) throw std::invalid_argument("too many entries");
         std::vector<Index> order = MinimumDegree<I>(indptr, indices).order();
         if (block == 1) {
             a = supernodes(indptr, indices, std::move(order));
@@ -130,3 +145,5 @@ class Factor {
         return X;
     }
 };
+
+}  // namespace cholesky

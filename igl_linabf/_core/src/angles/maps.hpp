@@ -7,16 +7,10 @@ namespace angles {
 
 constexpr double SYMMETRIC = 1e-9;  // relative moment, below which it is of rounding
 
-inline Place place(Values uv, Index v) { return {uv.data[2 * v], uv.data[2 * v + 1]}; }
-inline Place operator+(Place a, Place b) { return {a.x + b.x, a.y + b.y}; }
-inline Place operator-(Place a, Place b) { return {a.x - b.x, a.y - b.y}; }
-inline Place operator*(double s, Place a) { return {s * a.x, s * a.y}; }
-inline Place times(Place a, Place b) { return {a.x * b.x - a.y * b.y, a.x * b.y + a.y * b.x}; }  // as complex numbers
-inline double dot(Place a, Place b) { return a.x * b.x + a.y * b.y; }
-inline double cross(Place a, Place b) { return a.x * b.y - a.y * b.x; }
+inline Complex place(Values uv, Index v) { return {uv.data[2 * v], uv.data[2 * v + 1]}; }
 
 // Twice the signed area of each face; positive where it is not flipped.
-inline Array<double> signed_double_areas(View<const Place> z, Corners corner) {
+inline Array<double> signed_double_areas(View<const Complex> z, Corners corner) {
     return over(corner.columns, [z, at = Rows(corner)](Index t) {
         const auto [i, j, k] = at[t];
         return cross(z[j] - z[i], z[k] - z[i]);
@@ -28,15 +22,15 @@ inline Array<double> signed_double_areas(View<const Place> z, Corners corner) {
 // `double_area` is that of each face. Map i has the vertices from vertex_start[i] to vertex_start[i + 1], and such
 // faces. The longer axis is x; of its two directions the one that gives a positive third moment. A symmetric map, of
 // which rounding would choose the axes or a direction, is turned by a rule that does not depend on rounding.
-inline Array<Place> centred(View<const Place> z, Corners corner, Numbers double_area, Numbers area,
-                             View<const Index> vertex_start, View<const Index> face_start) {
-    Array<Place> made(z.size);
+inline Array<Complex> centred(View<const Complex> z, Corners corner, Numbers double_area, Numbers area,
+                               View<const Index> vertex_start, View<const Index> face_start) {
+    Array<Complex> made(z.size);
     const Rows at(corner);
-    const Place beside_axes{std::cos(0.3), -std::sin(0.3)};  // no axis of a map is likely to be along it
+    const Complex beside_axes{std::cos(0.3), -std::sin(0.3)};  // no axis of a map is likely to be along it
     for (Index i = 0; i < area.size; ++i) {
         const Index first = face_start[i], last = face_start[i + 1];
         double total = 0, size = 0, third = 0;
-        Place centroid{0, 0}, second{0, 0}, turn{1, 0};
+        Complex centroid{0, 0}, second{0, 0}, turn{1, 0};
         for (Index t = first; t < last; ++t) {
             const auto [j, k, l] = at[t];
             total += double_area[t];
@@ -45,7 +39,7 @@ inline Array<Place> centred(View<const Place> z, Corners corner, Numbers double_
         centroid = 1 / total * centroid;
         for (Index t = first; t < last; ++t) {
             const auto [j, k, l] = at[t];
-            const Place a = z[j] - centroid, b = z[k] - centroid, c = z[l] - centroid, s = a + b + c;
+            const Complex a = z[j] - centroid, b = z[k] - centroid, c = z[l] - centroid, s = a + b + c;
             second = second + double_area[t] * (times(a, a) + times(b, b) + times(c, c) + times(s, s));
             size += double_area[t] * (dot(a, a) + dot(b, b) + dot(c, c));
         }
@@ -82,7 +76,7 @@ inline Changes changes(Values V, Values uv, Corners corner, Numbers double_area,
             const double x = products[0][t], y = products[1][t], z = products[2][t];
             const double area = double_area[t];
             const Point A = point(V, i), B = point(V, j), C = point(V, k), p = C - B, q = A - C, r = B - A;
-            const Place a = place(uv, i), b = place(uv, j), c = place(uv, k), u = c - b, v = a - c, w = b - a;
+            const Complex a = place(uv, i), b = place(uv, j), c = place(uv, k), u = c - b, v = a - c, w = b - a;
             const double length = std::sqrt(dot(r, r)), signed_double = cross(v, w);
             const Triple own{arctangent(area, x), arctangent(area, y), arctangent(area, z)};
             in_space.set(t, own);
@@ -94,8 +88,8 @@ inline Changes changes(Values V, Values uv, Corners corner, Numbers double_area,
                           std::sqrt(dot(w, w)) / length});
             signed_area[t] = signed_double;
             // the columns of the Jacobian in the frame of side 0-1: w = length c1, -v = (x c1 + area c2) / length
-            const Place first = 1 / length * w, second = 1 / area * ((-length) * v - x * first);
-            const Place plus{first.x + second.y, first.y - second.x}, minus{first.x - second.y, first.y + second.x};
+            const Complex first = 1 / length * w, second = 1 / area * ((-length) * v - x * first);
+            const Complex plus{first.x + second.y, first.y - second.x}, minus{first.x - second.y, first.y + second.x};
             const double most = (std::sqrt(dot(plus, plus)) + std::sqrt(dot(minus, minus))) / 2;
             larger[t] = most;
             smaller[t] = most > 0 ? std::abs(cross(first, second)) / most : 0.0;
@@ -108,21 +102,22 @@ inline Changes changes(Values V, Values uv, Corners corner, Numbers double_area,
 // The vertices that are not `known`, placed triangle after triangle over a breadth-first tree from the half-edges
 // `start`. Sides come from angles, not from positions: errors of these would grow from triangle to triangle. The misfit
 // says how far a corner that lay already is from where it would be placed, over the shortest side, at most.
-inline std::tuple<Array<Place>, double> developed(View<const Place> z, View<const bool> known, View<const Index> start,
-                                                  View<const Index> twin, Corners corner, Values cot) {
+inline std::tuple<Array<Complex>, double> developed(View<const Complex> z, View<const bool> known,
+                                                    View<const Index> start, View<const Index> twin, Corners corner,
+                                                    Values cot) {
     struct Side {
         Index half_edge;
-        Place along;
+        Complex along;
     };
     const Index m = corner.columns;
-    Array<Place> at(z.size);
+    Array<Complex> at(z.size);
     std::copy(z.begin(), z.end(), at.data());
     std::vector<char> placed(known.begin(), known.end()), seen(m, false);
     Array<Side> queue(start.size + 2 * m);
     Index end = 0;
     double worst = 0;
     const auto corner_of = [m](Index h) { return Index(h >= m) + Index(h >= 2 * m); };
-    const auto enqueue = [&](Index h, Place along) {
+    const auto enqueue = [&](Index h, Complex along) {
         if (h >= 0 && !seen[h - corner_of(h) * m]) queue[end++] = {h, along};
     };
     for (const Index h : start) {
@@ -135,11 +130,11 @@ inline std::tuple<Array<Place>, double> developed(View<const Place> z, View<cons
         if (seen[t]) continue;
         seen[t] = true;
         const double rise = 1 / (cot[i][t] + cot[j][t]);
-        const Place to = times(side, {cot[i][t] * rise, rise}), rest = to - side, there = at[corner[i][t]] + to;
+        const Complex to = times(side, {cot[i][t] * rise, rise}), rest = to - side, there = at[corner[i][t]] + to;
         if (placed[apex]) {
-            const Place off = there - at[apex];
+            const Complex off = there - at[apex];
             const double share = dot(off, off) / std::min({dot(side, side), dot(to, to), dot(rest, rest)});
-            if (!(share <= worst)) worst = share > worst ? share : INFINITE;  // NaN, too
+            if (!(share <= worst)) worst = share > worst ? share : INFINITY;  // NaN, too
         } else {
             at[apex] = there, placed[apex] = true;
         }

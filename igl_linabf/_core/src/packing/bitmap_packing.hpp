@@ -7,7 +7,7 @@
 // again with a shift of 2 where one of four is: so a run of n cells is looked up by two of them, however long it is.
 // A mask moves up several rows at once. The runs that met taken cells there come first in the next rows.
 #pragma once
-#include <cmath>
+#include <array>
 
 #include "cells.hpp"
 
@@ -167,9 +167,9 @@ inline void take(Page& page, Shape shape, View<const Block> blocks, Index x, Ind
 
 // Charts on square pages with `side` cells along a side, each by one of its masks; the places of the first ones are
 // known. Where `most` pages have no room for a chart, or an empty one has none, it and those after it have none.
-inline std::pair<std::vector<Place>, std::vector<Extent>> placed(Index side, Index most, View<const Span> spans,
-                                                                 View<const Shape> shapes, View<const Block> blocks,
-                                                                 View<const Index> start, View<const Place> known) {
+inline std::tuple<std::vector<Place>, std::vector<Extent>> placed(Index side, Index most, View<const Span> spans,
+                                                                  View<const Shape> shapes, View<const Block> blocks,
+                                                                  View<const Index> start, View<const Place> known) {
     std::vector<Place> places(spans.size, Place{-1, -1, -1, -1});
     Index longest = 1;
     for (Index chart = known.size; chart < spans.size; ++chart)
@@ -202,12 +202,12 @@ inline std::pair<std::vector<Place>, std::vector<Extent>> placed(Index side, Ind
     return {std::move(places), std::move(extents)};
 }
 
-// The cells, (#pages side, side), that charts at their places take.
-inline Array<bool> taken_cells(Index side, View<const Place> places, View<const Block> blocks,
-                               View<const Index> start) {
+// The cells, (#pages, side, side), that charts at their places take.
+inline Squares<bool> taken_cells(Index side, View<const Place> places, View<const Block> blocks,
+                                 View<const Index> start) {
     Index pages = 0;
     for (const Place& place : places) pages = std::max(pages, place.page + 1);
-    Array<bool> taken(pages * side, side);
+    Squares<bool> taken(pages * side, side);
     std::fill_n(taken.data(), taken.size(), false);
     for (const Place& place : places)
         for (const Block& block : blocks.part(start[place.mask], start[place.mask + 1]))
@@ -220,7 +220,7 @@ inline Array<bool> taken_cells(Index side, View<const Place> places, View<const 
 
 // Lower left corners of as many rectangles as find a place on a square page of which some cells are taken. A shelf is
 // as high as its first rectangle; where cells are taken, it goes on behind them.
-inline std::vector<Point> on_shelves(Matrix<const double> sizes, Matrix<const bool> taken) {
+inline std::vector<std::array<double, 2>> on_shelves(Matrix<const double> sizes, Matrix<const bool> taken) {
     const Index side = taken.rows, n = sizes.rows;
     const Array<std::int32_t> above(side + 1, side);  // cells that are free from each one upwards
     std::fill_n(above.data() + side * side, side, 0);
@@ -234,7 +234,7 @@ inline std::vector<Point> on_shelves(Matrix<const double> sizes, Matrix<const bo
     }
     std::vector<double> end(n + 1);
     for (Index i = 0; i < n; ++i) end[i + 1] = end[i] + sizes[i][0];
-    std::vector<Point> places;
+    std::vector<std::array<double, 2>> places;
     double bottom = 0;
     for (Index first = 0; first < n;) {
         const double height = sizes[first][1];

@@ -1,6 +1,5 @@
 // The cells of a grid that outlines in the plane touch, as blocks of equal runs of cells.
 #pragma once
-#include <cmath>
 #include <cstdlib>
 #include <new>
 #include <stdexcept>
@@ -55,7 +54,8 @@ inline Index ceil_of(double x, Index most) {
 
 // Add what the sides from a to b change: how often the outline winds around the centres of cells, and the sides that
 // come within `half`, in u and in v, of cells. In a row a side reaches as far as its part within `half` of the row.
-inline void add_sides(View<const Point> a, View<const Point> b, View<const Index> weight, double half, Changes cells) {
+inline void add_sides(View<const Complex> a, View<const Complex> b, View<const Index> weight, double half,
+                      Changes cells) {
     for (Index s = 0; s < a.size; ++s) {
         const auto [x, y] = a[s];
         const double across = b[s].x - x, rise = b[s].y - y;
@@ -113,7 +113,7 @@ inline void append_blocks(Changes cells, View<Index> last, std::vector<Block>& b
 
 struct Drawn {
     std::vector<Shape> shapes;
-    std::vector<Point> low;
+    std::vector<Complex> low;
     std::vector<Block> blocks;
     std::vector<Index> begin;
 };
@@ -121,25 +121,25 @@ struct Drawn {
 // The masks of turned outlines, widened by `half` to all four sides: outline i has the sides from sides[i] to
 // sides[i + 1], and mask k is that of outline of[k] times turns[k], in the smallest grid. Where turns[k] is the
 // opposite of the one before, of the same outline, it is that mask turned over.
-inline Drawn drawn(View<const Point> start, View<const Point> end, View<const Index> weight,
-                   View<const Index> sides, View<const Point> turns, View<const Index> of, double half) {
+inline Drawn drawn(View<const Complex> start, View<const Complex> end, View<const Index> weight,
+                   View<const Index> sides, View<const Complex> turns, View<const Index> of, double half) {
     Drawn made;
     made.begin.push_back(0);
     Zeros<std::uint32_t> change;
     Zeros<Word> marks;
-    std::vector<Point> a, b;
+    std::vector<Complex> a, b;
     std::vector<Index> last;
     std::vector<Block> own;
     for (Index k = 0; k < turns.size; ++k) {
         const auto first_block = Index(made.blocks.size());
-        if (k && of[k] == of[k - 1] && turns[k] == Point{0, 0} - turns[k - 1]) {
+        if (k && of[k] == of[k - 1] && turns[k] == Complex{0, 0} - turns[k - 1]) {
             const auto [rows, columns] = made.shapes[k - 1];
             made.blocks.resize(2 * first_block - made.begin[k - 1]);
             for (Index i = made.begin[k - 1], j = first_block; i < first_block; ++i, ++j) {
                 const auto [row, column, length, height] = made.blocks[i];
                 made.blocks[j] = {rows - row - height, columns - column - length, length, height};
             }
-            const Point before = made.low[k - 1];
+            const Complex before = made.low[k - 1];
             made.low.push_back({-before.x - double(columns), -before.y - double(rows)});
             made.shapes.push_back({rows, columns});
             made.begin.push_back(Index(made.blocks.size()));
@@ -150,12 +150,12 @@ inline Drawn drawn(View<const Point> start, View<const Point> end, View<const In
         double left = INFINITY, bottom = INFINITY, right = -INFINITY, top = -INFINITY;
         bool finite = true;
         for (Index s = 0; s < number; ++s) {
-            const Point p = a[s] = times(turns[k], start[first + s]), q = b[s] = times(turns[k], end[first + s]);
+            const Complex p = a[s] = times(turns[k], start[first + s]), q = b[s] = times(turns[k], end[first + s]);
             finite = finite && std::isfinite(p.x + p.y + q.x + q.y);
             left = std::min(left, p.x), right = std::max(right, p.x);
             bottom = std::min(bottom, p.y), top = std::max(top, p.y);
         }
-        const Point corner{left - half, bottom - half};
+        const Complex corner{left - half, bottom - half};
         const double wide = right - corner.x + half, high = top - corner.y + half;
         if (!finite || !(wide >= 0 && high >= 0))
             throw std::invalid_argument("an outline has no sides, or is not finite");
