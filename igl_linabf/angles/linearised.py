@@ -185,7 +185,7 @@ def linearise(
         system = System(problem.constraints, at.alpha, weights, at.cot)
         S = system.matrix() if problem.constraints.n else NO_ROWS
         closure, paths = at.residual.closure, problem.constraints.paths
-        if not close:
+        if not close and len(closure.asked):
             closure = closure.of_paths(len(paths) if close_paths else 0)
         closing = ClosingRows(system, closure) if closure.asked.any() else None
     lin = Linearised(problem, system, S, closing)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 from collections.abc import Callable
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Literal
 
 from .._runtime import stopwatch
@@ -51,11 +51,11 @@ class Method:
     shapes: bool = False  # whether it can give the boundary a shape
 
     def __new__(cls, *_: object, **options: object) -> Method:
-        known = [field.name for field in fields(cls)]  # type: ignore[arg-type]
-        unknown = [option for option in options if option not in known]
-        if unknown:
+        known: tuple[str, ...] = cls.__match_args__  # type: ignore[attr-defined]
+        if not options.keys() <= set(known):
+            unknown = next(option for option in options if option not in known)
             has = f"its options are {', '.join(known)}" if known else "it has no options"
-            raise TypeError(f"{cls.__name__} has no option {unknown[0]!r}: {has}")
+            raise TypeError(f"{cls.__name__} has no option {unknown!r}: {has}")
         return super().__new__(cls)
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:

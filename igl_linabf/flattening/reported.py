@@ -17,7 +17,9 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
         mesh, z = ears.whole, ears.laid(z)
         alpha, flipped = ears.angles(alpha, z), flipped_faces(z, mesh.topology.corner)
     earlier = () if best.stage in ("injective", "isometric") else tried  # where these start is no matter
-    note = next((made.note for made in (best, *earlier) if made.note), "")
+    note = best.note
+    for made in earlier:
+        note = note or made.note
     outcome, message = judge(
         span(mesh, z),
         layout.method,
