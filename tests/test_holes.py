@@ -235,6 +235,6 @@ def test_the_outer_loop_is_the_longest_or_the_one_that_is_asked_for() -> None:
 
 def test_a_boundary_layout_is_refused_with_its_way_out() -> None:
     with pytest.raises(
-        MeshError, match="^the mesh has 8 boundary loops, and layout='boundary' draws one: use"
+        MeshError, match=r"^the mesh has 8 boundary loops, and layout='boundary' draws one: use"
     ):
         linabf(*surface("crown"), layout="boundary")
