@@ -48,8 +48,8 @@ def main() -> None:
     parser.add_argument("--solver", default="auto")
     parser.add_argument("--large", action="store_true")
     options = parser.parse_args()
-    if options.solver == "cholmod":
-        print(f"CHOLMOD's BLAS: {blas_of_cholmod() or 'unknown'}\n")
+    by_cholmod = options.solver == "cholmod"
+    print(f"CHOLMOD's BLAS: {blas_of_cholmod() or 'unknown'}\n" if by_cholmod else "Without CHOLMOD.\n")
     print("| mesh | triangles | linabf / igl.lscm | " + " | ".join(STAGES) + " | other |")
     print("|---|---|---|" + "---|" * (len(STAGES) + 1))
     for name, V, F in chosen(options):

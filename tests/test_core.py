@@ -148,3 +148,9 @@ def test_faces_of_any_integer_type_reach_the_core() -> None:
     for kind in (np.int32, np.uint32, np.uint64):
         np.testing.assert_array_equal(il.linabf(np.asfortranarray(V), F.astype(kind)), expected)
     assert planar(V, F.astype(np.int32)).topology.corner.dtype == np.int64
+
+
+def test_integers_come_out_as_numpy_s_own() -> None:
+    order, _, _ = _core.in_edges(np.array([0, 1]), np.array([1, 0]), 2)
+    assert order.dtype.char == np.arange(1).dtype.char  # another type of 64 bits prints its name
+    assert repr(order) == "array([0, 1])"

@@ -70,9 +70,12 @@ template <class Held, class... Shape>
 auto owned(Held&& a, Shape... shape) {
     using N = Number<std::remove_pointer_t<decltype(a.data())>>;
     auto* const held = new Held(std::move(a));
-    return nb::ndarray<nb::numpy, N, nb::ndim<sizeof...(Shape)>>(
+    nb::ndarray<nb::numpy, N, nb::ndim<sizeof...(Shape)>> made(
         reinterpret_cast<N*>(held->data()), {std::size_t(shape)...},
         nb::capsule(held, [](void* p) noexcept { delete static_cast<Held*>(p); }));
+    if constexpr (std::is_same_v<N, Index>) // NumPy has two types of 64 bits; the one that is not int64 prints so
+        return nb::object(nb::cast(std::move(made)).attr("view")(nb::module_::import_("numpy").attr("int64")));
+    else return made;
 }
 
 template <class T, class = std::enable_if_t<std::is_arithmetic_v<T>>>
