@@ -9,7 +9,6 @@ from functools import cached_property
 
 import numpy as np
 from scipy import sparse
-from scipy.sparse import csgraph
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..surface import Parts, Submesh, connected_labels, sum_by
@@ -26,7 +25,7 @@ def _spanning_tree(graph: sparse.csr_array) -> sparse.coo_array:
     """The minimum spanning tree of a graph, or forest, as entries of it."""
     places = (graph.indices.astype(np.int32), graph.indptr.astype(np.int32))  # SciPy 1.15 takes no others
     narrow = sparse.csr_array((graph.data, *places), shape=graph.shape)
-    return sparse.coo_array(csgraph.minimum_spanning_tree(narrow))
+    return sparse.coo_array(sparse.csgraph.minimum_spanning_tree(narrow))
 
 
 class SmallBodies:
