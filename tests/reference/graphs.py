@@ -147,7 +147,9 @@ def nearest_sources(indptr, indices, length, sources, open_, limit):
     distance, before, source = csgraph.dijkstra(
         graph, indices=sources, min_only=True, return_predecessors=True, limit=max(limit, 0.0)
     )
-    return distance, np.maximum(before.astype(np.int64), -1), np.maximum(source.astype(np.int64), -1)
+    far = np.isinf(distance)  # SciPy 1.15 has a node before some of these
+    before, source = (np.where(far, -1, np.maximum(nodes, -1)).astype(np.int64) for nodes in (before, source))
+    return distance, before, source
 
 
 def ways_towards(indptr, indices, length, source, open_, position, targets, share, limit):
