@@ -280,7 +280,8 @@ def test_sums_refuse_what_is_beyond_their_end():
 def test_blocks_are_solved_as_each_by_itself(sizes):
     rng, start = np.random.default_rng(0), np.concatenate(([0], np.cumsum(sizes)))
     parts = [B @ B.T + np.diag(rng.uniform(1, 99, n)) for n in sizes for B in (rng.normal(size=(n, n)),)]
-    A, b = sparse.block_diag(parts, format="csr"), rng.normal(size=start[-1])
+    A = sparse.block_diag([sparse.csr_array(part) for part in parts], format="csr")
+    b = rng.normal(size=start[-1])
     diagonal = A.diagonal()
     x, steps, converged = conjugate_gradients(
         A.dot, b, lambda r: r / diagonal, 1e-10, start=None if len(sizes) == 1 else start
