@@ -152,9 +152,9 @@ class FreeShifts:
         chosen, shifts, cones, places = zip(*made, strict=True)
         return cls(
             np.concatenate(chosen),
-            sparse.csr_array(sparse.block_diag(shifts, format="csr"))[np.argsort(order)],
+            sparse.block_diag(list(map(sparse.csr_array, shifts)), format="csr")[np.argsort(order)],
             np.concatenate(cones),
-            sparse.csr_array(sparse.block_diag(places, format="csr")),
+            sparse.block_diag(list(map(sparse.csr_array, places)), format="csr"),
         )
 
 
