@@ -7,7 +7,7 @@ BIN = .venv/Scripts
 endif
 PY = $(BIN)/python
 
-CORE_TESTS = tests/reference $(addprefix tests/test_,core.py cholesky.py solver.py overlaps.py packing.py)
+CORE_TESTS = $(addprefix tests/,reference _core linalg measures charts/packing)
 
 demo: .venv/ready
 	$(PY) demos/cortex.py
@@ -54,7 +54,7 @@ release-check:
 blender: .venv/ready
 	$(PY) scripts/blender_extension.py
 	$(PY) scripts/blender_extension.py --blender .venv/blender
-	$(PY) -m pytest -q tests/test_blender.py
+	$(PY) -m pytest -q tests/project/test_blender.py
 
 clean:
 	rm -rf .venv out demos/out recipes/out docs/_build docs/gallery docs/recipes docs/api/generated docs/_static/scenes build dist *.egg-info

@@ -26,7 +26,7 @@ from performance import most_used
 from scipy import sparse
 
 from igl_linabf.angles import constraints_of, corner_angles
-from igl_linabf.angles.iterates import Iterate
+from igl_linabf.angles.steps.iterates import Iterate
 from igl_linabf.linalg import Cholesky, Solvers, has_cholmod
 from igl_linabf.surface import planar
 

@@ -25,7 +25,7 @@ from pages import DOCS, put
 
 from igl_linabf import ABF, Flattening, LinABF, flatten
 from igl_linabf.flattening import methods
-from igl_linabf.flattening.ladder import Problem, posed
+from igl_linabf.flattening.fallbacks.attempts import Problem, posed
 from igl_linabf.surface import planar
 
 HARD = ("optcuts_golf", "flipfree_deer", "optcuts_male_body_i_f10000")

@@ -37,21 +37,27 @@ FOR_TESTS = (
     "pymeshfix",
 )
 LEFT_OUT = (  # they need a clone, or an extra that the fresh environments do not have
-    "test_blender.py",
-    "test_bootstrap.py",
-    "test_demos.py",
-    "test_docs.py",
-    "test_docstrings.py",
+    "project/test_blender.py",
+    "project/test_bootstrap.py",
+    "project/test_demos.py",
+    "project/test_docs.py",
+    "project/test_docstrings.py",
     "test_fuzz.py",
-    "test_names.py",
-    "test_performance.py",
-    "test_recipes.py",
-    "test_release.py",
-    "test_results.py",
-    "test_rooms.py",
-    "test_view.py",
+    "project/test_names.py",
+    "project/test_performance.py",
+    "project/test_recipes.py",
+    "project/test_release.py",
+    "project/test_results.py",
+    "project/test_rooms.py",
+    "plot/test_window.py",
 )
-OF_THE_CORE = ("reference", "test_cholesky.py", "test_paper.py", "test_solver.py", "test_concurrency.py")
+OF_THE_CORE = (
+    "reference",
+    "linalg/test_cholesky.py",
+    "angles/test_full_system.py",
+    "linalg/test_solvers.py",
+    "test_concurrency.py",
+)
 IN_THE_ARCHIVE = (
     "README.md",
     "LICENSE",

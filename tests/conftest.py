@@ -26,7 +26,7 @@ from igl_linabf.surface import complex_positions, signed_double_areas
 
 ROOT = Path(__file__).parent.parent
 sys.path[:0] = [str(ROOT / "demos"), str(ROOT / "benchmarks")]
-collect_ignore = ["blender_scenes.py"]  # for Blender's Python, in which test_blender.py runs it
+collect_ignore = ["blender_scenes.py"]  # for Blender's Python, in which project/test_blender.py runs it
 OWN_BLENDER = ROOT / ".venv" / "blender" / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
 
 FOLDER = os.environ.get("IGL_LINABF_MESHES")

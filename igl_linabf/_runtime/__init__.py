@@ -6,7 +6,6 @@ all. Child processes run code that may crash or hang.
 
 from .child_process import Arrays, run_as_child_process, run_in_child_process
 from .cleanup import replacing, undone_at_once
-from .progress import Progress, advance, counting, part, reporting
+from .progress import Progress, advance, counting, part, reporting, stopwatch, timed
 from .text import aligned
 from .threads import in_threads
-from .timing import stopwatch, timed

@@ -21,7 +21,7 @@ from scipy import sparse
 
 from .._types import FloatArray, IntArray
 from ..linalg import Solvers
-from .constraints import Constraints
+from .system import Constraints
 
 OWN, LEFT, RIGHT = 0, 1, 2  # angles alpha, beta, gamma of a corner k: at k, k + 1 and k + 2
 

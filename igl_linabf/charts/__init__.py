@@ -5,13 +5,9 @@ Handles are cut as in Erickson, Whittlesey 2005. Seam branches follow the confor
 2017. SCAF is Jiang, Schaefer, Panozzo 2017.
 """
 
-from .atlas import Atlas, Chart
+from .atlas import Atlas, Chart, texture_seams
 from .cones import find_cones
-from .given_seams import texture_seams
-from .overlap_seams import separating_seams
-from .packing import pack
-from .scaf import make_bijective
+from .packing import PADDING, Spacing, pack, pack_together
 from .seams import TRADE, cut, find_seams
-from .spacing import PADDING, Spacing
-from .together import pack_together
+from .splitting import make_bijective, separating_seams
 from .unwrapping import unwrap

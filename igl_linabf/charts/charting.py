@@ -21,21 +21,25 @@ from ..measures import (
     quality_of_each,
 )
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
-from .atlas import Chart
-from .bijectively import made_bijective
-from .crease_cuts import is_isometric, parted
-from .creases import extent
-from .given import sides_of_cleaned
-from .halving import halves
-from .kept_maps import EVEN, Known, Measured, kept_maps
-from .laid_narrower import laid_narrower
-from .lone_slivers import with_width
-from .overlap_seams import parts_between
-from .pieces import flattened, on_part
+from .atlas import Chart, flattened, on_part, sides_of_cleaned, with_width
+from .features import extent
+from .options import MAX_SPLITS_FOR_STRETCH, Task
 from .seams import MEDIUM
-from .small_charts import with_small_joined
-from .task import MAX_SPLITS_FOR_STRETCH, Task
-from .tips import TIPPED, seams_to_tips
+from .splitting import (
+    EVEN,
+    TIPPED,
+    Known,
+    Measured,
+    halves,
+    is_isometric,
+    kept_maps,
+    laid_narrower,
+    made_bijective,
+    parted,
+    parts_between,
+    seams_to_tips,
+    with_small_joined,
+)
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
 DISK_GAIN = 0.05  # L2 stretch that seams must save, beyond their price, on a component that needs none

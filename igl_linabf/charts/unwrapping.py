@@ -16,19 +16,35 @@ from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, is_number, st
 from ..flattening import Method, method_of
 from ..measures import Quality, quality_of
 from ..surface import Parts, Submesh, as_it_is, cleaned_surface, complex_positions, signed_double_areas
-from .atlas import Atlas, Chart
+from .atlas import (
+    Atlas,
+    Chart,
+    given_back,
+    in_polygons,
+    mask_of_triangles,
+    of_polygons,
+    split_polygons,
+    textured_seams,
+    with_diagonals,
+    without_charts,
+)
 from .charting import CHARTS_END, SEAMS_END, charts_of, pieces_of
-from .coned import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
-from .given import given_back, without_charts
-from .given_seams import textured_seams
-from .limbs import MOST_CHARTS, cut_for_fill, cut_to_fit
-from .packing import Placed, Wish, fill_of, pack_maps, packed_quickly
-from .period import with_period
-from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
+from .cones import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
+from .features import Hiding, hiding
+from .options import Task
+from .packing import (
+    MOST_CHARTS,
+    PADDING,
+    Placed,
+    Wish,
+    cut_for_fill,
+    cut_to_fit,
+    fill_of,
+    pack_maps,
+    packed_quickly,
+)
+from .periodic import with_period
 from .seams import TRADE
-from .spacing import PADDING
-from .task import Task
-from .visibility import Hiding, hiding
 
 MARGINS = 0.64  # share of the square that margins around all charts may take
 SURE = 0.88  # of the page that a trial takes is what a search among more places hardly goes below

@@ -4,10 +4,12 @@ In: V, F, a method, pins. Out: uv, or a Flattening with its angles, residuals, l
 Linear ABF is Zayer, Levy, Seidel 2007; ABF, LSCM, SCP, DNCP and one step of ABF++ are there for comparison.
 """
 
-from .again import Flattener
 from .baselines import bare_lscm, far_pins
+from .boundary_shapes import BoundaryName
 from .comparison import Comparison, Entry, compare, medians
-from .many import flatten_many, flatten_together
+from .flattener import Flattener
+from .functions import abf, flatten, linabf, linabf_angles, lscm
+from .many_meshes import flatten_many, flatten_together
 from .methods import (
     ABF,
     DNCP,
@@ -24,6 +26,4 @@ from .methods import (
     method_of,
 )
 from .result import Flattening, Hole, Outcome, Residuals, Rung, Status
-from .shapes import BoundaryName
-from .verbs import abf, flatten, linabf, linabf_angles, lscm
 from .with_cones import AstrayError, KnownLaplacian, Turned, flatten_with_cones, turnings_of

@@ -37,7 +37,7 @@ from ..surface import (
     placed_at,
     signed_double_areas,
 )
-from .ladder import Candidate, Problem, Tried, drawn
+from .fallbacks import Candidate, Problem, Tried, drawn
 from .result import Flattening, Hole, Outcome, Residuals
 
 SCP_SIZE = 1 / 32  # root of the area, in the midst of those at which igl finds the eigenvector

@@ -20,10 +20,10 @@ from ..measures import Quality, quality
 from ..surface import planar, scatter
 from . import other_programs
 from .baselines import bare_lscm
+from .boundary_shapes import BoundaryName
+from .functions import flatten
 from .methods import Method, method_of
 from .result import Flattening
-from .shapes import BoundaryName
-from .verbs import flatten
 
 
 @dataclass(frozen=True, eq=False)

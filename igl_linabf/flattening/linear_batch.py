@@ -20,7 +20,7 @@ from ..angles import (
 from ..layouts import develop_boundary, harmonic
 from ..linalg import Solvers
 from ..surface import Disks, area_ratio, coordinates, signed_double_areas
-from .ladder import ONE_SYSTEM_RTOL
+from .fallbacks import ONE_SYSTEM_RTOL
 from .methods import LinABF
 
 

@@ -14,24 +14,25 @@ from ..layouts import GAP, LayoutName, check_method
 from ..linalg import SolverName
 from ..surface import Mesh, Pins
 from . import baselines
-from .first_look import looked_at
-from .ladder import (
+from .boundary_shapes import FREE, Shape
+from .fallbacks import (
     ACTIVE_SET_RTOL,
     Stage,
     anchored,
     climb,
     continued,
     feasible,
+    injective_map,
+    isometric_map,
     iterated,
+    linear_instead,
+    looked_at,
     one_system,
     posed,
     prescribed,
+    report,
 )
-from .linear_instead import linear_instead
-from .reported import report
 from .result import Flattening, Guarantee
-from .shapes import FREE, Shape
-from .without_flips import injective_map, isometric_map
 
 Iterations = int | Literal["auto"]
 

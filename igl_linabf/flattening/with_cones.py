@@ -30,7 +30,7 @@ from ..angles import (
 )
 from ..linalg import Factor, NotPositiveDefiniteError, Solvers
 from ..surface import Mesh, Topology
-from .ladder import (
+from .fallbacks import (
     ACTIVE_SET_RTOL,
     MAX_ACTIVE_SET,
     Candidate,
@@ -41,13 +41,13 @@ from .ladder import (
     climb,
     drawn,
     feasible,
+    injective_map,
     iterated,
     posed,
+    report,
 )
 from .methods import ABF, ABF_TOL, STAGES, LinABF, Method
-from .reported import report
 from .result import Flattening
-from .without_flips import injective_map
 
 SEAM_TOL = 1e-8  # residual of the angles of converged ABF at which the sides of the seams match
 MORE_STEPS = 3  # to that

@@ -16,8 +16,7 @@ from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
 from .formats import parsed, written
 from .mesh_file import MeshFile, at_triangles, check_corners
-from .obj import with_looks
-from .obj_writing import save_obj
+from .obj import save_obj, with_looks
 
 
 def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:

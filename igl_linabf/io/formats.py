@@ -11,11 +11,9 @@ from numpy.typing import ArrayLike
 
 from .._runtime import replacing
 from ..errors import MeshError, MeshWarning, stack_level
-from .gltf_again import save_gltf
-from .gltf_reading import GltfFile, parse_gltf
+from .gltf import GltfFile, parse_gltf, save_gltf
 from .mesh_file import MeshFile
-from .obj import ObjText, parse_obj
-from .obj_writing import materials_beside, save_obj
+from .obj import ObjText, materials_beside, parse_obj, save_obj
 from .off import parse_off
 from .other_formats import (
     parse_freesurfer,
@@ -28,8 +26,7 @@ from .other_formats import (
 )
 from .parsing import Damaged, plain_text
 from .pictures import png
-from .ply import PlyTables, parse_ply
-from .ply_writing import save_ply
+from .ply import PlyTables, parse_ply, save_ply
 from .stl import parse_stl
 from .three_mf import parse_3mf, save_3mf
 

@@ -1,4 +1,4 @@
-"""Shared by the readers: parse numbers and tables, report damage with its line."""
+"""Shared by the readers: numbers, tables and triangle strips parsed; damage reported with its line."""
 
 from __future__ import annotations
 
@@ -11,7 +11,32 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
-from ..surface import Polygons
+from ..surface import Polygons, three_vertices
+
+
+def triangles_of_strips(corners: IntArray, strip: IntArray) -> IntArray:
+    """Each corner makes a triangle with the two before it; every second one is turned.
+
+    Triangles that have a vertex twice are left out: programs write them to join strips into one.
+
+    Parameters
+    ----------
+    corners : (#C,) int64
+        The vertices of all strips.
+    strip : (#C,) int64
+        The strip of each, which does not decrease.
+
+    Returns
+    -------
+    F : (#F, 3) int64
+    """
+    at = np.arange(len(corners))
+    first = np.maximum.accumulate(np.where(np.diff(strip, prepend=-1) != 0, at, 0))
+    F = np.column_stack((corners[:-2], corners[1:-1], corners[2:]))
+    turned = (at - first)[:-2] % 2 == 1
+    F[turned] = F[turned][:, [1, 0, 2]]
+    return np.asarray(F[three_vertices(F) & (strip[:-2] == strip[2:])])
+
 
 INDEX_DIGITS = 18  # at most, which 64 bits hold
 

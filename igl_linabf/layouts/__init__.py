@@ -9,7 +9,14 @@ from .boundary import Boundary, develop_boundary, harmonic
 from .choice import GAP, Layout, LayoutName, check_method, check_pins, lay_out, layout, placed
 from .conformal_energy import at_rest, energy_matrix, far_apart, least_squares
 from .convex import on_circle
-from .greedily import greedy
-from .isometrically import IsometricMap, at_pins, isometric, isometric_together
+from .greedy import greedy
+from .isometry import (
+    Injective,
+    IsometricMap,
+    at_pins,
+    embedded_inside,
+    injective,
+    isometric,
+    isometric_together,
+)
 from .least_changes import LeastChange, least_change
-from .slim import Injective, embedded_inside, injective

@@ -32,8 +32,7 @@ from ..surface import (
 )
 from .boundary import Boundary, by_relaxed_loops, develop_boundary, harmonic
 from .conformal_energy import far_apart, least_squares
-from .greedily import greedy
-from .one_by_one import one_by_one
+from .greedy import greedy, one_by_one
 
 LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
 

@@ -14,7 +14,7 @@ from .._runtime import advance
 from .._types import BoolArray, ComplexArray, FloatArray
 from ..linalg import Factor, NotPositiveDefiniteError, Solvers
 from ..surface import Topology
-from .newton import Hessians
+from .isometry import Hessians
 from .plane_steps import MOST_BOUNDS, BoundedStep, Linear, Plane, bounded_step
 
 SLOW = 0.3  # share of the last step's gain, above which the steps zigzag along a valley

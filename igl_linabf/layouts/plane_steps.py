@@ -11,7 +11,7 @@ import scipy
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..linalg import Factor, NotPositiveDefiniteError
 from ..surface import NEXT, PREV
-from .newton import Hessians, Springs
+from .isometry import Hessians, Springs
 
 REACH = 0.9  # share of the way to a vanishing angle that a step may go
 MOST_BOUNDS = 200  # angles at most that a step keeps from falling further; for others it is shortened

@@ -10,8 +10,8 @@ except ImportError as error:
     raise ImportError("igl_linabf.plot needs pyvista: pip install 'igl-linabf[viz]'") from error
 
 from .displays import has_display
-from .kept_maps import Shown
 from .pictures import plot_checkerboard, plot_compare, plot_distortion, plot_grid, plot_uv
+from .reused_maps import Shown
 from .scene import DARK, LIGHT, SEAM, WARNING, checker_texture, colour_scale, fit
 from .window import MARK, Viewer, view
 

@@ -9,7 +9,7 @@ from scipy.sparse import csr_array
 from scipy.sparse.csgraph import dijkstra
 
 from .._types import FloatArray, IntArray
-from .kept_maps import Pairs
+from .reused_maps import Pairs
 
 
 @dataclass

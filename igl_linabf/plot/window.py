@@ -25,8 +25,8 @@ from ..measures import MEASURES, Measure
 from ..surface import face_array, vertex_array
 from .displays import NO_DISPLAY, has_display
 from .drawn_seams import DrawnSeams
-from .kept_maps import Asked, KeptMaps, Shown
 from .picking import hit_at
+from .reused_maps import Asked, KeptMaps, Shown
 from .scene import SEAM, add_cut, add_flat, add_surface, board, distortions, face_the_camera
 from .sliders import add_sliders
 

@@ -22,10 +22,8 @@ from .arrays import (
     vertex_indices,
 )
 from .chords import chords_of, split_chords
-from .components import centres, connected_labels, face_components
 from .disks import Disks, side_by_side
 from .mesh import Mesh, PlanarFaces, loop_through, planar, planar_mesh
-from .parts import Parts, at_once, counted
 from .plane import (
     ALL_DIGITS,
     SPAN,
@@ -41,7 +39,17 @@ from .plane import (
     span,
 )
 from .polygons import Faces, Polygons, Triangles
-from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface
+from .ragged import Parts, at_once, counted
+from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface, in_one_place
 from .submesh import Submesh, cut_faces
-from .topology import Topology, check_planar, manifold_topology, planar_topology, topology_of, with_outer
-from .welding import in_one_place
+from .topology import (
+    Topology,
+    centres,
+    check_planar,
+    connected_labels,
+    face_components,
+    manifold_topology,
+    planar_topology,
+    topology_of,
+    with_outer,
+)

@@ -9,7 +9,7 @@ import numpy as np
 from .._core import boundary_loops, connected_labels, products, undirected
 from .._types import BoolArray, FloatArray, IntArray
 from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE
-from .parts import Parts
+from .ragged import Parts
 from .topology import Topology, faults
 
 Arrays = tuple[FloatArray, IntArray]  # V (#V, 3) float64 and F (#F, 3) int64

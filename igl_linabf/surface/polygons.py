@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from .parts import Parts
+from .ragged import Parts
 from .triangulation import SEARCHED, triangulated
 
 Kind = TypeVar("Kind", bound=np.generic)

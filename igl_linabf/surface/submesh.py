@@ -12,8 +12,15 @@ from numpy.typing import ArrayLike
 from .._types import BoolArray, FloatArray, IntArray
 from .areas import measure
 from .arrays import check_finite, compact, face_array, map_array, scatter, sides_along, vertex_array
-from .components import connected_labels, face_components
-from .topology import NEXT, Topology, check_fans, sound_topology, topology_of
+from .topology import (
+    NEXT,
+    Topology,
+    check_fans,
+    connected_labels,
+    face_components,
+    sound_topology,
+    topology_of,
+)
 
 
 @dataclass(frozen=True, eq=False)

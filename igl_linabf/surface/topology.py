@@ -1,4 +1,4 @@
-"""Connectivity of a triangle mesh: half-edges, boundary loops, the virtual-vertex map."""
+"""Connectivity of a triangle mesh: half-edges, boundary loops, components, the virtual-vertex map."""
 
 from __future__ import annotations
 
@@ -9,11 +9,40 @@ from typing import Any, TypeVar
 
 import numpy as np
 
-from .._core import NEXT, PREV, at_edges, boundary_loops, fans_around, in_one_piece, sum_by, undirected
+from .._core import (
+    NEXT,
+    PREV,
+    at_edges,
+    boundary_loops,
+    connected_labels,
+    fans_around,
+    in_one_piece,
+    sum_by,
+    undirected,
+)
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from .components import vertex_components
-from .parts import Parts
+from .ragged import Parts
+
+
+def vertex_components(F: IntArray, n: int) -> IntArray:
+    """The component of each of the vertices 0 .. n - 1; one of no face is a component of its own."""
+    return connected_labels(np.concatenate((F[:, :2], F[:, ::2])), n)
+
+
+def face_components(F: IntArray, n: int) -> IntArray:
+    """The component of each face, numbered from 0; faces that share a vertex are in the same one."""
+    label = vertex_components(F, n)[F[:, 0]]
+    used = np.zeros(n, dtype=np.int64)
+    used[label] = 1
+    return np.asarray((np.cumsum(used) - 1)[label])
+
+
+def centres(of: IntArray, points: FloatArray) -> FloatArray:
+    """The mean of the points (#P, dim) of each group, `of` being the group of each."""
+    total = np.stack([sum_by(of, x, int(of.max()) + 1) for x in points.T], axis=1)
+    return np.asarray(total / np.bincount(of)[:, None])
+
 
 T = TypeVar("T")
 

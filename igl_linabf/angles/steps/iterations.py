@@ -1,0 +1,144 @@
+"""Sequences of steps: the chord, the paper's active-set iterations (section 6)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..._runtime import timed
+from ..._types import BoolArray, FloatArray, IntArray
+from .iterates import AngleProblem, Iterate, Kind, Step
+from .linearisation import Direction, Linearised, advance, linearise, solve
+
+KINDS: tuple[Kind, Kind] = "step", "chord"
+MOST_OF_CHORD = 12  # inner steps of a chord: ten more change F/3nt by less than a hundredth
+
+
+@dataclass(frozen=True, eq=False)
+class State:
+    """The present angles and the steps so far.
+
+    Attributes
+    ----------
+    problem : AngleProblem
+    at : Iterate
+    steps : tuple of Step
+        The linear solves so far.
+    lin : Linearised or None
+        The last system; the next one reuses its analyses.
+    """
+
+    problem: AngleProblem
+    at: Iterate
+    steps: tuple[Step, ...] = ()
+    lin: Linearised | None = None
+
+    @property
+    def how(self) -> str:
+        """Name of the solver of the last system."""
+        return "none" if self.lin is None else self.lin.how
+
+    def at_rest(self) -> State:
+        """The same state with the analyses, but without the factors, which take most of the memory."""
+        return self if self.lin is None else replace(self, lin=self.lin.without_factors)
+
+    def back_to_start(self) -> State:
+        """The state at the initial estimate, with the steps and analyses so far."""
+        return replace(self, at=self.problem.start)
+
+    def advanced(self, direction: Direction, kind: Kind) -> State:
+        """The state after a step along a direction."""
+        at, step, _ = advance(self.problem, self.at, direction, kind)
+        return State(self.problem, at, (*self.steps, step), direction.lin)
+
+
+def linear_step(
+    state: State,
+    rtol: float,
+    *,
+    close: bool = True,
+    same_factor: bool = False,
+    first_rtol: float | None = None,
+) -> State:
+    """One step with the system at the present angles; with `close` it also closes the holes' loops.
+
+    With `same_factor`, the factor of the last system is the preconditioner. `first_rtol` as of `solve`.
+    """
+    lin = linearise(state.problem, state.at, reuse=state.lin, close=close, same_factor=same_factor)
+    return state.advanced(solve(lin, state.at, rtol, first_rtol=first_rtol), "step")
+
+
+@dataclass(frozen=True, eq=False)
+class StepAndChord:
+    """Where the angles of disks side by side are after the linear step and its chord.
+
+    Attributes
+    ----------
+    state : State
+        All of them, after the last solve.
+    good : (#disks,) bool
+        Those whose solves came to an end with no triangle's step limited.
+    inner_steps : (2, #disks) int64
+        Of the step and of the chord.
+    residuals : (3, 3, #disks) float64
+        By `Blocks.residuals` at the start, after the step, and after the chord.
+    """
+
+    state: State
+    good: BoolArray
+    inner_steps: IntArray
+    residuals: FloatArray
+
+
+def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False) -> StepAndChord:
+    """The linear step and its chord for each disk of the problem whose residual is above `tol`.
+
+    The chord is a second solve with the same system, without assembly or factorisation. Both are to the
+    relative residual `rtol`; where little is curved, one inner step to that may leave most of the distortion,
+    so that one alone has to reach its square. With `quick`, the chord ends after twelve inner steps: thin
+    regions that are finely meshed let conjugate gradients creep. There is no chord from limited steps: it
+    ends with far smaller angles than another step.
+
+    Raises
+    ------
+    NotPositiveDefiniteError, SingularSystemError
+        The system of one of several disks is singular in double precision.
+    """
+    problem, state = start.problem, start
+    disks = problem.disks
+    residuals = [disks.residuals(start.at.residual)]
+    moving = residuals[0].max(axis=0) > tol
+    good = ~moving | (disks.rows.sizes > 0)
+    inner_steps = np.zeros((2, len(disks)), dtype=np.int64)
+    if (moving & good).any():
+        lin = linearise(problem, start.at, reuse=start.lin, close=False, fall_back=len(disks) == 1)
+        for k, kind in enumerate(KINDS):
+            most = MOST_OF_CHORD if kind == "chord" and quick else None
+            first_rtol = rtol**2 if kind == "step" else None
+            direction = solve(lin, state.at, rtol, most=most, first_rtol=first_rtol)
+            if not moving.all():
+                direction = replace(direction, e=direction.e * disks.faces.spread(np.where(moving, 1.0, 0.0)))
+            lin, inner_steps[k] = direction.lin, direction.each
+            at, step, limited = advance(problem, state.at, direction, kind)
+            state = State(problem, at, (*state.steps, step), lin)
+            with timed("assembly"):
+                good &= ~moving | (direction.converged & ~disks.faces.any(limited))
+                residuals.append(disks.residuals(at.residual))
+            if not (moving & good).any():
+                break
+    residuals += residuals[-1:] * (3 - len(residuals))
+    return StepAndChord(state, good, inner_steps, np.array(residuals))
+
+
+def active_set(state: State, rtol: float, tol: float, most: int) -> State:
+    """Steps, each with the system at the present angles, until the residual is at most `tol` (section 6).
+
+    The very first step makes the loops of holes turn once and end at the scale at which they begin. The
+    later steps also close them.
+    """
+    for _ in range(most):
+        if state.at.residual.largest <= tol or state.problem.invalid(state.at).any():
+            break
+        state = linear_step(state, rtol, close=bool(state.steps))
+    return state

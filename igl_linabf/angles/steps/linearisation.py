@@ -1,0 +1,394 @@
+"""One step of linear ABF: linearise the constraints, solve for the angle errors, add them.
+
+    lin = linearise(problem, at)            # the system at the angles, factored
+    direction = solve(lin, at, rtol)        # the errors e
+    at, step = advance(problem, at, direction, "step")
+
+All of these are immutable. A chord is another `solve` with the same `lin`.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..._core import cut_short
+from ..._runtime import advance as tell_progress
+from ..._runtime import timed
+from ..._types import BoolArray, FloatArray, IntArray, Solve
+from ...errors import FallbackWarning, SingularSystemError, some, stack_level
+from ...linalg import MAX_CG_STEPS, Analysis, Factor, NotPositiveDefiniteError, conjugate_gradients
+from ..system import (
+    Across,
+    ClosingRows,
+    SliverRows,
+    Symmetric,
+    System,
+    conformal_inverse,
+    corrected,
+    laplacian_inverse,
+)
+from .iterates import REACH, AngleProblem, Iterate, Kind, Step
+
+NO_ROWS = Symmetric((np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))))
+
+
+@dataclass(frozen=True, eq=False)
+class Linearised:
+    """The constraints linearised at some angles, with a solver.
+
+    Attributes
+    ----------
+    problem : AngleProblem
+    system : System
+    S : Symmetric
+        The reduced matrix.
+    closing : ClosingRows or None
+        The rows that close the loops of holes, and closed paths.
+    laplacian : Analysis or None
+        Analysis of the Laplacians over the problem's pattern, which the layout uses, too.
+    inverse : Factor or None
+        The preconditioner's diag(L_s+, L_s)^-1, for one or several pairs of right-hand sides.
+    across : Across or None
+        The columns of the closing rows that `inverse` was solved for.
+    slivers : SliverRows or None
+        The rows of slivers, for the correction of the preconditioner.
+    precondition : callable or None
+        That, or diag(L_s, L_s)^-1, bordered and corrected.
+    whole : Factor or None
+        The factor of S, if it was factored as a whole.
+    how : str
+        Name of the solver.
+    fallback : str
+        Why S was factored as a fallback, here or earlier; "" if it was not.
+    """
+
+    problem: AngleProblem
+    system: System
+    S: Symmetric
+    closing: ClosingRows | None
+    laplacian: Analysis | None = None
+    inverse: Factor | None = None
+    across: Across | None = None
+    slivers: SliverRows | None = None
+    precondition: Solve | None = None
+    whole: Factor | None = None
+    how: str = "none"
+    fallback: str = ""
+
+    @classmethod
+    def preconditioned(
+        cls,
+        problem: AngleProblem,
+        system: System,
+        laplacian: Analysis,
+        inverse: Factor,
+        across: Across | None = None,
+    ) -> Linearised:
+        """Not solved with itself: what preconditions a first step."""
+        return cls(problem, system, NO_ROWS, None, laplacian=laplacian, inverse=inverse, across=across)
+
+    @property
+    def without_factors(self) -> Linearised:
+        """The same without what only its own solves need; columns of closing rows may serve others."""
+        return replace(self.without_matrix, inverse=None)
+
+    @property
+    def without_matrix(self) -> Linearised:
+        """The same without what only its own solves need but the preconditioner's factor."""
+        return replace(self, S=NO_ROWS, precondition=None, whole=None)
+
+    def product(self, x: FloatArray) -> FloatArray:
+        """The system's matrix times x."""
+        return self.S.matvec(x) if self.closing is None else self.closing.matvec(self.S.matvec, x)
+
+    def at_corners(self, x: FloatArray) -> FloatArray:
+        """Multipliers of the vertex and the wheel constraint whose fan each corner is in, (2, 3, #F)."""
+        topology, n = self.problem.constraints.topology, 2 * self.problem.constraints.n
+        at_vertices = self.system.at_vertices(x[:n].reshape(-1, 2))
+        of_sites = np.zeros((topology.n, 2)) if self.closing is None else self.closing.at_sites(x[n:])
+        # far faster than by an index
+        at_corners = (at_vertices + of_sites[: topology.n]).T.take(topology.corner, axis=1)
+        if self.closing is not None:
+            flat, of_paths = at_corners.reshape(2, -1), of_sites[topology.n :]
+            for path, extra in zip(self.problem.constraints.paths, of_paths, strict=True):
+                flat[:, path.corner] += extra[:, None]
+        return at_corners
+
+
+@dataclass(frozen=True, eq=False)
+class Direction:
+    """The errors that satisfy the linearised constraints.
+
+    Attributes
+    ----------
+    e : (3, #F) float64
+    x : (2 #rows + #closing rows,) float64
+        The multipliers.
+    lin : Linearised
+        The system, with any fallback of its solver, for the next solve.
+    each : (#disks,) int64
+        The inner steps of each disk of the problem.
+    converged : (#disks,) bool
+        Whose inner steps came to an end; all, where there is one disk.
+    """
+
+    e: FloatArray
+    x: FloatArray
+    lin: Linearised
+    each: IntArray
+    converged: BoolArray
+
+    @property
+    def inner_steps(self) -> int:
+        """Those that were taken at all."""
+        return int(self.each.max(initial=0))
+
+
+def linearise(
+    problem: AngleProblem,
+    at: Iterate,
+    weights: FloatArray | None = None,
+    reuse: Linearised | None = None,
+    *,
+    close: bool = True,
+    close_paths: bool = True,
+    same_factor: bool = False,
+    same_slivers: bool = True,
+    fall_back: bool = True,
+) -> Linearised:
+    """Linearise the constraints at some angles, and prepare to solve for errors weighed by `weights`.
+
+    Parameters
+    ----------
+    problem : AngleProblem
+    at : Iterate
+    weights : (3, #F) float64, optional
+        The w of sum e^2 / w; by default alpha^2 (eq. 11).
+    reuse : Linearised, optional
+        An earlier system, whose analyses are reused.
+    close : bool
+        Include the rows that close the loops of holes.
+    close_paths : bool
+        Include those of closed paths, also without those of holes.
+    same_factor : bool
+        Use the factor of `reuse` as the preconditioner.
+    same_slivers : bool
+        Reuse the sliver rows of `reuse`.
+    fall_back : bool
+        Factor the whole system where the preconditioner is singular.
+
+    Raises
+    ------
+    SingularSystemError
+    NotPositiveDefiniteError
+        The preconditioner is singular, and there is no falling back.
+    """
+    with timed("assembly"):
+        system = System(problem.constraints, at.alpha, weights, at.cot)
+        S = system.matrix() if problem.constraints.n else NO_ROWS
+        closure, paths = at.residual.closure, problem.constraints.paths
+        if not close and len(closure.asked):
+            closure = closure.of_paths(len(paths) if close_paths else 0)
+        closing = ClosingRows(system, closure) if closure.asked.any() else None
+    lin = Linearised(problem, system, S, closing)
+    if problem.constraints.empty:
+        return lin  # the estimate is flat
+    if reuse is not None:
+        slivers = reuse.slivers if same_slivers else None
+        lin = replace(
+            lin,
+            laplacian=reuse.laplacian,
+            inverse=reuse.inverse if same_factor else None,
+            across=reuse.across,
+            slivers=slivers,
+            fallback=reuse.fallback,
+        )
+    if problem.solvers.direct:
+        return _factored(lin, at)
+    try:
+        return _preconditioned(lin)
+    except NotPositiveDefiniteError:
+        if not fall_back:
+            raise
+        return _fallen_back(lin, at, "the preconditioner is singular in double precision")
+
+
+def _preconditioned(lin: Linearised) -> Linearised:
+    """Add the preconditioner: diag(L_s, L_s)^-1, bordered by the closing rows, corrected on sliver rows."""
+    solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
+    if inverse is None:
+        with timed("assembly"):
+            lower = lin.system.laplacian()
+        with timed("analysis"):
+            laplacian = laplacian or lin.system.pattern.analysis(solvers)
+        with timed("factor"):
+            inverse = laplacian_inverse(lin.system, laplacian, lower)
+    with timed("factor"):
+        precondition, across = conformal_inverse(lin.system, lin.closing, inverse.solve, lin.S, lin.across)
+        slivers = lin.slivers or SliverRows.of(lin.system, lin.S, solvers)
+        precondition = corrected(precondition, slivers, lin.S, lin.closing)
+    return replace(
+        lin,
+        laplacian=laplacian,
+        inverse=inverse,
+        across=lin.across if across is None else across,
+        slivers=slivers,
+        precondition=precondition,
+        how=f"conjugate gradients, {inverse.name}",
+    )
+
+
+def _factored(lin: Linearised, at: Iterate) -> Linearised:
+    """Add the factor of S."""
+    with timed("analysis"):
+        analysis = lin.system.pattern.analysis(lin.problem.solvers, 2)
+    try:
+        with timed("factor"):
+            whole = analysis.factor(lin.S.values())
+    except NotPositiveDefiniteError as error:
+        raise _singular(lin.problem, at, lin.problem.constraints.row == error.row // 2) from None
+    return replace(lin, whole=whole, how=f"direct, {whole.name}")
+
+
+def _fallen_back(lin: Linearised, at: Iterate, reason: str) -> Linearised:
+    if not lin.fallback:
+        warnings.warn(
+            f"{reason}: the whole system is factored instead", FallbackWarning, stacklevel=stack_level()
+        )
+    lin = _factored(replace(lin, fallback=reason), at)
+    return replace(lin, how=f"{lin.how}, after {reason}")
+
+
+def _singular(problem: AngleProblem, at: Iterate, vertices: BoolArray) -> SingularSystemError:
+    """The error for a system that is singular at some vertices in double precision."""
+    faces = np.flatnonzero(vertices[problem.constraints.topology.corner].any(axis=0))
+    thin = faces[np.argsort(at.alpha[:, faces].min(axis=0), kind="stable")]
+    return SingularSystemError(
+        f"the angle system is singular in double precision at faces {some(thin)} (the thinnest has an "
+        f"angle of {at.alpha[:, thin[0]].min():.1e} rad): remove degenerate faces, or cut the mesh"
+    )
+
+
+def solve(
+    lin: Linearised,
+    at: Iterate,
+    rtol: float,
+    gradient: FloatArray | None = None,
+    start: FloatArray | None = None,
+    most: int | None = None,
+    first_rtol: float | None = None,
+) -> Direction:
+    """Solve for the errors e that satisfy the linearised constraints at the angles `at`.
+
+    They minimise sum e^2 / (2 w) + gradient e under A e = b (eq. 11-16, reduced):
+    S x = r - M e0, e = e0 + P M^T x.
+
+    Parameters
+    ----------
+    lin : Linearised
+    at : Iterate
+    rtol : float
+        Relative residual of conjugate gradients.
+    gradient : (3, #F) float64, optional
+    start : float64 array, optional
+        Multipliers to start from; `rtol` is then relative to the residual there.
+    most : int, optional
+        Steps of conjugate gradients after which what they reached is enough.
+    first_rtol : float, optional
+        Relative residual to which a single one is.
+    """
+    if lin.problem.constraints.empty:
+        return direct(np.zeros_like(at.alpha), np.empty(0), lin)
+    with timed("assembly"):
+        b, system = at.residual, lin.system
+        e0 = _particular(system, at, gradient)
+        rows = system.rows(e0)
+        for own, sums in zip(rows.T, (b.vertex, b.wheel), strict=True):
+            np.subtract(sums, own, out=own)
+        rhs = rows.ravel()
+        if lin.closing is not None:
+            rhs = np.concatenate((rhs, -lin.closing.gap(b.closure, b.vertex) - lin.closing.rows(e0)))
+        if start is not None:
+            start = np.append(start, np.zeros(len(rhs) - len(start)))  # where the closing rows are new
+            rhs -= lin.product(start)
+        del e0  # its memory is for conjugate gradients
+    with timed("solve"):
+        made = _multipliers(lin, at, rhs, rtol, most, first_rtol)
+    with timed("assembly"):
+        x = made.x if start is None else start + made.x
+        e = errors(made.lin, x)
+        e += _particular(system, at, gradient)
+    return replace(made, e=e, x=x)
+
+
+def _particular(system: System, at: Iterate, gradient: FloatArray | None) -> FloatArray:
+    """The errors e0 that satisfy the triangle constraints alone, (3, #F)."""
+    e0: FloatArray = system.w * (at.residual.triangle / system.d)
+    if gradient is not None:
+        e0 -= system.projected(gradient)
+    return e0
+
+
+def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatArray:
+    """The errors P M^T x of the multipliers x; in the `conformal` metric K M^T x."""
+    system = lin.system
+    n = 2 * system.constraints.n
+    own = system.at_vertices(x[:n].reshape(-1, 2))
+    e = system.conformal_errors(own) if conformal else system.errors(own)
+    if lin.closing is not None:
+        faces, more = lin.closing.errors(x[n:])
+        e[:, faces] += more
+    return e
+
+
+def direct(e: FloatArray, x: FloatArray, lin: Linearised) -> Direction:
+    """A direction that took no inner steps."""
+    disks = len(lin.problem.disks)
+    return Direction(e, x, lin, np.zeros(disks, dtype=np.int64), np.ones(disks, dtype=bool))
+
+
+def _multipliers(
+    lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float, most: int | None, first_rtol: float | None
+) -> Direction:
+    """The multipliers that solve a linearised system, as a direction without errors yet."""
+    none, disks = np.empty((3, 0)), lin.problem.disks
+    if lin.whole is None:
+        assert lin.precondition is not None
+        x, each, converged = conjugate_gradients(
+            lin.product,
+            rhs,
+            lin.precondition,
+            rtol,
+            *(() if most is None else (most,)),
+            first_rtol=first_rtol,
+            start=2 * disks.rows.start if len(disks) > 1 else None,
+        )
+        finite = np.isfinite(x).all()
+        if len(disks) > 1 or (finite and (converged.all() or most is not None)):
+            return Direction(none, x, lin, each, converged)
+        lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")
+        assert lin.whole is not None
+    by_factor = lin.whole.solve
+    if lin.closing is not None:
+        try:
+            by_factor = lin.closing.solver(lin.whole.solve)
+        except NotPositiveDefiniteError:
+            raise _singular(lin.problem, at, lin.closing.vertices) from None
+    return direct(none, by_factor(rhs), lin)
+
+
+def advance(
+    problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
+) -> tuple[Iterate, Step, BoolArray]:
+    """Add the errors, scaled down in each triangle so that its angles stay positive; which were scaled."""
+    e, limited = direction.e, np.zeros(at.alpha.shape[1], dtype=bool)
+    with timed("assembly"):
+        if problem.safeguard:
+            e, limited = cut_short(at.alpha, e, REACH)
+        at = problem.at(np.add(at.alpha, e, out=e if problem.safeguard else None))
+    tell_progress(kind, 0.2)
+    step = Step(kind, direction.inner_steps, int(np.count_nonzero(limited)), at.residual.largest)
+    return at, step, limited

@@ -1,0 +1,45 @@
+"""Steps to angle sums that are prescribed at the boundary."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from .conformal_corrections import EARLY_BELOW, ROUGH_RTOL, SMALL, conformal_steps
+from .iterations import State
+from .linearisation import linearise, solve
+
+CLOSED = 0.3  # residual at which lengths around holes mean something, and how far steps to it are solved
+SLOW = 30  # inner steps from which a new factor pays
+
+
+def prescribed_steps(state: State, rtol: float, tol: float, most: int) -> State:
+    """Steps until the residual is at most `tol`, for sums prescribed at the boundary.
+
+    These change angles more than a free boundary does, and more steps are needed. So the steps keep
+    the first one's factor as the preconditioner, and end in corrections in the conformal metric. The sums of
+    circles depend on the present lengths, and each step is to those that are foreseen.
+    """
+    constraints = state.problem.constraints
+    if len(constraints.circles) > 1:  # lengths around a hole mean little before its loop closes
+        fixed = replace(state.problem, constraints=replace(constraints, circles=()))
+        closed = prescribed_steps(State(fixed, fixed.at(state.at.alpha), state.steps), CLOSED, CLOSED, most)
+        state = State(state.problem, state.problem.at(closed.at.alpha), closed.steps, closed.lin)
+    for _ in range(most):
+        if state.steps:
+            early = constraints.circles or len(state.steps) > 1
+            state = conformal_steps(state, tol, EARLY_BELOW if early else SMALL)
+        if state.at.residual.largest <= tol:
+            break
+        first = not state.steps
+        slow = not first and state.steps[-1].inner_steps >= SLOW
+        at = state.at if first else replace(state.at, residual=constraints.ahead(state.at.residual))
+        lin = linearise(
+            state.problem,
+            at,
+            reuse=state.lin,
+            close=not first,
+            same_factor=not (first or slow),
+            same_slivers=False,
+        )
+        state = state.advanced(solve(lin, at, ROUGH_RTOL if first else rtol), "step")
+    return state

@@ -1,0 +1,235 @@
+"""An atlas: the charts of a surface and their texture coordinates."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..._notebook import html_table, map_svg, side_by_side
+from ..._runtime import aligned
+from ..._types import FloatArray, IntArray
+from ...errors import some
+from ...flattening import Flattening
+from ...measures import Quality
+from ...surface import Repair, Triangles, three_vertices
+
+SHOWN = 20  # charts in a notebook
+LARGEST_LOG = 700.0  # the exponential of more overflows
+BEYOND_USE = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
+ROUNDING = 1e-9  # of the stretch
+APART = 1e-4  # `seam_mismatch` of cones above which sides do not match
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Chart:
+    """One chart of an atlas.
+
+    Attributes
+    ----------
+    faces : (#f,) int64
+        Its faces, as rows of the surface's F; of polygons, one row for each of their triangles.
+    result : Flattening
+        Its flattening before packing; vertices and faces are numbered within the chart.
+    quality : Quality
+    splits : int
+        How many times it was cut further after it had been flattened: for overlaps, flips or stretch.
+    overlapping : int
+        Pairs of its faces that still overlap.
+    cost : float
+        Increase of F/3nt from moving overlapping parts apart; 0 if that was not done.
+    """
+
+    faces: IntArray
+    result: Flattening
+    quality: Quality
+    splits: int
+    overlapping: int
+    cost: float
+
+    def __repr__(self) -> str:
+        return f"<Chart of {len(self.faces):,} triangles: {self.result.outcome.value}>"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Atlas:
+    """A surface's texture coordinates, as `igl.writeOBJ` takes them.
+
+    Attributes
+    ----------
+    TC : (#TC, 2) float64
+        Texture coordinates in the unit square; of page k in the one above and right of
+        (k % 10, k // 10), as UDIM tile 1001 + k.
+    FTC : (#F, 3) int64
+        Their rows at the corners of the faces, in the shape of `F`: (#F, k) for faces of k corners, a tuple
+        of arrays for faces of different sizes.
+    origin : (#TC,) int64
+        The vertex of each texture coordinate.
+    chart : (#F,) int64
+        The chart of each face.
+    charts : tuple of Chart
+    seams : (#E, 2) int64
+        The edges that were cut.
+    seam_length : float
+        Their length.
+    seam_mismatch : float
+        The largest `|log(a / b)|` of the lengths a and b of the two sides of a seam edge in the map. With
+        cones it is that of rounding.
+    splits : int
+        How many charts there are beyond one for each component: parts of what would overlap itself or be
+        stretched too far, panels of hard surfaces, and what given seams part.
+    fill : float
+        Share of the pages that the charts cover.
+    quality : Quality
+        Of the whole: angles of all corners, stretch at the charts' common scale. Faces that were
+        set aside do not count.
+    repairs : tuple of Repair
+        What `unwrap` did to the mesh before; empty if it was clean.
+    max_stretch : float or None
+        What was asked for.
+    page : (#charts,) int64
+        The page of each chart.
+    scale : float
+        Page sides per unit of length of V, on average over a chart. Times the resolution it is the
+        texel density.
+    cones : (#C,) int64
+        The vertices that are cones; empty without.
+    cone_angles : (#C,) float64
+        The angles of the map's triangles at each sum to this, radians.
+    coned : bool
+        Whether cones were asked for: the sides of all seams are to match then, also if there are no cones.
+    period : float or None
+        Of the texture that goes on across the seams, from the origin of `TC`; None if none was asked for.
+    split : Triangles or None
+        How polygons were split; None if the faces are triangles.
+    """
+
+    TC: FloatArray
+    FTC: Any  # IntArray, or a tuple of them
+    origin: IntArray
+    chart: IntArray
+    charts: tuple[Chart, ...]
+    seams: IntArray
+    seam_length: float
+    seam_mismatch: float
+    splits: int
+    fill: float
+    quality: Quality
+    repairs: tuple[Repair, ...] = ()
+    max_stretch: float | None = None
+    page: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    scale: float = 0.0
+    cones: IntArray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    cone_angles: FloatArray = field(default_factory=lambda: np.zeros(0))
+    coned: bool = False
+    period: float | None = None
+    split: Triangles | None = None
+
+    @property
+    def pages(self) -> int:
+        """Number of pages."""
+        return int(self.page.max(initial=0)) + 1
+
+    @property
+    def triangles(self) -> IntArray:
+        """Rows of `TC` at the corners of triangles, (#T, 3): `FTC`, or what its polygons are split into."""
+        if self.split is None:
+            return np.asarray(self.FTC)
+        return np.concatenate([np.ravel(row) for row in self.FTC])[self.split.place]
+
+    @property
+    def drawn(self) -> IntArray:
+        """The `triangles` that can be drawn: those without area may have a corner twice."""
+        F = self.triangles
+        return np.asarray(F[three_vertices(F)])
+
+    @property
+    def good(self) -> bool:
+        """Whether no face is flipped, no chart overlaps itself, and none is stretched beyond use."""
+        return not self.troubles
+
+    @property
+    def troubles(self) -> list[str]:
+        """A sentence on each chart with flipped or overlapping faces, or stretched beyond use.
+
+        Also on seams of cones whose sides do not match, and on lost faces.
+
+        Beyond use is an L2 stretch of more than `max_stretch`, or than 10 where none was asked for.
+        """
+        said, more = [], "give more cones there" if self.coned else ""
+        most = BEYOND_USE if self.max_stretch is None else self.max_stretch * (1 + ROUNDING)
+        for i, chart in enumerate(self.charts):
+            stretched = not chart.quality.stretch_l2 <= most
+            if chart.result.outcome.good and not chart.overlapping and not stretched:
+                continue  # of thousands
+            where = f"chart {i} (faces {some(chart.faces)})"
+            if not chart.result.outcome.good:
+                flipped = some(chart.faces[chart.result.flipped])
+                help_ = more or "give more seams there, or a larger trade"
+                said.append(f"{where} has flipped faces, {flipped}: {help_}")
+            elif chart.overlapping:
+                pairs = f"{chart.overlapping} pair{'s' * (chart.overlapping > 1)} of faces"
+                said.append(f"{where} lies over itself in {pairs}: {more or 'give more seams there'}")
+            else:
+                said.append(
+                    f"{where} has an L2 stretch of {chart.quality.stretch_l2:.3g}, beyond {most:.3g}: "
+                    + (more or "give more seams there, complete=True, max_stretch or a larger trade")
+                )
+        if self.coned and self.seam_mismatch > APART:
+            factor = np.exp(min(self.seam_mismatch, LARGEST_LOG))
+            said.append(
+                f"the sides of seams do not match: those of an edge differ in length by a factor of up to "
+                f"{factor:.4g}, as no angles were found that close: give more cones"
+            )
+        collapsed = self.quality.flips - sum(len(chart.result.flipped) for chart in self.charts)
+        if collapsed > 0:
+            said.append(
+                f"{collapsed:,} faces are so small beside the others that double precision has no place for "
+                "them in one page: unwrap them apart"
+            )
+        return said
+
+    def __repr__(self) -> str:
+        troubles = f", {len(self.troubles)} with troubles" * bool(self.troubles)
+        charts = f"{len(self.charts):,} chart{'s' * (len(self.charts) != 1)}"
+        faces = f"{'triangle' if self.split is None else 'face'}{'s' * (len(self.FTC) != 1)}"
+        return f"<Atlas of {len(self.FTC):,} {faces}: {charts}{troubles}, {self.fill:.0%} filled>"
+
+    def __str__(self) -> str:
+        return "\n".join((aligned(self._rows()), *self._lines()))
+
+    def _repr_html_(self) -> str:
+        rows = self._rows()
+        if len(rows) > SHOWN + 2:
+            left_out = (f"{len(rows) - 2 - SHOWN:,} more", *[""] * (len(rows[0]) - 1))
+            rows = [*rows[: SHOWN + 1], left_out, rows[-1]]
+        lines = [html_table([[line]], header=False) for line in (*self._lines(), *self.troubles[:SHOWN])]
+        face = slice(None) if self.split is None else self.split.face
+        picture = map_svg(self.TC, self.triangles, self.chart[face])
+        return side_by_side([("", picture), ("", html_table(rows) + "".join(lines))])
+
+    def _lines(self) -> list[str]:
+        splits = f"{self.splits} split{'s' * (self.splits != 1)}"
+        seams = f"{len(self.seams):,} seam edges, {self.seam_length:.4g} long"
+        filled = f"{seams}; {splits}; {self.fill:.0%} of the square filled"
+        matching = []
+        if len(self.cones):
+            number = f"{len(self.cones)} cone{'s' * (len(self.cones) != 1)}"
+            matching = [f"{number}; the sides of seams are equally long to {self.seam_mismatch:.0e}"]
+        return [filled, *matching, *map(str, self.repairs)]
+
+    def _rows(self) -> list[tuple[str, ...]]:
+        def row(name: str, faces: int, of: Quality, overlapping: int, *rest: str) -> tuple[str, ...]:
+            figures = (f"{of.angle_distortion:.4g}", f"{of.stretch_l2:.4g}", str(of.flips), str(overlapping))
+            return (name, f"{faces:,}", *figures, *rest)
+
+        rows: list[tuple[str, ...]] = [
+            ("chart", "faces", "F/3nt", "L2 stretch", "flips", "overlaps", "holes", "outcome")
+        ]
+        for i, chart in enumerate(self.charts):
+            ended = (str(len(chart.result.holes)), chart.result.outcome.value)
+            rows.append(row(str(i), len(np.unique(chart.faces)), chart.quality, chart.overlapping, *ended))
+        overlapping = sum(chart.overlapping for chart in self.charts)
+        rows.append(row("all", len(self.FTC), self.quality, overlapping, "", ""))
+        return rows

@@ -1,0 +1,106 @@
+"""An atlas of a repaired mesh as one of the mesh that was given."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..._types import BoolArray, IntArray
+from ...measures import Quality
+from ...surface import Cleaned, seam_mask
+from .atlas import Atlas
+
+NO_QUALITY = Quality(0.0, 0.0, 1.0, 1.0, 0.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 0, 0, 0)  # of no face
+
+
+def sides_of_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
+    """A mask of sides k to k + 1 of the given faces as one of the repaired ones."""
+    mask = mask[cleaned.faces]
+    mask = np.where(cleaned.turned[:, None], mask[:, ::-1], mask)
+    return seam_mask(mask, cleaned.F, len(cleaned.V))  # on both sides of an edge that was welded
+
+
+def given_back(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
+    """The atlas by the given vertices, with a row for each given face, in the given orientation."""
+    FTC, chart = np.full(F.shape, -1), np.full(len(F), -1)
+    FTC[cleaned.faces] = np.where(cleaned.turned[:, None], atlas.FTC[:, [0, 2, 1]], atlas.FTC)
+    chart[cleaned.faces] = atlas.chart
+    FTC, chart = _borrowed(FTC, chart, cleaned.merged[F])
+    return replace(
+        atlas,
+        FTC=FTC,
+        chart=chart,
+        origin=cleaned.origin[atlas.origin],
+        seams=cleaned.origin[atlas.seams],
+        seam_length=atlas.seam_length * 2.0**-cleaned.power,
+        scale=atlas.scale * 2.0**cleaned.power,
+        cones=cleaned.origin[atlas.cones],
+        repairs=cleaned.repairs,
+    )
+
+
+def without_charts(cleaned: Cleaned, F: IntArray) -> Atlas:
+    """The atlas of faces none of which has an area: all in one point."""
+    return Atlas(
+        TC=np.full((1, 2), 0.5),
+        FTC=np.zeros(F.shape, dtype=np.int64),
+        origin=F.ravel()[:1].astype(np.int64),
+        chart=np.full(len(F), -1),
+        charts=(),
+        seams=np.zeros((0, 2), dtype=np.int64),
+        seam_length=0.0,
+        seam_mismatch=0.0,
+        splits=0,
+        fill=0.0,
+        quality=NO_QUALITY,
+        repairs=cleaned.repairs,
+    )
+
+
+def _borrowed(FTC: IntArray, chart: IntArray, F: IntArray) -> tuple[IntArray, IntArray]:
+    """Rows for the faces that were set aside: on an edge of a neighbour, or in one point.
+
+    A row of `FTC` that has been set aside is -1. `F` are all faces by the vertices that those in one
+    place were merged to.
+    """
+    aside = np.flatnonzero(FTC[:, 0] < 0)
+    while len(aside):
+        known = np.flatnonzero(FTC[:, 0] >= 0)
+        lender = _sharing_an_edge(F, aside, known)
+        found = lender >= 0
+        if not found.any():
+            lender = _sharing_a_vertex(F, aside, known)
+            found = lender >= 0
+        if not found.any():  # a piece of its own, without an area: any point is as good
+            FTC[aside], chart[aside] = FTC[known[0], 0], chart[known[0]]
+            break
+        for t, other in zip(aside[found].tolist(), lender[found].tolist(), strict=True):
+            same = F[t][:, None] == F[other]
+            at = np.where(same.any(axis=1), same.argmax(axis=1), -1)
+            at[at < 0] = at[at >= 0][0]
+            if len(set(at.tolist())) == 3:  # its twin
+                at[2] = at[1]
+            FTC[t], chart[t] = FTC[other][at], chart[other]
+        aside = aside[~found]
+    return FTC, chart
+
+
+def _sharing_an_edge(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
+    """For each face set aside one with an edge of two different corners in common, or -1."""
+    n = int(F.max()) + 1
+    side = np.stack((F, F[:, [1, 2, 0]]), axis=-1)
+    key = side.min(axis=-1) * n + side.max(axis=-1)
+    proper = side[aside, :, 0] != side[aside, :, 1]
+    return _lookup(key[known], known, key[aside], proper)
+
+
+def _sharing_a_vertex(F: IntArray, aside: IntArray, known: IntArray) -> IntArray:
+    return _lookup(F[known], known, F[aside], np.ones((len(aside), 3), dtype=bool))
+
+
+def _lookup(table: IntArray, rows: IntArray, wanted: IntArray, usable: BoolArray) -> IntArray:
+    """Of `rows` one whose values in `table` contain a usable one of each row of `wanted`, or -1."""
+    values, first = np.unique(table.ravel(), return_index=True)
+    place = np.minimum(np.searchsorted(values, wanted), len(values) - 1)
+    hit = (values[place] == wanted) & usable
+    at = rows[first[place] // 3]
+    return np.where(hit.any(axis=1), at[np.arange(len(at)), hit.argmax(axis=1)], -1)

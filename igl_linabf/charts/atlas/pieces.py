@@ -1,0 +1,131 @@
+"""A piece of a surface, flattened alone. Single triangles too thin for a map are opened by a hair first."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+from time import perf_counter
+
+import numpy as np
+
+from ..._core import products
+from ..._runtime import advance
+from ..._types import FloatArray
+from ...errors import MeshError, SingularSystemError, some
+from ...flattening import Flattening, Method, Outcome, Sketch, flatten_together
+from ...measures import change_of
+from ...surface import NEXT, PREV, Submesh, centred, complex_positions, coordinates, planar_mesh
+
+THIN = 1e-6  # height over the longest side, which thinner triangles get
+ROUNDING = 16 * np.finfo(float).eps  # and over their distance from the origin, if that is more
+
+
+def with_width(pieces: Sequence[Submesh]) -> list[Submesh]:
+    """The pieces; of those that are one thin triangle, the vertex opposite to the longest side is moved away.
+
+    No neighbour sees it, and a triangle so thin has no area to speak of.
+    """
+    made = list(pieces)
+    alone = [i for i, piece in enumerate(pieces) if len(piece.F) == 1]
+    if not alone:
+        return made
+    corners = np.stack([pieces[i].V[pieces[i].F[0]] for i in alone])
+    corner = np.ascontiguousarray(np.arange(3 * len(alone)).reshape(-1, 3).T)
+    double, dot, _ = products(corners.reshape(3 * len(alone), -1), corner)
+    longest = np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
+    height = np.maximum(THIN * longest, ROUNDING * np.abs(corners).max(axis=(1, 2)))
+    for j in np.flatnonzero(double < height * longest).tolist():
+        piece, apex = pieces[alone[j]], int(dot[:, j].argmin())  # opposite to the longest side
+        V = piece.V.copy()
+        V[piece.F[0, apex]] = _raised(np.roll(corners[j], -apex, axis=0), float(height[j]))
+        made[alone[j]] = replace(piece, V=V)
+    return made
+
+
+def _raised(corners: FloatArray, height: float) -> FloatArray:
+    """The first corner of a triangle, at this height over the side between the others."""
+    apex, start, end = corners
+    side = (end - start) / np.linalg.norm(end - start)
+    along = (apex - start) @ side
+    away = _across(apex - start, side)
+    if not away @ away > 0:
+        away = _across(np.eye(len(side))[np.abs(side).argmin()], side)
+    return np.asarray(start + along * side + height / np.linalg.norm(away) * away)
+
+
+def _across(vector: FloatArray, side: FloatArray) -> FloatArray:
+    """The part of a vector at right angles to a side of length one."""
+    for _ in range(2):  # the first time to some digits of a long vector only
+        vector = vector - (vector @ side) * side
+    return vector
+
+
+def flattened(piece: Submesh, method: Method) -> Flattening:
+    """Flatten a piece; faces and vertices of the result are numbered within the piece."""
+    start, topology = perf_counter(), piece.topology
+    if topology.genus or not topology.loops:
+        what = f"has {topology.genus} handle{'s' * (topology.genus > 1)}" if topology.loops else "is closed"
+        which = f"the chart of faces {some(piece.faces)} {what}"
+        raise MeshError(f"{which}: give more seams, or complete=True, and unwrap finds the others")
+    n = len(piece.V)
+    mesh = replace(planar_mesh(piece), vertices=np.arange(n), n_given=n)
+    checked = perf_counter() - start
+    advance("check", 0.05)
+    made = method.run(mesh, None)
+    return replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})
+
+
+def on_part(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
+    """The coordinates of a piece's map at the vertices of a part of it."""
+    of = np.empty(len(part.V), dtype=np.int64)
+    of[part.F.ravel()] = piece.F[np.searchsorted(piece.faces, part.faces)].ravel()
+    return np.asarray(uv[of])
+
+
+def of_own_size(uv: FloatArray, piece: Submesh) -> FloatArray:
+    """The map of a piece, as large as the surface and turned and placed as every map is."""
+    z = centred(piece.topology, complex_positions(uv), float(piece.measured[0].sum()) / 2)
+    return coordinates(z)
+
+
+def cut_out(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:
+    """The map of a part of a flattened piece, which is the piece's map at some scale.
+
+    Only a part that has flipped triangles is flipped.
+    """
+    rows = np.searchsorted(piece.faces, part.faces)
+    place = np.full(len(piece.F), -1)
+    place[rows] = np.arange(len(rows))
+    flipped, repaired = (np.sort(kept[kept >= 0]) for kept in (place[result.flipped], place[result.repaired]))
+    made = replace(
+        result,
+        uv=uv,
+        F=part.F,
+        angles=result.angles[rows],
+        flipped=flipped,
+        repaired=repaired,
+        holes=result.holes if len(part.topology.loops) > 1 else (),
+    )
+    if made.outcome is not Outcome.FLIPPED or len(flipped):
+        return made
+    return replace(made, outcome=Outcome.VALID, message="no triangle of this part of the map is flipped")
+
+
+def distortion(pieces: list[Submesh]) -> float:
+    """L2 stretch and mean conformal distortion of pieces that are flattened: 1 if they come out isometric.
+
+    Infinite if a triangle flips.
+    """
+    total, stretch, shear = 0.0, 0.0, 0.0
+    for piece, known in zip(pieces, flatten_together([(p.V, p.F) for p in pieces], Sketch()), strict=True):
+        try:
+            result = flattened(piece, Sketch()) if known is None else known
+        except SingularSystemError:
+            return np.inf
+        if len(result.flipped):
+            return np.inf
+        changed = change_of(piece, result.uv)
+        total += float(changed.double_area.sum())
+        stretch += float(changed.double_area @ changed.squared_stretch)
+        shear += float(changed.double_area @ changed.conformal)
+    return float(np.sqrt(stretch / total)) + shear / total - 1

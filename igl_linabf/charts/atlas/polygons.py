@@ -1,0 +1,99 @@
+"""Polygons in, polygons out: what `unwrap` does with their triangles in between."""
+
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..._types import BoolArray
+from ...errors import MeshError, some
+from ...surface import Cleaned, Polygons, Repair, Submesh, Triangles, seam_mask, vertex_array
+from .atlas import Atlas
+
+
+def split_polygons(V: ArrayLike, F: ArrayLike) -> Triangles | None:
+    """The triangles of faces that are no triangles; None if they are.
+
+    Raises
+    ------
+    MeshError
+        Faces have less than three corners, or name vertices that are not there.
+    """
+    try:
+        array = np.asarray(F)
+    except ValueError:
+        array = np.empty(0, dtype=object)  # faces of different sizes
+    if (
+        array.shape[1:] == (3,)
+        or array.dtype.kind not in "iufO"
+        or (array.ndim != 2 and array.dtype != object)
+    ):
+        return None  # what is wrong with these is said of triangles
+    polygons = Polygons.of(F)
+    positions = vertex_array(V)
+    polygons.check(len(positions))
+    return polygons.split(positions)
+
+
+def mask_of_triangles(seams: ArrayLike, split: Triangles, n: int) -> BoolArray:
+    """Seams of polygons, pairs of vertices or a mask in the shape of the faces, as a mask of the triangles.
+
+    Raises
+    ------
+    MeshError
+        They are neither, or a pair is no edge of a polygon.
+    """
+    polygons = split.polygons
+    try:
+        array = np.asarray(seams)
+    except ValueError:
+        array = np.concatenate([np.asarray(row).ravel() for row in seams])  # type: ignore[union-attr]
+    if array.dtype.kind == "b":
+        if array.size != len(polygons.corners):
+            raise MeshError(
+                f"seams is a mask of {array.size} sides for {len(polygons.corners)}: pass F's shape"
+            )
+        # a side whose ends are one vertex is in no triangle
+        return np.asarray(array.ravel()[split.place] & ~split.inner)
+    mask = seam_mask(array, split.F, n)
+    pairs = np.sort(array.reshape(-1, 2).astype(np.int64), axis=1)
+    ends = np.sort(np.column_stack((polygons.corners, polygons.corners[polygons.following])), axis=1)
+    bad = np.flatnonzero(~np.isin(pairs @ [n, 1], ends @ [n, 1]))
+    if len(bad):
+        raise MeshError(
+            f"seam edges {some(bad)} are diagonals of polygons (edge {bad[0]} is {pairs[bad[0]].tolist()}): "
+            "give edges of the polygons"
+        )
+    return np.asarray(mask & ~split.inner)
+
+
+def with_diagonals(surface: Submesh, cleaned: Cleaned, split: Triangles | None) -> Submesh:
+    """The surface, with the sides named that no seam may take."""
+    if split is None:
+        return surface
+    inner = split.inner[cleaned.faces]
+    return replace(surface, inner=np.where(cleaned.turned[:, None], inner[:, ::-1], inner))
+
+
+def of_polygons(repairs: tuple[Repair, ...], split: Triangles | None) -> tuple[Repair, ...]:
+    """Repairs of triangles as those of the polygons that they are of."""
+    if split is None:
+        return repairs
+    return tuple(
+        replace(repair, first=np.unique(split.face[repair.first])) if repair.of == "faces" else repair
+        for repair in repairs
+    )
+
+
+def in_polygons(atlas: Atlas, split: Triangles | None) -> Atlas:
+    """The atlas of the triangles as one of the polygons."""
+    if split is None:
+        return atlas
+    first = np.searchsorted(split.face, np.arange(len(split.polygons)))
+    return replace(
+        atlas,
+        FTC=split.polygons.shape(split.at_corners(atlas.FTC)),
+        chart=atlas.chart[first],
+        charts=tuple(replace(chart, faces=split.face[chart.faces]) for chart in atlas.charts),
+        split=split,
+    )

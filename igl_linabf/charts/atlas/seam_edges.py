@@ -1,0 +1,146 @@
+"""The seams of texture coordinates."""
+
+from __future__ import annotations
+
+from typing import Literal, overload
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..._types import BoolArray, FloatArray, IntArray
+from ...errors import MeshError, some
+from ...surface import NEXT, PREV, Polygons, Topology, in_one_place, vertex_array
+
+
+@overload
+def texture_seams(
+    F: ArrayLike,
+    FTC: ArrayLike,
+    V: ArrayLike | None = None,
+    TC: ArrayLike | None = None,
+    *,
+    sides: Literal[False] = False,
+) -> IntArray: ...
+
+
+@overload
+def texture_seams(
+    F: ArrayLike,
+    FTC: ArrayLike,
+    V: ArrayLike | None = None,
+    TC: ArrayLike | None = None,
+    *,
+    sides: Literal[True],
+) -> BoolArray | tuple[BoolArray, ...]: ...
+
+
+def texture_seams(
+    F: ArrayLike,
+    FTC: ArrayLike,
+    V: ArrayLike | None = None,
+    TC: ArrayLike | None = None,
+    *,
+    sides: bool = False,
+) -> IntArray | BoolArray | tuple[BoolArray, ...]:
+    """The seams of existing texture coordinates.
+
+    An edge is a seam of a face if other faces have it, too, and none of them has the same texture
+    coordinates there.
+
+    Parameters
+    ----------
+    F : (#F, 3) or (#F, k) int, or list of lists of int
+        Any triangles or polygons, as `unwrap` takes them.
+    FTC : in the shape of `F`
+        Indices of the texture coordinates at the corners, as `igl.readOBJ` returns them.
+    V : (#V, 3) float, optional
+        Positions: vertices in one place are then one vertex, as in a soup. By default only equal indices are.
+    TC : (#TC, 2) float, optional
+        Texture coordinates: equal ones are then one. By default only equal indices are.
+    sides : bool
+        Return a mask: it tells the faces apart where more than two meet in an edge. Pairs cut all of them.
+
+    Returns
+    -------
+    seams : (#E, 2) int64, or bool in the shape of `F`
+        The vertices of the edges that are seams of a face. Or the mask: whether the side from corner k to
+        k + 1 is a seam.
+
+    Raises
+    ------
+    MeshError
+        The arrays are malformed or do not fit together, or a corner has no texture coordinate.
+
+    Examples
+    --------
+    >>> texture_seams([[0, 1, 2], [2, 1, 3]], [[0, 1, 2], [4, 1, 3]])
+    array([[1, 2]])
+    >>> texture_seams([[0, 1, 2], [2, 1, 3]], [[0, 1, 2], [4, 1, 3]], sides=True)
+    array([[False,  True, False],
+           [ True, False, False]])
+    """
+    polygons, texture = Polygons.of(F), Polygons.of(FTC)
+    if len(texture) != len(polygons) or (texture.sizes != polygons.sizes).any():
+        raise MeshError(f"FTC has {len(texture)} rows for {len(polygons)} faces, or others: pass F's shape")
+    bad = np.unique(polygons.owner[texture.corners < 0])
+    if len(bad):
+        raise MeshError(f"faces {some(bad)} have corners without texture in FTC: give them coordinates")
+    positions = None if V is None else vertex_array(V)
+    polygons.check(int(polygons.corners.max()) + 1 if positions is None else len(positions))
+    points = None if TC is None else vertex_array(TC, 2, "TC")
+    if points is not None and len(bad := texture.outside(len(points))):
+        raise MeshError(
+            f"faces {some(bad)} refer to texture coordinates outside 0..{len(points) - 1}: "
+            "correct FTC or complete TC"
+        )
+    mask = _on_seam(polygons, _as_one(polygons, positions), _as_one(texture, points))
+    if sides:
+        return polygons.shape(mask)
+    pairs = np.column_stack((polygons.corners, polygons.corners[polygons.following]))[mask]
+    return np.unique(np.sort(pairs, axis=1), axis=0)
+
+
+def _as_one(faces: Polygons, points: FloatArray | None) -> IntArray:
+    """What is at each corner, as a number: the same for points in one place, if they are given."""
+    if points is None:
+        return faces.corners
+    return np.asarray(in_one_place(points, np.unique(faces.corners))[faces.corners])
+
+
+def _on_seam(polygons: Polygons, a: IntArray, s: IntArray) -> BoolArray:
+    """Which sides have others beside them, none of which has their texture; by what is at the corners."""
+    b, t = a[polygons.following], s[polygons.following]
+    forth = a < b
+    side = np.column_stack([np.where(forth, *pair) for pair in ((a, b), (b, a), (s, t), (t, s))])
+    proper = np.bincount(polygons.owner[a != b], minlength=len(polygons)) > 2  # others have no area
+    rows = np.flatnonzero((a != b) & proper[polygons.owner])
+
+    def alike(columns: int) -> IntArray:
+        _, which, number = np.unique(side[rows, :columns], axis=0, return_inverse=True, return_counts=True)
+        return np.asarray(number[which.ravel()])
+
+    mask = np.zeros(len(a), dtype=bool)
+    mask[rows] = (alike(2) > 1) & (alike(4) == 1)
+    return mask
+
+
+def textured_seams(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
+    """`texture_seams` of a surface that is checked, by its own vertices; and how far their sides differ.
+
+    That is the largest |log ratio| of the lengths of the two sides of a seam.
+    """
+    between = rows_between_textures(topology, FTC)
+    start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
+    halves = topology.sides[:, between]
+    length = np.linalg.norm(TC[end[halves]] - TC[start[halves]], axis=-1)
+    with np.errstate(divide="ignore", invalid="ignore"):  # where a side is a point in the map
+        ratio = np.abs(np.log(length[0] / length[1]))
+    return topology.edges[between], float(np.nan_to_num(ratio, nan=0.0).max(initial=0.0))
+
+
+def rows_between_textures(topology: Topology, texture: IntArray) -> IntArray:
+    """Rows of `topology.edges`."""
+    inside = np.flatnonzero(topology.sides[1] >= 0)
+    first, second = topology.sides[:, inside]
+    start, end = texture.T[NEXT].ravel(), texture.T[PREV].ravel()  # of each half-edge
+    return np.asarray(inside[(start[first] != end[second]) | (end[first] != start[second])])

@@ -1,0 +1,325 @@
+"""Components with cones, as charts: one seam through the cones, and both sides of it equally long."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from time import perf_counter
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..._runtime import advance, part
+from ..._types import FloatArray, IntArray
+from ...angles import Across, Turnings
+from ...errors import MeshError, SingularSystemError, some
+from ...flattening import (
+    AstrayError,
+    Flattening,
+    KnownLaplacian,
+    Method,
+    Turned,
+    flatten_with_cones,
+    turnings_of,
+)
+from ...measures import overlapping_pairs_of_chart, quality_of
+from ...surface import Cleaned, Submesh, check_finite, planar_mesh
+from ..atlas import Chart, cut_out, on_part
+from ..splitting import MAX_SPLITS, seams_between
+from .finding import CONE_TRADE, ConePiece, angles_of, found_on
+from .moves import ConeMoves
+from .quarter_turns import QUARTER, QuarterTurns, nearest_quarters
+from .scale import ConeScale
+from .seams import seam_through
+
+GivenCones = Literal["auto"] | ArrayLike
+ConeAngles = Literal["quarter"] | ArrayLike | None
+
+
+FEW_THIN = 0.15  # share of edges across which cotangents are negative
+COARSE = 1_000  # nodes below which there are hardly any to move to
+THIN = 0.2  # and share of such edges above which what is expected of moves does not come true
+ASTRAY = 0.5  # residual above which flips are no matter of the layout: the cones do not have their angles
+SMALL = 5_000  # nodes below which a factor for the first step's own metric takes little time
+NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angles
+
+
+@dataclass(frozen=True, eq=False)
+class Cones:
+    """The cones that are asked for.
+
+    Attributes
+    ----------
+    vertices : (#C,) int64, int or None
+        The surface's vertices; or how many are to be found on each component: None is as many as pay.
+    angles : (#C,) float64, "quarter" or None
+        Their angle sums, radians; in quarter turns; or those of one scale at all cones.
+    """
+
+    vertices: IntArray | int | None
+    angles: FloatArray | Literal["quarter"] | None
+
+    @classmethod
+    def checked(cls, cones: GivenCones, angles: ConeAngles, surface: Submesh, cleaned: Cleaned) -> Cones:
+        """Check what the caller gives; its vertices become those of the repaired surface.
+
+        Raises
+        ------
+        MeshError
+            A cone is no vertex of the surface, or on its boundary, or twice there; or the angles do not fit.
+        """
+        given = np.asarray(cones)
+        quarter = isinstance(angles, str)
+        if quarter and angles != "quarter":
+            raise ValueError(f"cone_angles is {angles!r}: use 'quarter', an angle sum for each cone, or None")
+        if given.ndim == 0:
+            found = isinstance(cones, str) and cones == "auto"
+            if not found and (given.dtype.kind not in "iu" or given < 0):
+                raise MeshError(f"cones is {cones!r}: give 'auto', a number of cones, or their vertices")
+            if angles is not None and not quarter:
+                raise MeshError(
+                    "cone_angles has angles for cones that are yet to be found: give their vertices"
+                )
+            return cls(None if found else int(given), "quarter" if quarter else None)
+        if given.ndim != 1 or (given.dtype.kind not in "iu" and given.size):
+            raise MeshError(
+                f"cones has the shape {given.shape} and the dtype {given.dtype}: give a number of cones, or "
+                "the indices of their vertices"
+            )
+        given = given.astype(np.int64)
+        outside = (given < 0) | (given >= len(cleaned.merged))
+        if outside.any():
+            raise MeshError(f"cones {some(given[outside])} are not within 0..{len(cleaned.merged) - 1}")
+        wanted = None if angles is None or quarter else _sums(angles, len(given))
+        cone, vertex = _where(given, surface, cleaned)
+        if wanted is not None:
+            return cls(vertex, wanted[cone])
+        return cls(vertex, "quarter" if quarter else None)
+
+    def on(self, component: Submesh) -> Placed:
+        """The cones on a component."""
+        place = ConePiece(component)
+        if self.vertices is None or isinstance(self.vertices, int):
+            own = found_on(place, self.vertices, CONE_TRADE)
+            assert not isinstance(self.angles, np.ndarray)
+            return _settled(Placed(place, own, *angles_of(place, own, self.angles)))
+        here = np.flatnonzero(np.isin(self.vertices, component.vertices))
+        own = np.searchsorted(component.vertices, self.vertices[here])
+        wanted = self.angles[here] if isinstance(self.angles, np.ndarray) else self.angles
+        return Placed(place, own, *angles_of(place, own, wanted))
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """Cones on a component.
+
+    Attributes
+    ----------
+    place : ConePiece
+    own : (#C,) int64
+        The component's vertices.
+    sums : (#C,) float64
+        Their angle sums.
+    scale : ConeScale or None
+        What these follow from, if there are cones and their sums are not given.
+    quarters : QuarterTurns or None
+        Those, if they are in quarter turns that may be exchanged.
+    across : Across or None
+        The columns of the closing rows of `place.paths`, if they are known.
+    """
+
+    place: ConePiece
+    own: IntArray
+    sums: FloatArray
+    scale: ConeScale | None
+    quarters: QuarterTurns | None
+    across: Across | None = None
+
+
+def _settled(found: Placed) -> Placed:
+    """Quarter cones where they were found, or moved so that closed paths turn by nearly whole quarters."""
+    place, quarters = found.place, found.quarters
+    component, piece = place.component, place.piece
+    if quarters is None or piece.n < COARSE or piece.thin_share > THIN:
+        return found
+    if not place.paths:
+        return found
+    told = turnings_of(
+        component.topology, np.arctan2(*component.measured), _asked(found), place.paths, _known(found)
+    )
+    if told is None:
+        return found
+    turnings, across = told
+    found = replace(found, across=across)
+    by_node = np.zeros((piece.n, len(place.paths)))
+    by_node[piece.holes :] = turnings.by_vertex[place.inner]
+    best = ConeMoves(place, quarters, replace(turnings, by_vertex=by_node)).best()
+    if best is None:
+        return found
+    own = place.vertices(best.scale.nodes)
+    return Placed(place, own, np.asarray(2 * np.pi - best.k * QUARTER), best.scale, None, across)
+
+
+def _asked(chosen: Placed) -> FloatArray:
+    """The angle sums of the component's vertices; NaN at its boundary."""
+    sums = np.where(chosen.place.component.topology.interior, 2 * np.pi, np.nan)
+    sums[chosen.own] = chosen.sums
+    return sums
+
+
+def _sums(angles: ArrayLike, n: int) -> FloatArray:
+    """Angle sums of `n` cones, checked."""
+    array = np.asarray(angles)
+    if array.shape != (n,) or array.dtype.kind not in "iuf":
+        raise MeshError(
+            f"cone_angles has the shape {array.shape} for {n} cones: give a number of radians for each"
+        )
+    sums = array.astype(np.float64)
+    bad = np.flatnonzero(~(np.isfinite(sums) & (sums > 0)))
+    if len(bad):
+        raise MeshError(
+            f"cone_angles {some(bad)} are not positive (the first: {sums[bad[0]]:g}): an angle sum is "
+            "above zero; a cone of curvature k has 2 pi - k"
+        )
+    return sums
+
+
+def _where(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple[IntArray, IntArray]:
+    """For each vertex of the repaired surface that a cone became, which cone it was, and the vertex."""
+    own = cleaned.merged[cleaned.origin]  # which vertex the caller may mean by each of the surface's
+    order = np.argsort(own, kind="stable")
+    wanted = cleaned.merged[given]
+    first, end = (np.searchsorted(own[order], wanted, side) for side in ("left", "right"))
+    if (first == end).any():
+        raise MeshError(f"cones {some(given[first == end])} belong to no face: give vertices of the surface")
+    cone = np.repeat(np.arange(len(given)), end - first)
+    at = np.concatenate(
+        [order[a:b] for a, b in zip(first.tolist(), end.tolist(), strict=True)] or [order[:0]]
+    )
+    if len(np.unique(at)) < len(at):
+        number = np.bincount(at)
+        raise MeshError(f"cones {some(given[cone[number[at] > 1]])} are the same vertices: give each once")
+    rim = ~surface.topology.interior[at]
+    if rim.any():
+        raise MeshError(
+            f"cones {some(given[cone[rim]])} are on the boundary, whose angles are free: "
+            "give interior vertices"
+        )
+    return cone, surface.vertices[at]
+
+
+@dataclass(frozen=True, eq=False)
+class Coned:
+    """What became of the components of a surface with cones.
+
+    Attributes
+    ----------
+    charts : list of (Chart, Submesh)
+    cones : (#C,) int64
+        The cones, by the surface's names of its vertices.
+    angles : (#C,) float64
+        Their angle sums.
+    """
+
+    charts: list[tuple[Chart, Submesh]]
+    cones: IntArray
+    angles: FloatArray
+
+
+def coned(surface: Submesh, cones: Cones, method: Method, ends: tuple[float, float]) -> Coned:
+    """Cut each component along a seam through its cones, and flatten it.
+
+    `ends` are the fractions of the progress at which cones are placed, and all is flat.
+    """
+    components = surface.components()
+    with part("cones", ends[0]):
+        placed = [cones.on(component) for component in components]
+    charts: list[tuple[Chart, Submesh]] = []
+    reached = 0
+    names, angles = [], []
+    for component, chosen in zip(components, placed, strict=True):
+        reached += len(component.F)
+        with part("charts", ends[0] + (ends[1] - ends[0]) * reached / len(surface.F)):
+            cut, result, sums = _flattened(chosen, isinstance(cones.angles, str), method)
+            charts += _split(cut, result)
+        names.append(component.vertices[chosen.own])
+        angles.append(sums)
+    return Coned(charts, np.concatenate(names), np.concatenate(angles))
+
+
+def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, Flattening, FloatArray]:
+    """The component cut along its seam, its map, and the angle sums of its cones there."""
+    start, place = perf_counter(), chosen.place
+    component, piece = place.component, place.piece
+    seam = seam_through(piece, piece.node[chosen.own], place.along_handles)
+    (cut,) = component.cut_at(component.cells[1][seam])
+    advance("seams", 0.2)
+    mesh = replace(planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
+    paths, angles = place.paths, chosen.sums
+
+    def quarters(turnings: Turnings) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+        nonlocal angles
+        if chosen.quarters is None:
+            whole = nearest_quarters(turnings.turned[None] / QUARTER, turnings.cost)[0]
+            return angles, whole * QUARTER, None
+        k, whole = chosen.quarters.for_paths(turnings)
+        curvature: FloatArray = np.asarray(k * QUARTER)
+        angles = 2 * np.pi - curvature
+        return angles, whole * QUARTER, chosen.quarters.scale.log_scale_of(curvature)[piece.node]
+
+    checked = perf_counter() - start
+    turned = Turned(chosen.own, quarters) if quarter and paths else None
+    try:
+        made = flatten_with_cones(
+            mesh, component.topology, _asked(chosen), paths, turned, method, _known(chosen)
+        )
+    except SingularSystemError as error:
+        raise SingularSystemError(_none_found(chosen, quarter, str(error))) from error
+    except AstrayError as error:
+        raise MeshError(_none_found(chosen, quarter, str(error))) from error
+    missing = max(made.after.vertex, made.after.wheel)
+    if not made.outcome.good and missing > ASTRAY and len(made.ladder) > 1:
+        raise MeshError(_none_found(chosen, quarter, f"the angle sums end {missing:.2g} away from them"))
+    seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
+    return cut, replace(made, seconds=seconds), angles
+
+
+def _none_found(chosen: Placed, quarter: bool, why: str) -> str:
+    """The message: no map has these cones."""
+    other = "leave out cone_angles='quarter'" if quarter else "cut along seams instead"
+    return (
+        f"no map with the {len(chosen.own)} cones {some(chosen.place.component.vertices[chosen.own])} was "
+        f"found: give more cones, or {other} ({why})"
+    )
+
+
+def _known(chosen: Placed) -> KnownLaplacian | None:
+    """The Laplacian that gave the cones their angles."""
+    if chosen.scale is None:
+        return None
+    first = chosen.scale.first
+    left_out = None if first < 0 else int(chosen.place.vertices(np.array([first]))[0])
+    piece = chosen.place.piece
+    even = piece.n >= SMALL and piece.thin_share <= FEW_THIN
+    return KnownLaplacian(chosen.scale.known, left_out, even, chosen.across)
+
+
+def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
+    """The map's parts that do not overlap themselves: the map stays as it is, so that seams still match."""
+    check_finite(result.uv, cut.vertices, "uv")
+    done: list[tuple[Chart, Submesh]] = []
+    waiting = [(cut, result, 0)]
+    while waiting:
+        piece, made, splits = waiting.pop()
+        pairs = overlapping_pairs_of_chart(piece.topology, made.uv)
+        if len(pairs) and splits < MAX_SPLITS:
+            parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
+            if len(parts) > 1:
+                waiting += [
+                    (part, cut_out(made, piece, part, on_part(made.uv, piece, part)), splits + 1)
+                    for part in reversed(parts)
+                ]
+                continue
+        chart = Chart(piece.faces, made, quality_of(piece, made.uv, len(pairs)), splits, len(pairs), 0.0)
+        done.append((chart, piece))
+    return done

@@ -1,0 +1,141 @@
+"""The conformal scale of a surface with cones: where the next cone helps most, and which angles they have."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from ..._types import FloatArray, IntArray
+from ...linalg import Factor, NotPositiveDefiniteError
+from ..cut_graphs import MAX_LOG_SCALE, ClosedSurface, ZeroAtNodes, expected_stretch
+
+
+@dataclass(frozen=True, eq=False)
+class ConeScale:
+    """The logarithm u of the conformal scale that flattens a surface everywhere but at its cones.
+
+    u is zero at the cones and at the boundary. With the curvature K, the cotangent Laplacian L, the
+    cones' curvatures k and Green's functions g_i, which are zero at the ground,
+
+        L u = -K + sum_i k_i e_i,    u = u_0 + sum_i k_i g_i,    u = 0 at the cones.
+
+    So one factor serves for any number of cones. The ground is the boundary; on a closed surface it is
+    the first cone, whose curvature is what Gauss-Bonnet leaves for it.
+
+    Attributes
+    ----------
+    piece : ClosedSurface
+    laplacian : ZeroAtNodes
+        L, of the cotangents; of raised ones where double precision does not hold these.
+    factored : Factor
+        L with zero at the ground.
+    first : int
+        The node that is the ground; -1 where the boundary is.
+    bare : (n,) float64
+        u_0, with no cone but the ground.
+    others : (#C,) int64
+        The cones, without the ground.
+    green : (#C, n) float64
+        Their Green's functions.
+    """
+
+    piece: ClosedSurface
+    laplacian: ZeroAtNodes
+    factored: Factor
+    first: int
+    bare: FloatArray
+    others: IntArray
+    green: FloatArray
+
+    @classmethod
+    def of(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
+        """Without cones; on a closed surface with one, where the scale is farthest from its mean."""
+        if piece.holes:
+            first = -1
+        elif first is None:
+            first = _farthest(piece)
+        ground, laplacian, bare = _ground(piece, first), piece.zero_by_cotangents, -piece.curvature
+        try:
+            factored = laplacian.factored(ground)
+        except NotPositiveDefiniteError:
+            laplacian = piece.zero_at_nodes
+            factored = laplacian.factored(ground)
+        bare[ground] = 0.0
+        none = np.zeros(0, dtype=np.int64)
+        return cls(piece, laplacian, factored, first, factored.solve(bare), none, np.zeros((0, piece.n)))
+
+    @classmethod
+    def at(cls, piece: ClosedSurface, nodes: IntArray) -> ConeScale:
+        """With these cones, of which there is one at least."""
+        first = int(nodes[0])
+        ground = cls.of(piece, first)
+        return ground.with_cones(nodes[len(ground.nodes) :])
+
+    def with_cones(self, nodes: IntArray) -> ConeScale:
+        """With more cones."""
+        unit = np.zeros((self.piece.n, len(nodes)))
+        unit[nodes, np.arange(len(nodes))] = 1.0
+        green = np.concatenate((self.green, self.factored.solve(unit).T))
+        return replace(self, others=np.append(self.others, nodes), green=green)
+
+    @property
+    def nodes(self) -> IntArray:
+        """All cones."""
+        return self.others if self.first < 0 else np.append(self.first, self.others)
+
+    @property
+    def known(self) -> Factor | None:
+        """The factor of the Laplacian over the nodes off the ground; None if its cotangents are raised."""
+        zero, piece = self.laplacian, self.piece
+        if zero is not piece.zero_by_cotangents or zero is piece.zero_at_nodes:
+            return None
+        free = zero.free(_ground(piece, self.first))
+
+        def solve(b: FloatArray) -> FloatArray:
+            every = np.zeros((len(free), *b.shape[1:]))
+            every[free] = b
+            return np.asarray(self.factored.solve(every)[free])
+
+        return replace(self.factored, solve=solve)
+
+    @cached_property
+    def curvature(self) -> FloatArray:
+        """The curvature of each of `nodes` with which the scale is one at all of them, radians."""
+        k = np.linalg.solve(self.green[:, self.others], -self.bare[self.others])
+        return np.asarray(k if self.first < 0 else np.append(self.piece.curvature.sum() - k.sum(), k))
+
+    @cached_property
+    def log_scale(self) -> FloatArray:
+        """u, (n,)."""
+        return self.log_scale_of(self.curvature)
+
+    def log_scale_of(self, curvature: FloatArray) -> FloatArray:
+        """u, (n,), where these are the curvatures of `nodes`, radians; it is zero at the ground only."""
+        k = curvature if self.first < 0 else curvature[1:]
+        return np.clip(self.bare + k @ self.green, -MAX_LOG_SCALE, MAX_LOG_SCALE)
+
+    @property
+    def stretch(self) -> float:
+        """The L2 stretch that is expected of the map."""
+        return expected_stretch(self.piece, self.log_scale)
+
+    @property
+    def spread(self) -> float:
+        """The standard deviation of u over the surface."""
+        weight = self.piece.area / self.piece.area.sum()
+        u = self.log_scale - weight @ self.log_scale
+        return float(np.sqrt(weight @ u**2))
+
+
+def _ground(piece: ClosedSurface, first: int) -> IntArray:
+    """The nodes at which the scale is zero without any cone."""
+    return np.arange(piece.holes) if first < 0 else np.array([first])
+
+
+def _farthest(piece: ClosedSurface) -> int:
+    """The node where the scale that spreads all curvature evenly is farthest from its mean."""
+    weight = piece.area / piece.area.sum()
+    u = piece.zero_at_nodes.solve(np.array([0]), weight * piece.curvature.sum() - piece.curvature)
+    return int(np.argmax(np.abs(u - weight @ u)))

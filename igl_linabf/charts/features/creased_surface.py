@@ -1,0 +1,177 @@
+"""A surface with creases: where it bends, which creases are sharp, and what is curved."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..._core import lengths
+from ..._types import BoolArray, FloatArray, IntArray
+from ...surface import NEXT, PREV, Submesh, sum_by
+from .curvature import NOISE, SHARP, SOFT, all_bends, extents_of, flat_shares, tips
+from .visibility import shown_between
+
+NEEDLE = 1e-12  # area over squared length, up to which no face may be a chart alone
+GAIN = 0.02  # sum of squared curvatures, in full turns, from which on a disk gains by a seam
+
+
+@dataclass(frozen=True, eq=False)
+class Creased:
+    """A surface of several components, its creases and its curvature.
+
+    Attributes
+    ----------
+    surface : Submesh
+    hidden : (#F',) float64 or None
+        How well each of the caller's faces hides a seam, as of `hiding`.
+    """
+
+    surface: Submesh
+    hidden: FloatArray | None = None
+
+    @property
+    def label(self) -> IntArray:
+        """The component of each face."""
+        return self.surface.label
+
+    @cached_property
+    def extent(self) -> FloatArray:
+        """Of each component."""
+        return extents_of(self.surface, self.label)
+
+    @property
+    def inside(self) -> IntArray:
+        """The edges with two faces."""
+        return self.surface.topology.inside
+
+    @property
+    def faces(self) -> IntArray:
+        """The two faces of each of these, (#E, 2)."""
+        return self.surface.topology.faces_inside
+
+    @property
+    def ends(self) -> IntArray:
+        """The vertices of each, (#E, 2)."""
+        return self.surface.topology.edges_inside
+
+    def sides(self, rows: IntArray | BoolArray) -> tuple[IntArray, IntArray]:
+        """Where the ends of such edges are among the corners of all faces, (2, #E) in either face."""
+        corner, face = np.divmod(self.surface.topology.sides[:, self.inside[rows]], len(self.surface.F))
+        a, b = (3 * face + (corner + k) % 3 for k in (1, 2))
+        return np.stack((a[0], b[0])), np.stack((b[1], a[1]))
+
+    def marked(self, rows: IntArray | BoolArray | slice) -> BoolArray:
+        """The mask, (#F, 3), of the sides from corner k to k + 1 that are such edges."""
+        surface = self.surface
+        corner, face = np.divmod(surface.topology.sides[:, self.inside[rows]], len(surface.F))
+        sides = np.zeros(surface.F.shape, dtype=bool)
+        sides[face, np.array(NEXT)[corner]] = True  # half-edge (k, t) is the side k + 1 of t
+        return sides
+
+    @cached_property
+    def rim(self) -> BoolArray:
+        """The mask of the sides on the boundary."""
+        return ~self.marked(slice(None))
+
+    @cached_property
+    def length(self) -> FloatArray:
+        """Of these edges."""
+        return lengths(self.surface.V, self.ends)
+
+    @cached_property
+    def shown_length(self) -> FloatArray:
+        """The same, as long as seams there look: shorter where the two faces hide them."""
+        if self.hidden is None:
+            return self.length
+        return np.asarray(self.length * shown_between(self.hidden[self.surface.faces[self.faces]]))
+
+    @cached_property
+    def turned(self) -> FloatArray:
+        """`all_bends`, at these edges."""
+        return all_bends(self.surface, self.extent[self.label])
+
+    @cached_property
+    def bend(self) -> FloatArray:
+        """The size of these; nothing at the diagonals of polygons."""
+        size = np.abs(self.turned)
+        if self.surface.inner is not None:
+            size[~np.isin(self.inside, self.surface.cells[1])] = 0.0
+        return np.asarray(size)
+
+    @cached_property
+    def sharp(self) -> BoolArray:
+        """Whether these are sharp creases."""
+        return np.asarray(self.bend >= SHARP)
+
+    @cached_property
+    def curvature(self) -> FloatArray:
+        """The size of the angle defect at each vertex, beyond what rounding makes; zero on the boundary."""
+        surface, n = self.surface, len(self.surface.V)
+        size = np.abs(2 * np.pi - surface.angle_sums)
+        size[np.concatenate([*surface.topology.loops, np.zeros(0, dtype=np.int64)])] = 0.0
+        turned = np.repeat(NOISE * self.extent_at_edges / np.maximum(self.length, np.finfo(float).tiny), 2)
+        noise = np.bincount(self.ends.ravel(), turned, n)
+        return np.where(size > noise, size, 0.0)
+
+    @cached_property
+    def extent_at_edges(self) -> FloatArray:
+        """That of the component of each edge."""
+        return np.asarray(self.extent[self.label[self.faces[:, 0]]])
+
+    @cached_property
+    def on_sharp(self) -> BoolArray:
+        """Which vertices are on sharp creases."""
+        on_sharp = np.zeros(len(self.surface.V), dtype=bool)
+        on_sharp[self.ends[self.sharp]] = True
+        return on_sharp
+
+    @cached_property
+    def tip(self) -> BoolArray:
+        """Which are off these, and a tip, as a cone's apex is."""
+        on_soft = np.zeros(len(self.surface.V), dtype=bool)
+        on_soft[self.ends[self.bend > SOFT]] = True
+        return tips(self.curvature, self.ends, self.on_sharp, on_soft)
+
+    @cached_property
+    def area(self) -> FloatArray:
+        """Of each component, twice."""
+        return sum_by(self.label, self.surface.measured[0], len(self.extent))
+
+    @cached_property
+    def flat_share(self) -> FloatArray:
+        """`flat_shares` of the components."""
+        return flat_shares(self.surface, self.label)
+
+    def in_components(self, vertices: BoolArray, weight: FloatArray | None = None) -> FloatArray:
+        """How many of some vertices each component has, or the sum of their weights."""
+        own = None if weight is None else weight[vertices]
+        return np.asarray(np.bincount(self._of_vertex[vertices], own, len(self.extent)))
+
+    @cached_property
+    def _of_vertex(self) -> IntArray:
+        """The component of each vertex."""
+        of = np.empty(len(self.surface.V), dtype=np.int64)
+        of[self.surface.F] = self.label[:, None]
+        return of
+
+    @cached_property
+    def loops(self) -> IntArray:
+        """How many boundary loops each component has."""
+        first = np.array([loop[0] for loop in self.surface.topology.loops], dtype=np.int64)
+        return np.asarray(np.bincount(self._of_vertex[first], minlength=len(self.extent)))
+
+    @cached_property
+    def may_fall_apart(self) -> BoolArray:
+        """Which components may fall into panels: not those that seams would not help, or that have needles.
+
+        A disk has to gain by seams, unless nothing is curved.
+        """
+        surface, everywhere = self.surface, np.ones(len(self.surface.V), dtype=bool)
+        gain = self.in_components(everywhere, (self.curvature / (2 * np.pi)) ** 2)
+        double_area, dot = surface.measured
+        needle = double_area <= NEEDLE * (dot[NEXT] + dot[PREV]).max(axis=0)  # it has no map of its own
+        may = (self.loops != 1) | (gain == 0) | (gain > GAIN)
+        may &= np.bincount(self.label[needle], minlength=len(self.extent)) == 0
+        return np.asarray(may)

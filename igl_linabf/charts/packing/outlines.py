@@ -1,0 +1,179 @@
+"""Charts as outlines and as masks, the cells of a page that a chart touches; and how far charts reach."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ..._core import drawn, placed, taken_cells
+from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
+from ...surface import Parts, at_once
+
+
+def extents(z: ComplexArray, charts: Parts) -> tuple[ComplexArray, ComplexArray]:
+    """Lower left corners of the rectangles around charts, and their extents."""
+    low, high = (function(z.real) + 1j * function(z.imag) for function in (charts.min, charts.max))
+    return low, high - low
+
+
+def areas(double: FloatArray, faces: Parts) -> FloatArray:
+    """The area of each chart, by twice the signed areas of its faces."""
+    return np.asarray(faces.sum(np.abs(double))) / 2
+
+
+AT_ONCE = 100_000  # sides of turned charts that are drawn at once
+
+
+@dataclass(frozen=True, eq=False)
+class Outline:
+    """The sides of a chart's triangles that do not cancel out.
+
+    Attributes
+    ----------
+    start, end : (#S,) complex128
+        The chart lies on their left.
+    weight : (#S,) int64
+        How often each counts; 1 in an oriented manifold.
+    area : float
+        The chart's.
+    """
+
+    start: ComplexArray
+    end: ComplexArray
+    weight: IntArray
+    area: float
+
+
+@dataclass(frozen=True, eq=False)
+class Masks:
+    """The cells that a chart touches in several directions, each within the smallest rectangle of cells.
+
+    Attributes
+    ----------
+    turns : (#M,) complex128
+        The directions.
+    shapes : (#M, 2) int64
+        Their rows and columns.
+    origin : (#M,) complex128
+        What of the chart comes to a mask's lower left corner.
+    blocks : (#B, 4) int64
+        Row, first column, length and number of rows of runs of cells; equal ones in a row are one. They
+        are what the chart touches; the largest come first.
+    start : (#M + 1,) int64
+        Mask k has the blocks from start[k] to start[k + 1].
+    """
+
+    turns: ComplexArray
+    shapes: IntArray
+    origin: ComplexArray
+    blocks: IntArray
+    start: IntArray
+
+
+NO_MASKS = Masks(
+    np.empty(0, np.complex128),
+    np.empty((0, 2), np.int64),
+    np.empty(0, np.complex128),
+    np.empty((0, 4), np.int64),
+    np.zeros(1, np.int64),
+)
+NONE_KNOWN = np.empty((0, 4), np.int64)  # places
+
+
+@dataclass(frozen=True, eq=False)
+class Row:
+    """The masks of several charts one after the other, as `Masks` has those of one.
+
+    Attributes
+    ----------
+    spans : (#C, 2) int64
+        Chart i has the masks from spans[i, 0] to spans[i, 1].
+    turns, shapes, origin, blocks, start
+    """
+
+    spans: IntArray
+    turns: ComplexArray
+    shapes: IntArray
+    origin: ComplexArray
+    blocks: IntArray
+    start: IntArray
+
+    @classmethod
+    def of(cls, masks: Sequence[Masks]) -> Row:
+        """That of these charts."""
+        first = Parts.of_sizes([len(one.turns) for one in masks])
+        reached = Parts.of_sizes([len(one.blocks) for one in masks]).start
+        masks = masks or (NO_MASKS,)  # of no chart
+        start = np.concatenate([*(one.start[:-1] for one in masks), reached[-1:]])
+        start[:-1] += first.spread(reached[:-1])
+        return cls(
+            np.stack((first.start[:-1], first.start[1:]), axis=1),
+            np.concatenate([one.turns for one in masks]),
+            np.concatenate([one.shapes for one in masks]),
+            np.concatenate([one.origin for one in masks]),
+            np.concatenate([one.blocks for one in masks]),
+            start,
+        )
+
+    def placed(
+        self, side: int, most: int, spans: IntArray, known: IntArray = NONE_KNOWN
+    ) -> tuple[IntArray, IntArray]:
+        """`placed` of charts in the order of their spans."""
+        return placed(side, most, spans, self.shapes, self.blocks, self.start, known)
+
+    def taken(self, side: int, places: IntArray) -> BoolArray:
+        """The cells (#pages, side, side) that charts at these places take."""
+        return taken_cells(side, places, self.blocks, self.start)
+
+
+def outlines(z: ComplexArray, F: IntArray, vertices: Parts, faces: Parts, area: FloatArray) -> list[Outline]:
+    """The outlines of charts whose vertices and faces stand one after the other."""
+    tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
+    key = np.sort((np.minimum(tail, head) * len(z) + np.maximum(tail, head)) * 2 + (tail > head))
+    first = np.flatnonzero(np.diff(key // 2, prepend=-1))
+    net = np.add.reduceat(1 - 2 * (key % 2), first) if len(key) else key  # how often each edge runs upwards
+    left = net != 0
+    (low, high), net = np.divmod(key[first[left]] // 2, len(z)), net[left]
+    start, end = np.where(net > 0, low, high), np.where(net > 0, high, low)
+    bounds = np.searchsorted(low, vertices.start)  # edges are sorted by their lower vertex
+    weight = np.abs(net)
+    return [
+        Outline(z[start[i:j]], z[end[i:j]], weight[i:j], float(a))
+        for i, j, a in zip(bounds[:-1].tolist(), bounds[1:].tolist(), area, strict=True)
+    ]
+
+
+def masks_of(
+    outlines: Sequence[Outline], turns: Sequence[ComplexArray], cells_per_unit: float, gap: float
+) -> list[Masks]:
+    """The cells that charts, turned and widened by half a gap (in cells) to all four sides, touch.
+
+    Charts whose masks share no cell are at least the gap apart, in u or in v.
+    """
+    made: list[Masks] = []
+    sides = np.array([len(outline.start) * len(by) for outline, by in zip(outlines, turns, strict=True)])
+    for first, end in at_once(sides, AT_ONCE):
+        made += _together(outlines[first:end], turns[first:end], cells_per_unit, gap)
+    return made
+
+
+def _together(
+    outlines: Sequence[Outline], turns: Sequence[ComplexArray], cells_per_unit: float, gap: float
+) -> list[Masks]:
+    half = gap / 2 * (1 + 1e-9) + 1e-9
+    number = [len(by) for by in turns]
+    sides = Parts.of_sizes([len(outline.start) for outline in outlines])
+    start, end, weight = (
+        np.concatenate(arrays) for arrays in zip(*((o.start, o.end, o.weight) for o in outlines), strict=True)
+    )
+    of, by = np.repeat(np.arange(len(outlines)), number), np.concatenate(turns) * cells_per_unit
+    shapes, low, blocks, begin = drawn(start, end, weight, sides.start, by, of, half)
+    origin, reached = low / cells_per_unit, begin.tolist()
+    made = []
+    for directions, (i, j) in zip(turns, pairwise([0, *np.cumsum(number).tolist()]), strict=True):
+        own = blocks[reached[i] : reached[j]]
+        made.append(Masks(directions, shapes[i:j], origin[i:j], own, begin[i : j + 1] - begin[i]))
+    return made

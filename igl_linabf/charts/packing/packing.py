@@ -1,0 +1,280 @@
+"""Charts side by side on pages, at one common scale: what is asked for, and the charts in their places."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+import scipy
+from numpy.typing import ArrayLike
+
+from ..._core import narrowest_turns
+from ..._types import ComplexArray, FloatArray, IntArray
+from ...errors import MeshError, is_number
+from ...surface import Parts, Submesh, complex_positions, coordinates, signed_double_areas
+from .layout_search import FEW, Charts, Layout, fixed_layout, largest_layout
+from .outlines import areas, extents, outlines
+from .spacing import PADDING, Spacing
+
+UDIM_ROW = 10  # pages side by side
+ALL_TURNS = np.exp(0.5j * np.pi * np.arange(1000) / 1000)  # of a quarter, for a single chart
+
+
+@dataclass(frozen=True, eq=False)
+class Placed:
+    """A chart on its page: `ratio * (u + iv) + shift` of what it was.
+
+    Attributes
+    ----------
+    ratio : complex
+        Turn and scale. Its absolute value is the common scale, the same for all charts.
+    shift : complex
+    uv : (#V, 2) float64
+        The chart's coordinates there; NaN at vertices that no face refers to.
+    area : float
+        Its area there, in pages.
+    page : int
+        Page k is the square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
+    """
+
+    ratio: complex
+    shift: complex
+    uv: FloatArray
+    area: float
+    page: int = 0
+
+
+def pack(
+    charts: Sequence[tuple[ArrayLike, ArrayLike]],
+    *,
+    margin: float = 0.005,
+    resolution: int | None = None,
+    padding: float = PADDING,
+    texel_density: float | None = None,
+    pages: int | None = None,
+) -> list[Placed]:
+    """Pack charts into the unit square by similarities of one common scale, without mirroring.
+
+    Parameters
+    ----------
+    charts : sequence of (uv, F)
+        Coordinates (#V, 2) float and triangles (#F, 3) int of each chart, at the relative scale
+        they shall keep (that of their 3-D areas).
+    margin : float
+    resolution : int, optional
+    padding : float
+    texel_density : float, optional
+        Texels per unit of length of `uv`.
+    pages : int, optional
+        As in `unwrap`, like the others.
+
+    Returns
+    -------
+    list of Placed
+        In the order of `charts`; the same for the same input.
+
+    Raises
+    ------
+    MeshError
+        A chart has no area or coordinates that are not finite, there are too many charts for the margin,
+        or they do not fit on the pages at the texel density.
+    ValueError
+        A number is out of its range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> square = np.array([[0, 0], [1, 0], [1, 1], [0, 1]]), np.array([[0, 1, 2], [0, 2, 3]])
+    >>> placed = pack([square] * 4)
+    >>> sum(chart.area for chart in placed) > 0.95
+    True
+    >>> [chart.page for chart in pack([square] * 3, resolution=64, texel_density=40)]
+    [0, 1, 2]
+    """
+    given = []
+    for i, (uv, F) in enumerate(charts):
+        try:
+            given.append(Submesh.checked(uv, F, 2, "uv"))
+        except MeshError as error:
+            raise MeshError(f"chart {i}: {error}") from None
+    wish = Wish.of(margin, resolution, padding, texel_density, pages)
+    placed = pack_maps([(chart.V, chart.F) for chart in given], wish)
+    return [replace(p, uv=chart.scatter(p.uv)) for chart, p in zip(given, placed, strict=True)]
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What is asked of a packing.
+
+    Attributes
+    ----------
+    spacing : Spacing
+    side : float or None
+        Of a page, in units of the charts; None: as short as it can be.
+    pages : int or None
+        At most; None: as many as it takes.
+    resolution : int or None
+    upright : bool
+        Turn several charts by quarter turns only.
+    unit : float
+        The length of the charts' units in the caller's.
+    """
+
+    spacing: Spacing
+    side: float | None
+    pages: int | None
+    resolution: int | None
+    upright: bool = False
+    unit: float = 1.0
+
+    @classmethod
+    def of(
+        cls,
+        margin: float,
+        resolution: int | None,
+        padding: float,
+        texel_density: float | None,
+        pages: int | None,
+    ) -> Wish:
+        """The arguments of `unwrap`, checked."""
+        spacing = Spacing.of(margin, resolution, padding)
+        if not (pages is None or (isinstance(pages, int | np.integer) and is_number(pages, 1))):
+            raise ValueError(f"pages is {pages!r}: give a whole number from 1 upwards, or None")
+        if texel_density is None:
+            return cls(spacing, None, 1 if pages is None else pages, resolution)
+        if resolution is None:
+            raise ValueError("texel_density needs a resolution: give the texels along a page's side, too")
+        if not is_number(texel_density, 0, np.finfo(float).max, above=True):
+            raise ValueError(f"texel_density is {texel_density!r}: give texels per unit of length, above 0")
+        return cls(spacing, resolution / texel_density, pages, resolution)
+
+    def in_units(self, length: float) -> Wish:
+        """The same, for charts that have been scaled by `length`."""
+        return self if self.side is None else replace(self, side=self.side * length, unit=self.unit * length)
+
+
+def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[Placed]:
+    """`pack` of charts that are checked; every vertex has a face."""
+    if not maps:
+        return []
+    z, area, turn, origin, vertices, charts = _prepared(maps, wish)
+    layout = _layout(charts, wish)
+    # the layout's own turn, then to the page; the gaps only become wider
+    z = z * vertices.spread(layout.turn) + vertices.spread(layout.corner)
+    low, scale = _fitted(z, layout, vertices, wish)
+    page = layout.page
+    tile = page % UDIM_ROW + 1j * (page // UDIM_ROW)
+    at = tile - scale * low
+    z = scale * z + vertices.spread(at)
+    ratio = scale * layout.turn * turn
+    shift = scale * (layout.corner - layout.turn * origin) + at
+    rows = zip(ratio.tolist(), shift.tolist(), (area * scale**2).tolist(), page.tolist(), strict=True)
+    bounds = pairwise(vertices.start.tolist())
+    uv = coordinates(z)
+    return [
+        Placed(by, to, uv[slice(*span)], size, on)
+        for span, (by, to, size, on) in zip(bounds, rows, strict=True)
+    ]
+
+
+def packed_quickly(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> tuple[list[Placed], bool]:
+    """`pack_maps` by a search without moves; and whether a search has any for so many charts."""
+    return pack_maps(maps, replace(wish, resolution=None)), len(maps) <= FEW
+
+
+def fill_of(placed: Sequence[Placed]) -> float:
+    """The share of the pages that charts cover."""
+    return sum(chart.area for chart in placed) / (1 + max(chart.page for chart in placed))
+
+
+def _prepared(
+    maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish
+) -> tuple[ComplexArray, FloatArray, ComplexArray, ComplexArray, Parts, Charts]:
+    """Vertices of the turned charts, their corners at 0; areas, turns, what came to 0; parts; charts."""
+    vertices, faces = (Parts.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
+    F = np.concatenate([F for _, F in maps]) + faces.spread(vertices.start[:-1])[:, None]
+    z, area = _checked(maps, F, vertices, faces)
+    if len(maps) == 1:
+        turn = np.array([_squarest_turn(z)])
+    else:
+        turn = np.ones(len(maps), np.complex128) if wish.upright else narrowest_turns(z, vertices.start)
+    z = z * vertices.spread(turn)
+    origin, extent = extents(z, vertices)
+    z -= vertices.spread(origin)
+    charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent), wish.upright)
+    return z, area, turn, origin, vertices, charts
+
+
+def _layout(charts: Charts, wish: Wish) -> Layout:
+    n, spacing = len(charts.outlines), wish.spacing
+    if wish.side is None:
+        found = largest_layout(charts, spacing, wish.pages or 1, thorough=wish.resolution is not None)
+        if found is None:
+            raise MeshError(f"{n} charts do not fit with a margin of {spacing.gap:g}: use a smaller one")
+        return found
+    found = fixed_layout(charts, wish.side, spacing, wish.pages)
+    if found is not None:
+        return found
+    assert wish.resolution is not None
+    density = wish.resolution / wish.side  # texels per unit of the charts
+    asked = density * wish.unit
+    largest = int(charts.sizes.min(axis=1).argmax())
+    wide, high = charts.sizes[largest] * density
+    allowed = "a page" if wish.pages in (None, 1) else f"{wish.pages} pages"
+    remedy = "use a smaller density or a larger resolution"
+    if wish.pages is not None:
+        remedy = "use a smaller density, a larger resolution, or more pages"
+    verb = "do" if n > 1 else "does"
+    raise MeshError(
+        f"{n} chart{'s' * (n > 1)} at a texel density of {asked:g} {verb} not fit on {allowed} of "
+        f"{wish.resolution} x {wish.resolution} texels (chart {largest} takes {wide:.0f} x {high:.0f}): "
+        f"{remedy}"
+    )
+
+
+def _fitted(z: ComplexArray, layout: Layout, vertices: Parts, wish: Wish) -> tuple[ComplexArray, float]:
+    """What comes to the pages' lower left corners, for each chart; and the scale."""
+    spacing = wish.spacing
+    if wish.side is not None:
+        inset = (spacing.gap / 2 - spacing.border) * wish.side
+        return np.full(len(vertices), complex(inset, inset)), 1 / wish.side
+    n = int(layout.page.max()) + 1
+    lows, highs = extents(z, vertices)
+    highs += lows
+    low = np.full((n, 2), np.inf)
+    high = np.full((n, 2), -np.inf)
+    np.minimum.at(low, layout.page, coordinates(lows))
+    np.maximum.at(high, layout.page, coordinates(highs))
+    scale = spacing.inner / float((high - low).max())
+    return (low @ [1, 1j] - complex(spacing.border, spacing.border) / scale)[layout.page], scale
+
+
+def _checked(
+    maps: Sequence[tuple[FloatArray, IntArray]], F: IntArray, vertices: Parts, faces: Parts
+) -> tuple[ComplexArray, FloatArray]:
+    """The charts' vertices and areas."""
+    z = complex_positions(np.concatenate([uv for uv, _ in maps]))
+    area = areas(signed_double_areas(z, np.ascontiguousarray(F.T)), faces)
+    extent = extents(z, vertices)[1]
+    size = np.maximum(extent.real, extent.imag)
+    flat = ~(area > 4 * np.finfo(float).eps * size * np.maximum(size, vertices.max(np.abs(z))))
+    if flat.any():
+        i = int(np.argmax(flat))
+        raise MeshError(f"chart {i} has no area (its {len(maps[i][1])} faces lie on a line): leave it out")
+    return z, area
+
+
+def _squarest_turn(z: ComplexArray) -> complex:
+    """The turn of a single chart to the least square."""
+    points = np.column_stack((z.real, z.imag)) - [z.real.mean(), z.imag.mean()]
+    axes, sizes, _ = np.linalg.svd(points.T, full_matrices=False)
+    # Qhull takes long thin charts as flat: whiten them, which does not change what is on the hull
+    hull = z[scipy.spatial.ConvexHull(points @ (axes / sizes)).vertices]
+    edges = np.roll(hull, -1) - hull
+    turns = edges.conj() / np.abs(edges)
+    turns = np.concatenate((turns[:: -(-len(turns) // len(ALL_TURNS))], ALL_TURNS))
+    turned = hull[:: -(-len(hull) // 2000), None] * turns
+    cost = np.maximum(np.ptp(turned.real, axis=0), np.ptp(turned.imag, axis=0))
+    return complex(turns[int(cost.argmin())])

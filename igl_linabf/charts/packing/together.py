@@ -1,0 +1,112 @@
+"""The charts of several atlases on common pages."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from ..._types import FloatArray, IntArray
+from ...errors import MeshError
+from ...surface import Parts, complex_positions, coordinates
+from ..atlas import Atlas
+from .packing import Wish, pack_maps
+from .spacing import PADDING
+
+
+def pack_together(
+    atlases: Sequence[Atlas],
+    *,
+    margin: float = 0.005,
+    resolution: int | None = None,
+    padding: float = PADDING,
+    texel_density: float | None = None,
+    pages: int | None = None,
+) -> list[Atlas]:
+    """Pack the charts of several atlases onto common pages, at one scale for all surfaces.
+
+    Meshes of one scene then share a texture. A single atlas is packed again, for another resolution.
+
+    Parameters
+    ----------
+    atlases : sequence of Atlas
+        As `unwrap` returns them.
+    margin : float
+    resolution : int, optional
+    padding : float
+    texel_density : float, optional
+        Texels per unit of length of all surfaces.
+    pages : int, optional
+        As in `unwrap`, like the others.
+
+    Returns
+    -------
+    list of Atlas
+        The same atlases with new `TC`, `page`, `scale` and `fill`: each one's own share of the common pages.
+
+    Raises
+    ------
+    MeshError
+        With `texel_density`: the charts do not fit on the pages.
+    ValueError
+        A number is out of its range.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> large, small = pack_together([igl_linabf.unwrap(W, F) for W in (2 * V, V)], resolution=512)
+    >>> round(large.scale / small.scale, 9), round(large.fill / small.fill, 6)
+    (1.0, 4.0)
+    """
+    wish = Wish.of(margin, resolution, padding, texel_density, pages)
+    parted = [_charts_of(atlas) for atlas in atlases]
+    placed = pack_maps([chart for charts, _ in parted for chart in charts], wish)
+    if not placed:
+        return list(atlases)
+    last = max(p.page for p in placed) + 1
+    made, first = [], 0
+    for atlas, (charts, rows) in zip(atlases, parted, strict=True):
+        own = placed[first : first + len(charts)]
+        first += len(charts)
+        if not own:
+            made.append(atlas)
+            continue
+        TC = atlas.TC.copy()
+        TC[rows] = np.concatenate([p.uv for p in own])
+        made.append(
+            replace(
+                atlas,
+                TC=TC,
+                page=np.array([p.page for p in own], dtype=np.int64),
+                scale=abs(own[0].ratio),
+                fill=sum(p.area for p in own) / last,
+            )
+        )
+    return made
+
+
+def _charts_of(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], IntArray]:
+    """Its charts at the surface's scale, and the rows of TC that they have one after the other."""
+    n = len(atlas.charts)
+    if not n:
+        return [], np.zeros(0, dtype=np.int64)
+    if not atlas.scale > 0:
+        raise MeshError("an atlas has no scale: pass atlases that unwrap has made")
+    triangles = atlas.triangles
+    chart = atlas.chart if atlas.split is None else atlas.chart[atlas.split.face]
+    chart_of_row = np.full(len(atlas.TC), -1)
+    chart_of_row[triangles] = chart[:, None]
+    rows = np.argsort(chart_of_row, kind="stable")
+    rows = rows[np.searchsorted(chart_of_row[rows], 0) :]
+    vertices = Parts(np.searchsorted(chart_of_row[rows], np.arange(n + 1)))
+    local = np.zeros(len(atlas.TC), dtype=np.int64)
+    local[rows] = np.arange(len(rows)) - vertices.spread(vertices.start[:-1])
+    order = np.argsort(chart, kind="stable")
+    start = np.searchsorted(chart[order], np.arange(n + 1))
+    z = complex_positions(atlas.TC[rows]) / atlas.scale
+    z -= vertices.spread(vertices.min(z.real) + 1j * vertices.min(z.imag))
+    uv, F = coordinates(z), local[triangles[order]]
+    bounds = vertices.start
+    return [(uv[bounds[i] : bounds[i + 1]], F[start[i] : start[i + 1]]) for i in range(n)], rows

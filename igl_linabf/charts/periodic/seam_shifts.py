@@ -1,0 +1,224 @@
+"""The turns and shifts from one side of a seam to the other, and which shifts can be chosen."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import sparse
+
+from ..._types import ComplexArray, IntArray
+from ...errors import MeshError, some
+from ...surface import NEXT, PREV, Submesh, connected_labels
+from ..atlas import rows_between_textures
+
+TURNED = 1e-3  # by how much the sides of a seam edge may be off a multiple of 90 degrees
+
+
+@dataclass(frozen=True, eq=False)
+class SeamSides:
+    """Both sides of the seam edges: from the first side to the second one it is turn * z + shift.
+
+    Attributes
+    ----------
+    vertex : (#S, 2) int64
+        The ends of each edge.
+    first, second : (#S, 2) int64
+        Their copies on either side, rows of `TC`.
+    turn : (#S,) complex128
+        A power of i.
+    shift : (#S,) complex128
+    """
+
+    vertex: IntArray
+    first: IntArray
+    second: IntArray
+    turn: ComplexArray
+    shift: ComplexArray
+
+    @classmethod
+    def of(cls, surface: Submesh, z: ComplexArray, FTC: IntArray) -> SeamSides:
+        topology = surface.topology
+        rows = rows_between_textures(topology, FTC)
+        start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
+        one, other = topology.sides[:, rows]
+        tail, head = surface.F.T[NEXT].ravel(), surface.F.T[PREV].ravel()
+        vertex = np.column_stack((tail[one], head[one]))
+        first = np.column_stack((start[one], end[one]))
+        second = np.column_stack((end[other], start[other]))
+        ratio = (z[second[:, 1]] - z[second[:, 0]]) / (z[first[:, 1]] - z[first[:, 0]])
+        quarters = np.round(np.angle(ratio) / (np.pi / 2)).astype(np.int64) % 4
+        turn = np.array([1, 1j, -1, -1j])[quarters]
+        off = np.flatnonzero(~(np.abs(ratio - turn) < TURNED))
+        if len(off):
+            raise MeshError(
+                f"the seam at vertices {some(surface.vertices[vertex[off, 0]])} turns by no multiple of 90 "
+                'degrees, and no texture goes on across it: use cone_angles="quarter"; if the map did not '
+                "reach them, give more cones"
+            )
+        return cls(vertex, first, second, turn, (z[second] - turn[:, None] * z[first]).mean(axis=1))
+
+
+Sums = list[tuple[int, complex]]  # shifts of edges, each times a power of i
+
+
+@dataclass(frozen=True, eq=False)
+class Fan:
+    """The copies of a seam vertex, each at turns * (the first one) + sums of shifts.
+
+    `closing` is what it becomes when the way around the vertex is complete; None at the boundary.
+    """
+
+    vertex: int
+    copies: list[int]
+    turns: list[complex]
+    sums: list[Sums]
+    closing: tuple[complex, Sums] | None
+
+    @property
+    def turns_back(self) -> bool:
+        """Whether every point comes back, if the shifts around the vertex cancel: it is no cone."""
+        return self.closing is not None and self.closing[0] == 1
+
+
+def fans_of(sides: SeamSides) -> list[Fan]:
+    """The copies of all seam vertices, from edge to edge around each."""
+    ways: dict[int, list[tuple[int, int, bool]]] = {}  # from each copy: edge, the copy across, forward
+    copies: dict[int, list[int]] = {}
+    for e, (vertices, first, second) in enumerate(
+        zip(sides.vertex.tolist(), sides.first.tolist(), sides.second.tolist(), strict=True)
+    ):
+        for v, i, j in zip(vertices, first, second, strict=True):
+            ways.setdefault(i, []).append((e, j, True))
+            ways.setdefault(j, []).append((e, i, False))
+            copies.setdefault(v, []).extend((i, j))
+    turn = sides.turn.tolist()
+    fans = []
+    for v, own in copies.items():
+        ends = [i for i in own if len(ways[i]) == 1]  # at the boundary
+        at = ends[0] if ends else own[0]
+        fan = Fan(v, [at], [1 + 0j], [[]], None)
+        by, sums, came, closing = 1 + 0j, Sums(), -1, None
+        while True:
+            onward = [way for way in ways[at] if way[0] != came]
+            if not onward:
+                break
+            e, at, forward = onward[0]
+            factor = turn[e] if forward else 1 / turn[e]
+            sums = [(f, factor * c) for f, c in sums] + [(e, 1 + 0j if forward else -factor)]
+            by, came = factor * by, e
+            if at == fan.copies[0]:
+                closing = by, sums
+                break
+            fan.copies.append(at)
+            fan.turns.append(by)
+            fan.sums.append(sums)
+        fans.append(Fan(v, fan.copies, fan.turns, fan.sums, closing))
+    return fans
+
+
+@dataclass(frozen=True, eq=False)
+class FreeShifts:
+    """All shifts, by those that can be chosen: those around a vertex that is no cone cancel.
+
+    Attributes
+    ----------
+    edges : (#K,) int64
+        Those whose shifts can be chosen.
+    shifts : (#S, #K) complex128
+        The shifts of all edges: sums of powers of i.
+    cones : (#C,) int64
+        Those whose places the shifts determine.
+    places : (#C, #K) complex128
+        The places of their first copies.
+    """
+
+    edges: IntArray
+    shifts: sparse.csr_array
+    cones: IntArray
+    places: sparse.csr_array
+
+    @classmethod
+    def of(cls, sides: SeamSides, fans: list[Fan]) -> FreeShifts:
+        """Of one seam edge at least."""
+        seam = connected_labels(sides.vertex, int(sides.vertex.max()) + 1)
+        own: dict[int, list[Fan]] = {}
+        for fan in fans:
+            own.setdefault(int(seam[fan.vertex]), []).append(fan)
+        of_edge = seam[sides.vertex[:, 0]]
+        order = np.argsort(of_edge, kind="stable")
+        seams = np.split(order, np.flatnonzero(np.diff(of_edge[order])) + 1)
+        made = [_shifts_of_one(sides, edges, own[int(of_edge[edges[0]])]) for edges in seams]
+        chosen, shifts, cones, places = zip(*made, strict=True)
+        return cls(
+            np.concatenate(chosen),
+            sparse.block_diag(list(map(sparse.csr_array, shifts)), format="csr")[np.argsort(order)],
+            np.concatenate(cones),
+            sparse.block_diag(list(map(sparse.csr_array, places)), format="csr"),
+        )
+
+
+def _shifts_of_one(
+    sides: SeamSides, edges: IntArray, fans: list[Fan]
+) -> tuple[IntArray, ComplexArray, IntArray, ComplexArray]:
+    """The attributes of `FreeShifts` of a connected seam, of its edges only.
+
+    On a tree of seam edges each vertex that is no cone determines the shift towards the root; all other
+    edges have one that is to be chosen.
+    """
+    fan_of = {fan.vertex: fan for fan in fans}
+    order, above = _tree(sides, edges, fans)
+    on_tree = {above[v] for v in order if above[v] >= 0}
+    bound = {above[v] for v in order if above[v] >= 0 and fan_of[v].turns_back}
+    choice = np.array([e for e in edges.tolist() if e not in bound], dtype=np.int64)
+    assert len(bound) <= len(on_tree)
+    row = dict(zip(edges.tolist(), range(len(edges)), strict=True))
+    rows = np.zeros((len(edges), len(choice)), dtype=np.complex128)  # of shifts, by what is chosen
+    rows[[row[e] for e in choice.tolist()], np.arange(len(choice))] = 1.0
+    for v in reversed(order):
+        fan = fan_of[v]
+        if fan.closing is None or not fan.turns_back:
+            continue
+        others = (c * rows[row[e]] for e, c in fan.closing[1] if e != above[v])
+        total = sum(others, np.zeros(len(choice), complex))
+        if above[v] >= 0:
+            (own,) = (c for e, c in fan.closing[1] if e == above[v])
+            rows[row[above[v]]] = -total / own
+        elif np.abs(total).max(initial=0.0) > 0:
+            raise MeshError(
+                "the seam turns by multiples of 90 degrees along handles only, and its shifts cannot be "
+                "chosen: give cones"
+            )
+    ends = [(fan, *fan.closing) for fan in fans if fan.closing is not None and not fan.turns_back]
+    held = np.array([fan.vertex for fan, _, _ in ends], dtype=np.int64)
+    places = np.array([sum(c * rows[row[e]] for e, c in sums) / (1 - by) for _, by, sums in ends])
+    places = places.reshape(len(ends), len(choice))
+    return choice, rows, held, places
+
+
+def _tree(sides: SeamSides, edges: IntArray, fans: list[Fan]) -> tuple[list[int], dict[int, int]]:
+    """Seam vertices, each after the one above it on a tree, and the edge to that one; -1 at roots.
+
+    Roots are cones or at the boundary, if there are such on a component of the seam.
+    """
+    beside: dict[int, list[tuple[int, int]]] = {fan.vertex: [] for fan in fans}
+    for e, (a, b) in zip(edges.tolist(), sides.vertex[edges].tolist(), strict=True):
+        beside[a].append((e, b))
+        beside[b].append((e, a))
+    order: list[int] = []
+    above: dict[int, int] = {}
+    for root in sorted(fans, key=lambda fan: fan.turns_back):
+        if root.vertex in above:
+            continue
+        above[root.vertex] = -1
+        waiting = [root.vertex]
+        while waiting:
+            order += waiting
+            further = []
+            for v in waiting:
+                for e, w in beside[v]:
+                    if w not in above:
+                        above[w] = e
+                        further.append(w)
+            waiting = further
+    return order, above

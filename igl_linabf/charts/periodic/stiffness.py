@@ -1,0 +1,76 @@
+"""The energy of displacements of a map."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from scipy import sparse
+
+from ..._types import BoolArray, ComplexArray, FloatArray, IntArray, Solve
+from ...linalg import Solvers, solve_complex
+from ...surface import NEXT, PREV, signed_double_areas
+
+EVEN = 1e-8  # share of its diagonal by which the displacement is drawn to zero
+THIN = 1e-8  # share of the largest area below which a triangle of the map counts as so large
+STIFF = 0.1  # what a change of scale and direction of triangles counts against one of their angles
+
+
+@dataclass(frozen=True, eq=False)
+class Stiffness:
+    """An energy of displacements, and its inverse.
+
+    Attributes
+    ----------
+    of_copies : (#TC, #TC) complex128
+        By all rows of the map.
+    of_vertices : (#V, #V) complex128
+        By the vertices, whose copies move alike but for their turns.
+    inner : (#V,) bool
+        The vertices that are not held.
+    solve : callable
+        The inverse at these.
+    """
+
+    of_copies: sparse.csr_array
+    of_vertices: sparse.csr_array
+    inner: BoolArray
+    solve: Solve
+
+    @classmethod
+    def of(cls, of_copies: sparse.csr_array, turn: sparse.csr_array, held: IntArray) -> Stiffness:
+        """`turn` has the copies by the vertices, (#TC, #V)."""
+        A = turn.conj().T @ of_copies @ turn
+        A = (A + A.conj().T) / 2  # its diagonal is real to the last bit
+        A = (A + sparse.diags_array(EVEN * A.diagonal())).tocsr()  # without cones it may float
+        inner = np.ones(A.shape[0], dtype=bool)
+        inner[held] = False
+        lower = sparse.tril(A[inner][:, inner]).tocsc()
+        return cls(of_copies, A, inner, partial(solve_complex, Solvers().factor(lower)))
+
+
+def energy(z: ComplexArray, corner: IntArray, weight: FloatArray) -> sparse.csr_array:
+    """The sum over triangles of 4 |dbar d|^2 + 4 `STIFF` |del d|^2 of displacements d of a map, (#TC, #TC).
+
+    The first is what they add to the distortion of angles, the second the change of scale and direction.
+    `corner` are the rows of the triangles, (3, #F).
+    """
+    side, area = _sides_and_areas(z, corner)
+    i, j = (a.ravel() for a in np.meshgrid(range(3), range(3), indexing="ij"))
+    product = side[i].conj() * side[j]
+    entries = (product + STIFF * product.conj()) * (weight / area**2)
+    return sparse.csr_array((entries.ravel(), (corner[i].ravel(), corner[j].ravel())), shape=(len(z),) * 2)
+
+
+def changes(z: ComplexArray, d: ComplexArray, corner: IntArray) -> FloatArray:
+    """How much the displacement d changes the triangles of a map, (#F,): (|dbar d|^2 + |del d|^2)^(1/2)."""
+    side, area = _sides_and_areas(z, corner)
+    both = (side * d[corner]).sum(axis=0), (side.conj() * d[corner]).sum(axis=0)
+    return np.asarray(np.hypot(np.abs(both[0]), np.abs(both[1])) / (2 * area))
+
+
+def _sides_and_areas(z: ComplexArray, corner: IntArray) -> tuple[ComplexArray, FloatArray]:
+    """The sides opposite to corners, (3, #F), and twice the areas."""
+    area = np.abs(signed_double_areas(z, corner))
+    return z[corner[PREV]] - z[corner[NEXT]], np.maximum(area, THIN * area.max())

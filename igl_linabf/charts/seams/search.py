@@ -1,0 +1,338 @@
+"""Seams: the edges along which a surface is cut open, so that it can be flattened."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..._types import FloatArray, IntArray
+from ...errors import is_number
+from ...flattening import Isometric, Method, method_of
+from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
+from ..cut_graphs import (
+    CLUSTERED,
+    DIRECT,
+    DIRECT_HANDLES,
+    ClosedSurface,
+    Levels,
+    closed_surface,
+    log_scale,
+    rerouted,
+)
+from ..features import Creased, Hiding, all_bends, flat_share, flat_shares, hiding
+from ..panels import HARD, HARD_LARGE, MOST_HANDLES, Nets, Panels, RoundedPanels, seams_of_panels
+from ..splitting import coarse_mesh, overlaps_and_tips, seam_to_fine_tips
+from .growth import (
+    DRAWN_SHORTER,
+    MAX_LEAVES,
+    MAX_LEAVES_IN_VAIN,
+    alike_on_both_sides,
+    grown_seam,
+    if_it_pays,
+    seam_of_clusters,
+    shorter_seam,
+    with_branches,
+)
+from .small_bodies import SmallBodies
+
+TRADE = 6.0
+ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
+SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
+MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
+LARGE = 20_000  # faces of a surface of which a part with handles has few nodes for its seam
+SMOOTH = 0.1  # share of the area that lies flat, below which that is so
+
+
+def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
+    """Cut a surface along edges, as `igl.cut_mesh` does, with checked input.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of any number of components, loops and handles.
+    seams : (#E, 2) int, or (#F, 3) bool
+        The edges, as pairs of vertices. Or a mask: `[f, k]` is True if the edge from `F[f, k]` to
+        `F[f, k + 1]` is a seam; one of the edge's two sides is enough. Boundary edges have no
+        effect, nor has a single edge between interior vertices.
+
+    Returns
+    -------
+    V : (#V', 3) float64
+        The given vertices, then the copies made along the seams.
+    F : (#F, 3) int64
+        The same faces, with corners in the same order.
+    origin : (#V',) int64
+        The original vertex of each new vertex.
+
+    Raises
+    ------
+    MeshError
+        The arrays are malformed, the surface is not an oriented manifold, or a pair is not an edge.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> V_cut, F_cut, origin = cut(V, F, find_seams(V, F))
+    >>> len(igl.boundary_loop_all(F_cut)), igl.euler_characteristic(F_cut)
+    (1, 1)
+    >>> bool((V_cut == V[origin]).all())
+    True
+    """
+    positions, faces = vertex_array(V), face_array(F)
+    vertices, packed = compact(faces, len(positions))
+    sides, n = manifold_topology(packed, vertices).sides, len(positions)
+    F_cut, origin = cut_faces(faces, n, sides, seam_mask(seams, faces, n))
+    return positions[origin], F_cut, origin
+
+
+def find_seams(
+    V: ArrayLike,
+    F: ArrayLike,
+    *,
+    method: str | Method = "linabf",
+    trade: float = TRADE,
+    holes: bool = False,
+    disks: bool = False,
+    hide: Hiding | None = None,
+) -> IntArray:
+    """Find short seams that make every component a disk of low distortion.
+
+    Handles are opened along short loops through one point (shortest-path tree and cotree of
+    Erickson, Whittlesey 2005). Holes are joined by a tree of shortest paths. Then branches grow on
+    the seam. Each is a shortest path from the point where the conformal map's scale is farthest
+    from one, that is, from a tip that would shrink (one Laplace system a branch, as in boundary
+    first flattening). Branches are kept as long as the lower stretch is worth their length.
+    Finally, branch points move if a shorter seam is worth the change of stretch, and the seam is
+    straightened and slides into valleys nearby. On surfaces of more than 10,000 vertices all this is
+    done on clusters of vertices, and the seam is then drawn tight along the edges.
+
+    Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
+    creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net
+    are for `unwrap` to split.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of any number of components, loops and handles.
+    method : str or method object
+        Of `unwrap`, that the seams are for. With "isometric" what counts is the stretch of that map, times
+        6: it has about a sixth of the conformal one's, and who asks for it wants little of that.
+    trade : float
+        Seam length, in units of the square root of the component's area, that lowering the L2
+        stretch by 1 is worth. Edges along a crease of a right angle or more count half, and sharp
+        creases on a net are free up to a length of `trade`. 0: only what is needed to make disks.
+        Large: branches grow as long as the expected stretch falls, at most 100 a component.
+    holes : bool
+        Do not cut from hole to hole: each component becomes a disk with holes.
+    disks : bool
+        Also grow branches on components that need no seam; by default these are not cut.
+    hide : (3,) or (#F,) float, or "back", optional
+        Where seams may lie: the direction in which faces look that are not seen, as `[0, 0, -1]` for the
+        underside if z is up; or a weight for each face, larger where a seam is hidden better. Weights
+        count by where they are between the least and the largest. An edge in full view counts three
+        times its length, a hidden one a third. "back": the side of each body that least detail looks to, as
+        of a head without its face; an edge in front then counts twice its length.
+
+    Returns
+    -------
+    seams : (#E, 2) int64
+        Vertices of the edges, as `cut` takes them.
+
+    Raises
+    ------
+    MeshError
+        The arrays are malformed, the surface is not an oriented manifold, or a face is degenerate.
+    ValueError
+        `trade` is negative or not a number.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> find_seams(V, F[1:]).shape  # a disk
+    (0, 2)
+    >>> find_seams(V, F, trade=0).shape  # a path from one vertex to the opposite one
+    (3, 2)
+    """
+    surface = Submesh.checked_manifold(V, F)
+    hidden = hiding(surface, hide, np.arange(len(surface.F)))
+    isometric = isinstance(method_of(method), Isometric)
+    return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
+
+
+def seams_of(
+    surface: Submesh,
+    trade: float,
+    *,
+    holes: bool = False,
+    disks: bool = False,
+    gain: float = 0.0,
+    hidden: FloatArray | None = None,
+    isometric: bool = False,
+    part_overlaps: bool = False,
+    panels: bool = False,
+) -> IntArray:
+    """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
+
+    A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
+    `hidden` as of `hiding`.
+    `isometric`: for maps that keep lengths; the small ones among many are found as for others.
+    `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
+    `panels`: so are those that are made of panels; with rounded creases only if no seams are to be hidden.
+    """
+    if not is_number(trade, 0):
+        raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
+    found, known = [np.zeros((0, 2), dtype=np.int64)], None
+    if panels and trade > 0 and not holes:
+        of_panels, creased = _of_panels(Creased(surface, hidden), trade)
+        found += of_panels
+        if creased is None:
+            return np.concatenate(found)
+        surface, known = creased.surface, creased.turned
+    small = []
+    shapes = _shapes(surface)
+    for (component, loops, genus), is_small in zip(shapes, _are_small(surface, shapes), strict=True):
+        open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
+        if not open_ or (disks and trade > 0):
+            if is_small:
+                small.append(component.faces)
+            else:
+                bend = all_bends(component) if known is None or component is not surface else known
+                piece = closed_surface(component, hidden, isometric, bend)
+                is_part = len(shapes) > 1 and len(surface.F) >= LARGE
+                direct = DIRECT_HANDLES if is_part else DIRECT
+                worth = gain if open_ else None
+                seam = _best(component, piece, trade, holes, worth, part_overlaps, bend, direct)
+                found.append(component.vertices[piece.edges[seam]])
+    if small:
+        rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
+        bodies = SmallBodies(surface.of_faces(rows), log_scale, hidden)
+        found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN, gain))
+    return np.concatenate(found)
+
+
+def _of_panels(creased: Creased, trade: float) -> tuple[list[IntArray], Creased | None]:
+    """The seams of the components that are made of panels; and the other components, if there are any."""
+    found = list[IntArray]()
+    for kind in (Panels, RoundedPanels):
+        panels = kind(creased)
+        made = panels.made(trade)[creased.label]
+        if not made.any():
+            continue
+        surface, rows = creased.surface, np.flatnonzero(made)
+        own = panels if made.all() else kind(Creased(surface.of_faces(rows), creased.hidden))
+        seams, left = seams_of_panels(own, trade)
+        found.append(seams)
+        made[rows[left]] = False
+        if made.all():
+            return found, None
+        if made.any():
+            creased = Creased(surface.of_faces(np.flatnonzero(~made)), creased.hidden)
+    return found, creased
+
+
+Shape = tuple[Submesh, int, int]  # a component, its numbers of boundary loops and handles
+
+
+def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
+    """Of which components the seams are found together: small ones among many, without handles."""
+    sizes = np.array([len(component.F) for component, _, _ in shapes])
+    small = (sizes <= SMALL) & (len(shapes) >= MANY)
+    medium = (sizes > SMALL) & (sizes <= MEDIUM)
+    if len(shapes) >= HUNDREDS and medium.any():
+        of = np.empty(len(surface.F), dtype=np.int64)
+        for i, (component, _, _) in enumerate(shapes):
+            of[np.searchsorted(surface.faces, component.faces)] = i
+        small |= medium & (flat_shares(surface, of) < SMOOTH)
+    return [bool(is_small) and genus == 0 for is_small, (_, _, genus) in zip(small, shapes, strict=True)]
+
+
+def _shapes(surface: Submesh) -> list[Shape]:
+    """The components, their numbers of boundary loops and handles."""
+    components, topology = surface.components(), surface.topology
+    if len(components) == 1:
+        return [(surface, len(topology.loops), topology.genus)]
+    label = np.empty(len(surface.V), dtype=np.int64)
+    label[surface.F.ravel()] = np.repeat(surface.label, 3)
+    loops, edges, vertices, faces = (
+        np.bincount(label[of], minlength=len(components))
+        for of in (
+            np.array([loop[0] for loop in topology.loops], dtype=np.int64),
+            topology.edges[:, 0],
+            np.arange(len(surface.V)),
+            surface.F[:, 0],
+        )
+    )
+    genus = (2 - loops - (vertices - edges + faces)) // 2
+    return list(zip(components, loops.tolist(), genus.tolist(), strict=True))
+
+
+def _best(
+    component: Submesh,
+    piece: ClosedSurface,
+    trade: float,
+    holes: bool,
+    gain: float | None,
+    part_overlaps: bool = False,
+    bend: FloatArray | None = None,
+    direct: int = DIRECT,
+) -> IntArray:
+    """The seam that leaves look for, or a net, if there are creases and it costs less.
+
+    With a `gain`, no seam is needed, and one has to save this. On up to `direct` nodes it is found on the
+    surface itself.
+    """
+    none = np.zeros(0, dtype=np.int64)
+    with_nets = trade > 0 and not (holes and piece.holes > 1)
+    nets = Nets(piece, trade, lambda seam: log_scale(piece, piece.on(seam), piece.curvature))
+    few = piece.n <= DIRECT
+    # a net opens every handle, and many lay sheets over each other in it
+    hard = with_nets and (few or piece.genus <= MOST_HANDLES)
+    least_flat = HARD if few else HARD_LARGE
+    hard = hard and (nets.creased or (nets.angular and flat_share(component, bend) >= least_flat))
+    # on a large surface without planes no net is free, and finding that out takes as long as all the rest
+    if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
+        if gain is None or nets.cost(none) - nets.cost(net) >= gain:
+            return net
+        if not hard:
+            return none
+
+    def parts(seam: IntArray) -> list[Submesh]:
+        return component.cut_along(component.vertices[piece.edges[seam]])
+
+    def cheaper(seam: IntArray) -> IntArray | None:
+        return nets.cheaper(seam, gain, parts, lambda net: with_branches(piece, net, trade)[0])
+
+    if piece.n > direct:
+        levels = Levels.of(piece, CLUSTERED)
+        seam, leaves = seam_of_clusters(levels.coarse, trade, holes, gain)
+        if hard and (net := cheaper(levels.drawn(seam, leaves))) is not None:
+            return net
+        if (
+            part_overlaps
+            and (mesh := coarse_mesh(levels.coarse, levels.label(piece.node[component.F]))) is not None
+        ):
+            coarse = levels.coarse
+            more, ends = overlaps_and_tips(coarse, mesh, seam, trade * DRAWN_SHORTER)
+            leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
+            seam = np.append(seam, more)
+        drawn = levels.drawn(seam, leaves)
+        if not part_overlaps or trade == 0:
+            return drawn
+        of_clusters = log_scale(levels.coarse, levels.coarse.on(seam), levels.coarse.curvature)
+        u = of_clusters[levels.label(np.arange(piece.n))]
+        return np.append(drawn, seam_to_fine_tips(piece, drawn, u, trade))
+    seam = grown_seam(piece, trade, holes)[0]
+    if hard and (net := cheaper(seam)) is not None:
+        return net
+    seam, cost = shorter_seam(piece, seam, trade)
+    most = cost(seam) + ROUTED
+    seam = rerouted(piece, seam, lambda moved: cost(moved) < most)
+    if trade > 0 and not piece.genus:
+        seam = alike_on_both_sides(component, piece, seam, trade, holes)
+    return if_it_pays(piece, seam, trade, gain)

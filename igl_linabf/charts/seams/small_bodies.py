@@ -1,0 +1,184 @@
+"""Seams of many small bodies at once: the search of `find_seams`, a leaf on each of them at a time.
+
+The bodies do not touch, so that one Laplace system, and one search for shortest paths, serves all of them. On
+bodies with creases, seams on these are cheap, as `Nets` has it.
+"""
+
+from collections.abc import Callable
+from functools import cached_property
+
+import numpy as np
+from scipy import sparse
+
+from ..._types import BoolArray, FloatArray, IntArray
+from ...surface import Parts, Submesh, connected_labels, sum_by
+from ..cut_graphs import ClosedSurface, closed_surface, join, without_stubs
+from ..features import flat_shares
+from ..panels import ANGULAR, HARD, SHARP_SHARE
+
+LogScale = Callable[[ClosedSurface, IntArray, FloatArray], FloatArray]
+
+FLAT = 1e-9  # radians of curvature that need no seam
+
+
+def _spanning_tree(graph: sparse.csr_array) -> sparse.coo_array:
+    """The minimum spanning tree of a graph, or forest, as entries of it."""
+    places = (graph.indices.astype(np.int32), graph.indptr.astype(np.int32))  # SciPy 1.15 takes no others
+    narrow = sparse.csr_array((graph.data, *places), shape=graph.shape)
+    return sparse.coo_array(sparse.csgraph.minimum_spanning_tree(narrow))
+
+
+class SmallBodies:
+    """Bodies without handles, side by side as one closed surface.
+
+    Parameters
+    ----------
+    surface : Submesh
+        Of all of them.
+    log_scale : callable
+        The logarithm of the scale that takes away a curvature, and is zero at some nodes.
+    hidden : (#F,) float64, optional
+        As `hiding` returns it.
+    """
+
+    def __init__(self, surface: Submesh, log_scale: LogScale, hidden: FloatArray | None = None) -> None:
+        self._surface, self.vertices = surface, surface.vertices
+        self.piece = piece = closed_surface(surface, hidden)
+        self._log_scale = log_scale
+        self._of = connected_labels(piece.ends, piece.n)  # the body of each node
+        self._n = int(self._of.max()) + 1
+        self._area = sum_by(self._of, piece.area, self._n)
+        self._by_body = np.argsort(self._of, kind="stable")
+        self._nodes = Parts(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
+
+    def seams(self, trade: float, holes: bool, leaves: int, in_vain: int, gain: float) -> IntArray:
+        """Edges to cut all of them along, by the caller's vertices.
+
+        A body gets up to `leaves`, and no more after `in_vain` of them in a row that do not pay.
+        Bodies that need no seam get one only if it saves at least `gain` of L2 stretch beyond its price.
+        """
+        needed = np.zeros(0, dtype=np.int64)
+        if not holes:
+            needed = join(self.piece, needed)
+        needed = np.concatenate((needed, self._slits()))
+        seam = needed
+        if trade > 0:
+            seam = self._grown(seam, trade, leaves, in_vain)
+            cost = self._cost(seam, trade)
+            if not holes:
+                net = self._net()
+                costs = self._cost(net, trade)
+                seam, cost = self._either(net, seam, costs < cost), np.minimum(cost, costs)
+            idle = np.bincount(self._body(needed), minlength=self._n) == 0
+            seam = self._either(needed, seam, idle & (self._cost(needed, trade) - cost < gain))
+        return self.vertices[self.piece.edges[seam]]
+
+    def _slits(self) -> IntArray:
+        """A path to open each sphere: between the tips farthest from it, as the scale sees it."""
+        piece, rims = self.piece, np.arange(self.piece.holes)
+        bare = np.bincount(self._of[rims], minlength=self._n) == 0
+        if not bare.any():
+            return np.zeros(0, dtype=np.int64)
+        extra = piece.curvature - 4 * np.pi * piece.area / self._area[self._of]
+        first = np.unique(self._of, return_index=True)[1][bare]
+        start = self._least(self._log_scale(piece, np.union1d(first, rims), extra))[bare]
+        end = self._least(self._log_scale(piece, np.union1d(start, rims), piece.curvature))[bare]
+        distance, before, _ = piece.search(start)
+        path = piece.paths(before, end)
+        # a single edge opens nothing
+        short = bare & (np.bincount(self._body(path), minlength=self._n) < 2)
+        distance[np.concatenate((start, end))] = np.inf
+        more = piece.paths(before, self._least(distance)[short])
+        return np.concatenate((path, np.setdiff1d(more, path)))
+
+    def _grown(self, seam: IntArray, trade: float, leaves: int, most_in_vain: int) -> IntArray:
+        """Add leaves one by one to each body, and return of its seams the one of least cost."""
+        piece = self.piece
+        when = np.zeros(len(seam), dtype=np.int64)  # the leaf that brought each edge
+        best, least = np.zeros(self._n, dtype=np.int64), np.full(self._n, np.inf)
+        in_vain, growing = np.zeros(self._n, dtype=np.int64), np.ones(self._n, dtype=bool)
+        for leaf in range(leaves):
+            # no stretch is less than 1: beyond this length, no seam costs less than the best one
+            growing &= 1 + self._length(seam) / trade < least
+            if not growing.any():
+                break
+            open_nodes = self._open_nodes(seam)
+            u = self._log_scale(piece, open_nodes, piece.curvature)
+            cost = self._stretch(u) + self._length(seam) / trade
+            better = growing & (cost < least)
+            in_vain = np.where(better, 0, in_vain + 1)
+            best[better], least[better] = leaf, cost[better]
+            tip = self._least(-np.abs(u))
+            growing &= (in_vain < most_in_vain) & (u[tip] != 0)
+            if not growing.any():
+                break
+            _, before, _ = piece.search(open_nodes[growing[self._of[open_nodes]]])
+            path = piece.paths(before, tip[growing])
+            seam = np.concatenate((seam, path))
+            when = np.concatenate((when, np.full(len(path), leaf + 1)))
+        return seam[when <= best[self._body(seam)]]
+
+    def _net(self) -> IntArray:
+        """The shortest tree of edges through all that is curved: cut along it, a body is its own flat net."""
+        piece = self.piece
+        i, j = _spanning_tree(piece.graph).coords
+        tree = piece.between(i.astype(np.int64), j.astype(np.int64))
+        needed = np.abs(piece.curvature) > FLAT
+        needed[: piece.holes] = True
+        return without_stubs(piece, tree, np.flatnonzero(needed))
+
+    def _either(self, one: IntArray, other: IntArray, takes_one: BoolArray) -> IntArray:
+        """For each body one seam or the other."""
+        return np.concatenate((one[takes_one[self._body(one)]], other[~takes_one[self._body(other)]]))
+
+    @cached_property
+    def _hard(self) -> BoolArray:
+        """The bodies with planes, and most of their curvature on sharp creases."""
+        piece, of = self.piece, self._of
+        bent, sharp = np.abs(piece.curvature), np.zeros(piece.n, dtype=bool)
+        bent[: piece.holes] = 0
+        sharp[piece.ends[piece.sharp == 1]] = True
+        angular = sum_by(of, bent * sharp, self._n) >= ANGULAR * sum_by(of, bent, self._n)
+        flat = flat_shares(self._surface, of[piece.node[self._surface.F[:, 0]]])
+        return np.asarray(angular & (flat >= HARD))
+
+    def _cost(self, seam: IntArray, trade: float) -> FloatArray:
+        """The stretch and shear to expect of each body, and its seam's price."""
+        piece, of = self.piece, self._of
+        u = self._log_scale(piece, self._open_nodes(seam), piece.curvature)
+        pressed = np.abs(piece.curvature) / (2 * np.pi)
+        pressed[: piece.holes] = 0
+        pressed[piece.ends[seam]] = 0
+        shear = 3 * sum_by(of, piece.area * pressed, self._n) / self._area
+        body, length, sharp = self._body(seam), (piece.true_length * piece.shown)[seam], piece.sharp[seam]
+        soft, hard = (
+            np.bincount(body, length * share, self._n) / np.sqrt(self._area) for share in (1 - sharp, sharp)
+        )
+        creased = soft + SHARP_SHARE * np.maximum(hard - trade, 0)
+        return np.asarray(
+            self._stretch(u) + shear + np.where(self._hard, creased, self._length(seam)) / trade
+        )
+
+    def _stretch(self, u: FloatArray) -> FloatArray:
+        """The L2 stretch to expect of each body."""
+        shrunk, grown = (sum_by(self._of, self.piece.area * np.exp(k * u), self._n) for k in (-2, 2))
+        return np.asarray(np.sqrt(shrunk * grown) / self._area)
+
+    def _length(self, seam: IntArray) -> FloatArray:
+        """Of each body's seam, in units of the square root of its area."""
+        length = np.bincount(self._body(seam), self.piece.length[seam], self._n)
+        return np.asarray(length / np.sqrt(self._area))
+
+    def _open_nodes(self, seam: IntArray) -> IntArray:
+        return np.union1d(self.piece.ends[seam], np.arange(self.piece.holes))
+
+    def _body(self, edges: IntArray) -> IntArray:
+        """The bodies that edges are on."""
+        return np.asarray(self._of[self.piece.ends[edges, 0]])
+
+    def _least(self, values: FloatArray) -> IntArray:
+        """The node of each body with the least value, the first of equal ones."""
+        values = values[self._by_body]
+        least = np.flatnonzero(values == self._nodes.spread(self._nodes.min(values)))
+        first = np.searchsorted(least, self._nodes.start[:-1])
+        return np.asarray(self._by_body[least[first]], dtype=np.int64)

@@ -1,0 +1,114 @@
+"""Mirror planes: a body that is symmetric is cut alike on both sides."""
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy
+
+from ..._types import FloatArray, IntArray
+from ...surface import Submesh
+from ..cut_graphs import ClosedSurface
+
+SAMPLES = 64  # vertices that are tried first
+NEAR = 1e-3  # times the size: how far a vertex may be from its mirror image
+ALIKE = 0.9  # share of the edges that are edges again in the mirror; diagonals may lie the other way
+DETOUR = 1.5  # times the shortest way to a leaf in the plane may be the one in the plane
+ON_PLANE = 0.7  # times its length counts an edge in the mirror plane
+
+
+def mirrored_vertices(component: Submesh) -> IntArray | None:
+    """The vertex in the place of each one's mirror image, in a plane through the principal axes; or None."""
+    V = component.V
+    double_area = component.measured[0]
+    weight = np.bincount(component.F.T.ravel(), np.tile(double_area, 3), minlength=len(V))
+    weight = weight / weight.sum()
+    middle = weight @ V
+    offset = V - middle
+    values, axes = np.linalg.eigh((offset * weight[:, None]).T @ offset)
+    near = NEAR * float(np.sqrt(double_area.sum() / 2))
+    tree, some = scipy.spatial.cKDTree(V), np.linspace(0, len(V) - 1, min(SAMPLES, len(V))).astype(np.int64)
+
+    def images(normal: FloatArray, rows: IntArray | slice) -> IntArray | None:
+        image = V[rows] - 2 * np.outer(offset[rows] @ normal, normal)
+        distance, index = tree.query(image, distance_upper_bound=near)
+        return np.asarray(index, dtype=np.int64) if np.isfinite(distance).all() else None
+
+    for axis in range(3):
+        gaps = np.abs(np.delete(values, axis) - values[axis])
+        if gaps.min() > NEAR * values[2] and images(axes[:, axis], some) is not None:
+            index = images(axes[:, axis], slice(None))
+            if index is not None and len(np.unique(index)) == len(V):
+                return index
+    return None
+
+
+@dataclass(frozen=True, eq=False)
+class Mirror:
+    """Nodes and edges in the mirror.
+
+    Attributes
+    ----------
+    node : (n,) int64
+        The mirror image of each node.
+    edge : (#E,) int64
+        The mirror image of each edge, -1 where it is no edge.
+    """
+
+    node: IntArray
+    edge: IntArray
+
+    def pair(self, start: int, end: int) -> tuple[int, int]:
+        """A tip and its image, if one of two tips is off the plane; else the two."""
+        pairs = [(tip, int(self.node[tip])) for tip in (start, end) if self.node[tip] != tip]
+        return pairs[0] if pairs else (start, end)
+
+    def image(self, seam: IntArray) -> IntArray:
+        """The mirror image of a seam, as far as it is made of edges."""
+        edge = self.edge[seam]
+        return edge[edge >= 0]
+
+    def with_both(self, piece: ClosedSurface, seam: IntArray, leaf: int, way: IntArray) -> IntArray:
+        """The seam with a way to a leaf, and one to its image; in the plane, if the leaf is there."""
+        plane = self.node == np.arange(piece.n)
+        if plane[leaf]:
+            sources = np.flatnonzero(plane & np.isin(np.arange(piece.n), piece.on(seam)))
+            if len(sources):
+                distance, before, _ = piece.search(sources, np.flatnonzero(~plane))
+                if distance[leaf] < DETOUR * piece.total(way):
+                    way = piece.paths(before, [leaf])
+            return np.concatenate((seam, way))
+        longer, image = np.concatenate((seam, way)), self.edge[way]
+        known = piece.on(longer)
+        new = np.setdiff1d(image, longer)
+        if (image >= 0).all() and len(np.setdiff1d(piece.ends[new], known)) == len(new):  # no cycle is closed
+            return np.concatenate((longer, new))
+        _, before, _ = piece.search(known)
+        return np.concatenate((longer, piece.paths(before, [int(self.node[leaf])])))
+
+
+def mirrored(component: Submesh, piece: ClosedSurface) -> tuple[ClosedSurface, Mirror] | None:
+    """A surface with the same lengths on both sides of its mirror plane, and this mirror.
+
+    None if there is no such plane, or the mesh is not the same on its two sides. Edges in the plane are
+    shorter: seams like to run in it.
+    """
+    vertex = mirrored_vertices(component) if len(piece.key) else None
+    if vertex is None:
+        return None
+    node = np.full(len(component.V), -1)
+    node[piece.edges.ravel()] = piece.ends.ravel()
+    known = (node >= 0) & (node[vertex] >= 0)
+    image = np.full(piece.n, -1)
+    image[node[known]] = node[vertex[known]]
+    if (image < 0).any() or (image[image] != np.arange(piece.n)).any():
+        return None
+    ends = image[piece.ends]
+    code = np.minimum(ends[:, 0], ends[:, 1]) * piece.n + np.maximum(ends[:, 0], ends[:, 1])
+    place = np.minimum(np.searchsorted(piece.key, code), len(piece.key) - 1)
+    found = piece.key[place] == code
+    if np.count_nonzero(found) < ALIKE * len(found):
+        return None
+    other = np.where(found, piece.length[piece.shortest[place]], piece.length)
+    on_plane = (image[piece.ends] == piece.ends).all(axis=1)
+    length = (piece.length + other) / 2 * np.where(on_plane, ON_PLANE, 1.0)
+    return piece.with_lengths(length), Mirror(image, np.where(found, piece.shortest[place], -1))

@@ -1,0 +1,110 @@
+"""The map of a chart that is split, kept on its largest part, and on all that it lays flat without stretch.
+
+A part of a map has no flips that the map has not, and no overlaps that the split has parted. So only the
+other parts are flattened again: a split costs little, and what keeps its map cannot overlap itself anew.
+"""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from ..._types import FloatArray, IntArray
+from ...flattening import Flattening
+from ...measures import Change, Quality, change_of, quality_of_each
+from ...surface import Parts, Submesh, complex_positions, signed_double_areas
+from ..atlas import NO_QUALITY, cut_out, of_own_size, on_part
+
+KEPT = 0.9  # share of its faces from which on the largest part keeps the map; others gain by a new one
+EVEN = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
+WHOLE = 0.995  # share from which on it does at any stretch: a new map is nearly the same
+EXACT = 1 + 1e-4  # stretch and conformal distortion up to which any part does: a new map is the same
+
+
+class Known(NamedTuple):
+    """A map, its pairs of overlapping faces, its figures, and whether no tip in it is worth a seam.
+
+    A map that overlaps itself, and so is to be cut, may have no figures yet.
+    """
+
+    result: Flattening
+    pairs: IntArray
+    quality: Quality | None
+    without_tips: bool = False
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """What a map does to a piece, measured when it is asked for."""
+
+    piece: Submesh
+    uv: FloatArray
+
+    @cached_property
+    def at_triangles(self) -> Change:
+        return change_of(self.piece, self.uv)
+
+    @cached_property
+    def stretch(self) -> float:
+        """In L2."""
+        return float(np.sqrt(self.at_triangles.mean(self.at_triangles.squared_stretch)))
+
+
+def kept_maps(
+    piece: Submesh, result: Flattening, parts: list[Submesh], pairs: IntArray, without_tips: bool
+) -> list[Known | None]:
+    """The maps of the parts that keep theirs; None for the others. `pairs` of faces overlap in the map.
+
+    Those that are left in a large part go with its map. So does that it has no tips worth a seam.
+    """
+    kept: list[Known | None] = [None] * len(parts)
+    if not result.outcome.good:
+        return kept
+    rows = [np.searchsorted(piece.faces, part.faces) for part in parts]
+    of, size = np.empty(len(piece.F), dtype=np.int64), np.array([len(own) for own in rows])
+    of[np.concatenate(rows)] = np.repeat(np.arange(len(parts)), size)
+    low, high = _area_ratios(piece, result, np.concatenate(rows), Parts.of_sizes(size))
+    left = pairs[of[pairs[:, 0]] == of[pairs[:, 1]]]
+    apart = np.ones(len(parts), dtype=bool)
+    apart[of[left[:, 0]]] = False
+    large, even = size >= KEPT * len(piece.F), apart & (high <= EXACT**2 * low)
+    asked = np.flatnonzero(large | even).tolist()
+    maps = [of_own_size(on_part(result.uv, piece, parts[k]), parts[k]) for k in asked]
+    own = [np.searchsorted(rows[k], left[of[left[:, 0]] == k]) for k in asked]
+    table = [(parts[k], uv, len(over)) for k, uv, over in zip(asked, maps, own, strict=True)]
+    whole = iter(quality_of_each([entry for k, entry in zip(asked, table, strict=True) if even[k]]))
+    measured = [next(whole) if even[k] else decisive(*entry) for k, entry in zip(asked, table, strict=True)]
+    for k, uv, over, quality in zip(asked, maps, own, measured, strict=True):
+        exact = max(quality.stretch_l2, quality.conformal_distortion) <= EXACT
+        if exact or keeps_map(int(size[k]), len(piece.F), quality.stretch_l2):
+            made = cut_out(result, piece, parts[k], uv)
+            cut_off = f"a part of this map, {len(piece.F) - len(parts[k].F):,} faces were cut off"
+            made = replace(made, message=f"{result.message}; {cut_off}")
+            kept[k] = Known(made, over, quality, without_tips)
+    return kept
+
+
+def decisive(piece: Submesh, uv: FloatArray, overlaps: int) -> Quality:
+    """The figures of a map that decide what becomes of it. All others are those of no map, of no faces."""
+    changed = change_of(piece, uv)
+    return replace(
+        NO_QUALITY,
+        stretch_l2=changed.mean(changed.squared_stretch) ** 0.5,
+        conformal_distortion=changed.mean(changed.conformal),
+        angle_distortion=float(changed.angle_distortion.mean()),
+        overlaps=overlaps,
+    )
+
+
+def keeps_map(part: int, whole: int, stretch: float) -> bool:
+    """Whether a part of so many faces keeps its part of a map, of this L2 stretch."""
+    return part >= (KEPT if stretch <= EVEN else WHOLE) * whole
+
+
+def _area_ratios(
+    piece: Submesh, result: Flattening, faces: IntArray, parts: Parts
+) -> tuple[FloatArray, FloatArray]:
+    """The least and the largest ratio of areas in the map and on the surface, of each part of the faces."""
+    ratio = signed_double_areas(complex_positions(result.uv), piece.topology.corner) / piece.measured[0]
+    return parts.min(ratio[faces]), parts.max(ratio[faces])

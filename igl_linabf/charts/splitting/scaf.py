@@ -1,0 +1,165 @@
+"""A flat map that overlaps itself, made injective without a cut."""
+
+import warnings
+
+import igl
+import igl.triangle
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ..._runtime import Arrays, run_as_child_process, run_in_child_process
+from ..._types import FloatArray
+from ...errors import MeshError, OutcomeWarning, is_number, some, stack_level
+from ...layouts import on_circle
+from ...linalg import Solvers
+from ...measures import overlapping_pairs_of_chart
+from ...surface import Submesh, Topology, check_planar, complex_positions, coordinates, signed_double_areas
+
+SCAF = "igl's SCAF"
+MIN_AREA = 1e-14  # as a share of the map's: the barrier of a thinner triangle is out of range
+
+
+def make_bijective(
+    uv: ArrayLike, F: ArrayLike, *, iterations: int = 50, timeout: float = 600.0
+) -> FloatArray:
+    """Move the overlapping parts of a flat map apart, without a cut.
+
+    The simplicial complex augmentation framework of Jiang, Schaefer and Panozzo 2017
+    (`igl.triangle.scaf_solve`). It starts from an embedding in a circle, which never overlaps.
+    From there it approaches the triangles of `uv` as closely as it can without overlap (symmetric
+    Dirichlet energy). Cutting along `separating_seams` instead is much faster and adds no
+    distortion.
+
+    Parameters
+    ----------
+    uv : (#V, 2) float
+        The map; NaN is allowed at vertices that no face uses.
+    F : (#F, 3) int
+        Oriented triangles of one disk.
+    iterations : int
+        More iterations give a map closer to `uv`.
+    timeout : float
+        Seconds after which the solver is stopped. igl's solver hangs on some maps, so it runs in a
+        process of its own.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        The new map, rotated and moved to fit the given one best. If the given map has no overlap
+        and no flipped face, a copy of it. NaN at vertices that no face uses.
+
+    Raises
+    ------
+    MeshError
+        The arrays do not fit together, the surface is not one disk, a face is collapsed or much
+        smaller than the others, no valid embedding was found in double precision, or igl's solver
+        failed or took too long.
+
+    Warns
+    -----
+    OutcomeWarning
+        The new map still has overlaps or flipped faces.
+
+    Examples
+    --------
+    A strip, wound up by one turn and a fifth:
+
+    >>> import numpy as np
+    >>> from igl_linabf.measures.overlapping import overlaps
+    >>> t = np.repeat(np.linspace(0, 7.5, 31), 2)
+    >>> uv = (1 - np.tile([0, 0.2], 31))[:, None] * np.column_stack((np.cos(t), np.sin(t)))
+    >>> F = [f for i in range(0, 60, 2) for f in ([i, i + 2, i + 1], [i + 1, i + 2, i + 3])]
+    >>> F = np.array(F)[:, ::-1]
+    >>> len(overlaps(uv, F)), len(overlaps(make_bijective(uv, F), F))
+    (27, 0)
+    """
+    if not is_number(iterations, 1, whole=True):
+        raise ValueError(f"iterations is {iterations!r}: use a positive integer")
+    surface = Submesh.checked(uv, F, 2, "uv")
+    topology = surface.topology
+    check_planar(topology, surface.vertices)
+    if len(topology.loops) > 1:
+        raise MeshError(
+            f"the surface has {len(topology.loops) - 1} holes: fill them first, or cut along separating_seams"
+        )
+    made, trouble = moved_apart(surface.V, topology, iterations, timeout)
+    if trouble:
+        warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
+    return surface.scatter(made)
+
+
+def moved_apart(
+    flat: FloatArray, topology: Topology, iterations: int = 50, timeout: float = 600.0
+) -> tuple[FloatArray, str]:
+    """`make_bijective` of a checked map of one disk, and a sentence on what is still wrong, or ""."""
+    area = signed_double_areas(complex_positions(flat), topology.corner)
+    total = float(np.abs(area).sum()) / 2
+    bad = np.flatnonzero(~(np.abs(area) > MIN_AREA * total))
+    if len(bad):
+        raise MeshError(
+            f"faces {some(bad)} have less than {MIN_AREA:g} of the map's area: the map's scale varies too "
+            "much for SCAF; cut the surface into more parts"
+        )
+    if (area > 0).all() and not len(overlapping_pairs_of_chart(topology, flat)):
+        return flat.copy(), ""
+    made = _scaffolded(flat / np.sqrt(total), topology, iterations, timeout) * np.sqrt(total)
+    flips = np.count_nonzero(~(signed_double_areas(complex_positions(made), topology.corner) > 0))
+    pairs = overlapping_pairs_of_chart(topology, made)
+    trouble = (
+        f"{flips} faces are flipped and {len(pairs)} pairs of faces overlap after {iterations} iterations: "
+        "cut the surface along separating_seams instead"
+        if flips or len(pairs)
+        else ""
+    )
+    return _laid_on(made, flat), trouble
+
+
+def _scaffolded(rest: FloatArray, topology: Topology, iterations: int, timeout: float) -> FloatArray:
+    """SCAF from an embedding in a circle to the triangles of `rest`, of area 1; at area 1/2 igl hangs."""
+    for z in on_circle(topology, Solvers()):
+        area = signed_double_areas(z, topology.corner)
+        if (area > 0).all():
+            break
+    else:
+        raise MeshError(
+            "no valid embedding in a circle was found in double precision, and SCAF has to start from one: "
+            "cut the surface into more parts"
+        )
+    start = coordinates(z) / np.sqrt(area.sum() / 2)
+    arrays = {"rest": rest, "F": topology.corner.T, "start": start, "iterations": np.array(iterations)}
+    try:
+        return np.asarray(
+            run_in_child_process("igl_linabf.charts.splitting.scaf", SCAF, arrays, timeout)["uv"]
+        )
+    except RuntimeError as error:
+        raise MeshError(f"{error}: cut the surface along separating_seams instead") from None
+
+
+def _scaf(arrays: Arrays) -> Arrays:
+    data, rest = igl.triangle.SCAFData(), arrays["rest"]
+    igl.triangle.scaf_precompute(
+        np.asfortranarray(np.column_stack((rest, np.zeros(len(rest))))),
+        np.asfortranarray(arrays["F"], dtype=np.int32),
+        np.asfortranarray(arrays["start"]),
+        igl.MappingEnergyType.SYMMETRIC_DIRICHLET,
+        np.zeros(0, dtype=np.int32),
+        np.zeros((0, 2), order="F"),
+        0.0,
+        data,
+    )
+    # the vertices of the scaffold come after those of the mesh
+    return {"uv": igl.triangle.scaf_solve(int(arrays["iterations"]), data)[: len(rest), :2]}
+
+
+def _laid_on(uv: FloatArray, onto: FloatArray) -> FloatArray:
+    """`uv` rotated and moved to fit `onto` best."""
+    z, w = complex_positions(uv), complex_positions(onto)
+    middle = w.mean()
+    z = z - z.mean()
+    turn = np.vdot(z, w - middle)
+    z = z * (turn / np.abs(turn) if turn else 1.0) + middle
+    return coordinates(z)
+
+
+if __name__ == "__main__":
+    run_as_child_process({SCAF: _scaf})

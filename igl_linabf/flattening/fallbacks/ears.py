@@ -1,0 +1,135 @@
+"""Ears of a disk on a circle: the map is found without them, and they are laid on arcs over their chords."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..._core import signed_double_areas
+from ..._types import ComplexArray, FloatArray, IntArray
+from ...layouts import placed
+from ...surface import Mesh, Pins, Topology, compact, flat_angles, topology_of, with_outer
+
+EPS = float(np.finfo(np.float64).eps)
+OUTWARD = 2.0 ** np.arange(10)  # roundings by which an apex is moved until its triangle has an area
+
+
+@dataclass(frozen=True, eq=False)
+class Ears:
+    """The faces of a disk with one vertex inside their boundary edges, and the disk without them.
+
+    On a circle an ear has the shape that the arc over its chord gives it, whatever its angles were. With
+    it, the angles at its chord would have to be found to many more digits than those of other triangles.
+
+    Attributes
+    ----------
+    whole, rest : Mesh
+        The disk with the ears, and without them.
+    vertices, faces : (#rest V,), (#rest F,) int64
+        Those of `whole` that `rest` has.
+    layers : tuple of (#ears, 3) int64 arrays
+        The vertices of the ears that were taken off at a time, the apex second and the chord from the third
+        to the first.
+    pinned : Pins or None
+        At vertices of `whole`.
+    """
+
+    whole: Mesh
+    rest: Mesh
+    vertices: IntArray
+    faces: IntArray
+    layers: tuple[IntArray, ...]
+    pinned: Pins | None
+
+    @classmethod
+    def of(cls, mesh: Mesh, pinned: Pins | None) -> Ears | None:
+        """The ears at the outer loop, and those that come up below them; None if there are none.
+
+        A disk whose faces all have three boundary vertices would be all ears, and keeps them.
+        """
+        faces, layers = mesh.topology.once("without ears", lambda: _layers(mesh.topology))
+        if not layers:
+            return None
+        vertices, numbered = compact(mesh.topology.corner.T[faces], mesh.topology.n)
+        topology = topology_of(numbered, mesh.vertices[vertices])
+        if len(topology.loops) > 1:
+            on_rim = np.isin(vertices, mesh.topology.loops[0])
+            topology = with_outer(
+                topology, next(i for i, loop in enumerate(topology.loops) if on_rim[loop[0]])
+            )
+        rest = Mesh(
+            mesh.V[vertices],
+            topology,
+            mesh.double_area[faces],
+            mesh.dot[:, faces],
+            mesh.vertices[vertices],
+            mesh.n_given,
+        )
+        return cls(mesh, rest, vertices, faces, layers, pinned)
+
+    def laid(self, rest: ComplexArray) -> ComplexArray:
+        """The map of all vertices from that of the rest, (#rest V,), whose outer loop is on a circle.
+
+        An apex divides the arc such that its two edges have the ratio of lengths that they have on the
+        surface. Where the arc is too flat for double precision, it is moved outwards by some roundings.
+        """
+        V = self.whole.V
+        z = np.zeros(self.whole.topology.n, dtype=np.complex128)
+        z[self.vertices] = rest
+        centre, radius = _circle(rest[self.rest.topology.loops[0]])
+        for ears in reversed(self.layers):
+            before, apex, after = ears.T
+            chord = z[after] - z[before]
+            half = np.arcsin(np.minimum(np.abs(chord) / (2 * radius), 1.0))
+            half = np.where((chord.conj() * (centre - z[before])).imag < 0, np.pi - half, half)
+            ratio = np.linalg.norm(V[apex] - V[before], axis=1) / np.linalg.norm(V[after] - V[apex], axis=1)
+            # half the arc to the apex: sin a / sin(half - a) is the ratio
+            a = np.arctan2(ratio * np.sin(half), 1 + ratio * np.cos(half))
+            z[apex] = z[before] + (z[before] - centre) * (2j * np.sin(a) * np.exp(1j * a))
+        z = placed(self.whole.topology, z, self.whole.area, self.pinned)
+        before, apex, after = np.concatenate(self.layers).T
+        outward, size = -1j * (z[after] - z[before]), float(np.abs(z).max())
+        outward /= np.maximum(np.abs(outward), np.finfo(np.float64).tiny)
+        flat = z[apex]
+        for roundings in OUTWARD:
+            thin = ~(signed_double_areas(z, np.stack((before, apex, after))) > 0)
+            z[apex[thin]] = flat[thin] + outward[thin] * (roundings * EPS * size)
+        return z
+
+    def angles(self, rest: FloatArray, z: ComplexArray) -> FloatArray:
+        """The angles of all faces, (3, #F): those of the rest, and of the ears as they are in the map."""
+        corner, ears = self.whole.topology.corner, np.ones(len(self.whole.double_area), dtype=bool)
+        ears[self.faces] = False
+        alpha = np.empty(corner.shape)
+        alpha[:, self.faces], alpha[:, ears] = rest, flat_angles(z, corner[:, ears])
+        return alpha
+
+
+def _layers(topology: Topology) -> tuple[IntArray, tuple[IntArray, ...]]:
+    """The faces that are left, and the ears that are taken off until there are none."""
+    on_rim = np.zeros(topology.n, dtype=bool)
+    on_rim[topology.loops[0]] = True
+    left, layers = np.ones(topology.corner.shape[1], dtype=bool), list[IntArray]()
+    count = np.bincount(topology.corner.ravel(), minlength=topology.n)
+    among = np.flatnonzero(on_rim[topology.corner].all(axis=0))
+    while len(among) < len(left):
+        corner = topology.corner[:, among]
+        apex = count[corner] == 1
+        is_ear = apex.any(axis=0)
+        if not is_ear.any():
+            break
+        k, own = np.argmax(apex[:, is_ear], axis=0), corner[:, is_ear]
+        layers.append(np.stack([own[(k + i) % 3, np.arange(len(k))] for i in (2, 0, 1)], axis=1))
+        count -= np.bincount(own.ravel(), minlength=topology.n)
+        left[among[is_ear]] = False
+        among = among[~is_ear]
+    return np.flatnonzero(left), tuple(layers)
+
+
+def _circle(z: ComplexArray) -> tuple[complex, float]:
+    """Centre and radius of the circle that is nearest to some points."""
+    A = np.column_stack((z.real, z.imag, np.ones(len(z))))
+    x, y, c = np.linalg.lstsq(A, np.abs(z) ** 2, rcond=None)[0]
+    centre = complex(x, y) / 2
+    return centre, float(np.sqrt(c + abs(centre) ** 2))

@@ -1,0 +1,80 @@
+"""The stages that let no triangle flip: the guarantee's map, and the isometric one."""
+
+from dataclasses import replace
+from typing import Any
+
+from ..._runtime import timed
+from ..._types import ComplexArray
+from ...layouts import at_pins, embedded_inside, injective, isometric, placed
+from ...surface import Pins, constrain, flat_angles, flipped_faces
+from ..result import Status
+from .attempts import Candidate, Problem, Tried, best_of
+
+
+def injective_map(problem: Problem, tried: Tried) -> Candidate:
+    """A map without flipped triangles from the best one so far, by SLIM."""
+    mesh, last, pinned = problem.mesh, tried[-1], problem.pinned
+    _, layout = best_of(tried)
+    held = constrain(pinned)
+
+    def place(z: ComplexArray) -> ComplexArray:
+        return placed(mesh.topology, z, mesh.area, None if held else pinned)
+
+    if problem.shape.sums is not None:
+        circle, solvers = problem.shape.name == "circle", problem.angles.solvers
+        with timed("injective"):
+            found = embedded_inside(mesh, layout.z, circle, place, solvers)
+        if found is None:
+            detail = "no embedding without flipped triangles inside this boundary was found"
+            return Candidate("injective", Status.NO_VALID_START, detail, last.state)
+        z, how = found
+        state = replace(last.state, at=problem.angles.at(flat_angles(z, mesh.topology.corner)))
+        inside = replace(layout, z=z, method="embedding", solver=how)
+        return Candidate("injective", Status.GOOD, "", state, layout=inside)
+    with timed("injective"):
+        made = injective(mesh, layout.z, place, problem.angles.solvers)
+    if made is None:
+        detail = "no embedding without flipped triangles was found in double precision"
+        return Candidate("injective", Status.NO_VALID_START, detail, last.state)
+    z, missed = made.z, 0.0
+    if pinned is not None and held:
+        z, missed = at_pins(mesh, made.z, 0.0, pinned, problem.angles.solvers)
+    how = f"igl's SLIM, {made.iterations} iterations from {made.start}"
+    state = replace(last.state, at=problem.angles.at(flat_angles(z, mesh.topology.corner)))
+    slim = replace(layout, z=z, method="SLIM", solver=how)
+    return replace(Candidate("injective", Status.GOOD, "", state, layout=slim), **_missed(missed))
+
+
+def isometric_map(problem: Problem, tried: Tried, weight: float, pinned: Pins | None) -> Candidate | None:
+    """The isometric map from the best one so far; None if that has flipped triangles."""
+    mesh, last = problem.mesh, tried[-1]
+    best, layout = best_of(tried)
+    if len(best.flipped):
+        return None
+    with timed("isometric"):
+        made = isometric(mesh, layout.z, weight, pinned, problem.angles.solvers)
+    flipped = flipped_faces(made.z, mesh.topology.corner)
+    start = layout.solver if layout.method == "SLIM" else f"the map of the {best.stage}"
+    by = f"igl's SLIM, {made.slim} iterations, and " if made.slim else ""
+    how = by + by_newton(made.newton, start, made.energy)
+    state = replace(last.state, at=problem.angles.at(flat_angles(made.z, mesh.topology.corner)))
+    note = "" if made.stalled else f"the energy still falls after {made.newton} steps"
+    drawn = replace(layout, z=made.z, method="isometric", solver=how)
+    candidate = Candidate("isometric", Status.GOOD, "", state, note=note, layout=drawn, flipped=flipped)
+    if len(flipped):
+        detail = f"{len(flipped)} triangles are too small for double precision"
+        return replace(candidate, status=Status.FLIPPED, detail=detail)
+    return replace(candidate, **_missed(made.missed))
+
+
+def by_newton(steps: int, start: str, energy: float) -> str:
+    """What made an isometric map."""
+    return f"Newton's method, {steps} steps, from {start}; energy {energy:.4g} (1: an isometry)"
+
+
+def _missed(missed: float) -> dict[str, Any]:
+    """What a candidate says of pins that it misses by so much of the map's size."""
+    if not missed:
+        return {}
+    detail = f"pins are missed by up to {missed:.1e} of the map's size"
+    return {"status": Status.PINS_MISSED, "detail": detail, "note": f"{detail}, for triangles would flip"}

@@ -1,0 +1,82 @@
+"""Converged ABF in the plane, where the steps in angles do not converge."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from ..._runtime import timed
+from ...angles import LEAST_SHARE, ROUGH_RTOL, AbfResult, Constraints, State, Step, corrected_steps
+from ...errors import SingularSystemError
+from ...layouts import Layout, lay_out, least_change, placed
+from ...surface import Mesh, Pins, constrain, flipped_faces
+
+FORESEEN = 1e-3  # relative gain of the objective that may be left to further steps, times the tolerance
+FLAT, STEPS_TO_FLAT = 1e-4, 12  # residual of the angles that a map is drawn from, and steps to it at most
+
+
+def converge_in_plane(
+    mesh: Mesh, own: Constraints, state: State, pinned: Pins | None, tol: float
+) -> tuple[AbfResult, Layout] | None:
+    """Minimise sum ((alpha - alpha_0) / alpha_0)^2 over the maps of a surface with a free boundary.
+
+    Parameters
+    ----------
+    mesh : Mesh
+    own : Constraints
+        Of `mesh`.
+    state : State
+        Where the steps in angles ended: near the minimum, even if they do not converge.
+    pinned : Pins or None
+        Two of them place the map.
+    tol : float
+        As for `igl_linabf.angles.converge_feasibly`.
+
+    Returns
+    -------
+    (AbfResult, Layout) or None
+        The map is that of the steps: drawn from its angles it would lose digits where its scale varies a lot.
+        None where more is asked for than a flat map, or where no map without flipped triangles is found to
+        start from, or where the steps do not converge.
+    """
+    problem = state.problem
+    if problem.constraints is not own or not own.plain:
+        return None
+    for begin in (state, state.back_to_start()):
+        try:
+            flat = corrected_steps(begin, None, FLAT, STEPS_TO_FLAT, ROUGH_RTOL)
+        except SingularSystemError:
+            continue
+        start = _drawn(mesh, flat)
+        if start is not None:
+            break
+    else:
+        return None
+    with timed("solve"):
+        bound = LEAST_SHARE * problem.estimate
+        made = least_change(mesh.topology, problem.estimate, bound, start.z, FORESEEN * tol, problem.solvers)
+    if made is None or made.gain > FORESEEN * tol:
+        return None
+    at = problem.at(made.angles)
+    step = Step("feasible", 0, int(made.held.any(axis=0).sum()), at.residual.largest)
+    state = replace(flat, at=at, steps=(*flat.steps, *(made.steps * (step,))))
+    z = placed(mesh.topology, made.z, mesh.area, None if constrain(pinned) else pinned)
+    return AbfResult(state.at_rest(), True, made.held), replace(start, z=z)
+
+
+def _drawn(mesh: Mesh, state: State) -> Layout | None:
+    """A map of the angles of a state; None if it has flipped triangles."""
+    problem, lin = state.problem, state.lin
+    with timed("layout"):
+        try:
+            layout = lay_out(
+                problem.constraints,
+                state.at,
+                "auto",
+                None,
+                mesh.area,
+                problem.solvers,
+                None if lin is None else lin.laplacian,
+            )
+        except SingularSystemError:
+            return None
+    return None if len(flipped_faces(layout.z, mesh.topology.corner)) else layout

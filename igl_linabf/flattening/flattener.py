@@ -1,0 +1,82 @@
+"""The same triangles again and again, with vertices that move."""
+
+from __future__ import annotations
+
+from numpy.typing import ArrayLike
+
+from .._runtime import Progress
+from ..surface import PlanarFaces
+from .boundary_shapes import BoundaryName
+from .functions import flattened
+from .methods import Method
+from .result import Flattening
+
+
+class Flattener:
+    """Flatten one connectivity many times: what follows from the triangles alone is kept.
+
+    That is the check of the triangles, their edges and loops, the pattern of the system, and the analysis of
+    its factor.
+
+    Parameters
+    ----------
+    F : (#F, 3) int
+        Oriented triangles of one disk, with or without holes.
+
+    Raises
+    ------
+    MeshError
+        The surface is not one oriented manifold piece with a boundary and without handles.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> flattener = Flattener(F[1:])
+    >>> [flattener.flatten(V * [1, 1, z]).uv.shape for z in (1.0, 1.1)]
+    [(12, 2), (12, 2)]
+    """
+
+    def __init__(self, F: ArrayLike) -> None:
+        self._faces = PlanarFaces.of(F)
+
+    def flatten(
+        self,
+        V: ArrayLike,
+        method: str | Method = "linabf",
+        b: ArrayLike | None = None,
+        bc: ArrayLike | None = None,
+        *,
+        outer: int | None = None,
+        boundary: BoundaryName | ArrayLike = "free",
+        corners: ArrayLike | None = None,
+        progress: Progress = None,
+    ) -> Flattening:
+        """Flatten the triangles with vertices at `V`: what `flatten(V, F, ...)` returns, to the bit.
+
+        Parameters
+        ----------
+        V : (#V, 3) float
+            Vertex positions.
+        method, b, bc, outer, boundary, corners, progress
+            As in `igl_linabf.flatten`; each call may have its own.
+
+        Returns
+        -------
+        Flattening
+            As `igl_linabf.flatten`.
+
+        Raises
+        ------
+        MeshError
+            `V` is malformed or too short, a face is degenerate, `outer` is on no boundary loop, or the pins
+            are not two different vertices.
+
+        Examples
+        --------
+        >>> import igl
+        >>> V, F = igl.icosahedron()
+        >>> Flattener(F[1:]).flatten(V, "abf", [0, 1], [[0, 0], [1, 0]]).uv.shape
+        (12, 2)
+        """
+        return flattened(lambda: self._faces.at(V, outer), method, b, bc, progress, boundary, corners)

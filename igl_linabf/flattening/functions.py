@@ -1,0 +1,368 @@
+"""The public functions: check the input, run a method, return the map or the whole result."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+from time import perf_counter
+
+from numpy.typing import ArrayLike
+
+from .._runtime import Progress, advance, reporting
+from .._types import FloatArray
+from ..errors import MeshError, OutcomeWarning, stack_level
+from ..layouts import LayoutName
+from ..linalg import SolverName
+from ..surface import Mesh, constrain, pins, planar, scatter
+from .boundary_shapes import BoundaryName, shape_of
+from .methods import ABF, ABF_TOL, TOL, Iterations, LinABF, Method, method_of
+from .result import Flattening, Guarantee, Outcome
+
+
+def linabf(
+    V: ArrayLike,
+    F: ArrayLike,
+    b: ArrayLike | None = None,
+    bc: ArrayLike | None = None,
+    *,
+    iterations: Iterations = "auto",
+    layout: LayoutName = "auto",
+    outer: int | None = None,
+    boundary: BoundaryName | ArrayLike = "free",
+    corners: ArrayLike | None = None,
+    rtol: float | None = None,
+    tol: float = TOL,
+    threshold: float = 1.0,
+    safeguard: bool = True,
+    guarantee: Guarantee | None = None,
+    solver: SolverName = "auto",
+) -> FloatArray:
+    """Linear angle based parameterization (Zayer, Levy, Seidel, SGP 2007).
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of one disk, with or without holes. Holes are not cut.
+    b, bc : (#b,) int and (#b, 2) float, optional
+        Two or more pinned vertices and their positions, as in `igl.lscm`. Two of them place the map; more
+        are constraints of the least-squares layout. Without pins the map is scaled to the area of
+        the surface, centred, and turned to its principal axes.
+    iterations : int or "auto"
+        1 is the paper's single linear step. k runs up to k steps of its active set (section 6).
+        Each step linearises at the angles of the last one. They end early once the residual is at
+        most `tol`. "auto" is one step and a second solve with the same system. If a step was
+        limited, the boundary does not close or a triangle flips, it continues like the active set
+        (at most 12 steps), and ends in corrections in the conformal metric; if triangles still
+        flip, with converged ABF. With holes, the second solve is a step, which also closes the
+        holes' loops (docs/holes.md).
+    layout : {"auto", "boundary", "least-squares", "greedy"}
+        How angles become coordinates; see `igl_linabf.layout`.
+    outer : int, optional
+        A vertex of the outer boundary loop; all other loops are holes. By default the longest loop
+        is the outer one.
+    boundary : {"free", "circle", "circles", "rectangle"} or (#V,) float
+        "circle": the outer loop lies on a circle; "circles": so do all holes. "rectangle": it is a
+        rectangle. An array has the angle of the map at each boundary vertex, in radians: pi is
+        straight, pi / 2 a right angle, NaN free; inside the mesh, it is NaN. See docs/boundaries.md.
+    corners : (4,) int, optional
+        The boundary vertices at the corners of the rectangle. By default those where the boundary
+        turns most.
+    rtol : float, optional
+        Relative residual at which conjugate gradients stop; by default 0.1 for the two solves of
+        "auto", the second of which takes at most twelve of their steps, 0.03 for the
+        steps that follow there, and 0.01 for all others. With an `rtol`, no corrections in the
+        conformal metric take their place.
+    tol : float
+        Residual of the angle constraints, in radians, at which the iterations end.
+    threshold : float
+        If the angles around an interior vertex miss 2 pi by more than this many radians, they are
+        scaled to sum to 2 pi (section 4.2).
+    safeguard : bool
+        Keep all angles positive: scale the estimate's angles to sum to pi in each triangle, and
+        limit each triangle's step. False is the paper's bare scheme.
+    guarantee : {"injective"}, optional
+        If triangles still flip after all methods of the default, make a map without flipped
+        triangles by SLIM, at more distortion.
+    solver : {"auto", "cholmod", "direct"}
+        "auto" solves by conjugate gradients, which the Cholesky factor of one Laplacian
+        preconditions. "cholmod" does so by CHOLMOD's factor; that needs scikit-sparse.
+        "direct" factors the whole system.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        NaN at vertices that no face uses.
+
+    Raises
+    ------
+    MeshError
+        The surface is not one oriented manifold piece with a boundary and without handles, a face
+        is degenerate, `outer` is on no boundary loop, the pins are not two or more different vertices,
+        or no flat map has such a `boundary`.
+
+    Warns
+    -----
+    OutcomeWarning
+        The map has flipped triangles; `flatten` returns the same map with its outcome and residuals.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> linabf(V, F[1:]).shape
+    (12, 2)
+    """
+    method = LinABF(iterations, layout, rtol, tol, threshold, safeguard, guarantee, solver)
+    return _told(flatten(V, F, method, b, bc, outer=outer, boundary=boundary, corners=corners)).uv
+
+
+def abf(
+    V: ArrayLike,
+    F: ArrayLike,
+    b: ArrayLike | None = None,
+    bc: ArrayLike | None = None,
+    *,
+    layout: LayoutName = "auto",
+    outer: int | None = None,
+    boundary: BoundaryName | ArrayLike = "free",
+    corners: ArrayLike | None = None,
+    tol: float = ABF_TOL,
+    threshold: float = 1.0,
+    guarantee: Guarantee | None = None,
+    solver: SolverName = "auto",
+) -> FloatArray:
+    """Converged angle based flattening: the angles of a flat mesh nearest to the surface's own.
+
+    Minimises sum ((alpha - alpha_0) / alpha_0)^2 (Sheffer, de Sturler 2001) with all constraints
+    satisfied, by the steps of linear ABF measured from the initial estimate alpha_0. If they do
+    not converge, a slower form is used that stays among flat meshes. It lets no angle fall below a
+    hundredth of alpha_0.
+
+    Parameters
+    ----------
+    V, F, b, bc, layout, outer, boundary, corners : see `linabf`
+        As in `linabf`.
+    tol : float
+        The iterations end when both the largest relative change of an angle that another step would bring,
+        and the largest residual, are at most this; at least 1e-10. They end earlier where all further steps
+        would lower the sum by less than 16 tol^2 of itself. At 1e-4, F/3nt is accurate to five digits.
+    threshold, guarantee, solver : see `linabf`
+        As in `linabf`.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        NaN at vertices that no face uses.
+
+    Raises
+    ------
+    MeshError
+        As `linabf`.
+
+    Warns
+    -----
+    OutcomeWarning
+        The iterations did not converge, or the map has flipped triangles.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> abf(V, F[1:], tol=1e-10).shape
+    (12, 2)
+    """
+    method = ABF(layout, tol, threshold, guarantee, solver)
+    result = flatten(V, F, method, b, bc, outer=outer, boundary=boundary, corners=corners)
+    if result.outcome is Outcome.NOT_CONVERGED:
+        warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
+    return _told(result).uv
+
+
+def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike | None = None) -> FloatArray:
+    """`igl.lscm` with checked input, and with far-apart pins by default.
+
+    Parameters
+    ----------
+    V, F, b, bc : array_like
+        As in `linabf`. The default pins are two boundary vertices half the loop's length apart, the
+        most distant such pair. The map is then scaled, centred and turned as in `linabf`.
+
+    Returns
+    -------
+    uv : (#V, 2) float64
+        NaN at vertices that no face uses.
+
+    Raises
+    ------
+    MeshError
+        As `linabf`.
+
+    Warns
+    -----
+    OutcomeWarning
+        The map has flipped triangles.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> lscm(V, F[1:], [0, 1], [[0, 0], [1, 0]]).shape
+    (12, 2)
+    """
+    return _told(flatten(V, F, "lscm", b, bc)).uv
+
+
+def linabf_angles(
+    V: ArrayLike,
+    F: ArrayLike,
+    *,
+    iterations: Iterations = "auto",
+    outer: int | None = None,
+    rtol: float | None = None,
+    tol: float = TOL,
+    threshold: float = 1.0,
+    safeguard: bool = True,
+    guarantee: Guarantee | None = None,
+    solver: SolverName = "auto",
+) -> FloatArray:
+    """Target angles of `linabf`, which `layout` turns into a map.
+
+    Parameters
+    ----------
+    V, F, iterations, outer, rtol, tol, threshold, safeguard, guarantee, solver : see `linabf`
+        As in `linabf`.
+
+    Returns
+    -------
+    angles : (#F, 3) float64
+        Radians, `angles[t, k]` at vertex `F[t, k]`, as `igl.internal_angles` returns them.
+
+    Raises
+    ------
+    MeshError
+        As `linabf`.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> angles = linabf_angles(V, F[1:], iterations=12)
+    >>> bool(abs(angles.sum(axis=1) - 3.141592653589793).max() < 1e-12)
+    True
+    """
+    method = LinABF(iterations, "auto", rtol, tol, threshold, safeguard, guarantee, solver)
+    return _told(flatten(V, F, method, outer=outer)).angles
+
+
+def _told(result: Flattening) -> Flattening:
+    """Warn if the outcome is bad, for callers that return only a part of the result."""
+    if not result.outcome.good:
+        warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
+    return result
+
+
+def flatten(
+    V: ArrayLike,
+    F: ArrayLike,
+    method: str | Method = "linabf",
+    b: ArrayLike | None = None,
+    bc: ArrayLike | None = None,
+    *,
+    outer: int | None = None,
+    boundary: BoundaryName | ArrayLike = "free",
+    corners: ArrayLike | None = None,
+    progress: Progress = None,
+) -> Flattening:
+    """Flatten a disk, with or without holes; return the map with residuals, steps, times and outcome.
+
+    Parameters
+    ----------
+    V : (#V, 3) float
+        Vertex positions.
+    F : (#F, 3) int
+        Oriented triangles of one disk, with or without holes. Holes are not cut.
+    method : str or method object
+        "linabf": linear angle based parameterization. "abf": its converged form. "isometric": areas
+        are kept, too, as well as both can be. For comparison: "abf++1", a single Newton step of
+        ABF++; "lscm", `igl.lscm`; "scp", the spectral `igl.spectra.lscm`, which needs no pins;
+        "dncp", LSCM's energy from cotangents. A name
+        stands for the method with its default options. To set options, pass an object, such as
+        `igl_linabf.LinABF(iterations=1)` or `igl_linabf.ABF(tol=1e-7)`.
+    b, bc : (#b,) int and (#b, 2) float, optional
+        Two or more pinned vertices and their positions, as in `igl.lscm`. Two of them place the map. More
+        are constraints: of the least-squares layout, of "lscm" and "dncp", and of "isometric", which
+        meets them as far as no triangle has to flip. "scp" takes two.
+    outer : int, optional
+        A vertex of the outer boundary loop; all other loops are holes. By default the longest loop
+        is the outer one.
+    boundary : {"free", "circle", "circles", "rectangle"} or (#V,) float
+        "circle": the outer loop lies on a circle; "circles": so do all holes. "rectangle": it is a
+        rectangle. An array has the angle of the map at each boundary vertex, in radians: pi is
+        straight, pi / 2 a right angle, NaN free; inside the mesh, it is NaN. For "linabf" and "abf"
+        only; the other methods have a free boundary. See docs/boundaries.md.
+    corners : (4,) int, optional
+        The boundary vertices at the corners of the rectangle. By default those where the boundary
+        turns most. Without pins, the side from the first to the second is at the bottom.
+    progress : callable or False, optional
+        Called with the name of a stage and the fraction done, from 0 to 1. An exception that it
+        raises ends the work. By default, a bar is shown on a terminal after two seconds; False
+        shows nothing.
+
+    Returns
+    -------
+    Flattening
+        The map `uv`, its target angles, residuals, steps, times and outcome. A map with flipped
+        triangles is returned without an error: check `outcome`.
+
+    Raises
+    ------
+    MeshError
+        The surface is not one oriented manifold piece with a boundary and without handles, a face
+        is degenerate, `outer` is on no boundary loop, the pins are not two or more different vertices,
+        or no flat map has such a `boundary`; the message has the angles that would be right.
+    ValueError
+        The method or the `boundary` has no such name, or the method cannot shape the boundary.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> result = flatten(V, F[1:])
+    >>> result.outcome.value, len(result.flipped), result.layout
+    ('valid', 0, 'boundary')
+    """
+    return flattened(lambda: planar(V, F, outer), method, b, bc, progress, boundary, corners)
+
+
+def flattened(
+    checked: Callable[[], Mesh],
+    method: str | Method,
+    b: ArrayLike | None,
+    bc: ArrayLike | None,
+    progress: Progress,
+    boundary: BoundaryName | ArrayLike = "free",
+    corners: ArrayLike | None = None,
+) -> Flattening:
+    """`flatten` of the mesh that `checked` returns."""
+    start, chosen = perf_counter(), method_of(method)
+    with reporting(progress):
+        mesh = checked()
+        pinned = pins(b, bc, mesh.vertices, mesh.n_given)
+        shape = shape_of(mesh, boundary, corners)
+        if shape.name != "free" and not chosen.shapes:
+            raise ValueError(f"the method {chosen.name!r} has a free boundary: use 'linabf' or 'abf'")
+        if shape.name != "free" and constrain(pinned):
+            raise MeshError(
+                f"{len(pinned[0])} vertices are pinned, and the boundary has a shape: pin two, to move the "
+                "whole map, or leave the boundary free"
+            )
+        seconds = {"check": perf_counter() - start}
+        advance("check", 0.05)
+        made = chosen.run(mesh, pinned, shape) if shape.name != "free" else chosen.run(mesh, pinned)
+    uv = scatter(made.uv, mesh.vertices, mesh.n_given)
+    seconds |= {**made.seconds, "total": perf_counter() - start}
+    F = made.F if len(mesh.vertices) == mesh.n_given else mesh.vertices[made.F]
+    return replace(made, uv=uv, F=F, seconds=seconds)

@@ -1,0 +1,208 @@
+"""Many meshes at once: their disks side by side in one system, and alone what needs more than that."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from functools import partial
+from time import perf_counter
+from typing import cast
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .._runtime import Progress, advance, in_threads, part, reporting, stopwatch
+from .._types import FloatArray, IntArray
+from ..angles import Step
+from ..errors import MeshError, SingularSystemError
+from ..linalg import NotPositiveDefiniteError
+from ..surface import face_array, side_by_side, vertex_array
+from .boundary_shapes import BoundaryName
+from .functions import flatten
+from .isometric_batch import lengthened
+from .linear_batch import LinearBatch, linear_batch
+from .methods import STAGES, Isometric, LinABF, Method, method_of
+from .result import Flattening, Residuals, Rung, Status, judge
+
+LARGE = 10_000  # triangles from which a mesh is flattened alone: in company it would take as long
+AT_ONCE = 40_000  # triangles in company: fewer calls from Python, and still in the processor's caches
+
+Arrays = tuple[FloatArray, IntArray]
+
+
+def flatten_many(
+    meshes: Sequence[tuple[ArrayLike, ArrayLike]],
+    method: str | Method = "linabf",
+    *,
+    boundary: BoundaryName = "free",
+    progress: Progress = None,
+) -> list[Flattening | MeshError]:
+    """Flatten many meshes at once: what a loop of `flatten` returns, in less time.
+
+    Small disks go side by side into linear systems, as they do not touch: a system is assembled, analysed
+    and factored once, and each disk has its own steps, residuals and outcome. Threads work at several
+    systems at a time, as many as there are cores or as OMP_NUM_THREADS says. Isometric maps begin with
+    these. What needs more than linear ABF's two solves, or begins far from an isometry, disks with holes,
+    large meshes, shaped boundaries and other methods are flattened one by one.
+
+    Parameters
+    ----------
+    meshes : sequence of (V, F)
+        As in `flatten`: vertex positions (#V, 3) float and triangles (#F, 3) int of each mesh.
+    method : str or method object
+        As in `flatten`.
+    boundary : {"free", "circle", "circles", "rectangle"}
+        As in `flatten`, for all meshes; the corners of rectangles are found.
+    progress : callable or False, optional
+        As in `flatten`.
+
+    Returns
+    -------
+    list of Flattening or MeshError
+        In the order of `meshes`. Maps and angles are those of `flatten` to 1e-10, and outcomes and ladders
+        are the same. A mesh that `flatten` refuses has the `MeshError` in its place. The `seconds` of
+        meshes that were solved together are shared out by their triangles.
+
+    Raises
+    ------
+    ValueError
+        There is no method of that name.
+
+    Examples
+    --------
+    >>> import igl
+    >>> V, F = igl.icosahedron()
+    >>> disk, closed = flatten_many([(V, F[1:]), (V, F)])
+    >>> disk.outcome.value, str(closed)[:18]
+    ('valid', 'the mesh is closed')
+    """
+    chosen, given = method_of(method), list(meshes)
+    with reporting(progress):
+        made: list[Flattening | MeshError | None] = [None] * len(given)
+        arrays = [_arrays(mesh) for mesh in given]
+        sound = [i for i, array in enumerate(arrays) if array is not None and boundary == "free"]
+        together = flatten_together([array for array in arrays if array is not None][: len(sound)], chosen)
+        for i, result in zip(sound, together, strict=True):
+            made[i] = result
+        left = [i for i, result in enumerate(made) if result is None]
+        for k, i in enumerate(left):
+            with part("alone", (k + 1) / len(left)):
+                made[i] = _alone(given[i], chosen, boundary)
+    return [result for result in made if result is not None]
+
+
+def _arrays(mesh: object) -> Arrays | None:
+    """V and F in the form in which they are put together, if they are that far sound."""
+    try:
+        V, F = cast(Arrays, mesh)
+        return vertex_array(V), face_array(F)
+    except (TypeError, ValueError):  # what is wrong is said by `flatten`
+        return None
+
+
+def _alone(mesh: object, method: Method, boundary: BoundaryName) -> Flattening | MeshError:
+    """What `flatten` returns or raises."""
+    try:
+        V, F = cast(Arrays, mesh)
+    except (TypeError, ValueError):
+        return MeshError(f"a mesh is given as a {type(mesh).__name__}: pass its vertices and faces, (V, F)")
+    try:
+        return flatten(V, F, method, boundary=boundary)
+    except MeshError as error:
+        return error.with_traceback(None)  # which would keep the arrays of all its frames
+
+
+def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattening | None]:
+    """Flatten small disks side by side; None for each mesh that is to be flattened alone."""
+    made: list[Flattening | None] = [None] * len(meshes)
+    if isinstance(method, Isometric):
+        linear = flatten_together(meshes, LinABF(solver=method.solver))
+        for group in _groups(meshes):
+            found = [(i, result) for i in group if (result := linear[i]) is not None]
+            chosen = [meshes[i] for i, _ in found]
+            for k, result in lengthened(chosen, [result for _, result in found], method):
+                made[found[k][0]] = result
+        return made
+    plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
+    if not (plain and isinstance(method, LinABF) and method.layout in ("auto", "boundary")):
+        return made
+    for results in in_threads(partial(_together, meshes, method=method), _groups(meshes)):
+        for place, result in results:
+            made[place] = result
+        advance("layout", 0.1)
+    return made
+
+
+def _groups(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
+    """Which of the meshes go together: none that is large."""
+    group: list[int] = []
+    faces = 0
+    for i, (_, F) in enumerate(meshes):
+        if len(F) <= LARGE:
+            group.append(i)
+            faces += len(F)
+            if faces >= AT_ONCE:
+                yield group
+                group, faces = [], 0
+    if group:
+        yield group
+
+
+def _together(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> list[tuple[int, Flattening]]:
+    """The places and results of those of a group that come out well together, if they are several."""
+    start = perf_counter()
+    if len(group) < 2:
+        return []
+    disks, found = side_by_side([meshes[i] for i in group])
+    if disks is None or len(disks) < 2:
+        return []
+    try:
+        with stopwatch("check", *STAGES) as seconds:
+            seconds["check"] = perf_counter() - start
+            batch = linear_batch(disks, method)
+    except (NotPositiveDefiniteError, SingularSystemError):
+        halves = np.array_split(found, 2)  # until it is alone
+        parts = [_together(meshes, [group[i] for i in half], method) for half in halves]
+        return parts[0] + parts[1]
+    seconds["total"] = perf_counter() - start
+    return _results(batch, [group[i] for i in found.tolist()], method, seconds)
+
+
+def _results(
+    batch: LinearBatch, places: list[int], method: LinABF, seconds: dict[str, float]
+) -> list[tuple[int, Flattening]]:
+    """As `_together` returns them, from arrays; `seconds` are shared out by triangles."""
+    vertices, faces = batch.disks.vertices.start.tolist(), batch.disks.faces.start.tolist()
+    stepped, rows = batch.stepped, batch.stepped.state.problem.disks.rows.sizes.tolist()
+    before, _, after = (residuals.T.tolist() for residuals in stepped.residuals)
+    residual, inner = stepped.residuals.max(axis=1).T.tolist(), stepped.inner_steps.T.tolist()
+    gap, ratio = batch.gap.tolist(), batch.ratio.tolist()
+    nothing, made = np.empty(0, dtype=np.int64), []
+    for k in np.flatnonzero(batch.good).tolist():
+        first, last = residual[k][0], residual[k][2]
+        steps: tuple[Step, ...] = ()
+        if first > method.tol:
+            steps = Step("step", inner[k][0], 0, residual[k][1]), Step("chord", inner[k][1], 0, last)
+        own, triangles = slice(vertices[k], vertices[k + 1]), slice(faces[k], faces[k + 1])
+        solver, reached = batch.solver if rows[k] else "none", last <= method.tol
+        outcome, message = judge(ratio[k], "boundary", solver, nothing, last, nothing, converged=reached)
+        share = (faces[k + 1] - faces[k]) / faces[-1]
+        result = Flattening(
+            uv=batch.uv[own],
+            F=batch.F[triangles],
+            angles=batch.angles[triangles],
+            method=method.name,
+            outcome=outcome,
+            message=message,
+            flipped=nothing,
+            ladder=(Rung("linear step", Status.GOOD, 0, last, ""),),
+            steps=steps,
+            before=Residuals(*before[k]),
+            after=Residuals(*after[k]),
+            gap=gap[k],
+            layout="boundary",
+            solver=stepped.state.how if steps else "none",
+            layout_solver=solver,
+            seconds={stage: share * value for stage, value in seconds.items()},
+        )
+        made.append((places[k], result))
+    return made

@@ -1,0 +1,4 @@
+"""glTF 2.0, as text and as GLB."""
+
+from .reading import GltfFile, parse_gltf
+from .rewriting import save_gltf

@@ -1,0 +1,60 @@
+"""Polygons among glTF's triangles, by its extension FB_ngon_encoding.
+
+Triangles that follow each other and begin with the same vertex are one polygon, split as a fan around it.
+"""
+
+import numpy as np
+
+from ..._types import IntArray
+from ...surface import Polygons, Triangles
+
+EXTENSION = "FB_ngon_encoding"
+
+
+def fans(split: Triangles, corners: IntArray) -> IntArray:
+    """The triangles (#T, 3) in the order that tells the polygons apart.
+
+    Polygons whose triangles have no corner in common are written as triangles.
+
+    Parameters
+    ----------
+    split : Triangles
+    corners : (#C,) int64
+        The vertices as they are written, at the corners of the polygons.
+    """
+    place = split.place
+    count = np.bincount(split.face, minlength=len(split.polygons))[split.face]
+    # how often each corner of the polygon is in its triangles
+    often = np.bincount(place.ravel(), minlength=len(split.polygons.corners))
+    centre = often[place] == count[:, None]
+    starts = corners[place]
+    alone = ~centre.any(axis=1)
+    head = np.flatnonzero(np.append(True, (split.face[1:] != split.face[:-1]) | alone[1:]))
+    length = np.diff(head, append=len(place))
+    candidates = np.where(centre | alone[:, None], np.arange(3), -1)[head].tolist()
+    turn, before = np.empty(len(head), dtype=np.int64), -1
+    for i, (row, its) in enumerate(zip(starts[head].tolist(), candidates, strict=True)):
+        choice = next((k for k in its if k >= 0 and row[k] != before), max(its))
+        turn[i], before = choice, row[choice]
+    # the chosen corner of the first triangle comes first in all of them, and they go around it
+    own = np.repeat(place[head, turn], length)
+    shift = np.argmax(place == own[:, None], axis=1)
+    turned = np.take_along_axis(place, (shift[:, None] + np.arange(3)) % 3, axis=1)
+    sizes = split.polygons.sizes[split.face]
+    around = (turned[:, 1] - turned[:, 0]) % sizes
+    order = np.lexsort((around, np.repeat(np.arange(len(head)), length)))
+    return np.asarray(corners[turned[order]])
+
+
+def polygons_among(F: IntArray) -> Polygons:
+    """The polygons that were written as these triangles, (#T, 3)."""
+    follows = (F[1:, 0] == F[:-1, 0]) & (F[1:, 1] == F[:-1, 2])
+    head = np.flatnonzero(np.append(True, ~follows)) if len(F) else np.zeros(0, dtype=np.int64)
+    sizes = np.diff(head, append=len(F)) + 2
+    corners = np.empty(int(sizes.sum()), dtype=np.int64)
+    start = np.cumsum(sizes) - sizes
+    corners[start], corners[start + 1] = F[head, 0], F[head, 1]
+    rest = np.ones(len(corners), dtype=bool)
+    rest[start] = rest[start + 1] = False
+    corners[rest] = F[:, 2]
+    return Polygons(corners, sizes)

@@ -1,0 +1,197 @@
+"""The container of glTF 2.0, text or binary: its description as JSON, and the arrays that this describes.
+
+pygltflib drops what it does not know; a description that stays JSON keeps all of it.
+"""
+
+import base64
+import binascii
+import json
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._types import FloatArray
+from ..parsing import Damaged
+
+COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
+COMPRESSED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
+
+
+@dataclass(frozen=True, eq=False)
+class Gltf:
+    """A file of glTF.
+
+    Attributes
+    ----------
+    text : dict
+        Its JSON.
+    buffers : list of bytes
+    folder : Path
+        Where other files are that it names.
+    """
+
+    text: dict[str, Any]
+    buffers: list[bytes]
+    folder: Path
+
+    def listed(self, name: str) -> list[dict[str, Any]]:
+        """Nodes, meshes, ...; an empty list if there are none."""
+        return list(self.text.get(name, ()))
+
+    def view(self, number: int) -> bytes:
+        """The bytes of a buffer view."""
+        view = self._entry("bufferViews", number)
+        start, length = int(view.get("byteOffset", 0)), int(view["byteLength"])
+        buffer = self.buffers[int(view["buffer"])]
+        if start < 0 or length < 0 or start + length > len(buffer):
+            raise Damaged(f"its buffer view {number} ends after the {len(buffer)} bytes of its buffer")
+        return buffer[start : start + length]
+
+    def array(self, number: int) -> NDArray[Any]:
+        """The rows of an accessor, (n,) or (n, width), as they are stored."""
+        accessor = self._entry("accessors", number)
+        if accessor.get("componentType") not in COMPONENTS or accessor.get("type") not in WIDTHS:
+            raise Damaged(f"its accessor {number} has a type that glTF does not know")
+        kind, width = np.dtype(COMPONENTS[accessor["componentType"]]), WIDTHS[accessor["type"]]
+        n = accessor["count"]
+        if not 0 <= n < 2**32:
+            raise Damaged(f"its accessor {number} has {n} rows")
+        if "bufferView" in accessor:
+            stride = self._entry("bufferViews", accessor["bufferView"]).get("byteStride")
+            rows = self._rows(accessor, kind, width, n, stride)
+        else:
+            if n > 10**8:
+                raise Damaged(f"its accessor {number} has {n} rows and no data")
+            rows = np.zeros((n, width), kind)
+        if "sparse" in accessor:
+            sparse = accessor["sparse"]
+            m, indices = int(sparse["count"]), sparse["indices"]
+            where = self._rows(indices, np.dtype(COMPONENTS[indices["componentType"]]), 1, m, None)
+            if m and int(where.max()) >= n:
+                raise Damaged(f"its accessor {number} changes rows that it has not")
+            rows = rows.copy()
+            rows[where[:, 0]] = self._rows(sparse["values"], kind, width, m, None)
+        return rows[:, 0] if width == 1 else rows
+
+    def numbers(self, number: int) -> FloatArray:
+        """The rows of an accessor as numbers; normalised integers are fractions."""
+        rows = self.array(number)
+        values = rows.astype(np.float64)
+        if self._entry("accessors", number).get("normalized") and rows.dtype.kind != "f":
+            values = np.maximum(values / np.iinfo(rows.dtype).max, -1.0)
+        return np.asarray(values)
+
+    def _rows(
+        self, of: dict[str, Any], kind: np.dtype[Any], width: int, n: int, stride: int | None
+    ) -> NDArray[Any]:
+        data, start = self.view(of["bufferView"]), int(of.get("byteOffset", 0))
+        step = stride or kind.itemsize * width
+        if n and (start < 0 or step < 1 or start + (n - 1) * step + kind.itemsize * width > len(data)):
+            raise Damaged(f"its buffer view {of['bufferView']} is too short for {n} rows")
+        return np.ndarray((n, width), kind, data if n else b"", start if n else 0, (step, kind.itemsize))
+
+    def _entry(self, name: str, number: int) -> dict[str, Any]:
+        entries = self.text.get(name, ())
+        if not 0 <= number < len(entries):
+            raise Damaged(f"it has no {number} among its {len(entries)} {name}")
+        return dict(entries[number])
+
+    def primitives(self) -> Iterator[tuple[int, int, dict[str, Any]]]:
+        """The primitives of triangles: mesh, number in it, and what it is."""
+        for i, mesh in enumerate(self.listed("meshes")):
+            for j, primitive in enumerate(mesh.get("primitives", ())):
+                if primitive.get("mode", 4) in (4, 5, 6) and "POSITION" in primitive.get("attributes", {}):
+                    if COMPRESSED & set(primitive.get("extensions", {})):
+                        raise Damaged(f"its mesh {i} is compressed: write it without compression")
+                    yield i, j, primitive
+
+
+def load_gltf(path: Path) -> Gltf:
+    """Read the container, and the buffers in files beside it."""
+    data = path.read_bytes()
+    blob = b""
+    if data[:4] == b"glTF":
+        data, blob = _chunks(data)
+    try:
+        text = json.loads(data)
+    except (ValueError, RecursionError) as error:
+        raise Damaged(f"its description is no JSON ({error})") from None
+    version = str(text.get("asset", {}).get("version", "")) if isinstance(text, dict) else ""
+    if version.split(".")[0] != "2":
+        named = f"of version {version}" if version else "without a version"
+        raise Damaged(f"it is a glTF {named}: write it as glTF 2.0, for example from Blender")
+    buffers = []
+    for i, buffer in enumerate(text.get("buffers", ())):
+        uri = buffer.get("uri")
+        buffers.append(blob if uri is None else _resource(uri, path, i))
+    return Gltf(text, buffers, path.parent)
+
+
+def _chunks(data: bytes) -> tuple[bytes, bytes]:
+    """The two chunks of a GLB file."""
+    start, promised, chunks = 12, int.from_bytes(data[8:12], "little"), dict[bytes, bytes]()
+    if promised > len(data):
+        raise Damaged(f"its head promises {promised} bytes, and it has {len(data)}")
+    while start + 8 <= len(data):
+        length, kind = int.from_bytes(data[start : start + 4], "little"), data[start + 4 : start + 8]
+        if start + 8 + length > len(data):
+            raise Damaged(f"its chunk at byte {start} is cut off")
+        chunks.setdefault(kind, data[start + 8 : start + 8 + length])
+        start += 8 + length
+    if b"JSON" not in chunks:
+        raise Damaged("it has no chunk of JSON at byte 12")
+    return chunks[b"JSON"], chunks.get(b"BIN\0", b"")
+
+
+def _resource(uri: str, path: Path, number: int) -> bytes:
+    if uri.startswith("data:"):
+        try:
+            return base64.b64decode(uri.partition(",")[2], validate=True)
+        except binascii.Error:
+            raise Damaged(f"its buffer {number} is no base64") from None
+    file = path.parent / unquote(uri)
+    if not file.is_file():
+        raise Damaged(f"its buffer {number} is in a file that is missing, {uri}")
+    return file.read_bytes()
+
+
+def placements(gltf: Gltf) -> dict[int, tuple[str, FloatArray]]:
+    """For each mesh the name and the transform (4, 4) of the first node that shows it."""
+    nodes, found = gltf.listed("nodes"), dict[int, tuple[str, FloatArray]]()
+    scenes = gltf.listed("scenes")
+    scene = gltf.text.get("scene", 0)
+    roots = scenes[scene].get("nodes", ()) if 0 <= scene < len(scenes) else ()
+    children = {child for node in nodes for child in node.get("children", ())}
+    waiting = [(i, np.eye(4)) for i in (*roots, *(i for i in range(len(nodes)) if i not in children))][::-1]
+    seen = set[int]()
+    while waiting:
+        i, above = waiting.pop()
+        if i in seen or not 0 <= i < len(nodes):
+            continue
+        seen.add(i)
+        here = above @ _transform(nodes[i])
+        if "mesh" in nodes[i]:
+            found.setdefault(int(nodes[i]["mesh"]), (str(nodes[i].get("name", "")), here))
+        waiting += [(child, here) for child in nodes[i].get("children", ())][::-1]
+    return found
+
+
+def _transform(node: dict[str, Any]) -> FloatArray:
+    if "matrix" in node:
+        return np.array(node["matrix"], dtype=float).reshape(4, 4).T
+    x, y, z, w = node.get("rotation", (0.0, 0.0, 0.0, 1.0))
+    made = np.eye(4)
+    made[:3, :3] = [
+        [1 - 2 * (y * y + z * z), 2 * (x * y - z * w), 2 * (x * z + y * w)],
+        [2 * (x * y + z * w), 1 - 2 * (x * x + z * z), 2 * (y * z - x * w)],
+        [2 * (x * z - y * w), 2 * (y * z + x * w), 1 - 2 * (x * x + y * y)],
+    ]
+    made[:3, :3] *= np.array(node.get("scale", (1.0, 1.0, 1.0)), dtype=float)
+    made[:3, 3] = node.get("translation", (0.0, 0.0, 0.0))
+    return made

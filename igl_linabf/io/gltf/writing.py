@@ -1,0 +1,172 @@
+"""Write glTF 2.0: GLB, its binary form, or .gltf, one text that holds the buffer, too."""
+
+import base64
+import json
+import struct
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._types import IntArray
+from ...errors import MeshError
+from ..materials import Material, as_gltf, linear, without_images
+from ..mesh_file import MeshFile
+from ..one_index import doubled, single
+from .ngons import EXTENSION, fans
+from .scene import COMPONENTS
+
+FLOAT, UNSIGNED = 5126, 5125  # glTF's numbers for types of 32 bits
+VERTEX_ATTRIBUTES, INDICES = 34962, 34963  # and for what a part is used as
+KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
+METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048}
+KEPT = ("componentType", "normalized", "type", "name")  # of an accessor
+LINEAR_MIPMAPS, LINEAR = 9987, 9729  # and for filters
+
+
+class Buffer:
+    """The binary part of a file while it grows, and the description of what is in it."""
+
+    def __init__(self) -> None:
+        self.parts: list[bytes] = []
+        self.size = 0
+        self.views: list[dict[str, Any]] = []
+        self.accessors: list[dict[str, Any]] = []
+
+    def put(self, data: bytes, **more: Any) -> int:
+        """Bytes; returns the number of their view."""
+        self.views.append({"buffer": 0, "byteOffset": self.size, "byteLength": len(data), **more})
+        self.parts.append(data + b"\0" * (-len(data) % 4))
+        self.size += len(self.parts[-1])
+        return len(self.views) - 1
+
+    def add(self, rows: NDArray[Any], use: int, like: Mapping[str, Any] | None = None) -> int:
+        """An array of 32-bit numbers, or of those of another accessor; returns the number of its own."""
+        if like is None:
+            kind = FLOAT if rows.dtype.kind == "f" else UNSIGNED
+            like = {"componentType": kind, "type": KINDS[1 if rows.ndim == 1 else rows.shape[1]]}
+        accessor = {**{key: like[key] for key in KEPT if key in like}, "count": len(rows)}
+        data = np.ascontiguousarray(rows, COMPONENTS[accessor["componentType"]])
+        said = {"target": use}
+        width = data.itemsize * (data.shape[1] if data.ndim > 1 else 1)
+        if use == VERTEX_ATTRIBUTES and width % 4:  # rows begin at multiples of four bytes
+            data = np.pad(data.view(np.uint8).reshape(len(data), -1), ((0, 0), (0, -width % 4)))
+            said["byteStride"] = data.shape[1]
+        accessor["bufferView"] = self.put(data.tobytes(), **said)
+        if accessor["type"] == KINDS[3]:  # asked for of positions, as they are stored
+            accessor |= {"min": rows.min(axis=0).tolist(), "max": rows.max(axis=0).tolist()}
+        self.accessors.append(accessor)
+        return len(self.accessors) - 1
+
+
+def save_new_gltf(temporary: str, mesh: MeshFile) -> None:
+    """Write polygons with texture coordinates at the vertices, v downwards: a node for each part."""
+    extras, buffer = mesh.extras, Buffer()
+    names, part = extras.parts or ((), np.full(len(mesh.polygons), -1))
+    words, material = extras.materials or ((), np.full(len(mesh.polygons), -1))
+    meshes: list[dict[str, Any]] = []
+    nodes: list[dict[str, Any]] = []
+    metres = METRES.get(extras.units or "meter", 1.0)
+    size = {} if metres == 1 else {"scale": [metres] * 3}
+    for i in np.unique(part).tolist():
+        primitives = [
+            _primitive(
+                mesh, np.flatnonzero((part == i) & (material == k)), k if k >= 0 else len(words), buffer
+            )
+            for k in np.unique(material[part == i]).tolist()
+        ]
+        named = {"name": names[i]} if i >= 0 else {}
+        nodes.append({"mesh": len(meshes), **named, **size})
+        meshes.append({"primitives": primitives, **named})
+    # readers (trimesh) drop texture coordinates that no material goes with
+    looks = extras.looks or (Material(),) * len(words)
+    materials = [as_gltf(look, name) for look, name in zip(looks, words, strict=True)]
+    materials += [as_gltf(Material())] * bool((material < 0).any())
+    polygons = any("extensions" in primitive for of in meshes for primitive in of["primitives"])
+    description = {
+        "asset": {"version": "2.0", "generator": "igl_linabf"},
+        **({"extensionsUsed": [EXTENSION]} if polygons else {}),
+        "scene": 0,
+        "scenes": [{"nodes": list(range(len(nodes)))}],
+        "nodes": nodes,
+        "meshes": meshes,
+        "materials": materials,
+    }
+    write_gltf(temporary, description, buffer, mesh.image)
+
+
+def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -> dict[str, Any]:
+    """The faces of one part and one material, with vertices of their own."""
+    extras = mesh.extras
+    corner = np.flatnonzero(np.isin(mesh.polygons.owner, faces))
+    made = doubled(mesh, corner, normals=True)
+    attributes = {
+        "POSITION": buffer.add(single(mesh.V[made.vertex], "V"), VERTEX_ATTRIBUTES),
+        "TEXCOORD_0": buffer.add(single(made.TC * [1, -1] + [0, 1], "TC"), VERTEX_ATTRIBUTES),
+    }
+    if made.normals is not None:
+        attributes["NORMAL"] = buffer.add(single(_unit(made.normals), "normals"), VERTEX_ATTRIBUTES)
+    if extras.colours is not None:
+        given = extras.colours[made.vertex]
+        colours = single(np.column_stack((linear(given[:, :3]), given[:, 3:])), "colours")
+        attributes["COLOR_0"] = buffer.add(colours, VERTEX_ATTRIBUTES)
+    triangles, extensions = triangles_of(mesh, faces, corner, made.corners)
+    indices = buffer.add(triangles.ravel(), INDICES)
+    return {"attributes": attributes, "indices": indices, "material": material, **extensions}
+
+
+def triangles_of(
+    mesh: MeshFile, faces: IntArray, corner: IntArray, vertex: IntArray
+) -> tuple[IntArray, dict[str, Any]]:
+    """Triangles of faces, with a vertex at each corner, in an order that keeps polygons; whether it does."""
+    if (mesh.polygons.sizes[faces] == 3).all():
+        return vertex.reshape(-1, 3), {}
+    at = np.full(len(mesh.polygons.corners), -1)
+    at[corner] = vertex
+    own = mesh.split.rows(np.flatnonzero(np.isin(mesh.split.face, faces)))
+    return fans(own, at), {"extensions": {EXTENSION: {}}}
+
+
+def _unit(normals: np.ndarray) -> np.ndarray:
+    length = np.linalg.norm(normals, axis=1, keepdims=True)
+    return np.asarray(np.where(length > 0, normals / np.where(length > 0, length, 1), [0, 0, 1]))
+
+
+def with_texture(description: dict[str, Any], buffer: Buffer, image: bytes) -> None:
+    """Add a PNG that becomes the colour of all materials; colours at vertices are left out."""
+    description["images"] = [{"bufferView": buffer.put(image), "mimeType": "image/png"}]
+    description["samplers"] = [{"magFilter": LINEAR, "minFilter": LINEAR_MIPMAPS}]
+    description["textures"] = [{"source": 0, "sampler": 0}]
+    for material in description["materials"]:
+        without_images(material)
+        shading = material.get("pbrMetallicRoughness", {})
+        shading.pop("baseColorFactor", None)  # the image would be multiplied by it
+        material["pbrMetallicRoughness"] = {**shading, "metallicFactor": 0, "baseColorTexture": {"index": 0}}
+    for mesh in description["meshes"]:
+        for primitive in mesh["primitives"]:
+            primitive["attributes"].pop("COLOR_0", None)  # viewers would multiply by it
+
+
+def write_gltf(path: str, description: dict[str, Any], buffer: Buffer, image: bytes | None) -> None:
+    """The container: a text that describes, and the bytes that it describes."""
+    if image is not None:
+        with_texture(description, buffer, image)
+    description |= {"accessors": buffer.accessors, "bufferViews": buffer.views}
+    description["buffers"] = [{"byteLength": buffer.size}]
+    if path.lower().endswith(".gltf"):
+        data = base64.b64encode(b"".join(buffer.parts)).decode()
+        description["buffers"][0]["uri"] = f"data:application/octet-stream;base64,{data}"
+        with open(path, "w", encoding="utf-8") as file:
+            json.dump(description, file, separators=(",", ":"))
+        return
+    text = json.dumps(description, separators=(",", ":")).encode()
+    text += b" " * (-len(text) % 4)
+    size = 12 + 8 + len(text) + 8 + buffer.size
+    if size >= 2**32:
+        raise MeshError(f"a GLB file has at most 4 GB, and this mesh needs {size} bytes: write OBJ or PLY")
+    with open(path, "wb") as file:
+        file.write(struct.pack("<4sII", b"glTF", 2, size))
+        file.write(struct.pack("<I4s", len(text), b"JSON") + text)
+        file.write(struct.pack("<I4s", buffer.size, b"BIN\0"))
+        file.writelines(buffer.parts)

@@ -1,0 +1,271 @@
+"""Read PLY in text and binary, with any elements and properties."""
+
+import itertools
+import re
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..._types import FloatArray
+from ...errors import some
+from ...surface import Polygons
+from ..mesh_file import MeshFile
+from ..parsing import (
+    Column,
+    Columns,
+    Damaged,
+    Extras,
+    Property,
+    columns_of,
+    polygons_of,
+    refuse,
+    rows_of,
+    triangles_of_strips,
+)
+
+NAMES = {"i1": "char", "u1": "uchar", "i2": "short", "u2": "ushort", "i4": "int", "u4": "uint"}
+NAMES |= {"f4": "float", "f8": "double"}
+TYPES = {name: kind for kind in NAMES for name in (NAMES[kind], np.dtype(kind).name)}  # char or int8, ...
+ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
+WHOLE = [name for name, kind in TYPES.items() if kind[0] != "f"]
+TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # of vertices, as programs write them
+INDICES = ("vertex_indices", "vertex_index")
+STRIP_ENDS = -1  # between two strips of a list
+ROW_DIGITS = 12  # of a number of rows, at most
+
+
+class Element(NamedTuple):
+    """A table of the file."""
+
+    name: str
+    rows: int
+    properties: list[Property]
+
+
+class PlyTables(NamedTuple):
+    """The file itself."""
+
+    elements: list[Element]
+    tables: dict[str, Columns]
+    comments: list[str]
+
+
+def parse_ply(data: bytes) -> MeshFile:
+    """The mesh in the bytes of a PLY file.
+
+    Raises
+    ------
+    Damaged
+        The text names the line of a text file, or the element of a binary one.
+    """
+    order, elements, comments, start, line = _header(data)
+    tables = _binary(data, start, elements, order) if order else _text(data[start:], elements, line)
+    if "vertex" not in tables:
+        raise Damaged("its head has no element vertex")
+    if "range_grid" in tables and "face" not in tables:
+        raise Damaged("it holds a range scan, no faces: mesh it first, as MeshLab does when it opens it")
+    if "tristrips" in tables:
+        elements = _with_strips(elements, tables)
+    vertex = tables["vertex"]
+    V = _side_by_side(vertex, *"xyz")
+    if V is None:
+        raise Damaged("its element vertex has not the properties x, y and z")
+    if "face" not in tables:  # a cloud of points
+        return MeshFile(V, Polygons.of_triangles(np.empty((0, 3), dtype=np.int64)))
+    _, polygons = _indices(tables, "face")
+    small = np.flatnonzero(np.asarray(polygons.sizes) < 3)
+    if len(small):
+        raise Damaged(f"faces {some(small)} have less than three vertices")
+    faces = polygons_of(polygons)
+    outside = faces.outside(len(V))
+    if len(outside):
+        raise Damaged(f"faces {some(outside)} name vertices outside 0..{len(V) - 1}")
+    extras = _extras(vertex, faces, PlyTables(elements, tables, comments))
+    for names in TEXTURE_NAMES:
+        TC = _side_by_side(vertex, *names)
+        if TC is not None:
+            return MeshFile(V, faces, TC, faces.corners, extras)
+    return MeshFile(V, faces, extras=extras)
+
+
+def _indices(tables: dict[str, Columns], element: str) -> tuple[str, Column]:
+    """The name and the values of an element's lists of vertices."""
+    for name in INDICES:
+        column = tables[element].get(name)
+        if column is not None and column.sizes is not None and column.values.dtype.kind != "f":
+            return name, column
+    raise Damaged(f"its element {element} has no list of integers {INDICES[0]}")
+
+
+def _with_strips(elements: list[Element], tables: dict[str, Columns]) -> list[Element]:
+    """Put the triangles of the strips after the faces, whose other properties are 0 or empty there."""
+    _, rows = _indices(tables, "tristrips")
+    del tables["tristrips"]
+    assert rows.sizes is not None  # of lists
+    row = np.repeat(np.arange(len(rows)), rows.sizes)
+    ends = rows.values == STRIP_ENDS
+    strip = row + np.cumsum(ends)
+    F = triangles_of_strips(rows.values[~ends].astype(np.int64), strip[~ends])
+    found = next((element for element in elements if element.name == "face"), None)
+    if found is None:
+        found = Element("face", 0, [Property(INDICES[0], "i4", "u1")])
+        tables["face"] = {INDICES[0]: Column(np.empty(0, dtype="i4"), np.empty(0, dtype=np.int64))}
+    index, _ = _indices(tables, "face")
+    for name, column in tables["face"].items():
+        new = F.ravel() if name == index else np.zeros(0 if column.sizes is not None else len(F))
+        sizes = np.full(len(F), 3 if name == index else 0)
+        tables["face"][name] = Column(
+            np.append(column.values, new.astype(np.int64 if name == index else column.values.dtype)),
+            None if column.sizes is None else np.append(column.sizes, sizes),
+        )
+    face = Element("face", found.rows + len(F), found.properties)
+    return [*(element for element in elements if element.name not in ("face", "tristrips")), face]
+
+
+def _extras(vertex: Columns, faces: Polygons, source: PlyTables) -> Extras:
+    """Colours and normals at vertices, in the names that most programs give them."""
+    colours = _side_by_side(vertex, "red", "green", "blue", "alpha")
+    if colours is None:
+        colours = _side_by_side(vertex, "red", "green", "blue")
+    normals = _side_by_side(vertex, "nx", "ny", "nz")
+    types = {of.name: of.type for element in source.elements[:1] for of in element.properties}
+    whole = types.get("red", "f")[0] != "f"
+    largest = np.iinfo(types["red"]).max if colours is not None and whole else 1
+    return Extras(
+        colours=None if colours is None else colours / largest,
+        normals=normals,
+        normal=None if normals is None else faces.corners,
+        source=source,
+    )
+
+
+def _side_by_side(table: Columns, *names: str) -> FloatArray | None:
+    """The numbers of these properties, if the element has all of them."""
+    columns = [table[name].values for name in names if name in table and table[name].sizes is None]
+    return np.column_stack(columns).astype(np.float64) if len(columns) == len(names) else None
+
+
+def _header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
+    """Byte order ("" for text), the elements, and the byte and line where the header ends."""
+    order, elements, comments, start = None, list[Element](), list[str](), 0
+    newline = b"\r" if re.match(rb"ply\s*\r(?!\n)", data) else b"\n"
+    for line in itertools.count(1):
+        end = data.find(newline, start)
+        text = data[start : end if end >= 0 else start + 200]
+        words = text.decode("latin-1").split()
+        start = end + 1
+        if line == 1 and words != ["ply"]:
+            raise Damaged("it does not begin with the line ply")
+        if end < 0:
+            raise Damaged("its head has no end_header")
+        match words:
+            case ["format", form, _] if form in ORDERS:
+                order = ORDERS[form]
+            case ["element", name, rows] if rows.isdecimal() and len(rows) <= ROW_DIGITS:
+                elements.append(Element(name, int(rows), []))
+            case ["property", kind, name] if elements and kind in TYPES:
+                elements[-1].properties.append(Property(name, TYPES[kind]))
+            case ["property", "list", length, kind, name] if elements and length in WHOLE and kind in TYPES:
+                elements[-1].properties.append(Property(name, TYPES[kind], TYPES[length]))
+            case ["end_header"]:
+                break
+            case ["comment" | "obj_info", *_]:
+                comments.append(" ".join(words))
+            case []:
+                pass
+            case _ if line > 1:
+                refuse(line, text, "is not understood")
+    if order is None:
+        raise Damaged("its head has no line format")
+    for element in elements:
+        names = [of.name for of in element.properties]
+        if not names or len(set(names)) < len(names):
+            raise Damaged(f"its element {element.name} has no properties, or two of one name")
+    if len({element.name for element in elements}) < len(elements):
+        raise Damaged("it has two elements of one name")
+    return order, elements, comments, start, line
+
+
+def _text(data: bytes, elements: list[Element], before: int) -> dict[str, Columns]:
+    """All elements of a text file, one row a line."""
+    rows, at = rows_of(data)
+    promised = sum(element.rows for element in elements)
+    if len(rows) != promised:
+        raise Damaged(
+            f"its head promises {promised} rows in all, and {len(rows)} lines follow: correct the head "
+            "if these are all"
+        )
+    tables, start = {}, 0
+    for element in elements:
+        end = start + element.rows
+        lines = [before + i for i in at[start:end]]
+        what = f"is no row of the element {element.name}"
+        tables[element.name] = columns_of(rows[start:end], lines, element.properties, what)
+        start = end
+    return tables
+
+
+def _binary(data: bytes, start: int, elements: list[Element], order: str) -> dict[str, Columns]:
+    tables = {}
+    for element in elements:
+        tables[element.name], start = _table(data, start, element, order)
+    if start != len(data):
+        raise Damaged(f"{len(data) - start} bytes follow after the rows that its head promises")
+    return tables
+
+
+def _table(data: bytes, start: int, element: Element, order: str) -> tuple[Columns, int]:
+    """The columns of an element and the byte where it ends, read in runs of rows with equal list sizes."""
+    runs: list[NDArray[Any]] = []
+    sizes: list[tuple[int, ...]] = []
+    done, ahead = 0, element.rows  # a run is looked for among so many rows
+    while done < element.rows:
+        sizes.append(_sizes(data, start, element, order, done))
+        dtype = row_type(tuple(element.properties), sizes[-1], order)
+        n = min(ahead, element.rows - done, (len(data) - start) // dtype.itemsize)
+        run = np.frombuffer(data, dtype, n, start)
+        same = np.ones(n, dtype=bool)
+        for k, of in enumerate(element.properties):
+            if of.length:
+                same &= run[f"{k} size"] == sizes[-1][k]
+        length = n if same.all() else int(np.argmin(same))
+        runs.append(run[:length])
+        ahead = 4 * length
+        done += length
+        start += length * dtype.itemsize
+    lengths = list(map(len, runs))
+    return {
+        of.name: Column(
+            np.concatenate([np.empty(0, of.type), *(run[str(k)].ravel() for run in runs)]),
+            np.repeat([row[k] for row in sizes], lengths).astype(np.int64) if of.length else None,
+        )
+        for k, of in enumerate(element.properties)
+    }, start
+
+
+@cache
+def row_type(properties: tuple[Property, ...], sizes: tuple[int, ...], order: str) -> np.dtype[Any]:
+    fields: list[Any] = []
+    for k, (of, size) in enumerate(zip(properties, sizes, strict=True)):
+        fields += [(f"{k} size", order + (of.length or "V0")), (str(k), order + of.type, (size,))]
+    return np.dtype(fields)
+
+
+def _sizes(data: bytes, start: int, element: Element, order: str, i: int) -> tuple[int, ...]:
+    """How many values row `i`, at byte `start`, has of each property."""
+    sizes = []
+    for of in element.properties:
+        n = 1
+        if of.length:
+            count = np.dtype(order + of.length)
+            n = int(np.frombuffer(data[start : start + count.itemsize].ljust(count.itemsize), count)[0])
+            start += count.itemsize
+            if start <= len(data) and not 0 <= n <= len(data) - start:
+                raise Damaged(f"row {i} of the element {element.name} has a list of {n} values")
+        start += abs(n) * np.dtype(of.type).itemsize
+        sizes.append(n)
+    if start > len(data):
+        raise Damaged(f"it ends in row {i} of the {element.rows} of the element {element.name}")
+    return tuple(sizes)

@@ -1,0 +1,69 @@
+"""Layouts that solve no system: triangle after triangle over a breadth-first tree (section 5)."""
+
+import numpy as np
+from scipy import sparse
+
+from .. import _core
+from .._types import ComplexArray, FloatArray
+from ..angles import Iterate
+from ..surface import Topology
+from .boundary import Boundary
+
+
+def greedy(topology: Topology, alpha: FloatArray) -> ComplexArray:
+    """Triangle after triangle over a breadth-first tree (the paper's section 5); errors add up.
+
+    The seed is the triangle whose smallest angle is the largest. Among paths of equally many
+    triangles, the tree takes the one across the smaller opposite angles, so that the result does
+    not depend on the numbering.
+    """
+    m = alpha.shape[1]
+    angle = alpha.ravel()
+    inside = topology.sides[:, topology.sides[1] >= 0]
+    here, there = np.concatenate((inside, inside[::-1]), axis=1)  # half-edges, k m + t, and their twins
+    weight = 1 + 1e-3 / m * (angle[here] + angle[there])
+    graph = sparse.csr_array((weight, (here % m, there % m)), shape=(m, m))
+    seed = int(np.argmax(alpha.min(axis=0)))
+    depth, parent = sparse.csgraph.dijkstra(graph, indices=seed, return_predecessors=True)
+    # every triangle in a frame of its own: corner 0 at 0, corner 1 on the real axis
+    sine = np.sin(alpha)
+    local = np.stack((np.zeros(m), sine[2], sine[1] * np.exp(1j * alpha[0])))
+    # z -> ratio z + shift takes a triangle's frame to its parent's; their sides run in opposite ways
+    tree = parent[there % m] == here % m
+    k, t, c, child = here[tree] // m, here[tree] % m, there[tree] // m, there[tree] % m
+    tail, head = local[(k + 1) % 3, t], local[(k + 2) % 3, t]
+    child_tail, child_head = local[(c + 2) % 3, child], local[(c + 1) % 3, child]
+    ratio, shift = np.ones(m, dtype=np.complex128), np.zeros(m, dtype=np.complex128)
+    ratio[child] = (head - tail) / (child_head - child_tail)
+    shift[child] = tail - ratio[child] * child_tail
+    above = np.where(parent < 0, seed, parent)
+    while (above != seed).any():  # each round composes the way to an ancestor twice as far up
+        shift = ratio[above] * shift + shift[above]
+        ratio = ratio[above] * ratio
+        above = above[above]
+    placed = (ratio * local + shift).ravel()
+    nearest = np.argsort(np.tile(depth, 3), kind="stable")
+    first = np.unique(topology.corner.ravel()[nearest], return_index=True)[1]
+    return np.asarray(placed[nearest[first]])
+
+
+EXACT = 1e-7  # residual of the constraints up to which triangles may be placed one after another
+MISFIT = 1e-4  # and how far a corner may then be off, over its triangle's shortest side
+
+
+def one_by_one(boundary: Boundary, at: Iterate, topology: Topology) -> ComplexArray | None:
+    """Triangles placed one after another from the drawn boundary inwards, over a breadth-first tree.
+
+    Where the angles fulfil all constraints, no way to a triangle differs from another one. None where
+    they do so too little, as where small triangles lie between large ones.
+    """
+    if not at.residual.largest <= EXACT or topology.holes:
+        return None
+    z, known = np.zeros(topology.n, dtype=np.complex128), ~topology.interior
+    z[topology.loops[0]] = boundary.z
+    one, other = topology.sides
+    twin = np.full(at.cot.size, -1)
+    inside = other >= 0
+    twin[one[inside]], twin[other[inside]] = other[inside], one[inside]
+    made, misfit = _core.developed(z, known, one[~inside], twin, topology.corner, at.cot)
+    return made if misfit <= MISFIT else None

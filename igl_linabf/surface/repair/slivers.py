@@ -1,0 +1,123 @@
+"""Faces of zero area: short sides collapsed, caps opened by a hair, so that the surface stays closed."""
+
+import numpy as np
+
+from ..._types import BoolArray, FloatArray, IntArray
+from ..areas import without_area
+from ..arrays import three_vertices
+from ..topology import connected_labels
+
+SAME_PLACE = 1e-9  # of the extent: a shorter side of a face without area is collapsed
+ROUNDED = 16.0  # times the area that rounding may make is what a face with such a side needs
+ARC = 0.02  # of the longest side: how far the arc of opened caps rises over it at most
+RISE = 0.1  # of their shortest side: how far at most
+SHAKEN = 1e-4  # of a face's shortest side: how far its vertex moves where arcs do not open it
+DOUBLINGS = 14  # of that, until it has an area
+
+
+def sides_of(V: FloatArray, F: IntArray) -> FloatArray:
+    """Lengths of the sides from corner k to k + 1, (#F, 3)."""
+    return np.asarray(np.linalg.norm(V[F[:, [1, 2, 0]]] - V[F], axis=2))
+
+
+def collapsed(V: FloatArray, F: IntArray) -> IntArray:
+    """For each vertex the one that it becomes, where the short sides of faces without area collapse."""
+    merged = np.arange(len(V))
+    while True:
+        now = merged[F]
+        whole = np.flatnonzero(three_vertices(now))
+        flat = whole[without_area(V, now[whole], ROUNDED)] if len(whole) else whole
+        corners = now[flat]
+        extent = np.abs(V[corners]).max(axis=(1, 2), initial=0)
+        lengths = sides_of(V, corners)
+        t, k = np.nonzero(lengths <= SAME_PLACE * np.maximum(extent, lengths.max(axis=1, initial=0))[:, None])
+        if not len(t):
+            return merged
+        label = connected_labels(np.column_stack((corners[t, k], corners[t, (k + 1) % 3])), len(V))
+        merged = np.unique(label, return_index=True)[1][label][merged]
+
+
+def opened_caps(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArray]:
+    """`V` with the vertices of faces without area moved a little, and these faces; F is a manifold.
+
+    The caps on an edge triangulate a line. Their vertices move to a flat arc, which bulges away from
+    the face on the other side of the edge, and in its plane: there the caps have room, and flat
+    surroundings stay flat.
+    """
+    found = flat = without_area(V, F)
+    if not len(found):
+        return V, found
+    still = V = _on_arcs(V, F, found)
+    flat = without_area(V, F)
+    random, step = np.random.default_rng(0), SHAKEN
+    for _ in range(DOUBLINGS):
+        if not len(flat):
+            break
+        lengths = sides_of(still, F[flat])
+        mover = F[flat, (lengths.argmax(axis=1) + 2) % 3]
+        reach = np.full(len(V), np.inf)
+        np.minimum.at(reach, mover, step * lengths.min(axis=1))
+        middle = np.unique(mover)
+        away = random.normal(size=(len(middle), 3))
+        away /= np.linalg.norm(away, axis=1, keepdims=True)
+        V = V.copy()
+        V[middle] = still[middle] + reach[middle, None] * away
+        step *= 2
+        flat = without_area(V, F)
+    return V, found
+
+
+def _on_arcs(V: FloatArray, F: IntArray, flat: IntArray) -> FloatArray:
+    lengths = sides_of(V, F[flat])
+    side = lengths.argmax(axis=1)
+    order = (side[:, None] + np.arange(3)) % 3
+    a, b, c = F[flat[:, None], order].T  # a - b is the longest side, c between them
+    across = _across(F, flat * 3 + side)
+    cap = np.full(len(F) + 1, -1)
+    cap[flat] = np.arange(len(flat))
+    up = cap[across]  # -1 of a missing face reads the -1 at the end
+    own = np.arange(len(flat))
+    ends = (up < 0) | (up[up] == own)
+    root = np.where(ends, own, up)
+    for _ in range(len(flat).bit_length()):
+        root = root[root]
+    away = np.empty((len(flat), 3))
+    away[ends] = _away(V, F, flat[ends] * 3 + side[ends], across[ends], up[ends] > own[ends])
+    start, along = V[a[root]], V[b[root]] - V[a[root]]
+    length = np.linalg.norm(along, axis=1)
+    shortest = np.full(len(flat), np.inf)
+    np.minimum.at(shortest, root, lengths.min(axis=1))
+    height = np.minimum(ARC * length, RISE * shortest[root])
+    s = np.clip(((V[c] - start) * along).sum(axis=1) / length**2, 0, 1)
+    moved, first = V.copy(), np.unique(c * len(flat) + root, return_index=True)[1]
+    np.add.at(moved, c[first], (height * 4 * s * (1 - s))[first, None] * away[root[first]])
+    return moved
+
+
+def _across(F: IntArray, side: IntArray) -> IntArray:
+    """The faces on the other sides of these sides 3 t + k, or -1."""
+    n = int(F.max()) + 1
+    tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
+    forth, back = tail * n + head, head[side] * n + tail[side]
+    order = np.argsort(forth)
+    place = np.minimum(np.searchsorted(forth, back, sorter=order), len(order) - 1)
+    return np.where(forth[order[place]] == back, order[place] // 3, -1)
+
+
+def _away(V: FloatArray, F: IntArray, side: IntArray, across: IntArray, second: BoolArray) -> FloatArray:
+    """Unit vectors at right angles to the sides, in the plane of the faces across, and away from these.
+
+    Any one where there is none, and the opposite one for the second of two caps on one side.
+    """
+    t, k = side // 3, side % 3
+    a, b = F[t, k], F[t, (k + 1) % 3]
+    along = (V[b] - V[a]) / np.linalg.norm(V[b] - V[a], axis=1, keepdims=True)
+    apex = F[across].sum(axis=1) - a - b
+    inward = np.where((across >= 0)[:, None], V[np.where(across >= 0, apex, a)] - V[a], 0)
+    inward -= (inward * along).sum(axis=1, keepdims=True) * along
+    size = np.linalg.norm(inward, axis=1, keepdims=True)
+    axis = np.eye(3)[np.abs(along).argmin(axis=1)]
+    any_ = np.cross(along * np.where(a < b, 1, -1)[:, None], axis)
+    any_ *= np.where(second, -1, 1)[:, None] / np.linalg.norm(any_, axis=1, keepdims=True)
+    plane = size > SAME_PLACE * np.linalg.norm(V[b] - V[a], axis=1, keepdims=True)
+    return np.where(plane, -inward / np.where(plane, size, 1), any_)

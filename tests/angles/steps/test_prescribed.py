@@ -1,0 +1,202 @@
+"""Angle sums to order: which rows there are, what preconditions them, where the steps end."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+from conftest import bumps
+from high_curvature import rings
+
+from igl_linabf.angles import (
+    AngleProblem,
+    ClosingRows,
+    Constraints,
+    State,
+    System,
+    active_set,
+    constraints_of,
+    initial_estimate,
+    linear_step,
+    linearise,
+    residual,
+    step_and_chord,
+)
+from igl_linabf.angles.full_system import full_step
+from igl_linabf.angles.steps.local_elimination import FAR, within_patches
+from igl_linabf.linalg import Solvers
+from igl_linabf.surface import Topology, manifold_topology
+
+KINDS = ("disk, all", "disk, some", "outer loop", "one hole", "every loop", "part of a hole", "closed")
+
+
+def topology_of(F: np.ndarray) -> Topology:
+    return manifold_topology(np.asarray(F, dtype=np.int64), np.arange(F.max() + 1))
+
+
+def posed(kind: str) -> tuple[Topology, np.ndarray, np.ndarray]:
+    """Connectivity, angles (3, #F), and sums near those that the surface has, which obey Gauss-Bonnet."""
+    if kind == "closed":  # a ball with the cones of a cube
+        V, F = igl.upsample(*igl.icosahedron(), 3)
+        V = V / np.linalg.norm(V, axis=1)[:, None]
+        corners = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)]) / np.sqrt(3)
+        cones = np.linalg.norm(V[:, None] - corners, axis=2).argmin(axis=0)
+        sums = np.full(len(V), np.nan)
+        sums[cones] = 3 * np.pi / 2
+        return topology_of(F), np.ascontiguousarray(igl.internal_angles(V, F).T), sums
+    if kind.startswith("disk"):
+        V, F = bumps(400)
+    else:
+        V, F = rings(16, lambda z: 0.3 * z.real**2)
+        middle = V[F].mean(axis=1)[:, :2] @ [1, 1j]
+        near = np.abs(middle[:, None] - [0.45, -0.4 + 0.3j]).min(axis=1) < 0.22
+        V, F, *_ = igl.remove_unreferenced(V, F[~near])
+    topology = topology_of(F)
+    alpha = np.ascontiguousarray(igl.internal_angles(V, F).T)
+    total = topology.sum_at_vertices(alpha)
+    sums = np.full(len(V), np.nan)
+    chosen = {
+        "disk, all": [0],
+        "disk, some": [0],
+        "outer loop": [0],
+        "one hole": [1],
+        "every loop": [0, 1, 2],
+    }
+    for i in chosen.get(kind, [1]):
+        loop = topology.loops[i]
+        asked = total[loop] + 0.05 * np.cos(7.0 * np.arange(len(loop)))
+        asked += (np.pi * len(loop) + (2 * np.pi if i else -2 * np.pi) - asked.sum()) / len(loop)
+        if kind in ("disk, some", "part of a hole"):
+            asked[::3] = np.nan
+        sums[loop] = asked
+    return topology, alpha, sums
+
+
+def state_of(kind: str, solver: str = "auto") -> State:
+    topology, alpha, sums = posed(kind)
+    constraints = constraints_of(topology, sums)
+    estimate = initial_estimate(topology, alpha, sums=constraints.sums)
+    problem = AngleProblem(constraints, estimate, Solvers(solver))
+    return State(problem, problem.start)
+
+
+def dense(constraints: Constraints, system: System) -> np.ndarray:
+    """The rows of the constraints, (2 #rows, 3 #F), errors numbered k #F + t."""
+    unit = np.eye(system.w.size).reshape(-1, *system.w.shape)
+    return np.array([system.rows(e).ravel() for e in unit]).T
+
+
+@pytest.mark.parametrize("kind", ["disk, all", "disk, some", "closed"])
+def test_the_rows_left_are_independent_and_the_sums_left_out_hold_with_the_others(kind: str) -> None:
+    state = state_of(kind)
+    constraints = state.problem.constraints
+    system = System(constraints, state.at.alpha)
+    S = system.matrix().whole().toarray()
+    assert np.linalg.eigvalsh(S).min() > 1e-4
+    end = active_set(state, 1e-2, 1e-10, 12)
+    assert end.at.residual.largest <= 1e-10
+    asked = ~np.isnan(constraints.sums)
+    total = constraints.topology.sum_at_vertices(end.at.alpha)
+    assert np.abs(total - constraints.sums)[asked].max() < 1e-8  # also where the row is left out
+    assert np.abs(end.at.residual.log_ratio[constraints.topology.interior]).max() < 1e-8
+
+
+@pytest.mark.parametrize("kind", ["disk, all", "disk, some", "closed"])
+def test_in_the_conformal_metric_the_two_kinds_of_rows_are_two_laplacians(kind: str) -> None:
+    state = state_of(kind)
+    constraints = state.problem.constraints
+    system = System(constraints, state.at.alpha)
+    M, m = dense(constraints, system), system.w.shape[1]
+    K = np.zeros((3 * m, 3 * m))
+    scale = 2 * np.sqrt(system.w.prod(axis=0) / system.d)
+    for t, block in enumerate(system.conformal(np.arange(m)) / scale[:, None, None]):
+        K[np.ix_(t + m * np.arange(3), t + m * np.arange(3))] = block
+    MKM, n, cot = M @ K @ M.T, constraints.wheels, system.topology.sum_at_edges(system.cot) / 2
+    L = constraints.pattern.laplacian(cot)
+    plus, inner = (
+        (part + np.tril(part, -1).T) for part in (L.toarray(), system.wheel_laplacian(L).toarray())
+    )
+    assert np.abs(MKM[0::2, 0::2] - plus).max() < 1e-11
+    assert np.abs(MKM[0::2, 1::2]).max() < 1e-11
+    assert np.abs((MKM[1::2, 1::2] - inner)[:n, :n]).max() < 1e-11
+
+
+@pytest.mark.parametrize("kind", ["disk, all", "disk, some"])
+def test_the_reduced_step_is_that_of_the_full_system(kind: str) -> None:
+    state = state_of(kind, "direct")
+    step = linear_step(state, 1e-12)
+    expected = full_step(state.problem.constraints, state.at.alpha)
+    assert not step.steps[0].limited
+    assert np.abs(step.at.alpha - state.at.alpha - expected).max() < 1e-10
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_few_steps_reach_sums_wheels_and_closed_loops(kind: str) -> None:
+    state = state_of(kind)
+    end = active_set(state, 1e-2, 1e-10, 12)
+    assert end.at.residual.largest <= 1e-10 and len(end.steps) <= 8
+    assert np.mean([step.inner_steps for step in end.steps]) <= 12  # the preconditioner's two Laplacians
+    direct = active_set(state_of(kind, "direct"), 1e-2, 1e-10, 12)
+    assert np.abs(direct.at.alpha - end.at.alpha).max() < 1e-3  # solved to 1e-2 a step
+    for loop in end.problem.constraints.topology.holes:
+        b = end.at.residual
+        assert abs(b.turning[loop].sum() + 2 * np.pi) < 1e-8 and abs(b.log_ratio[loop].sum()) < 1e-8
+    if kind == "closed":  # the sums rule the chord, too
+        chord = step_and_chord(state, 0.1, 1e-10).state
+        assert [step.kind for step in chord.steps] == ["step", "chord"]
+        assert chord.at.residual.largest < state.at.residual.largest / 3
+
+
+def test_steps_within_patches_change_only_the_angles_around_what_is_missing() -> None:
+    V, F = igl.triangulated_grid(120, 120)
+    V = V + 0.2 / 120 * np.random.default_rng(0).uniform(-1, 1, V.shape)
+    topology, alpha = manifold_topology(F, np.arange(len(V))), igl.internal_angles(V, F).T.copy()
+    problem = AngleProblem(constraints_of(topology), alpha, Solvers())
+    centre = int(np.argmin(np.linalg.norm(V[F].mean(axis=1) - 0.5, axis=1)))
+    alpha[:, centre] += alpha[:, centre].min() * np.array([1.0, -0.5, -0.5])
+    state = State(problem, problem.at(alpha))
+    made = within_patches(state)
+    assert made.steps[-1].kind == "patches"
+    assert made.at.residual.at_vertices < min(FAR, state.at.residual.at_vertices / 5)
+    changed = (made.at.alpha != alpha).any(axis=0)
+    away = np.linalg.norm(V[F].mean(axis=1) - V[F[centre]].mean(axis=0), axis=1)
+    assert changed[centre] and away[changed].max() < 0.1
+    everywhere = alpha + 0.1 * np.random.default_rng(0).uniform(-1, 1, alpha.shape)
+    state = State(problem, problem.at(everywhere))
+    assert within_patches(state) is state
+
+
+@pytest.mark.parametrize("kind", ["one hole", "part of a hole"])
+def test_the_rows_of_a_path_are_the_derivative_of_its_gap(kind: str) -> None:
+    state = linear_step(state_of(kind), 1e-3, close=False)
+    problem, alpha = state.problem, state.at.alpha
+    b = state.at.residual
+    border = ClosingRows(System(problem.constraints, alpha), b.closure.of_paths(1))
+    assert border.size == (1 if kind == "one hole" else 2)  # turning follows from its vertices' sums
+    e, h = np.random.default_rng(0).normal(size=alpha.shape), 1e-6
+    gap = [residual(problem.constraints, alpha + d * e).closure.gap[-1] for d in (h, -h)]
+    numeric = (gap[0] - gap[1]) / (2 * h)
+    assert np.abs(border.rows(e) - [numeric.real, numeric.imag][: border.size]).max() < 1e-5
+
+
+@pytest.mark.parametrize("kind", ["one hole", "part of a hole", "every loop"])
+def test_the_bordered_system_is_its_definition(kind: str) -> None:
+    state = linear_step(state_of(kind), 1e-3, close=False)
+    lin = linearise(state.problem, state.at, reuse=state.lin)
+    system, border = lin.system, lin.closing
+    z = np.random.default_rng(1).normal(size=2 * state.problem.constraints.n + border.size)
+    z[2 * state.problem.constraints.wheels + 1 : 2 * state.problem.constraints.n : 2] = 0.0
+    e = system.projected(system.at_corners(lin.at_corners(z)))
+    expected = np.concatenate((system.rows(e).ravel(), border.rows(e)))
+    assert np.abs(lin.product(z) - expected).max() <= 1e-10 * np.abs(expected).max()
+
+
+def test_the_estimate_is_scaled_to_the_sums_it_misses_by_far() -> None:
+    topology, alpha, sums = posed("disk, some")
+    v = topology.loops[0][1]
+    sums[v] = topology.sum_at_vertices(alpha)[v] + 1.2
+    bare = initial_estimate(topology, alpha, 1.0, False, sums)
+    total = topology.sum_at_vertices(bare)
+    assert abs(total[v] - sums[v]) < 1e-12
+    others = np.delete(np.arange(topology.n), v)
+    assert (total[others] == topology.sum_at_vertices(alpha)[others]).all()

@@ -1,0 +1,252 @@
+"""Seams of large surfaces: clusters keep handles and holes, and what is found on them is as good."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import igl
+import numpy as np
+import pytest
+from conftest import load
+
+from igl_linabf.charts import cut, find_seams, unwrap
+from igl_linabf.charts.atlas.pieces import flattened
+from igl_linabf.charts.cut_graphs.clusters import CLUSTERED, Levels, clusters, contracted
+from igl_linabf.charts.cut_graphs.graph import closed_surface, shape
+from igl_linabf.charts.cut_graphs.stretch import log_scale
+from igl_linabf.charts.seams import search as seams
+from igl_linabf.charts.seams.growth import grown_seam, seam_cost
+from igl_linabf.charts.splitting import predicted_overlaps as foreseen
+from igl_linabf.charts.splitting.predicted_overlaps import coarse_mesh
+from igl_linabf.charts.splitting.tips import seam_to_fine_tips
+from igl_linabf.flattening import Sketch
+from igl_linabf.measures import overlapping_pairs
+from igl_linabf.surface import Submesh, clean, complex_positions, signed_double_areas
+
+NAMES = (
+    "nut",
+    "double_torus",
+    "punctured_nut",
+    "closed__igl_3holes.off",
+    "closed__optcuts_horse_f10000.obj",
+    "handles__bff_punctured-torus.obj",
+    "holes__igl_beetle.off",
+)
+
+
+def surface(name: str) -> Submesh:
+    return max(Submesh.checked_manifold(*load(name)).components(), key=lambda part: len(part.F))
+
+
+def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Subdivided until seams are sought on clusters."""
+    V, F = load(name)
+    while len(V) <= seams.DIRECT:
+        V, F = igl.upsample(V, F, 1)
+    return V, F
+
+
+@pytest.mark.parametrize("hops", [1, 2, 5])
+@pytest.mark.parametrize("name", NAMES)
+def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) -> None:
+    piece = closed_surface(surface(name))
+    coarse = contracted(piece, clusters(piece, hops)).coarse
+    assert coarse.n < piece.n / 2
+    assert coarse.n - len(coarse.ends) + coarse.n_faces == 2 - 2 * piece.genus
+    assert (coarse.holes, coarse.genus) == (piece.holes, piece.genus)
+    assert np.isclose(coarse.area.sum(), piece.area.sum())
+    assert np.isclose(coarse.curvature.sum(), piece.curvature.sum())
+
+
+@pytest.mark.parametrize("hops", [1, 3])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_seam_of_clusters_opens_the_surface_as_it_opened_them(name: str, hops: int) -> None:
+    piece = closed_surface(surface(name))
+    smaller = contracted(piece, clusters(piece, hops))
+    seam, leaves = grown_seam(smaller.coarse, 6.0, False)
+    carried, drawn = smaller.carried(seam), smaller.drawn(seam, leaves)
+    assert shape(smaller.coarse, seam) == shape(piece, carried) == shape(piece, drawn)
+    assert shape(piece, carried)[2]
+    assert piece.total(carried) <= smaller.coarse.total(seam) * (1 + 1e-9)  # ways in a cluster may be shared
+    way = piece.length * piece.valley
+    assert way[drawn].sum() <= way[carried].sum() * (1 + 1e-9)
+    assert set(smaller.roots[leaves][np.isin(leaves, smaller.coarse.ends[seam])]) <= set(
+        piece.ends[drawn].ravel()
+    )
+
+
+def test_the_scale_of_clusters_is_that_of_their_nodes() -> None:
+    piece = closed_surface(surface("closed__optcuts_horse_f10000.obj"))
+    smaller = contracted(piece, clusters(piece, 1))
+    fixed = np.array([0])
+    u = piece.zero_at_nodes.solve(fixed, -piece.curvature)
+    coarse = smaller.coarse.zero_at_nodes.solve(smaller.label[fixed], -smaller.coarse.curvature)
+    mean = np.bincount(smaller.label, u * piece.area) / smaller.coarse.area
+    assert np.corrcoef(mean, coarse)[0, 1] >= 0.995
+
+
+@pytest.mark.parametrize("name", ["double_torus", "closed__igl_cow.off"])
+def test_large_surfaces_are_opened_wherever_they_are_and_whatever_is_beside_them(name: str) -> None:
+    V, F = fine(name)
+    found = find_seams(V, F)
+    F_cut = cut(V, F, found)[1]
+    assert igl.euler_characteristic(F_cut) == len(igl.boundary_loop_all(F_cut)) == 1
+    moved = V * [-4, -4, 4]  # half a turn at another scale: without rounding, for equal ways are common here
+    assert np.array_equal(find_seams(moved, F), found)
+    small_V, small_F = igl.icosahedron()
+    both = find_seams(np.concatenate((V, small_V + 2 * np.ptp(V))), np.concatenate((F, small_F + len(V))))
+    assert np.array_equal(both[(both < len(V)).all(axis=1)], found)
+
+
+@pytest.mark.parametrize("name", ["closed__optcuts_horse_f10000.obj", "handles__bff_punctured-torus.obj"])
+def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str, monkeypatch) -> None:
+    part = Submesh.checked_manifold(*fine(name))
+    piece, costs = closed_surface(part), []
+    for direct in (piece.n, piece.n - 1):
+        monkeypatch.setattr(seams, "DIRECT", direct)
+        costs.append(seam_cost(piece, seams._best(part, piece, 6.0, False, None), 6.0))
+    assert costs[1] <= 1.03 * costs[0]
+
+
+def test_two_ways_between_neighbours_do_not_become_one() -> None:
+    """Around a torus that is nearly square in section, two arcs of the seam join neighbouring vertices."""
+    u, v = (
+        a.ravel() for a in np.meshgrid(*(2 * np.pi * np.arange(n) / n for n in (110, 100)), indexing="ij")
+    )
+    c, s = (np.sign(f(v)) * np.abs(f(v)) ** 0.15 for f in (np.cos, np.sin))
+    V = np.column_stack(((1 + 0.5 * c) * np.cos(u), (1 + 0.5 * c) * np.sin(u), 0.5 * s))
+    i, j = np.divmod(np.arange(11_000), 100)
+    a, b, c, d = (100 * ((i + k) % 110) + (j + m) % 100 for k, m in ((0, 0), (1, 0), (1, 1), (0, 1)))
+    F = np.concatenate((np.column_stack((a, b, c)), np.column_stack((a, c, d))))
+    F_cut = cut(V, F, find_seams(V, F))[1]
+    assert igl.euler_characteristic(F_cut) == len(igl.boundary_loop_all(F_cut)) == 1
+
+
+def test_overlaps_of_large_surfaces_are_foreseen() -> None:
+    """In a cube with a tunnel through each pair of sides, whose map overlaps if handles alone are opened."""
+    x, y, z = np.meshgrid(*3 * [np.linspace(-3, 3, 50)], indexing="ij")
+    values = sum(c**4 - 5 * c**2 for c in (x, y, z)) + 11.8
+    points = np.column_stack([c.ravel(order="F") for c in (x, y, z)])
+    V, F = igl.marching_cubes(values.ravel(order="F"), points, 50, 50, 50, 0.0)[:2]
+    surface, overlapping = Submesh.checked_manifold(V, F), []
+    for parted in (False, True):
+        parts = surface.cut_along(seams.seams_of(surface, 6.0, part_overlaps=parted))
+        assert all(not part.topology.genus and len(part.topology.loops) == 1 for part in parts)
+        overlapping += [sum(len(overlapping_pairs(flattened(p, Sketch()).uv, p.F)) for p in parts)]
+    assert len(parts) <= 4
+    assert overlapping[1] <= overlapping[0] / 20
+
+
+@pytest.mark.parametrize(("share", "cut"), [(0.1, False), (0.8, True)])
+def test_overlaps_are_cut_beforehand_only_if_most_of_the_map_is_to_be_made_again(
+    share: float, cut: bool
+) -> None:
+    """A strip along a spiral stair of a turn and a half, of which this share of the faces is in the turns."""
+    rows = 400
+    turns = int(share * rows)
+    t = np.append(np.linspace(-1, 0, rows - turns, endpoint=False), np.linspace(0, 3 * np.pi, turns + 1))
+    r, t = np.meshgrid(np.linspace(0.8, 1.2, 5), t)
+    on_stair = np.stack((r * np.cos(t), r * np.sin(t), 0.1 * t), axis=-1)
+    before = np.stack((r, t, 0.1 * t), axis=-1)
+    V = np.where(t[..., None] > 0, on_stair, before).reshape(-1, 3)
+    strip = Submesh.checked(V, igl.triangulated_grid(5, rows + 1)[1])
+    parts, uv, stays = foreseen._parts(strip, *foreseen._sketches([strip]), False)
+    assert uv is not None
+    assert bool(parts) is cut is not stays
+
+
+def test_tall_fins_of_a_large_plate_are_foreseen_until_none_is_worth_a_seam() -> None:
+    """Seams to their tips lay parts over each other, whose tips are seen then: one map shows few of them."""
+    x, y = np.meshgrid(*2 * [np.linspace(-1, 1, 120)])
+    turns = np.arange(8) * np.pi / 4
+    along, across = (
+        a * x[..., None] + b * y[..., None]
+        for a, b in ((np.cos(turns), np.sin(turns)), (-np.sin(turns), np.cos(turns)))
+    )
+    z = 1.2 * np.exp(-(((along - 0.55) / 0.25) ** 6) - (across / 0.03) ** 2).max(axis=2)
+    V, F = np.column_stack((x.ravel(), y.ravel(), z.ravel())), igl.triangulated_grid(120, 120)[1]
+    atlas = unwrap(V, F)
+    assert atlas.good
+    assert atlas.quality.stretch_l2 <= 4
+
+
+@pytest.mark.parametrize("height", [0.0, 0.8])
+def test_a_spike_that_clusters_do_not_show_gets_its_seam_beforehand(height: float) -> None:
+    """A ball of 20,480 triangles with a spike of some hundreds of them, cut from its back to four sides."""
+    V, F = igl.upsample(*igl.icosahedron(), 5)
+    V = V / np.linalg.norm(V, axis=1)[:, None]
+    spiked = Submesh.checked(V * (1 + height * np.exp((V @ [0.9, 0, 0.436] - 1) / 0.005))[:, None], F)
+    piece = closed_surface(spiked)
+    poles = [[-1, 0, 0], [0, 0, 1], [0, 0, -1], [0, 1, 0], [0, -1, 0]]
+    start, *ends = (int(np.argmax(spiked.V @ pole)) for pole in poles)
+    seam = piece.paths(piece.search(np.array([start]))[1], ends)
+    coarse = Levels.of(piece, CLUSTERED)
+    on = coarse.label(piece.on(seam))
+    u = log_scale(coarse.coarse, on, coarse.coarse.curvature)[coarse.label(np.arange(piece.n))]
+    more = seam_to_fine_tips(piece, seam, u, 6.0)
+    exact = seam_to_fine_tips(piece, seam, log_scale(piece, piece.on(seam), piece.curvature), 6.0)
+    assert bool(len(more)) is bool(len(exact)) is bool(height)
+    if height:
+        out = np.linalg.norm(piece.position, axis=1)
+        assert all(out[piece.ends[found]].max() > 0.95 * out.max() for found in (more, exact))
+        assert shape(piece, np.append(seam, more)) == shape(piece, seam) == (1, 0, 1)
+
+
+def level_set(
+    function: Callable[..., np.ndarray], reach: float, points: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Where a function is zero in a cube, open at its sides: the largest component."""
+    grid = np.stack(np.meshgrid(*3 * [np.linspace(-reach, reach, points)], indexing="ij"), axis=-1)
+    grid = np.ascontiguousarray(grid.reshape(-1, 3)[:, ::-1])  # x is the fastest
+    V, F, *_ = igl.marching_cubes(function(*grid.T), grid, *3 * [points], 0.0)
+    V, F, *_ = clean(V, F)
+    body = max(Submesh.checked(V, F).components(), key=lambda part: len(part.F))
+    return body.V, body.F
+
+
+def schwarz(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Some cells of Schwarz's P surface, which the cube cuts open."""
+    return np.cos(x) + np.cos(y) + np.cos(z)
+
+
+def bored(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """A plate with nine bores."""
+    bores = (0.12 - np.hypot(x - a, y - b) for a in (-0.5, 0, 0.5) for b in (-0.45, 0.05, 0.5))
+    return np.maximum.reduce([np.abs(x) - 0.9, np.abs(y) - 0.8, np.abs(z) - 0.13, *bores])
+
+
+@pytest.mark.parametrize(("body", "reach", "points", "handles"), [(schwarz, 6.0, 40, 5), (bored, 1.0, 68, 9)])
+def test_large_bodies_of_many_handles_fall_into_sound_charts(
+    body: Callable[..., np.ndarray], reach: float, points: int, handles: int
+) -> None:
+    V, F = level_set(body, reach, points)
+    whole = Submesh.checked_manifold(V, F)
+    assert len(V) > seams.DIRECT
+    assert whole.topology.genus == handles
+    assert bool(whole.topology.loops) == (body is schwarz)
+    atlas = unwrap(V, F, strict=True, progress=False)
+    assert atlas.good
+    assert atlas.FTC.shape == F.shape
+    assert (signed_double_areas(complex_positions(atlas.TC), atlas.FTC.T) > 0).all()
+    parts = whole.cut_along(atlas.seams)
+    assert len(parts) == len(atlas.charts)
+    assert all(len(part.topology.loops) == 1 and not part.topology.genus for part in parts)
+
+
+def lattice(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """Thin rods in three directions, with a handle through each of their squares."""
+    a, b, c = (np.mod(t, 1) - 0.5 for t in (x, y, z))
+    rods = np.minimum.reduce([np.hypot(a, b), np.hypot(b, c), np.hypot(c, a)]) - 0.06
+    return np.maximum(rods, np.abs(np.stack((x, y, z))).max(axis=0) - 1.9)
+
+
+def test_clusters_around_thin_handles_are_neighbours_by_one_edge() -> None:
+    """They are the vertices of a mesh then, on which overlaps are foreseen."""
+    whole = Submesh.checked_manifold(*level_set(lattice, 2.0, 56))
+    assert whole.topology.genus == 81
+    piece = closed_surface(whole)
+    levels = Levels.of(piece, CLUSTERED)
+    assert len(levels.coarse.key) == len(levels.coarse.ends)
+    mesh = coarse_mesh(levels.coarse, levels.label(piece.node[whole.F]))
+    assert mesh is not None
+    assert mesh.topology.genus == 81

@@ -1,0 +1,57 @@
+"""The stretch that seams are chosen by: known before there is a map."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import igl
+import numpy as np
+import pytest
+from conftest import bumps, load
+
+from igl_linabf import cut, find_seams, flatten, quality, unwrap
+from igl_linabf.charts.cut_graphs.graph import closed_surface
+from igl_linabf.charts.cut_graphs.stretch import EVEN, expected
+from igl_linabf.surface import Submesh
+
+
+def torus(n: int = 60, m: int = 24) -> tuple[np.ndarray, np.ndarray]:
+    """Cut open along two circles."""
+    u, v = (x.ravel() for x in np.meshgrid(np.arange(n + 1) / n, np.arange(m + 1) / m, indexing="ij"))
+    grid = igl.triangulated_grid(m + 1, n + 1)[1]
+    a, b = 2 * np.pi * u, 2 * np.pi * v
+    r = 3 + np.cos(b)
+    return np.column_stack((r * np.cos(a), r * np.sin(a), np.sin(b))), grid
+
+
+def cap() -> tuple[np.ndarray, np.ndarray]:
+    """A third of a sphere."""
+    V, F = igl.upsample(*igl.icosahedron(), 4)
+    V /= np.linalg.norm(V, axis=1)[:, None]
+    return igl.remove_unreferenced(V, F[V[F].mean(axis=1)[:, 2] > 1 / 3])[:2]
+
+
+@pytest.mark.parametrize("surface", [cap, torus, bumps])
+def test_it_is_that_of_the_isometric_map(surface: Callable[[], tuple[np.ndarray, np.ndarray]]) -> None:
+    V, F = surface()
+    whole = closed_surface(Submesh.checked_manifold(V, F), isometric=True)
+    stretch, _ = expected(whole, np.arange(whole.holes))
+    made = quality(V, F, flatten(V, F, "isometric").uv).stretch_l2 - 1
+    assert 0.65 < (stretch - 1) / EVEN / made < 1.5
+
+
+@pytest.mark.parametrize("name", ["closed__igl_cow.off", "handles__bff_punctured-torus.obj", "pial"])
+def test_even_seams_are_worth_more_to_the_isometric_map(name: str) -> None:
+    V, F = load(name)
+    size = np.sqrt(igl.doublearea(V, F).sum() / 2)
+
+    def cost(method: str) -> float:
+        """What the isometric map costs, cut along the seams for a method."""
+        seams = find_seams(V, F, method=method)
+        atlas = unwrap(V, F, seams, "isometric")
+        length = np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1).sum() / size
+        return EVEN * (atlas.quality.stretch_l2 - 1) + length / 6
+
+    assert cost("isometric") < cost("linabf") * 1.02
+    F_cut = cut(V, F, find_seams(V, F, method="isometric"))[1]
+    assert len(igl.boundary_loop_all(F_cut)) == 1

@@ -1,0 +1,205 @@
+"""Seams lie where they do not show: in hiding, in valleys, alike on both sides of a symmetric body."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+from conftest import load
+from nasty_meshes import NASTY, sphere
+from numpy.testing import assert_allclose
+from scipy.spatial import cKDTree
+from test_commands import run
+
+from igl_linabf import MeshError, MeshWarning, clean, find_seams, texture_seams, unwrap
+from igl_linabf.charts.cut_graphs.graph import closed_surface
+from igl_linabf.charts.cut_graphs.shortening import rerouted
+from igl_linabf.charts.seams.growth import grown_seam, shorter_seam
+from igl_linabf.charts.seams.search import TRADE
+from igl_linabf.io import read_texture, write_mesh
+from igl_linabf.surface import Submesh, face_components
+
+FIGURES = ("closed__igl_cow.off", "stress__optcuts_dragon_i_f10000.obj", "pial")
+
+
+def seen_length(V: np.ndarray, F: np.ndarray, seams: np.ndarray, hide: np.ndarray) -> float:
+    """Length of the seams where the surface looks against the direction."""
+    a, b = V[seams.T]
+    facing = igl.per_vertex_normals(V, F)[seams].mean(axis=1) @ hide
+    return float(np.linalg.norm(a - b, axis=1)[facing < 0].sum())
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_seams_move_to_the_side_that_is_not_seen(name: str) -> None:
+    V, F = load(name)
+    axes = np.eye(3)[np.argsort(np.ptp(V, axis=0))]
+    for hide in (axes[0], -axes[0]):
+        plain, hidden = (unwrap(V, F, hide=side) for side in (None, hide))
+        assert hidden.good
+        before, after = (seen_length(V, F, atlas.seams, hide) for atlas in (plain, hidden))
+        assert after < 0.7 * before
+        assert hidden.quality.stretch_l2 < plain.quality.stretch_l2 + 0.15
+
+
+def test_a_weight_a_face_hides_as_a_direction_does() -> None:
+    V, F = load("pial")
+    cosine = np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])[:, 2] / igl.doublearea(V, F)
+    by_direction, by_weight = (unwrap(V, F, hide=h) for h in ([0, 0, 1.0], 5 + 2 * cosine))
+    up = np.array([0, 0, 1.0])
+    lengths = [seen_length(V, F, atlas.seams, up) for atlas in (by_direction, by_weight)]
+    assert max(lengths) < 0.7 * seen_length(V, F, unwrap(V, F).seams, up)
+    same = find_seams(V, F, hide=np.full(len(F), 7.0))
+    assert (same == find_seams(V, F)).all()
+
+
+def bust() -> tuple[np.ndarray, np.ndarray]:
+    """A ball on an open neck, with some features on the side of +x."""
+    V, F = sphere(5)
+    V = np.column_stack((V[:, :2], np.where(V[:, 2] < -0.75, 2 * V[:, 2] + 0.75, V[:, 2])))
+    rng = np.random.default_rng(4)
+    for place in rng.normal(size=(12, 3)) * [0, 0.4, 0.4] + [1, 0, 0]:
+        near = np.exp(-(np.linalg.norm(V - place / np.linalg.norm(place), axis=1) ** 2) / 0.01)
+        V = V + rng.choice([-0.12, 0.12]) * near[:, None] * [1, 0, 0]
+    return igl.remove_unreferenced(V, F[V[F][:, :, 2].max(axis=1) > -1.2])[:2]
+
+
+FACES = {  # where each one looks
+    "disk__optcuts_david_o_f10000.obj": [1, 0, 1],
+    "disk__igl_face.obj": [0, 0, 1],
+    "disk__igl_lion.off": [0, 0, -1],
+    "stress__optcuts_male_body_i_f10000.obj": [0, -1, 0],
+}
+
+
+@pytest.mark.parametrize("name", ["bust", *FACES])
+def test_seams_stay_off_a_face(name: str) -> None:
+    V, F = bust() if name == "bust" else load(name)
+    away = -np.array(FACES.get(name, [1, 0, 0])) / np.linalg.norm(FACES.get(name, [1, 0, 0]))
+    anywhere = unwrap(V, F)
+    size = float(np.sqrt(igl.doublearea(V, F).sum() / 2))
+    for turn in (np.eye(3), np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]):
+        found = unwrap(V @ turn, F, hide="back")
+        assert found.good
+        seen, before = (seen_length(V, F, atlas.seams, away) for atlas in (found, anywhere))
+        assert seen < 0.7 * before
+        # the price of that, in L2 stretch: a longer seam may stretch less
+        longer = (found.seam_length - anywhere.seam_length) / size / TRADE
+        assert found.quality.stretch_l2 - anywhere.quality.stretch_l2 + longer < 0.16
+        assert found.seam_length < 1.5 * anywhere.seam_length
+
+
+def test_the_back_of_a_body_inside_out_is_its_back() -> None:
+    V, F = bust()
+    for faces in (F, F[:, ::-1]):
+        seams = find_seams(V, faces, hide="back")
+        side = V[seams].mean(axis=1)[:, 0]
+        assert np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1) @ (side > 0) < 0.2
+
+
+def test_a_body_without_a_face_is_named_and_its_seams_lie_anywhere() -> None:
+    V, F = sphere(4)
+    with pytest.warns(MeshWarning, match="no body has details"):
+        found = find_seams(V, F, hide="back")
+    assert (found == find_seams(V, F)).all()
+    with pytest.raises(MeshError, match="'front'"):
+        find_seams(V, F, hide="front")
+
+
+def test_hiding_does_not_depend_on_the_orientation_of_a_body() -> None:
+    V, F = sphere(3)
+    V = V * [1, 1.3, 0.8]
+    up = np.array([0, 0, 1.0])
+    for faces in (F, F[:, ::-1]):
+        seams = find_seams(V, faces, hide=up)
+        assert seen_length(V, F, seams, up) < 0.5 * seen_length(V, F, seams, -up)
+
+
+@pytest.mark.parametrize(
+    ("hide", "says"),
+    [
+        ([0, 0, 0], "no length"),
+        ([0, 1], r"shape \(2,\)"),
+        ([0, np.nan, 1], "NaN or infinite at 1"),
+        (["x", 1, 2], "no array of numbers"),
+        (np.ones(7), r"weights of the 20 faces"),
+    ],
+)
+def test_what_is_no_direction_and_no_weights_is_refused(hide: object, says: str) -> None:
+    V, F = igl.icosahedron()
+    for call in (find_seams, unwrap):
+        with pytest.raises(MeshError, match=says):
+            call(V, F, hide=hide)
+
+
+def test_the_command_hides_seams_and_says_what_is_no_direction(tmp_path) -> None:
+    V, F = load("pial")
+    mesh = tmp_path / "in.obj"
+    igl.write_triangle_mesh(str(mesh), V, F)
+    process = run("unwrap", mesh, "-o", tmp_path / "out.obj", "--hide=0,0,-1")
+    assert process.returncode == 0, process.stderr
+    FTC = read_texture(tmp_path / "out.obj")[1]
+    assert (FTC == unwrap(V, F, hide=[0, 0, -1]).FTC).all()
+    process = run("unwrap", mesh, "-o", tmp_path / "out.obj", "--hide=0,1")
+    assert process.returncode == 2
+    assert "is no direction" in process.stderr
+
+
+@pytest.mark.parametrize("name", ["soup of triangles", "three sheets at an edge", "faces turned at random"])
+def test_the_seams_of_a_file_are_taken_of_unclean_meshes_too(name: str, tmp_path) -> None:
+    V, F = NASTY[name]()
+    with pytest.warns(match="repaired"):
+        first = unwrap(V, F)
+    write_mesh(tmp_path / "a.obj", V, F, first.TC, first.FTC)
+    process = run("unwrap", tmp_path / "a.obj", "-o", tmp_path / "b.obj", "--seams", "uv")
+    assert process.returncode == 0, process.stderr
+    TC, FTC = read_texture(tmp_path / "b.obj")
+    assert FTC.shape == F.shape
+    assert_allclose(np.sort(igl.doublearea(TC, FTC)), np.sort(igl.doublearea(first.TC, first.FTC)), rtol=1e-6)
+    with pytest.warns(match="repaired"):
+        again = unwrap(V, F, texture_seams(F, first.FTC, V, first.TC, sides=True))
+    assert_allclose(igl.doublearea(again.TC, again.FTC), igl.doublearea(first.TC, first.FTC), rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", FIGURES)
+def test_valleys_attract_seams(name: str) -> None:
+    piece = closed_surface(Submesh.checked_manifold(*load(name)))
+    seam = shorter_seam(piece, grown_seam(piece, 6.0, holes=False)[0], 6.0)[0]
+    moved = rerouted(piece, seam, lambda _: True)
+    before, after = (piece.length[s] @ (1 - piece.valley[s]) / piece.length[s].sum() for s in (seam, moved))
+    assert after > 1.2 * before
+
+
+def mirrored_half(V: np.ndarray, F: np.ndarray, axis: int) -> tuple[np.ndarray, np.ndarray]:
+    """One half of a body and its mirror image, joined in the plane; the largest piece of it."""
+    import pyvista
+
+    middle = V.mean(axis=0)
+    body = pyvista.PolyData(V, np.column_stack((np.full(len(F), 3), F)))
+    half = body.clip(normal=np.eye(3)[axis], origin=middle, invert=False).triangulate()
+    P, G = np.array(half.points, dtype=float) - middle, half.faces.reshape(-1, 4)[:, 1:]
+    P[np.abs(P[:, axis]) < 1e-6 * np.ptp(V), axis] = 0
+    P = np.vstack((P, P * (1 - 2 * np.eye(3)[axis])))
+    G = np.vstack((G, G[:, ::-1] + len(P) // 2)).astype(np.int64)
+    P, G, _, _ = clean(P, G, weld=1e-6 * np.ptp(V))
+    label = face_components(G, len(P))
+    return igl.remove_unreferenced(P, G[label == np.bincount(label).argmax()])[:2]
+
+
+@pytest.mark.parametrize(
+    ("name", "axis"), [(FIGURES[0], 0), ("closed__optcuts_horse_f10000.obj", 0), ("pial", 1)]
+)
+@pytest.mark.parametrize("turned", [False, True])
+def test_a_symmetric_body_is_cut_alike_on_both_sides(name: str, axis: int, turned: bool) -> None:
+    V, F = mirrored_half(*load(name), axis)
+    normal = np.eye(3)[axis]
+    if turned:
+        turn = np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]
+        V, normal = 3 * V @ turn + 1, normal @ turn
+    seams = find_seams(V, F)
+    in_plane = np.full(3, float(turned))  # a point of it
+    image = V - 2 * np.outer((V - in_plane) @ normal, normal)
+    vertex = cKDTree(V).query(image)[1]
+    there = set(map(frozenset, seams.tolist()))
+    alike = [frozenset(pair) in there for pair in vertex[seams].tolist()]
+    assert len(seams) > 20
+    assert np.mean(alike) > 0.85  # where two ways are equally long, one is taken

@@ -1,0 +1,360 @@
+"""Charts in the unit square: apart by the margin, at one scale, not mirrored."""
+
+from __future__ import annotations
+
+import re
+
+import igl
+import numpy as np
+import pytest
+import shapely
+from conftest import bumps
+from scipy.spatial import cKDTree
+
+from igl_linabf import MeshError, find_seams, unwrap
+from igl_linabf.charts import pack
+from igl_linabf.charts.packing.flat_charts import Cells, Flat
+from igl_linabf.charts.packing.layout_search import largest_layout
+from igl_linabf.charts.packing.outlines import masks_of
+from igl_linabf.charts.packing.packing import Placed, Wish, _prepared
+from igl_linabf.surface import Submesh, complex_positions, signed_double_areas
+
+Chart = tuple[np.ndarray, np.ndarray]
+MARGIN = 0.005
+
+
+def star(rng: np.random.Generator, size: float, thin: float = 1) -> Chart:
+    """A fan with arms and bays, turned and moved at random."""
+    around = np.linspace(0, 2 * np.pi, 60, endpoint=False)
+    radius = 1 + 0.5 * np.cos(rng.integers(2, 6) * around) + 0.2 * np.cos(7 * around + rng.uniform(0, 6))
+    rim = radius * (thin * np.cos(around) + 1j / thin * np.sin(around))
+    z = size * np.exp(1j * rng.uniform(0, 6)) * np.append(rim, 0) + complex(*rng.normal(size=2) * 5)
+    c = np.arange(60)
+    return np.column_stack((z.real, z.imag)), np.column_stack((np.full(60, 60), c, (c + 1) % 60))
+
+
+def stars(sizes: np.ndarray | list[float], thin: float = 1) -> list[Chart]:
+    rng = np.random.default_rng(0)
+    return [star(rng, size, thin) for size in sizes]
+
+
+RANDOM = np.random.default_rng(1)
+SETS = {
+    "one": stars([3]),
+    "six": stars(RANDOM.uniform(0.5, 2, 6)),
+    "lognormal": stars(RANDOM.lognormal(0, 1, 40)),
+    "tiny": stars([1, 1, 1e-4, 0.5]),
+    "thin": stars(np.ones(12), thin=5),
+    "equal": stars(np.ones(16) * 1e-6),
+}
+
+
+def boundary_samples(chart: Chart, step: float) -> np.ndarray:
+    """Points along the boundary, at most `step` apart."""
+    uv, F = chart
+    halves = np.sort(F[:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1)
+    edges, count = np.unique(halves, axis=0, return_counts=True)
+    a, b = uv[edges[count == 1].T]
+    pieces = np.ceil(np.linalg.norm(b - a, axis=1) / step).astype(int) + 1
+    return np.concatenate(
+        [p + np.linspace(0, 1, n)[:, None] * (q - p) for p, q, n in zip(a, b, pieces, strict=True)]
+    )
+
+
+def inside(chart: Chart, point: np.ndarray) -> bool:
+    """Whether a triangle of the chart holds the point."""
+    a, b, c = (chart[0][chart[1][:, k]] @ [1, 1j] for k in range(3))
+    p = complex(*point)
+    turns = np.stack([((q - r).conj() * (p - r)).imag for q, r in ((b, a), (c, b), (a, c))])
+    return bool(((turns > 0).all(axis=0) | (turns < 0).all(axis=0)).any())
+
+
+@pytest.mark.parametrize("name", SETS)
+@pytest.mark.parametrize("margin", [0, MARGIN, 0.02])
+def test_apart_at_one_scale_and_not_mirrored(name: str, margin: float) -> None:
+    charts = SETS[name]
+    placed = pack(charts, margin=margin)
+    scale = abs(placed[0].ratio)
+    for (uv, F), new in zip(charts, placed, strict=True):
+        assert abs(new.ratio) == pytest.approx(scale, rel=1e-13)
+        z = new.ratio * complex_positions(uv) + new.shift
+        rounding = 1e-15 * (1 + scale * np.abs(uv).max())
+        assert np.abs(complex_positions(new.uv) - z).max() < 20 * rounding
+        before, after = (signed_double_areas(complex_positions(w), F.T) for w in (uv, new.uv))
+        assert np.allclose(after, before * scale**2, rtol=1e-9, atol=10 * rounding * scale * np.ptp(uv))
+        assert new.area == pytest.approx(after.sum() / 2, rel=1e-6, abs=rounding)
+    everything = np.concatenate([new.uv for new in placed])
+    assert everything.min() == pytest.approx(margin, abs=1e-12)
+    assert everything.max() == pytest.approx(1 - margin, abs=1e-5)  # it fills the square's side
+
+    step = 2e-3 if len(charts) > 30 else 5e-4
+    new_charts = [(new.uv, F) for new, (_, F) in zip(placed, charts, strict=True)]
+    samples = [boundary_samples(chart, step) for chart in new_charts]
+    for i, mine in enumerate(samples[1:], 1):
+        # two points at the least distance have samples within half a step of them
+        near, _ = cKDTree(mine).query(np.concatenate(samples[:i]), distance_upper_bound=max(margin - step, 0))
+        assert np.isinf(near).all()
+    for i, chart in enumerate(new_charts):
+        assert not any(inside(chart, samples[j][0]) for j in range(len(samples)) if j != i)
+    if margin == MARGIN:
+        least = {"one": 0.39, "six": 0.5, "lognormal": 0.64, "tiny": 0.38, "thin": 0.19, "equal": 0.44}[name]
+        assert sum(new.area for new in placed) > least
+
+
+def test_no_point_belongs_to_two_charts() -> None:
+    charts = SETS["lognormal"]
+    placed = pack(charts, margin=MARGIN)
+    shapes = [
+        shapely.union_all(shapely.polygons(new.uv[F])) for new, (_, F) in zip(placed, charts, strict=True)
+    ]
+    assert shapely.union_all(shapes).area == pytest.approx(sum(new.area for new in placed), rel=1e-9)
+    near = min(a.distance(b) for i, a in enumerate(shapes) for b in shapes[:i])
+    assert MARGIN * (1 - 1e-9) < near < 2 * MARGIN
+
+
+def box(width: float, height: float, turn: float = 0.0) -> Chart:
+    z = np.array([0, width, width + 1j * height, 1j * height]) * np.exp(1j * turn)
+    return np.column_stack((z.real, z.imag)), np.array([[0, 1, 2], [0, 2, 3]])
+
+
+def fill(charts: list[Chart]) -> float:
+    return float(sum(new.area for new in pack(charts, margin=0)))
+
+
+def test_rectangles_are_turned_by_quarters_where_they_fit_so() -> None:
+    pinwheel = [box(2, 1), box(2, 1), box(2, 1), box(2, 1), box(1, 1)]
+    assert fill(pinwheel) > 0.99  # 9/16 if all lie
+
+
+def test_charts_are_turned_to_their_narrowest_rectangle() -> None:
+    rng = np.random.default_rng(0)
+    sizes, turns = rng.uniform(0.5, 2, (9, 2)), rng.uniform(0, 2 * np.pi, 9)
+    upright = fill([box(*size) for size in sizes])
+    tilted = fill([box(*size, turn) for size, turn in zip(sizes, turns, strict=True)])
+    assert tilted > 0.95 * upright > 0.8
+
+
+def test_the_scale_is_searched_finely() -> None:
+    # the sides of the least perfect squared square
+    sides = (50, 35, 27, 8, 19, 15, 17, 11, 6, 24, 29, 25, 9, 2, 7, 18, 16, 42, 4, 37, 33)
+    assert fill([box(side, side) for side in sides]) > 0.85
+
+
+def footprints(placed: list[Placed], charts: list[Chart], resolution: int) -> np.ndarray:
+    """How many charts meet the bilinear kernel of each texel, by page."""
+    count = np.zeros((max(new.page for new in placed) + 1, resolution, resolution), dtype=np.int64)
+    for new, (_, F) in zip(placed, charts, strict=True):
+        texels = (new.uv - [new.page % 10, new.page // 10]) * resolution - 0.5  # of centre (i, j) at (i, j)
+        shape = shapely.union_all(shapely.polygons(texels[F]))
+        shapely.prepare(shape)
+        low = np.maximum(np.floor(texels.min(axis=0)), 0)
+        high = np.minimum(np.ceil(texels.max(axis=0)), resolution - 1)
+        columns, rows = (np.arange(a, b + 1, dtype=int) for a, b in zip(low, high, strict=True))
+        x, y = (part.ravel() for part in np.meshgrid(columns, rows))
+        reach = 1 - 1e-6  # the kernel is 0 where it ends
+        met = shapely.intersects(shape, shapely.box(x - reach, y - reach, x + reach, y + reach))
+        count[new.page, y[met], x[met]] += 1
+    return count
+
+
+@pytest.mark.parametrize("resolution", [128, 300])
+def test_no_two_charts_share_a_texel_of_a_bilinear_lookup(resolution: int) -> None:
+    charts = SETS["lognormal"]
+    once = footprints(pack(charts, resolution=resolution), charts, resolution)
+    assert once.max() == 1
+    assert once.sum() > 0.6 * once.size
+    assert footprints(pack(charts, resolution=resolution, padding=0), charts, resolution).max() > 1
+    many = [box(1 + 3 * (k % 3), 1, 0.1 * k) for k in range(120)] + stars([4, 3])  # on shelves, but two
+    assert footprints(pack(many, resolution=resolution), many, resolution).max() == 1
+
+
+def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
+    charts = SETS["six"]
+    placed = pack(charts, resolution=256, texel_density=40)
+    pages = max(new.page for new in placed) + 1
+    assert {round(abs(new.ratio) * 256, 9) for new in placed} == {40}
+    assert {new.page for new in placed} == set(range(pages))
+    assert pages > 1
+    assert footprints(placed, charts, 256).max() == 1
+    with pytest.raises(MeshError, match=r"density of 40 do not fit on a page of 256 x 256"):
+        pack(charts, resolution=256, texel_density=40, pages=1)
+    with pytest.raises(MeshError, match=r"chart 3 takes 368\d x 284\d\): use a smaller density or a larger"):
+        pack(charts, resolution=256, texel_density=600)
+    with pytest.raises(ValueError, match="needs a resolution"):
+        pack(charts, texel_density=40)
+
+
+def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
+    V, F = bumps()
+    size = np.sqrt(igl.doublearea(V, F).sum() / 2)
+    density = 300 / size
+    atlas = unwrap(V, F, resolution=128, texel_density=density)
+    assert atlas.good
+    assert atlas.pages == len(np.unique(np.floor(atlas.TC[atlas.FTC].mean(axis=1)), axis=0)) > 4
+    assert atlas.scale * 128 == pytest.approx(density)
+    charts = [(atlas.TC, atlas.FTC[atlas.chart == k]) for k in range(len(atlas.charts))]
+    parts = [igl.remove_unreferenced(np.insert(uv, 2, 0.0, axis=1), F)[:2] for uv, F in charts]
+    placed = [Placed(1, 0, uv[:, :2], 0, page) for (uv, _), page in zip(parts, atlas.page, strict=True)]
+    assert footprints(placed, parts, 128).max() == 1
+    with pytest.raises(MeshError, match="fit on 2 pages"):
+        unwrap(V, F, resolution=128, texel_density=density, pages=2)
+
+
+def test_moves_fill_a_texture_better_than_the_first_layout() -> None:
+    charts = [(uv - uv.min(axis=0), F) for uv, F in SETS["six"]]
+    wish = Wish.of(MARGIN, 1024, 2, None, None)
+    prepared = _prepared(charts, wish)[-1]
+    quick, thorough = (largest_layout(prepared, wish.spacing, 1, thorough=t) for t in (False, True))
+    assert thorough.side <= quick.side
+    again = largest_layout(prepared, wish.spacing, 1, thorough=True)
+    assert (again.corner == thorough.corner).all()
+
+
+def test_more_pages_hold_larger_charts_in_tiles() -> None:
+    charts = SETS["equal"]
+    sizes = []
+    for pages in (1, 12):
+        placed = pack(charts, resolution=256, pages=pages)
+        sizes.append(abs(placed[0].ratio))
+        tile = np.array([[new.page % 10, new.page // 10] for new in placed])
+        for new, corner in zip(placed, tile, strict=True):
+            inside = new.uv - corner
+            assert inside.min() > 1 / 256 - 1e-9
+            assert inside.max() < 1 - 1 / 256 + 1e-9
+        assert footprints(placed, charts, 256).max() == 1
+    assert sizes[1] > 2 * sizes[0]
+
+
+def test_the_same_again() -> None:
+    first, second = pack(SETS["six"]), pack(SETS["six"])
+    assert all((a.uv == b.uv).all() for a, b in zip(first, second, strict=True))
+
+
+def test_hundreds_of_charts_of_all_sizes_are_apart_at_one_scale() -> None:
+    rng = np.random.default_rng(2)
+    charts = [
+        star(rng, size, thin)
+        for size, thin in zip(rng.lognormal(0, 1, 400), rng.uniform(1, 3, 400), strict=True)
+    ]
+    margin = 0.001
+    placed = pack(charts, margin=margin)
+    assert sum(new.area for new in placed) > 0.45
+    assert np.ptp([abs(new.ratio) for new in placed]) < 1e-13 * abs(placed[0].ratio)
+    everything = np.concatenate([new.uv for new in placed])
+    assert everything.min() == pytest.approx(margin, abs=1e-12)
+    assert everything.max() == pytest.approx(1 - margin, abs=1e-5)
+    shapes = [shapely.polygons(new.uv[:-1]) for new in placed]  # the stars' rims
+    tree = shapely.STRtree(shapes)
+    near = tree.query(shapes, "dwithin", 0.999 * margin)
+    assert (near[0] == near[1]).all()
+    for (uv, _), new in zip(charts, placed, strict=True):
+        z = new.ratio * complex_positions(uv) + new.shift
+        np.testing.assert_allclose(complex_positions(new.uv), z, rtol=0, atol=1e-13)
+
+
+def test_many_charts_and_a_fine_one() -> None:
+    V, F = bumps(30_000)
+    placed = pack([(V[:, :2], F), *stars(RANDOM.uniform(0.02, 0.1, 60))])
+    assert sum(new.area for new in placed) > 0.4
+    assert pack([]) == []
+
+
+def test_vertices_without_a_face_keep_no_place() -> None:
+    uv, F = SETS["one"][0]
+    (new,) = pack([(np.vstack(([np.nan, np.nan], uv)), F + 1)])
+    assert np.isnan(new.uv[0]).all()
+    assert np.isfinite(new.uv[1:]).all()
+
+
+def test_what_cannot_be_packed_is_refused() -> None:
+    good = SETS["one"][0]
+    triangle = np.array([[0, 1, 2]])
+    with pytest.raises(MeshError, match="chart 1 has no area"):
+        pack([good, (np.array([[0, 0], [1, 1], [3, 3]]), triangle)])
+    with pytest.raises(MeshError, match=r"chart 1: .* of vertices 1 are NaN"):
+        pack([good, (np.array([[0, 0], [np.nan, 1], [3, 0]]), triangle)])
+    with pytest.raises(MeshError, match=r"chart 0: .* outside 0\.\.1"):
+        pack([(np.eye(2), triangle)])
+    with pytest.raises(ValueError, match="margin"):
+        pack([good], margin=0.2)
+    with pytest.raises(ValueError, match=r"resolution is \(512, 1024\): .* square page"):
+        pack([good], resolution=(512, 1024))
+    with pytest.raises(MeshError, match="100 charts do not fit"):
+        pack(stars(np.ones(100)), margin=0.1)
+
+
+@pytest.mark.parametrize("others", [0, 45])
+def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam(others: int) -> None:
+    # four long limbs on a hub: a flat cross, alone or beside small squares
+    V, F = igl.triangulated_grid(41, 41)
+    V = np.column_stack((V * 40 - 20, np.zeros(len(V))))
+    inside = (np.abs(V[F].mean(axis=1)[:, :2]) < 2).any(axis=1)
+    V, F = igl.remove_unreferenced(V, F[inside])[:2]
+    square = np.array([[0, 0, 0], [0.7, 0, 0], [0.7, 0.7, 0], [0, 0.7, 0]])
+    beside = len(V) + 4 * np.arange(others)[:, None, None] + [[0, 1, 2], [0, 2, 3]]
+    V = np.concatenate([V, *(square + np.array([k, 30, 0]) for k in range(others))])
+    F = np.concatenate((F, beside.reshape(-1, 3)))
+    whole, cut = (unwrap(V, F, trade=trade, resolution=256) for trade in (0, 6))
+    assert len(whole.charts) == 1 + others
+    assert len(cut.charts) > 1 + others
+    assert cut.good
+    gain = 1 / whole.fill - 1 / cut.fill
+    size = np.sqrt(igl.doublearea(V, F).sum() / 2)
+    assert 6 * gain > (cut.seam_length - whole.seam_length) / size > 0
+    assert cut.fill > 1.5 * whole.fill
+
+
+def test_parts_of_a_chart_are_tried_as_they_are_packed() -> None:
+    V, F = igl.triangulated_grid(12, 9)
+    hole = (np.abs(V[F].mean(axis=1) - [0.5, 0.4]) < 0.12).all(axis=1)
+    V, F = igl.remove_unreferenced(V, F[~hole])[:2]
+    place = np.random.default_rng(0).permutation(len(V))
+    V, F = V[np.argsort(place)], place[F]
+    bent = np.column_stack((V, np.sin(3 * V).sum(axis=1)))
+    chart = Flat(Submesh.checked(bent, F), V * [2, 1], 0)
+    lines = [([1, 0.3], 1.1), ([0.2, 1], 0.5), ([1, 1], 1.4)]
+    for cells in (chart.cells(), Cells.grouped(chart, 6)):
+        sides = np.array([cells.centre @ normal > at for normal, at in lines])
+        for side, outlines in zip(sides, cells.outlines(sides), strict=True):
+            parts = [(part.uv, part.piece.F) for part in chart.parts(side[cells.of])]
+            *_, packed = _prepared(parts, Wish.of(MARGIN, None, 2, None, None))
+            assert len(parts) > 1
+            for outline, other, size in zip(outlines, packed.outlines, packed.sizes, strict=True):
+                assert outline.area == pytest.approx(other.area)
+                assert len(outline.start) == len(other.start)
+                extent = np.ptp([outline.start.real, outline.start.imag], axis=1)
+                assert np.allclose(np.sort(extent), np.sort(size))  # it may stand on another side
+    assert len(Cells.grouped(chart, 6).centre) < len(F) / 2
+
+
+@pytest.mark.parametrize("gap", [0.0, 0.7, 3.3])
+def test_masks_are_the_cells_that_a_widened_chart_touches(gap: float) -> None:
+    cells = 9.0
+    *_, charts = _prepared(SETS["thin"][:4], Wish.of(MARGIN, None, 2, None, None))
+    turns = [np.exp(2j * np.pi * np.arange(n) / 16) for n in (16, 3, 1, 5)]
+    turns[0] = np.column_stack((turns[0][:8], -turns[0][:8])).ravel()  # opposite ones are drawn once
+    for outline, by, masks in zip(
+        charts.outlines, turns, masks_of(charts.outlines, turns, cells, gap), strict=True
+    ):
+        lines = np.stack((outline.start, outline.end), axis=1)
+        for k, shape in enumerate(masks.shapes):
+            turned = (lines * by[k] - masks.origin[k]) * cells
+            ends = np.stack((turned.real, turned.imag), axis=-1)
+            polygon = shapely.get_parts(shapely.polygonize(shapely.linestrings(ends)))
+            y, x = np.indices(shape)
+            around = shapely.box(x - gap / 2, y - gap / 2, x + 1 + gap / 2, y + 1 + gap / 2)
+            touched = shapely.intersects(shapely.union_all(polygon), around)
+            drawn = np.zeros(shape, dtype=bool)
+            for row, first, length, high in masks.blocks[masks.start[k] : masks.start[k + 1]]:
+                assert not drawn[row : row + high, first : first + length].any()
+                drawn[row : row + high, first : first + length] = True
+            assert (drawn == touched).all()
+
+
+@pytest.mark.filterwarnings("ignore:the mesh is repaired")
+@pytest.mark.parametrize("size", [1e-100, 1.0, 1e100])  # the first and the last are scaled before
+def test_what_does_not_fit_is_told_in_the_density_that_was_asked_for(size: float) -> None:
+    V, F = igl.icosahedron()
+    seams = find_seams(V, F)
+    with pytest.raises(MeshError, match=re.escape(f"at a texel density of {64 / size:g} does not fit")):
+        unwrap(V * size, F, seams, resolution=64, texel_density=64 / size, pages=1)

@@ -1,0 +1,220 @@
+"""Surfaces with creases: seams follow them, and what can be developed is laid flat exactly."""
+
+from __future__ import annotations
+
+import warnings
+
+import igl
+import numpy as np
+import pytest
+from conftest import load
+from hard_surfaces import DEVELOPABLE, ROUNDED, box, plate_with_holes, rock, rounded_box
+from nasty_meshes import joined
+
+from igl_linabf import Atlas, MeshError, OutcomeWarning, cut, find_seams, unwrap
+from igl_linabf.charts import options as task
+
+
+def is_seam(edges: np.ndarray, atlas: Atlas) -> np.ndarray:
+    """Which edges, (#E, 2), are seams."""
+    seams = {tuple(pair) for pair in np.sort(atlas.seams, axis=1).tolist()}
+    return np.array([tuple(pair) in seams for pair in np.sort(edges, axis=1).tolist()])
+
+
+@pytest.mark.parametrize("options", [{}, {"hide": [0, 0, -1]}, {"bijective": True}])
+@pytest.mark.parametrize("name", DEVELOPABLE)
+def test_what_has_a_net_is_laid_flat_without_distortion(name: str, options: dict[str, object]) -> None:
+    V, F = DEVELOPABLE[name]()
+    atlas = unwrap(V, F, **options)
+    assert atlas.good
+    assert atlas.quality.stretch_l2 < 1.01
+    assert atlas.quality.conformal_distortion < 1.01
+    assert atlas.quality.area_distortion < 0.01
+
+
+@pytest.mark.parametrize("shape", [(4, 3, 0.1), (1, 1, 1), (1, 2, 3)])
+def test_a_box_opens_on_the_side_that_hides_its_seams(shape: tuple[float, float, float]) -> None:
+    V, F = box(*shape, 2)
+    edges, _, sides = igl.edge_flaps(F)[:3]
+    across = igl.per_face_normals(V, F, np.zeros(3))[sides]
+    for axis in (*np.eye(3), *-np.eye(3)):
+        atlas = unwrap(V, F, hide=axis)
+        on_seam = is_seam(edges, atlas)
+        around = (across @ axis).min(axis=1) < -0.5, (across @ axis).max(axis=1) > 0.5
+        shown, hidden = (
+            np.linalg.norm(V[edges[on_seam & side, 0]] - V[edges[on_seam & side, 1]], axis=1).sum()
+            for side in around
+        )
+        assert shown <= hidden * (1 + 1e-9)
+        assert (
+            shown < 1e-9 or np.ptp(V @ axis) > 1.5 * np.ptp(V, axis=0).min()
+        )  # else a seam runs up each long side
+
+
+def test_planes_and_cylinders_of_a_machine_part_come_out_isometric() -> None:
+    V, F = load("closed__igl_fandisk.off")
+    atlas = unwrap(V, F)
+    assert atlas.good
+    assert atlas.quality.stretch_l2 < 1.005
+    assert atlas.quality.conformal_distortion < 1.005
+
+
+@pytest.mark.parametrize("height", [0.01, 2, 40])
+def test_fine_boxes_in_single_precision_are_one_net(height: float) -> None:
+    V, F = box(1, 1, height, 4)
+    turn = np.linalg.qr(np.random.default_rng(1).normal(size=(3, 3)))[0]
+    atlas = unwrap((V @ turn * np.sign(np.linalg.det(turn))).astype(np.float32), F)
+    assert atlas.good
+    assert len(atlas.charts) == 1
+    assert max(atlas.quality.stretch_l2, atlas.quality.conformal_distortion) < 1.001
+
+
+def test_many_open_boxes_and_tents_are_cut_to_their_nets_in_one_search(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    rng, parts = np.random.default_rng(0), []
+    tent = np.array([[0.0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0.5, 0.5, 1]])
+    V, F = box(1, 1, 1, 1)
+    for _ in range(40):
+        keep = ~(V[F][:, :, 2] == V[:, 2].min()).all(axis=1)
+        parts.append((V * rng.uniform(0.5, 2, 3), F[keep]))
+        parts.append((tent * rng.uniform(0.8, 2, 3), np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])))
+    searches = []
+    found = task.seams_of
+    monkeypatch.setattr(task, "seams_of", lambda *a, **k: searches.append(a) or found(*a, **k))
+    atlas = unwrap(*joined(*parts))
+    assert atlas.good
+    assert len(searches) == 1
+    assert atlas.quality.stretch_l2 < 1.001
+    assert atlas.quality.conformal_distortion < 1.001
+
+
+def test_an_open_plate_among_other_pieces_is_cut_to_its_net() -> None:
+    V, F = box(8, 0.1, 2, 1)
+    plate = F[~(V[F][:, :, 2] == V[:, 2].min()).all(axis=1)]  # a disk of L2 stretch 6
+    leaf = np.array([[0, 0, 9.0], [1, 0, 9], [0, 1, 9]])
+    V_all = np.vstack((V, *(leaf + 2.0 * k for k in range(12))))
+    leaves = len(V) + np.arange(36).reshape(-1, 3)
+    for faces in (plate, np.vstack((plate, leaves))):
+        atlas = unwrap(V_all, faces)
+        assert atlas.good
+        assert max(chart.quality.stretch_l2 for chart in atlas.charts) < 1.001
+        assert len(atlas.charts) < len(faces) - len(plate) + 3
+
+
+def likes_of(V: np.ndarray, F: np.ndarray) -> list[tuple[np.ndarray, np.ndarray, float]]:
+    """The surface elsewhere and larger, numbered otherwise, and in single precision; and its size."""
+    rng = np.random.default_rng(0)
+    turn = np.linalg.qr(rng.normal(size=(3, 3)))[0]
+    turn *= np.sign(np.linalg.det(turn))
+    order = rng.permutation(len(V))
+    place = np.argsort(order)
+    return [
+        (1e3 * V @ turn + 50, F, 1e3),
+        (V[order], place[F][rng.permutation(len(F))][:, [1, 2, 0]], 1),
+        (V.astype(np.float32), F, 1),
+    ]
+
+
+def test_a_net_does_not_depend_on_position_size_or_numbering() -> None:
+    V, F = box(1, 1.3, 2, 2)
+    length = unwrap(V, F).seam_length
+    for V_other, F_other, scale in likes_of(V, F):
+        atlas = unwrap(V_other, F_other)
+        assert atlas.quality.stretch_l2 < 1.001
+        assert atlas.seam_length == pytest.approx(scale * length, rel=1e-5)
+
+
+def test_a_plate_is_cut_along_sharp_creases_and_once_along_each_tube() -> None:
+    V, F = plate_with_holes(12)
+    atlas = unwrap(V, F)
+    assert atlas.good
+    assert atlas.quality.stretch_l2 < 1.001
+    assert 1 < len(atlas.charts) < 2 * 12 + 2  # two planes and twelve tubes, and few of these are alone
+    edges, _, sides = igl.edge_flaps(F)[:3]
+    normal = igl.per_face_normals(V, F, np.zeros(3))
+    bend = np.arccos(np.clip((normal[sides[:, 0]] * normal[sides[:, 1]]).sum(axis=1), -1, 1))
+    degrees = np.rad2deg(bend[is_seam(edges, atlas)])
+    assert np.count_nonzero((degrees > 1) & (degrees < 40)) <= 12
+    assert np.count_nonzero(degrees < 1) <= 2 * 12  # in each plane from bore to bore, and to the rim
+
+
+@pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # for long strips SCAF is no good
+@pytest.mark.parametrize("bijective", [False, True])
+@pytest.mark.parametrize("name", ROUNDED)
+def test_a_body_with_fillets_is_cut_along_these_and_laid_flat_nearly_exactly(
+    name: str, bijective: bool
+) -> None:
+    V, F = ROUNDED[name]()
+    atlas = unwrap(V, F, bijective=bijective)
+    assert atlas.good
+    assert not atlas.quality.overlaps
+    assert atlas.quality.stretch_l2 < 1.005
+    assert atlas.quality.conformal_distortion < 1.03
+    area, normal = igl.doublearea(V, F), igl.per_face_normals(V, F, np.zeros(3))
+    edges, _, sides = igl.edge_flaps(F)[:3]
+    a, b = sides.T
+    in_plane = (normal[a] * normal[b]).sum(axis=1) > 1 - 1e-9
+    large = in_plane & (area[[a, b]].min(axis=0) > 0.02 * area.sum())
+    assert not is_seam(edges[large], atlas).any()
+
+
+def test_a_rounded_box_falls_into_the_net_of_the_box_however_it_lies() -> None:
+    V, F = rounded_box(3, 2, 1, 0.1)
+    shortest = 4 * 1 + 2 * 2 + 3  # seven edges of the box
+    for V_other, F_other, scale in [(V, F, 1), *likes_of(V, F)]:
+        atlas = unwrap(V_other, F_other)
+        assert len(atlas.charts) == 1
+        assert atlas.quality.stretch_l2 < 1.005
+        assert atlas.seam_length < 1.25 * scale * shortest
+
+
+def test_a_small_trade_cuts_a_body_with_fillets_as_a_smooth_one() -> None:
+    V, F = ROUNDED["rounded plate, finer"]()
+    many, few = unwrap(V, F), unwrap(V, F, trade=0.5)
+    assert few.good
+    assert few.seam_length < many.seam_length / 2
+    assert len(few.charts) == 1
+
+
+@pytest.mark.parametrize("name", ["pial", "nut", "double_torus", "ball", "ant", "cuboid, fine"])
+def test_seams_that_are_a_beginning_are_completed(name: str) -> None:
+    V, F = DEVELOPABLE[name]() if name in DEVELOPABLE else load(name)
+    found = find_seams(V, F)
+    for mine in (found[:0], F[:1, :2], found[: len(found) // 3], ring(V, F)):
+        atlas = unwrap(V, F, mine, complete=True)
+        assert atlas.good
+        assert atlas.quality.stretch_l2 < 1.5
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", OutcomeWarning)
+            try:
+                alone = unwrap(V, F, mine)
+            except MeshError as refused:
+                assert "complete=True" in str(refused)
+            else:
+                stretched = any(chart.quality.stretch_l2 > 10 for chart in alone.charts)
+                assert bool(alone.troubles) >= stretched
+
+
+def ring(V: np.ndarray, F: np.ndarray) -> np.ndarray:
+    """The edges between the faces above and below the middle."""
+    above = V[F].mean(axis=1)[:, 2] > np.median(V[:, 2])
+    sides = [np.sort(F[part][:, [0, 1, 1, 2, 2, 0]].reshape(-1, 2), axis=1) for part in (above, ~above)]
+    upper, lower = ({tuple(pair) for pair in side.tolist()} for side in sides)
+    return np.array(sorted(upper & lower))
+
+
+def test_a_net_is_the_shortest_tree_through_the_corners() -> None:
+    V, F = box(1, 1, 2, 2)
+    a, b = V[find_seams(V, F).T]
+    assert np.linalg.norm(a - b, axis=1).sum() == pytest.approx(8)  # six short edges and a long one
+    assert len(igl.boundary_loop_all(cut(V, F, find_seams(V, F))[1])) == 1
+
+
+@pytest.mark.parametrize("roughness", [0.4, 0.6])
+def test_facets_of_a_subdivided_body_are_no_planes_to_cut_apart(roughness: float) -> None:
+    coarse = unwrap(*rock(roughness))
+    for times in (1, 2):
+        fine = unwrap(*rock(roughness, times))
+        assert len(fine.charts) == len(coarse.charts)
+        assert fine.seam_length < 1.3 * coarse.seam_length

@@ -1,0 +1,436 @@
+"""Any surface unwraps: no flips, no overlaps, nothing lost, the same figures in every file."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+
+import igl
+import numpy as np
+import pytest
+import shapely
+import trimesh
+from conftest import load, pixels
+from test_commands import run
+
+from igl_linabf import (
+    FallbackWarning,
+    Flattening,
+    LinABF,
+    MeshError,
+    Outcome,
+    OutcomeWarning,
+    cut,
+    find_seams,
+    flatten,
+    overlaps,
+    quality,
+    unwrap,
+)
+from igl_linabf.charts import charting
+from igl_linabf.charts import options as task
+from igl_linabf.charts.atlas.pieces import cut_out, on_part
+from igl_linabf.charts.splitting import bijective as bijectively
+from igl_linabf.io import read_mesh, read_texture
+from igl_linabf.surface import Submesh, arrays, face_components
+
+CLOSED = (
+    "pial",
+    "nut",
+    "double_torus",
+    "closed__igl_cow.off",
+    "closed__igl_fandisk.off",
+    "closed__igl_3holes.off",
+    "closed__optcuts_horse_f10000.obj",
+)
+OTHERS = (
+    "punctured_nut",
+    "pial_with_holes",
+    "ant",
+    "bumps",
+    "icosahedron",
+    "handles__bff_punctured-torus.obj",
+    "handles__optcuts_torus_with_hole.obj",
+    "holes__igl_halftunnel.off",
+    "multi__bff_teapot.obj",
+    "multi__optcuts_double_triangles.obj",
+)
+
+
+def surface(name: str) -> tuple[np.ndarray, np.ndarray]:
+    if name == "icosahedron":
+        return igl.icosahedron()
+    if name == "bunny":
+        from stretch import bunny
+
+        return bunny()
+    return load(name)
+
+
+@pytest.mark.parametrize("name", ["bunny", *CLOSED, *OTHERS])
+def test_no_flips_no_overlaps_and_few_charts(name: str) -> None:
+    V, F = surface(name)
+    atlas = unwrap(V, F)
+    assert atlas.good
+    isometric = atlas.quality.stretch_l2 < 1.001  # a net is more charts, which are exact
+    assert len(atlas.charts) <= (8 if isometric else 3) * (face_components(F, len(V)).max() + 1)
+    assert atlas.FTC.shape == F.shape
+    assert (atlas.origin[atlas.FTC] == F).all()
+    assert atlas.TC.min() >= 0
+    assert atlas.TC.max() <= 1
+    assert (igl.doublearea(atlas.TC, atlas.FTC) > 0).all()
+    assert len(overlaps(atlas.TC, atlas.FTC, between=True)) == 0
+    assert quality(V[atlas.origin], atlas.FTC, atlas.TC).flips == 0
+    sizes = np.array([igl.doublearea(atlas.TC, atlas.FTC[c.faces]).sum() for c in atlas.charts])
+    areas = np.array([igl.doublearea(V, F[c.faces]).sum() for c in atlas.charts])
+    assert np.allclose(sizes / areas, sizes.sum() / areas.sum())
+    assert (np.sort(np.concatenate([c.faces for c in atlas.charts])) == np.arange(len(F))).all()
+
+
+@pytest.mark.parametrize("name", ["bunny", *CLOSED])
+def test_less_distortion_than_igl_lscm_on_the_same_cut(name: str) -> None:
+    V, F = surface(name)
+    atlas = unwrap(V, F)
+    corners = np.zeros((0, 2))
+    ours, theirs = [], []
+    for chart in atlas.charts:
+        used, flat = np.unique(atlas.FTC[chart.faces], return_inverse=True)
+        corners = V[atlas.origin[used]]
+        faces = flat.reshape(-1, 3)
+        ours.append(chart.quality.angle_distortion * len(faces))
+        lscm = quality(corners, faces, flatten(corners, faces, "lscm").uv)
+        theirs.append(lscm.angle_distortion * len(faces))
+    assert sum(ours) < sum(theirs)
+    if name == "bunny":
+        assert atlas.quality.angle_distortion <= 1.5e-4
+        assert atlas.quality.stretch_l2 <= 1.5
+
+
+def test_charts_that_lie_over_themselves_are_split_where_that_is_short() -> None:
+    V, F = spiral()
+    assert quality(V, F, flatten(V, F).uv).overlaps > 0
+    atlas = unwrap(V, F)
+    assert atlas.splits == len(atlas.charts) - 1 >= 1
+    assert atlas.good
+    assert 0 < atlas.seam_length < 2  # across the strip
+    shapes = [shapely.union_all(shapely.polygons(atlas.TC[atlas.FTC[c.faces]])) for c in atlas.charts]
+    assert shapely.union_all(shapes).area == pytest.approx(sum(s.area for s in shapes), rel=1e-9)
+
+
+def test_bijective_keeps_one_chart_and_says_what_it_costs() -> None:
+    V, F = spiral()
+    atlas = unwrap(V, F, bijective=True)
+    (chart,) = atlas.charts
+    assert chart.overlapping == 0
+    assert chart.cost > 0
+    assert "moved apart to be bijective" in chart.result.message
+    assert len(overlaps(atlas.TC, atlas.FTC)) == 0
+
+
+def test_what_moving_apart_takes_too_long_for_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    V, F = spiral()
+    monkeypatch.setattr(bijectively, "WAITED", 0.0)
+    monkeypatch.setattr(bijectively, "PER_FACE", 1e-9)
+    with pytest.warns(FallbackWarning, match="cut apart, not moved.*did not end within"):
+        atlas = unwrap(V, F, bijective=True)
+    assert atlas.splits
+    assert len(overlaps(atlas.TC, atlas.FTC)) == 0
+
+
+def spiral() -> tuple[np.ndarray, np.ndarray]:
+    """A flat band that winds around by more than a turn, its ends at different heights."""
+    t = np.linspace(0, 9.0, 120)
+    rings = [np.column_stack((r * np.cos(t), r * np.sin(t), 0.3 * t)) for r in (1.0, 1.25, 1.5, 1.75)]
+    V, n = np.concatenate(rings), len(t)
+    a = (np.arange(3)[:, None] * n + np.arange(n - 1)).ravel()
+    return V, np.concatenate((np.column_stack((a, a + n, a + 1)), np.column_stack((a + 1, a + n, a + n + 1))))
+
+
+def test_given_seams_are_those_that_are_cut() -> None:
+    V, F = surface("icosahedron")
+    seams = find_seams(V, F)
+    atlas = unwrap(V, F, seams)
+    assert {tuple(sorted(e)) for e in atlas.seams.tolist()} == {tuple(sorted(e)) for e in seams.tolist()}
+    assert atlas.seam_length == pytest.approx(np.linalg.norm(V[seams[:, 0]] - V[seams[:, 1]], axis=1).sum())
+    with pytest.raises(MeshError, match="is closed: give more seams"):
+        unwrap(V, F, np.zeros((0, 2), dtype=int))
+    V, F = surface("handles__optcuts_torus_with_hole.obj")
+    with pytest.raises(MeshError, match="has 1 handle"):
+        unwrap(V, F, np.zeros((0, 2), dtype=int))
+
+
+def test_holes_stay_uncut_if_asked() -> None:
+    V, F = surface("holes__igl_halftunnel.off")
+    (chart,) = unwrap(V, F, holes=True).charts
+    assert len(chart.result.holes) == 2
+    assert unwrap(V, F, holes=True).seams.shape == (0, 2)
+    (disk,) = unwrap(V, F).charts
+    assert disk.result.holes == ()
+
+
+def test_unreferenced_vertices_and_degenerate_faces() -> None:
+    V, F = surface("icosahedron")
+    atlas = unwrap(np.vstack(([[9, 9, 9]], V, [[8, 8, 8]])), F + 1)
+    assert atlas.good
+    assert (atlas.origin[atlas.FTC] == F + 1).all()
+    with pytest.raises(MeshError, match=r"zero area.*igl_linabf\.clean"):
+        unwrap(np.where(np.arange(len(V))[:, None] == F[3, 0], V[F[3, 1]], V), F, strict=True)
+
+
+@pytest.mark.parametrize(("name", "charts"), [("stress__flipfree_deer.obj", 2), ("limb", 9)])
+def test_a_disk_that_double_precision_does_not_hold_is_cut_open(name: str, charts: int) -> None:
+    V, F = load(name)
+    assert len(flatten(V, F).flipped) > 0
+    atlas = unwrap(V, F)
+    assert atlas.good
+    assert len(atlas.charts) <= charts
+
+
+def as_they_are(piece: Submesh, result: Flattening, pairs: np.ndarray) -> tuple[Flattening, np.ndarray]:
+    """Overlaps, left for seams to part."""
+    return result, pairs
+
+
+@pytest.mark.parametrize("name", ["closed__igl_cow.off", "disk__igl_camel_b.obj", "holes__igl_beetle.off"])
+def test_a_few_faces_that_overlap_are_laid_out_narrower_instead_of_cut_off(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    V, F = load(name)
+    narrower = unwrap(V, F)
+    monkeypatch.setattr("igl_linabf.charts.charting.laid_narrower", as_they_are)
+    parted = unwrap(V, F)
+    assert narrower.good
+    assert narrower.quality.flips == narrower.quality.overlaps == 0
+    assert (len(narrower.charts), narrower.seam_length) <= (len(parted.charts), parted.seam_length)
+    assert narrower.quality.stretch_l2 < 1.01 * parted.quality.stretch_l2
+    (chart,) = [chart for chart in narrower.charts if "laid out narrower" in chart.result.message]
+    assert igl.doublearea(chart.result.uv, chart.result.F).sum() == pytest.approx(
+        igl.doublearea(V, F[chart.faces]).sum()
+    )
+
+
+@pytest.mark.parametrize("name", ["closed__igl_cow.off", "disk__igl_camel_b.obj"])
+def test_what_a_few_narrower_faces_solve_needs_no_moving_apart(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    V, F = load(name)
+    monkeypatch.setattr("igl_linabf.charts.charting.made_bijective", pytest.fail)
+    atlas = unwrap(V, F, bijective=True)
+    assert not atlas.quality.overlaps
+    assert (atlas.TC == unwrap(V, F).TC).all()
+
+
+@pytest.mark.parametrize(
+    "name", ["limb", "closed__igl_cow.off", "disk__igl_camel_b.obj", "holes__igl_beetle.off"]
+)
+def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    V, F = load(name)
+    monkeypatch.setattr("igl_linabf.charts.charting.laid_narrower", as_they_are)
+    joined = unwrap(V, F)
+    monkeypatch.setattr("igl_linabf.charts.charting.with_small_joined", lambda made, *_: made)
+    apart = unwrap(V, F)
+    assert min(len(chart.faces) for chart in apart.charts) < 10
+    assert len(joined.charts) < len(apart.charts)
+    assert joined.good
+    assert joined.quality.flips == joined.quality.overlaps == 0
+    assert joined.quality.stretch_l2 < 1.01 * apart.quality.stretch_l2
+    assert joined.seam_length < apart.seam_length
+    for chart in joined.charts:  # each map is that of its faces, at their size
+        of_faces = V[joined.origin[joined.FTC[chart.faces]]]
+        assert (of_faces == V[F[chart.faces]]).all()
+        assert igl.doublearea(chart.result.uv, chart.result.F).sum() == pytest.approx(
+            igl.doublearea(V, F[chart.faces]).sum()
+        )
+
+
+def test_small_charts_are_joined_where_the_caller_has_no_seam(monkeypatch: pytest.MonkeyPatch) -> None:
+    V, F = load("holes__igl_beetle.off")
+    monkeypatch.setattr("igl_linabf.charts.charting.laid_narrower", as_they_are)
+    mine = find_seams(V, F)
+    begun = unwrap(V, F, mine, complete=True)
+    assert len(begun.charts) < len(unwrap(V, F, mine).charts)
+    apart = unwrap(V, F, mine).seams
+    for kept, atlas in ((mine, begun), (apart, unwrap(V, F, apart, complete=True))):
+        cut = {tuple(edge) for edge in np.sort(atlas.seams, axis=1).tolist()}
+        assert cut >= {tuple(edge) for edge in np.sort(kept, axis=1).tolist()}
+
+
+@pytest.mark.parametrize(
+    ("name", "stretched"),
+    [
+        ("stress__optcuts_male_body_i_f10000.obj", [1, 20, 1]),
+        ("stress__optcuts_golf.obj", [20, 1, 1]),
+        ("disk__igl_lion.off", [20, 1, 1]),
+    ],
+)
+def test_seams_grow_until_nothing_flips(name: str, stretched: list[float]) -> None:
+    V, F = load(name)
+    V = V * stretched
+    assert len(flatten(V, F).flipped) > 0
+    atlas = unwrap(V, F)
+    assert atlas.good
+    assert atlas.quality.flips == atlas.quality.overlaps == 0
+    assert all(chart.result.layout != "SLIM" for chart in atlas.charts)
+
+
+def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None:
+    monkeypatch.setattr(charting, "TRADE_DOUBLINGS", 0)
+    V, F = load("stress__optcuts_golf.obj")
+    with pytest.warns(FallbackWarning, match="guarantee='injective'"):
+        atlas = unwrap(V * [20, 1, 1], F, max_stretch=np.inf)
+    assert atlas.good
+    assert any(chart.result.ladder[-1].name == "injective" for chart in atlas.charts)
+
+
+def test_what_is_wrong_with_a_chart_is_told() -> None:
+    atlas = unwrap(*surface("icosahedron"))
+    (chart,) = atlas.charts
+    over = replace(atlas, charts=(replace(chart, overlapping=2),))
+    assert not over.good
+    assert over.troubles == [
+        "chart 0 (faces 0, 1, 2, 3, 4, ... (20 in all)) lies over itself in 2 pairs of faces: "
+        "give more seams there"
+    ]
+    result = replace(chart.result, outcome=Outcome.FLIPPED, flipped=np.array([3]))
+    assert (
+        "has flipped faces, 3: give more seams"
+        in replace(atlas, charts=(replace(chart, result=result),)).troubles[0]
+    )
+
+
+def test_only_a_part_that_has_flipped_triangles_is_flipped() -> None:
+    V, F = load("crown")
+    whole = flatten(V, F, "lscm")
+    assert whole.outcome is Outcome.FLIPPED
+    piece = Submesh(V, F, np.arange(len(F)), np.arange(len(V)), len(V))
+    near = np.isin(F, F[whole.flipped]).any(axis=1)
+    parts = piece.divided(near)
+    made = [cut_out(whole, piece, part, on_part(whole.uv, piece, part)) for part in parts]
+    flips = [bool(near[part.faces].any()) for part in parts]
+    assert any(flips) and not all(flips)
+    assert [result.outcome is Outcome.FLIPPED for result in made] == flips
+    for part, result in zip(parts, made, strict=True):
+        assert (part.faces[result.flipped] == np.intersect1d(part.faces, whole.flipped)).all()
+
+
+@pytest.mark.parametrize(
+    ("name", "method", "says"),
+    [("crown", "lscm", "has flipped faces"), ("spiral", "linabf", "lies over itself in")],
+)
+def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
+    name: str, method: str, says: str, monkeypatch
+) -> None:
+    monkeypatch.setattr(task, "MAX_SPLITS", 0)
+    monkeypatch.setattr(charting, "halves", lambda _: [])
+    V, F = spiral() if name == "spiral" else load(name)
+    with pytest.warns(OutcomeWarning, match=rf"chart 0 .* {says}") as caught:
+        atlas = unwrap(V, F, np.zeros((0, 2), dtype=int), method)
+    assert not atlas.good
+    assert atlas.quality.flips + atlas.quality.overlaps > 0
+    assert [str(w.message) for w in caught if w.category is OutcomeWarning] == atlas.troubles
+    assert caught[0].filename == __file__
+
+
+def test_what_still_overlaps_after_all_rounds_of_splitting_is_halved(monkeypatch) -> None:
+    monkeypatch.setattr(task, "MAX_SPLITS", 0)
+    V, F = spiral()
+    atlas = unwrap(V, F, np.zeros((0, 2), dtype=int))
+    assert atlas.good and len(atlas.charts) > 1
+    assert len(overlaps(atlas.TC, atlas.FTC)) == 0
+
+
+@pytest.mark.parametrize("cuts_before", [1, 9])
+def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself(cuts_before: int) -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 3)
+    V /= np.linalg.norm(V, axis=1)[:, None]
+    dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > -0.7])  # L2 stretch 1.6
+    asked = task.Task(LinABF(), True, 6.0, False, False, None, None)
+    parts = charting._chart(dome, cuts_before, asked, None)
+    assert isinstance(parts, list)
+    charts = charting.charts_of([piece for piece, _ in parts], np.zeros((0, 2), dtype=np.int64), asked)
+    assert max(chart.quality.stretch_l2 for chart, _ in charts) < 1.2
+
+
+@pytest.mark.parametrize("suffix", ["obj", "glb", "ply"])
+def test_the_command_writes_what_another_program_reads(tmp_path, suffix: str) -> None:
+    mesh, out, picture = tmp_path / "in.off", tmp_path / f"out.{suffix}", tmp_path / "out.png"
+    V, F = load("bumps")
+    V, F = np.vstack((V, V + np.array([3, 0, 0]))), np.vstack((F, F + len(V)))
+    igl.write_triangle_mesh(str(mesh), V, F)
+    process = run("unwrap", mesh, "-o", out, "--picture", picture)
+    assert process.returncode == 0, process.stderr
+    assert "; 0 splits; " in process.stdout
+    V, F = read_mesh(mesh)
+    atlas = unwrap(V, F)
+    loaded = trimesh.load(out, process=False, force="mesh")
+    assert len(loaded.faces) == len(F)
+    uv = np.asarray(loaded.visual.uv)[loaded.faces]
+    assert np.allclose(uv, atlas.TC[atlas.FTC], atol=1e-6)
+    assert np.allclose(np.asarray(loaded.vertices)[loaded.faces], V[F], atol=1e-5)
+    assert pixels(picture).shape[:2] == (700, 1400)
+
+
+def test_the_command_flattens_the_seams_of_a_file_again(tmp_path) -> None:
+    V, F = surface("icosahedron")
+    V = V * [1, 1.2, 0.8]
+    igl.write_triangle_mesh(str(tmp_path / "in.obj"), V, F)
+    V, F = read_mesh(tmp_path / "in.obj")
+    assert run("unwrap", tmp_path / "in.obj", "-o", tmp_path / "a.obj", "--trade", 1).returncode == 0
+    process = run("unwrap", tmp_path / "a.obj", "-o", tmp_path / "b.obj", "--seams", "uv")
+    assert process.returncode == 0, process.stderr
+    (first, FTC), (second, again) = (read_texture(tmp_path / name) for name in ("a.obj", "b.obj"))
+    assert np.allclose(first[FTC], second[again], atol=1e-9)
+    pairs = tmp_path / "seams.txt"
+    np.savetxt(pairs, find_seams(V, F, trade=1), fmt="%d")
+    process = run("unwrap", tmp_path / "in.obj", "-o", tmp_path / "c.obj", "--seams", pairs)
+    assert process.returncode == 0, process.stderr
+    assert (read_texture(tmp_path / "c.obj")[1] == FTC).all()
+    process = run("flatten", tmp_path / "in.obj", "-o", tmp_path / "d.obj")
+    assert process.returncode == 2
+    assert "unwrap" in process.stderr
+    process = run("unwrap", tmp_path / "in.obj", "-o", tmp_path / "d.obj", "--seams", "uv")
+    assert process.returncode == 2
+    assert len(process.stderr.splitlines()) == 1
+    pairs.write_text("0 x\n")
+    process = run("unwrap", tmp_path / "in.obj", "-o", tmp_path / "d.obj", "--seams", pairs)
+    assert process.returncode == 2
+    assert "no table of integers" in process.stderr
+    process = run("unwrap", tmp_path / "in.obj", "-o", tmp_path / "d.obj", "--cones", "3,30")
+    assert process.returncode == 2
+    assert "there is no file 3,30" in process.stderr
+    assert not (tmp_path / "d.obj").exists()
+
+
+def test_cut_flattens_as_the_atlas_does() -> None:
+    V, F = surface("icosahedron")
+    cut_V, cut_F, origin = cut(V, F, find_seams(V, F))
+    assert (V[origin] == cut_V).all()
+    assert quality(cut_V, cut_F, flatten(cut_V, cut_F).uv).angle_distortion == pytest.approx(
+        unwrap(V, F).quality.angle_distortion
+    )
+
+
+def test_the_input_is_checked_once_however_many_charts(monkeypatch) -> None:
+    calls: list[str] = []
+
+    def counted(name: str) -> None:
+        check = getattr(arrays, name)
+
+        def count(*given, **named):
+            calls.append(name)
+            return check(*given, **named)
+
+        for module in [m for key, m in sys.modules.items() if key.startswith("igl_linabf.")]:
+            if hasattr(module, name):
+                monkeypatch.setattr(module, name, count)
+
+    counted("vertex_array")
+    counted("face_array")
+    V, F = spiral()
+    for bijective in (False, True):
+        calls.clear()
+        atlas = unwrap(V, F, bijective=bijective)
+        assert atlas.splits or bijective
+        assert calls == ["vertex_array", "face_array"]

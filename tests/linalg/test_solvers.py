@@ -1,0 +1,128 @@
+"""The solvers agree, analyse once, and say when something else ran."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import best_fit_distance, load
+
+from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, linabf, quality
+from igl_linabf.angles.steps import iterations
+from igl_linabf.angles.system import reduced_system as reduced
+from igl_linabf.flattening.fallbacks.attempts import ONE_SYSTEM_RTOL
+from igl_linabf.linalg import Cholesky, NotPositiveDefiniteError, conjugate_gradients, has_cholmod, solvers
+
+NAMES = ["auto", "direct", *["cholmod"] * has_cholmod()]
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_camelhead.off"])
+def test_every_solver_gives_the_same_map(name: str) -> None:
+    V, F = load(name)
+    maps = {s: flatten(V, F, LinABF(iterations=1, rtol=1e-11, solver=s)) for s in NAMES}
+    first = maps["auto"].uv
+    for result in maps.values():
+        assert np.abs(result.uv - first).max() <= 1e-7 * np.ptp(first)
+    for made in maps.values():
+        assert (
+            ("CHOLMOD" in made.solver) == ("CHOLMOD" in made.layout_solver) == (made is maps.get("cholmod"))
+        )
+    assert maps["direct"].solver.startswith("direct")
+    assert maps["direct"].inner_steps == 0
+
+
+@pytest.mark.parametrize("name", ["bumps", "cortex", "ball", "disk__igl_camel_b.obj"])
+def test_solvers_agree_to_the_default_tolerance(name: str) -> None:
+    V, F = load(name)
+    for rtol, apart in (({}, 5e-3), ({"rtol": 1e-10}, 1e-8)):
+        first, *others = (flatten(V, F, LinABF(solver=s, **rtol)).uv for s in NAMES)
+        for uv in others:
+            assert best_fit_distance(uv, first) <= apart
+
+
+def test_without_scikit_sparse_all_works_the_same(monkeypatch) -> None:
+    V, F = load("cortex")
+    expected = {layout: linabf(V, F, layout=layout, rtol=1e-11) for layout in ("auto", "least-squares")}
+    monkeypatch.setattr(solvers, "has_cholmod", lambda: False)
+    for name, uv in expected.items():
+        without = linabf(V, F, layout=name, rtol=1e-11)
+        assert np.abs(without - uv).max() <= 1e-7 * np.ptp(uv)
+    assert flatten(V, F).solver == f"conjugate gradients, {Cholesky.name}"
+    assert flatten(V, F, LinABF(iterations=1, solver="direct")).solver == f"direct, {Cholesky.name}"
+    with pytest.raises(ImportError, match="libsuitesparse-dev"):
+        linabf(V, F, solver="cholmod")
+
+
+def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> None:
+    V, F = load("cortex")
+    analysed, factored = [], []
+    analyse, factor = Cholesky.__init__, Cholesky.factor
+
+    def counted_analysis(self, indptr, indices, block=1) -> None:
+        analysed.append(len(indptr) - 1)
+        analyse(self, indptr, indices, block)
+        self.rows = len(indptr) - 1
+
+    def counted_factor(self, values):
+        factored.append(self.rows)
+        return factor(self, values)
+
+    monkeypatch.setattr(Cholesky, "__init__", counted_analysis)
+    monkeypatch.setattr(Cholesky, "factor", counted_factor)
+    monkeypatch.setattr(reduced, "SMALL", 0)  # from where slivers are corrected for
+    flatten(V, F)
+    # the Laplacian, and the small system of the slivers; step and chord share one factor of each
+    n, slivers = analysed
+    assert n > 50 * slivers
+    assert factored == [n, slivers, n]  # the last is the layout's
+    analysed.clear()
+    factored.clear()
+    result = flatten(V, F, LinABF(iterations=12))
+    assert analysed == [n, slivers]
+    assert factored == [n, slivers] * result.iterations + [n]
+
+
+@pytest.mark.parametrize("method", ["linabf", "abf"])
+def test_the_number_of_threads_does_not_change_a_bit(method: str, monkeypatch) -> None:
+    V, F = load("disk__igl_face.obj")
+    maps = []
+    for threads in ("1", "2", "5"):
+        monkeypatch.setenv("OMP_NUM_THREADS", threads)
+        maps.append(flatten(V, F, method))
+    assert all((made.uv == maps[0].uv).all() for made in maps[1:])
+
+
+def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkeypatch) -> None:
+    V, F = load("cortex")
+    expected = flatten(V, F, LinABF(iterations=2, solver="direct"))
+    monkeypatch.setattr(conjugate_gradients, "__defaults__", (2,))
+    with pytest.warns(FallbackWarning, match="did not converge") as caught:
+        result = flatten(V, F, LinABF(iterations=2, rtol=1e-10, layout="greedy"))
+    assert len([w for w in caught if "did not converge" in str(w.message)]) == 1
+    assert result.solver.startswith("direct")
+    assert "after conjugate gradients" in result.solver
+    assert np.abs(result.angles - expected.angles).max() <= 1e-10
+
+
+def test_the_chord_ends_early_unless_rtol_is_given(monkeypatch) -> None:
+    V, F = load("disk__igl_camelhead.off")
+    monkeypatch.setattr(iterations, "MOST_OF_CHORD", 2)
+    early, asked = flatten(V, F), flatten(V, F, LinABF(rtol=ONE_SYSTEM_RTOL))
+    assert [step.kind for step in early.steps] == [step.kind for step in asked.steps] == ["step", "chord"]
+    assert early.steps[0] == asked.steps[0]
+    assert early.steps[1].inner_steps == 2 < asked.steps[1].inner_steps
+    first, second = (quality(V, F, made.uv).angle_distortion for made in (early, asked))
+    assert early.outcome.good
+    assert first < 1.01 * second
+
+
+def test_a_singular_layout_is_an_error_with_a_place(monkeypatch) -> None:
+    V, F = load("bumps")
+
+    def singular(self, values) -> None:
+        raise NotPositiveDefiniteError(7)
+
+    monkeypatch.setattr(Cholesky, "factor", singular)
+    with pytest.raises(MeshError, match=r"singular in double precision.*faces \d+.*remove"):
+        flatten(V * [1, 1, 0], F, LinABF(layout="least-squares"))
+    with pytest.warns(FallbackWarning), pytest.raises(MeshError, match=r"singular.*faces \d+.*rad"):
+        flatten(V, F)

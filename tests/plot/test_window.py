@@ -1,0 +1,377 @@
+"""The window, tried as a user does: keys and clicks go in through the X server, pixels come out of it."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import igl
+import numpy as np
+import pytest
+import pyvista as pv
+from conftest import load, pixels
+from high_curvature import crown, rings
+from test_boundary_shapes import off_circle
+from test_pictures import colours, near, squares
+
+from igl_linabf import MeshError
+from igl_linabf.io import read_texture
+from igl_linabf.plot import MARK, SEAM, WARNING, Viewer, view
+
+SIZE = (1400, 830)
+SIDES = 700  # pixels from above: below are the sliders and the help
+PATIENCE = 60  # seconds, after which a window that has not changed is given up
+
+
+@pytest.fixture(scope="module")
+def server() -> Iterator[str]:
+    """The name of an X display of one's own."""
+    if shutil.which("Xvfb") is None:
+        pytest.skip("Xvfb is not installed")
+    pytest.importorskip("Xlib", reason="python-xlib is not installed")
+    read, write = os.pipe()
+    command = ["Xvfb", "-displayfd", str(write), "-screen", "0", "1400x900x24", "-nolisten", "tcp"]
+    process = subprocess.Popen(command, pass_fds=[write], stderr=subprocess.DEVNULL)
+    os.close(write)
+    with open(read, encoding="utf-8") as answer:
+        number = answer.readline().strip()
+    if not number:
+        pytest.skip("Xvfb does not start here")
+    yield f":{number}"
+    process.terminate()
+    process.wait()
+
+
+class Window:
+    """A running `igl-linabf view`: what a user can do with it."""
+
+    def __init__(self, display: str, mesh: Path, *options: str) -> None:
+        from Xlib.display import Display
+
+        command = [sys.executable, "-m", "igl_linabf", "view", str(mesh), *options]
+        self.process = subprocess.Popen(
+            command, env={**os.environ, "DISPLAY": display}, stderr=subprocess.PIPE, text=True
+        )
+        self.display = Display(display)
+        self.window = self._find(f"igl_linabf: {mesh.name}")
+        self.until(lambda image: 0.05 < (image.sum(axis=2) < 700).mean() < 0.95)
+
+    def _find(self, title: str):
+        end = time.monotonic() + PATIENCE
+        while time.monotonic() < end and self.process.poll() is None:
+            for window in self.display.screen().root.query_tree().children:
+                if window.get_wm_name() == title and window.get_attributes().map_state:
+                    return window
+            time.sleep(0.1)
+        self.process.kill()
+        raise AssertionError(f"no window {title!r}: {self.process.stderr.read()}")
+
+    def image(self) -> np.ndarray:
+        from Xlib import X
+
+        form = self.window.get_geometry()
+        data = self.window.get_image(0, 0, form.width, form.height, X.ZPixmap, 0xFFFFFFFF).data
+        return np.frombuffer(data, np.uint8).reshape(form.height, form.width, 4)[..., 2::-1].astype(int)
+
+    def until(self, holds: Callable[[np.ndarray], bool]) -> np.ndarray:
+        """The window's picture, as soon as it is whole and that holds of it."""
+        end = time.monotonic() + PATIENCE
+        last = self.image()
+        while True:
+            time.sleep(0.2)
+            image = self.image()
+            if (image == last).all() and holds(image):
+                return image
+            last = image
+            assert self.process.poll() is None, self.process.stderr.read()
+            assert time.monotonic() < end, "the window does not show it"
+
+    def key(self, name: str) -> None:
+        from Xlib import XK, X
+        from Xlib.ext import xtest
+
+        self.window.set_input_focus(X.RevertToParent, X.CurrentTime)
+        code = self.display.keysym_to_keycode(XK.string_to_keysym(name))
+        for event in (X.KeyPress, X.KeyRelease):
+            xtest.fake_input(self.display, event, code)
+        self.display.sync()
+
+    def drag(self, start: tuple[int, int], *way: tuple[int, int]) -> None:
+        """Press at a pixel of the window, move, and release; without a way, a click."""
+        from Xlib import X
+        from Xlib.ext import xtest
+
+        self._move(start)
+        xtest.fake_input(self.display, X.ButtonPress, 1)
+        for place in way:
+            self._move(place)
+        xtest.fake_input(self.display, X.ButtonRelease, 1)
+        self.display.sync()
+
+    def _move(self, place: tuple[int, int]) -> None:
+        from Xlib import X
+        from Xlib.ext import xtest
+
+        form = self.window.get_geometry()
+        xtest.fake_input(self.display, X.MotionNotify, x=form.x + place[0], y=form.y + place[1])
+        self.display.sync()
+
+    def close(self) -> None:
+        self.process.kill()
+        self.process.communicate()
+        self.display.close()
+
+
+@pytest.fixture
+def opened(server, tmp_path) -> Iterator[Callable[..., Window]]:
+    windows = []
+
+    def open_window(V: np.ndarray, F: np.ndarray, *options: str) -> Window:
+        igl.write_triangle_mesh(str(tmp_path / "mesh.ply"), V, F)
+        windows.append(Window(server, tmp_path / "mesh.ply", *options))
+        return windows[-1]
+
+    yield open_window
+    for window in windows:
+        window.close()
+
+
+def marks(image: np.ndarray) -> list[np.ndarray | None]:
+    """Where the marked point is on the left, and on the right: (column, row)."""
+    found = []
+    for left in (0, SIZE[0] // 2):
+        rows, columns = np.nonzero(near(image[:, left : left + SIZE[0] // 2], MARK, 30))
+        found.append(np.array([columns.mean() + left, rows.mean()]) if len(rows) > 20 else None)
+    return found
+
+
+def flat(image: np.ndarray) -> np.ndarray:
+    return image[:SIDES, SIZE[0] // 2 :]
+
+
+def coloured(image: np.ndarray) -> bool:
+    """Whether the map has the colours of a distortion; the board's blue is nearly one of the lower half."""
+    return bool((colours(flat(image)[300:400, 100:600], "viridis") > 0.5).mean() > 0.2)
+
+
+def both_marked(image: np.ndarray) -> bool:
+    return all(place is not None for place in marks(image))
+
+
+def test_keys_change_frequency_distortion_help_and_quit(opened) -> None:
+    window = opened(*load("bumps"))
+    before = squares(flat(window.image()))
+    assert before > 20
+    for _ in range(4):
+        window.key("Left")
+    fewer = window.until(lambda image: squares(flat(image)) < 0.5 * before)
+    window.key("Right")
+    window.until(lambda image: squares(flat(image)) > squares(flat(fewer)))
+    assert not coloured(fewer)
+    window.key("d")
+    window.until(coloured)
+    for _ in range(3):
+        window.key("d")  # conformal, stretch, area: from brown over white to green
+    window.until(lambda image: np.isfinite(colours(flat(image)[300:400, 100:600], "BrBG")).mean() > 0.8)
+    window.key("d")
+    before = window.until(lambda image: squares(flat(image)) > 5)
+    assert near(before[SIDES:], "black", 60).sum() > 500
+    window.key("h")
+    after = window.until(lambda image: near(image[SIDES:, 600:], "black", 60).sum() < 10)
+    assert (after[:SIDES] == before[:SIDES]).all()  # the help does not lie over the map
+    window.key("q")
+    assert window.process.wait(timeout=PATIENCE) == 0
+    assert window.process.stderr.read() == ""
+
+
+def test_methods_by_key_show_what_they_flip(opened) -> None:
+    window = opened(*rings(40, crown))
+    assert not near(window.image(), WARNING).any()  # linABF
+    window.key("m")
+    window.key("m")  # over ABF to igl.lscm
+    window.until(lambda image: near(image, WARNING).sum() > 100)
+    window.key("bracketright")  # linABF, one iteration
+    window.until(lambda image: not near(image, WARNING).any())
+
+
+def test_a_click_marks_the_same_point_on_both_sides(opened) -> None:
+    window = opened(*load("bumps"))
+    left = np.array([300, 400])
+    window.drag(tuple(left))
+    first = marks(window.until(both_marked))
+    assert np.abs(first[0] - left).max() < 6
+    # the point on the map leads back to the point on the surface
+    elsewhere = (SIZE[0] * 3 // 4 + 80, 300)
+    window.drag(elsewhere)
+    second = marks(window.until(lambda im: both_marked(im) and np.abs(marks(im)[1] - elsewhere).max() < 6))
+    assert np.abs(second[0] - first[0]).max() > 20
+    window.drag(tuple(np.round(first[1]).astype(int)))
+    back = marks(window.until(lambda im: both_marked(im) and np.abs(marks(im)[1] - first[1]).max() < 3))
+    assert np.abs(back[0] - first[0]).max() < 6
+    # it stays with the point when the surface is turned, which marks nothing
+    before = window.image()
+    window.drag((300, 400), (360, 405), (420, 410))
+    turned = window.until(lambda im: (np.abs(im - before)[60:, :700].max(axis=2) > 60).mean() > 0.05)
+    assert both_marked(turned)
+    assert np.abs(marks(turned)[1] - back[1]).max() < 2
+    # and it goes with another map
+    window.key("d")
+    window.until(coloured)
+    assert both_marked(window.image())
+
+
+def test_sliders_change_method_iterations_trade_and_colours(opened) -> None:
+    window = opened(*rings(40, crown))
+    y = 772
+    window.drag((77, y), (55, y), (40, y))  # linABF to igl.lscm
+    window.until(lambda image: near(image, WARNING).sum() > 100)
+    window.drag((189, y), (205, y))  # iterations go back to linABF
+    window.until(lambda image: not near(image, WARNING).any())
+    assert not coloured(window.image())
+    window.drag((469, y), (490, y))
+    window.until(coloured)
+    window.drag((334, y), (385, y))
+    window.until(lambda image: near(image[60:SIDES, : SIZE[0] // 2], SEAM).sum() > 100)
+
+
+def test_seams_are_drawn_by_clicks_and_taken_back(opened) -> None:
+    window = opened(*load("bumps"))
+    before = window.image()
+    window.key("s")
+    window.until(lambda image: (image != before)[:60].any())
+    window.drag((250, 400))
+    one = window.until(lambda image: near(image[60:SIDES, :700], SEAM).sum() > 20)
+    window.drag((430, 330))
+    two = window.until(lambda image: near(image[60:SIDES, :700], SEAM).sum() > 300)
+    assert (flat(two) != flat(one)).any(axis=2).mean() > 0.05  # the map is updated
+    window.key("z")
+    window.until(lambda image: near(image[60:SIDES, :700], SEAM).sum() < 300)
+
+
+def test_a_drawn_seam_is_the_shortest_path_and_cuts_the_map() -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 3)
+    V, F, *_ = igl.remove_unreferenced(V, F[V[F].mean(axis=1)[:, 2] < 0.5])
+    viewer = Viewer(V, F, off_screen=True)
+    whole = viewer.shown
+    viewer.toggle_drawing()
+    ends = [int(np.argmin(np.linalg.norm(V - at, axis=1))) for at in ([1, 0, 0], [0, 0, -1], [-1, 0, 0])]
+    for vertex in ends:
+        viewer.drawn.to(vertex)
+    length = sum(np.linalg.norm(V[a] - V[b]) for a, b in viewer.drawn.edges)
+    assert np.pi < length < 1.1 * np.pi  # two quarters of a great circle, along edges
+    cut = viewer.shown
+    assert len(cut.uv) == len(whole.uv) + len(viewer.drawn.edges) - 1  # each vertex within the path twice
+    viewer.take_back()
+    assert len(viewer.drawn.paths) == 1
+    viewer.take_back()
+    assert viewer.drawn.edges == ()
+    assert viewer.shown is whole
+
+
+def test_saved_files_replace_none(tmp_path) -> None:
+    V, F = load("bumps")
+    viewer = Viewer(V, F, off_screen=True, save_as=tmp_path / "bumps")
+    viewer.plotter.show(auto_close=False)
+    assert [viewer.save_mesh().name for _ in range(2)] == ["bumps-1.obj", "bumps-2.obj"]
+    assert pixels(viewer.save_picture()).shape[:2] == SIZE[::-1]
+    TC, FTC = read_texture(tmp_path / "bumps-1.obj")
+    uv = viewer.shown.uv - viewer.shown.uv.min(axis=0)
+    assert np.allclose(TC[FTC], (uv / uv.max())[F])
+    viewer.plotter.close()
+    missing = Viewer(V, F, off_screen=True, save_as=tmp_path / "none" / "bumps")
+    missing.act(missing.save_mesh)  # an error is said in the window
+    assert not (tmp_path / "none").exists()
+    missing.plotter.close()
+
+
+def test_a_closed_surface_is_unwrapped_and_its_seams_drawn(opened) -> None:
+    window = opened(*igl.upsample(*igl.icosahedron(), 3))
+    image = window.until(lambda image: near(image[60:, : SIZE[0] // 2], SEAM).sum() > 300)
+    seams = near(image[60:, : SIZE[0] // 2], SEAM).sum()
+    window.key("x")
+    window.until(lambda image: near(image[60:, : SIZE[0] // 2], SEAM).sum() < seams / 4)
+
+
+@pytest.mark.parametrize("display", [{}, {"DISPLAY": ":4711"}, {"WAYLAND_DISPLAY": "wayland-9"}])
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="other systems always have a display")
+def test_without_a_display_there_is_one_sentence(tmp_path, display) -> None:
+    igl.write_triangle_mesh(str(tmp_path / "mesh.ply"), *load("bumps"))
+    kept = {k: v for k, v in os.environ.items() if k not in ("DISPLAY", "WAYLAND_DISPLAY")}
+    command = [sys.executable, "-m", "igl_linabf", "view", str(tmp_path / "mesh.ply")]
+    process = subprocess.run(command, env=kept | display, capture_output=True, text=True, timeout=PATIENCE)
+    assert process.returncode == 2
+    said = [line for line in process.stderr.splitlines() if "scikit-sparse is not" not in line]
+    assert len(said) == 1
+    assert "there is no display" in said[0]
+
+
+def test_a_screenshot_needs_no_display(tmp_path) -> None:
+    V, F = igl.upsample(*igl.icosahedron(), 2)
+    two = np.concatenate((V, V + np.array([3, 0, 0]))), np.concatenate((F, F + len(V)))  # closed, two pieces
+    igl.write_triangle_mesh(str(tmp_path / "mesh.ply"), *two)
+    path = tmp_path / "shot.png"
+    command = ["view", str(tmp_path / "mesh.ply"), "--screenshot", str(path), "--method", "lscm"]
+    environment = {k: v for k, v in os.environ.items() if "DISPLAY" not in k}
+    subprocess.run([sys.executable, "-m", "igl_linabf", *command], env=environment, check=True)
+    image = pixels(path)
+    assert image.shape[:2] == SIZE[::-1]
+    assert near(image[60:, : SIZE[0] // 2], SEAM).sum() > 200
+    assert max(squares(flat(image)[row : row + 2]) for row in range(60, SIDES, 40)) > 10
+
+
+def test_maps_are_kept_turned_alike_and_iterations_count(monkeypatch) -> None:
+    V, F = load("bumps")
+    viewer = Viewer(V, F, off_screen=True)
+    maps = {}
+    for _ in range(3):
+        maps[viewer.method] = viewer.shown
+        viewer.next_method()
+    assert set(maps) == {"lscm", "linabf", "abf"}
+    assert viewer.shown is maps["linabf"]
+    others = [shown.drawn.uv - maps["linabf"].drawn.uv for shown in maps.values()]
+    assert max(np.abs(away).max() for away in others) < 0.2 * np.ptp(maps["linabf"].drawn.uv)
+    assert [np.abs(away).max() > 0 for away in others].count(True) == 2
+    viewer.iterate(1)
+    assert "1 iteration:" in viewer.caption
+    once = viewer.shown
+    viewer.iterate(1)
+    assert "2 iterations:" in viewer.caption
+    assert viewer.shown is not once
+    viewer.iterate(-2)
+    assert viewer.shown is maps["linabf"]
+    viewer.plotter.close()
+
+
+def test_boundaries_and_cones_are_shown_by_the_methods_that_make_them() -> None:
+    V, F = load("bumps")
+    viewer = Viewer(V, F, "lscm", boundary="circle", off_screen=True)
+    loop = igl.boundary_loop(F)
+    off = {}
+    for _ in range(2):
+        off[viewer.method] = off_circle(viewer.shown.uv[loop])
+        viewer.next_method()
+    viewer.plotter.close()
+    assert off["linabf"] < 1e-6 < off["lscm"]
+    ball = Viewer(*igl.upsample(*igl.icosahedron(), 2), cones=4, off_screen=True)
+    coned = ball.shown.drawn
+    assert len(coned.cones) == 4
+    assert coned.sides is not None
+    ball.set_trade(1.0)
+    assert len(ball.shown.drawn.cones) == 0
+    ball.plotter.close()
+    with pytest.raises(ValueError, match="leave out boundary or cones"):
+        Viewer(V, F, boundary="circle", cones=4, off_screen=True)
+
+
+def test_what_cannot_be_viewed_is_refused() -> None:
+    V, F = load("bumps")
+    with pytest.raises(ValueError, match="method is 'magic'"):
+        view(V, F, "magic", off_screen=True)
+    with pytest.raises(MeshError, match="the same triangle"):
+        view(V, np.vstack((F, F[:1])), off_screen=True)
+    assert pv.OFF_SCREEN is False

@@ -1,0 +1,62 @@
+"""The rooms of the package and those within them: small, entered by their faces, under names of their own.
+
+Their order is import-linter's to check, by the contracts in pyproject.toml.
+"""
+
+from __future__ import annotations
+
+import importlib
+import inspect
+import pkgutil
+from collections import Counter
+from pathlib import Path
+
+import grimp
+
+import igl_linabf
+
+MODULES = [module.name for module in pkgutil.walk_packages(igl_linabf.__path__, "igl_linabf.")]
+FACES = ["igl_linabf", *(name for name in MODULES if name.count(".") == 1)]
+PACKAGE = Path(igl_linabf.__file__).parent
+MOST_MODULES = 12  # in a folder
+
+
+def room_of(module: str) -> str:
+    return module.rpartition(".")[0]
+
+
+def test_from_another_room_only_the_face_is_imported() -> None:
+    graph = grimp.build_graph("igl_linabf", cache_dir=None)
+    faces = {name for name in graph.modules if graph.find_children(name)}
+    reached_into = [
+        f"{importer} imports {imported}"
+        for importer in sorted(graph.modules)
+        for imported in sorted(graph.find_modules_directly_imported_by(importer))
+        # a face, or what stands in a room around the importer, beside it
+        if not f"{importer if importer in faces else room_of(importer)}.".startswith(f"{room_of(imported)}.")
+    ]
+    assert not reached_into, reached_into
+
+
+def test_a_folder_has_at_most_a_dozen_modules() -> None:
+    folders = Counter(path.parent for path in PACKAGE.rglob("*.py") if path.name != "__init__.py")
+    full = {str(folder.relative_to(PACKAGE)): n for folder, n in folders.items() if n > MOST_MODULES}
+    assert not full, full
+
+
+def test_no_room_imports_the_package_itself() -> None:
+    graph = grimp.build_graph("igl_linabf", cache_dir=None)
+    assert graph.find_modules_that_directly_import("igl_linabf") == set()
+
+
+def test_no_module_bears_the_name_of_a_public_function() -> None:
+    functions = {
+        f"{face}.{name}": name
+        for face in FACES
+        for name in getattr(importlib.import_module(face), "__all__", ())
+        if inspect.isfunction(getattr(importlib.import_module(face), name))
+    }
+    modules = {name.rpartition(".")[2]: name for name in MODULES}
+    both = [f"{modules[name]} and {function}" for function, name in functions.items() if name in modules]
+    assert len(functions) > 30
+    assert not both, both

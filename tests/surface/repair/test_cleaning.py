@@ -1,0 +1,291 @@
+"""Any triangles: made a clean surface, unwrapped without a loss, and told of; clean ones are left alone."""
+
+from __future__ import annotations
+
+import warnings
+
+import igl
+import numpy as np
+import pytest
+import pyvista
+from conftest import load
+from hard_surfaces import box
+from hostile_meshes import check_any, check_atlas
+from nasty_meshes import NASTY, band, joined, merged, sheet, soup, sphere
+from test_commands import run
+
+from igl_linabf import (
+    MeshError,
+    MeshWarning,
+    OutcomeWarning,
+    clean,
+    cut,
+    find_seams,
+    flatten,
+    quality,
+    unwrap,
+)
+from igl_linabf.io import read_texture
+from igl_linabf.surface import Submesh, face_components
+
+CLEAN = ("a body whose faces without area were removed", "bodies through each other")
+
+
+def unwrapped(V: np.ndarray, F: np.ndarray, **options):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", MeshWarning)
+        return unwrap(V, F, **options)
+
+
+def signed_areas(atlas) -> np.ndarray:
+    a, b, c = atlas.TC[atlas.FTC].swapaxes(0, 1)
+    u, v = b - a, c - a
+    return u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]
+
+
+@pytest.mark.parametrize("name", [name for name in NASTY if name != "a thousand loose triangles"])
+def test_a_nasty_mesh_is_cleaned_and_unwrapped_without_a_loss(name: str) -> None:
+    V, F = NASTY[name]()
+    cleaned = clean(V, F)
+    new_V, new_F, origin, repairs = cleaned
+    assert (cleaned.faces[1:] > cleaned.faces[:-1]).all()
+    if len(new_F):
+        Submesh.checked_manifold(new_V, new_F)
+        turned = np.where(cleaned.turned[:, None], new_F[:, [0, 2, 1]], new_F)
+        assert (origin[turned] == cleaned.merged[F[cleaned.faces]]).all()
+    atlas = unwrapped(V, F)
+    check_atlas(V, F, atlas)
+    assert atlas.good
+    assert atlas.quality.flips == 0
+    assert [str(r) for r in atlas.repairs] == [str(r) for r in repairs]
+    if repairs and repairs[0].kind != "welded":  # loose triangles are a clean surface of many pieces
+        with pytest.raises(MeshError):
+            unwrap(V, F, strict=True)
+
+
+def test_sheets_are_cut_apart_and_the_best_pair_stays() -> None:
+    V, F = NASTY["three sheets at an edge"]()
+    _, new_F, _, repairs = clean(V, F)
+    assert [r.kind for r in repairs] == ["crowded"]
+    label = face_components(new_F, new_F.max() + 1)
+    assert np.bincount(label).tolist() == [98, 98]
+    assert (label[:98] == 0).all()  # the bent sheet, not half of it with the one that stands on it
+    V, F = NASTY["two cubes at an edge"]()
+    _, new_F, _, _ = clean(V, F)
+    assert (face_components(new_F, new_F.max() + 1) == np.arange(24) // 12).all()
+
+
+def test_orientation_is_consistent_inside_and_the_input_s_outside() -> None:
+    V, F = sphere()
+    V = V * (1 + 0.1 * np.sin(3 * V[:, :1] + 1) * np.cos(2 * V[:, 1:2]))  # else many seams are as good
+    turned = np.random.default_rng(1).random(len(F)) < 0.3
+    other = np.where(turned[:, None], F[:, ::-1], F)
+    plain, mixed = unwrap(V, F), unwrapped(V, other)
+    assert (mixed.origin[mixed.FTC] == other).all()
+    assert np.allclose(mixed.TC[mixed.FTC[turned][:, ::-1]], plain.TC[plain.FTC[turned]])
+    assert ((signed_areas(mixed) < 0) == turned).all()
+    assert mixed.repairs[0].count == turned.sum()
+    assert mixed.repairs[0].first.tolist() == np.flatnonzero(turned)[:5].tolist()
+
+
+def test_a_one_sided_band_is_cut_once_and_unrolls_nearly_isometrically() -> None:
+    V, F = band(80, 9, 1)
+    atlas = unwrapped(V, F)
+    assert len(atlas.charts) == 1
+    assert atlas.quality.stretch_l2 < 1.01
+    torn = next(r for r in atlas.repairs if r.kind == "torn")
+    assert torn.count < 20
+
+
+def test_a_welded_soup_has_the_atlas_of_the_mesh() -> None:
+    V, F = sphere()
+    whole, loose = unwrap(V, F), unwrapped(*soup(V, F))
+    assert len(loose.charts) == 1
+    assert loose.quality.stretch_l2 == pytest.approx(whole.quality.stretch_l2, rel=0.02)
+    order = np.unique(F, return_index=True)[1]  # the same numbers for vertices, in the order of the soup
+    new = np.argsort(np.argsort(order))
+    ordered = unwrap(V[np.argsort(new)], new[F])
+    assert (ordered.TC[ordered.FTC] == loose.TC[loose.FTC]).all()
+    noisy = soup(V, F)[0] + 1e-7 * np.random.default_rng(0).normal(size=(F.size, 3))
+    assert len(unwrap(noisy, soup(V, F)[1]).charts) == len(F)
+    near = unwrapped(noisy, soup(V, F)[1], weld=1e-5)
+    assert len(near.charts) == 1
+    assert near.quality.stretch_l2 == pytest.approx(whole.quality.stretch_l2, rel=0.02)
+    with pytest.raises(ValueError, match="weld is -1"):
+        unwrap(V, F, weld=-1)
+
+
+def test_flat_sides_with_vertices_of_their_own_are_welded_and_curved_ones_are_not() -> None:
+    V, F = box(1, 2, 3, times=3)
+    normal = np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])
+    normal /= np.linalg.norm(normal, axis=1)[:, None]
+    side = np.round(normal) @ [1, 2, 3]
+    apart = joined(*(igl.remove_unreferenced(V, F[side == k])[:2] for k in np.unique(side)))
+    atlas = unwrapped(*apart)
+    assert [repair.kind for repair in atlas.repairs] == ["welded"]
+    assert len(atlas.charts) == 1
+    assert atlas.quality.stretch_l2 == pytest.approx(1)
+    turned = apart[1].copy()
+    turned[::2] = turned[::2, ::-1]
+    assert len(unwrapped(apart[0], turned).charts) == 1
+    V, F = sphere()
+    octant = (V[F].mean(axis=1) > 0) @ [1, 2, 4]
+    apart = joined(*(igl.remove_unreferenced(V, F[octant == k])[:2] for k in range(8)))
+    assert len(unwrap(*apart).charts) == 8
+    beside = joined(*((box(1, 1, 1)[0] + [k, 0, 0], box(1, 1, 1)[1]) for k in range(5)))
+    assert len(unwrap(*beside).charts) == 5
+
+
+def test_faces_without_area_leave_no_hole() -> None:
+    V, F = load("closed__igl_cow.off")
+    plain = unwrap(V, F).quality
+    a, b = F[100, :2]
+    middle = len(V)
+    on = [t for t in range(len(F)) if {a, b} <= set(F[t].tolist())]  # the one is split, a cap takes its place
+    c = next(v for v in F[on[0]] if v not in (a, b))
+    i, j = (a, b) if (np.roll(F[on[0]], -1) == b)[np.flatnonzero(F[on[0]] == a)[0]] else (b, a)
+    split = np.vstack((np.delete(F, on[0], axis=0), [[i, middle, c], [middle, j, c], [i, j, middle]]))
+    V2 = np.vstack((V, (V[a] + V[b]) / 2))
+    V2[F[2000, 0]] = V2[F[2000, 1]]
+    with pytest.raises(MeshError, match="zero area"):
+        unwrap(V2, split, strict=True)
+    cleaned = clean(V2, split)
+    assert igl.boundary_loop_all(cleaned.F) == []
+    assert {r.kind for r in cleaned.repairs} == {"collapsed", "opened"}
+    atlas = unwrapped(V2, split)
+    assert atlas.good
+    assert atlas.quality.stretch_l2 < plain.stretch_l2 + 0.05
+    cap, beside = atlas.TC[atlas.FTC[-1]], np.ptp(atlas.TC, axis=0).max()
+    assert abs(signed_areas(atlas)[-1]) < 0.1 * np.linalg.norm(cap[0] - cap[1]) ** 2 < beside**2
+
+
+def test_what_was_done_is_said_once_and_in_a_line() -> None:
+    V, F = NASTY["one face turned"]()
+    with pytest.warns(MeshWarning, match="the mesh is repaired: faces 7 are turned") as said:
+        atlas = unwrap(V, F)
+    assert len(said) == 1
+    assert "\n" not in str(said[0].message)
+    assert str(atlas.repairs[0]) in str(atlas)
+
+
+def test_clean_meshes_stay_as_they_are() -> None:
+    for V, F in (igl.icosahedron(), load("disk__igl_snail.obj"), *(NASTY[name]() for name in CLEAN)):
+        cleaned = clean(V, F)
+        assert cleaned.repairs == ()
+        assert (cleaned.V == V).all()
+        assert (cleaned.F == F).all()
+        one, two = unwrap(V, F), unwrap(V, F, strict=True)
+        assert (one.TC == two.TC).all()
+        assert (one.FTC == two.FTC).all()
+
+
+def test_a_coordinate_that_is_not_finite_is_the_one_refusal() -> None:
+    V, F = sphere(0)
+    V[3] = np.nan
+    with pytest.raises(MeshError, match="vertices 3 are NaN or infinite"):
+        unwrap(V, F)
+    assert unwrap(V, F[(F != 3).all(axis=1)]).good
+
+
+@pytest.mark.parametrize("name", ["closed__igl_cow.off", "closed__optcuts_horse_f10000.obj"])
+def test_a_body_with_a_small_hole_is_cut_as_its_stretch_is_worth(name: str) -> None:
+    V, F = load(name)
+    atlas = unwrap(V, F[1:])
+    assert atlas.good
+    assert atlas.quality.stretch_l2 < 1.3
+    assert flatten(V, F[1:]).uv.shape == (len(V), 2)  # which has a stretch of 150 and more
+
+
+def test_tips_that_would_shrink_get_a_seam() -> None:
+    V, F = load("closed__igl_cow.off")
+    assert quality(*flat_with(V, F, find_seams(V, F))).stretch_l2 > 1.25  # its ears and horns
+    assert unwrap(V, F).quality.stretch_l2 < 1.2
+
+
+def flat_with(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    V, F, _ = cut(V, F, seams)
+    return V, F, flatten(V, F).uv
+
+
+@pytest.mark.parametrize(
+    "name", ["disk__bff_hemisphere.obj", "disk__igl_lilium.obj", "disk__igl_camel_b.obj"]
+)
+def test_a_disk_that_would_gain_little_is_not_cut(name: str) -> None:
+    V, F = load(name)
+    assert unwrap(V, F).seam_length == unwrap(V, F, trade=0).seam_length
+
+
+def test_the_stretch_of_each_chart_is_bounded_if_asked() -> None:
+    V, F = load("closed__igl_cow.off")
+    for most in (1.2, 1.05):
+        atlas = unwrap(V, F, max_stretch=most)
+        assert atlas.good
+        assert max(chart.quality.stretch_l2 for chart in atlas.charts) <= most * (1 + 1e-9)
+    assert len(atlas.charts) < 60
+    with pytest.raises(ValueError, match=r"max_stretch is 0\.5"):
+        unwrap(V, F, max_stretch=0.5)
+
+
+def test_cuts_for_a_fuller_page_keep_to_the_bound_of_the_stretch() -> None:
+    """A part of a chart may be stretched more than the whole."""
+    dome = pyvista.ParametricBohemianDome(u_res=30, v_res=30, w_res=10).triangulate().clean()
+    V, F = np.asarray(dome.points, dtype=np.float64), dome.faces.reshape(-1, 4)[:, 1:]
+    for options in ({}, {"resolution": 100, "padding": 0}):
+        atlas = unwrap(V, F, max_stretch=1.05, **options)
+        assert not atlas.troubles
+        assert max(chart.quality.stretch_l2 for chart in atlas.charts) <= 1.05 * (1 + 1e-9)
+
+
+def test_seams_may_be_a_beginning() -> None:
+    V, F = load("closed__igl_3holes.off")
+    mine = F[:1, :2]
+    with pytest.raises(MeshError, match="complete=True"):
+        unwrap(V, F, mine)
+    atlas = unwrap(V, F, mine, complete=True)
+    assert atlas.good
+    assert atlas.quality.stretch_l2 < 1.3
+    V, F = load("closed__igl_cow.off")
+    begun = find_seams(V, F, trade=0)
+    with pytest.warns(OutcomeWarning, match="L2 stretch of .* beyond 10"):
+        short = unwrap(V, F, begun)
+    assert not short.good
+    whole = unwrap(V, F, begun, complete=True)
+    assert whole.good
+    assert whole.quality.stretch_l2 < 1.4
+    cut = {tuple(e) for e in np.sort(whole.seams, axis=1).tolist()}
+    assert cut >= {tuple(e) for e in np.sort(short.seams, axis=1).tolist()}
+
+
+def test_given_seams_are_those_of_the_given_mesh() -> None:
+    V, F = sheet()
+    line = np.flatnonzero(V[:, 1] == 4)
+    seams = np.column_stack((line[:-1], line[1:]))
+    turned = np.vstack((F[:5], F[5:9, ::-1], F[9:]))
+    loose = soup(V, turned)
+    assert len(unwrapped(V, turned, seams=seams).charts) == 2
+    mask = np.isin(turned, line) & np.isin(turned[:, [1, 2, 0]], line)
+    assert len(unwrapped(*loose, seams=mask).charts) == 2
+    below = mask & (V[turned].mean(axis=1)[:, 1:2] < 4)  # one side of each edge is enough
+    assert len(unwrapped(*loose, seams=below).charts) == 2
+
+
+def test_random_damage_of_all_kinds_at_once() -> None:
+    for seed in range(60):
+        check_any(seed)
+
+
+def test_the_command_takes_a_soup_and_can_refuse(tmp_path) -> None:
+    V, F = sphere()
+    mesh, out = tmp_path / "in.obj", tmp_path / "out.obj"
+    igl.write_triangle_mesh(str(mesh), *merged(*joined((V, F), (V + np.array([3, 0, 0]), F))))
+    V, F = igl.read_triangle_mesh(str(mesh))
+    F[7] = F[7, ::-1]
+    igl.write_triangle_mesh(str(mesh), V, F)
+    process = run("unwrap", mesh, "-o", out, "--max-stretch", "1.1", "--weld", "1e-9")
+    assert process.returncode == 0, process.stderr
+    assert "faces 7 are turned" in process.stderr
+    assert len(process.stderr.splitlines()) == 1
+    assert (read_texture(out)[1] >= 0).all()
+    process = run("unwrap", mesh, "-o", out, "--strict")
+    assert process.returncode == 2
+    assert "igl_linabf.clean" in process.stderr
