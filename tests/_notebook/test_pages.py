@@ -15,7 +15,7 @@ from conftest import load
 from igl_linabf import MeshWarning, compare, flatten, quality, unwrap
 from igl_linabf.surface import Submesh
 
-ROOT = Path(__file__).parents[1]
+ROOT = Path(__file__).parents[2]
 SVG = "{http://www.w3.org/2000/svg}"
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 import igl
 import numpy as np
 import pytest
+from commands import of_session
 from conftest import bumps
 from hostile_meshes import doubled
 
@@ -38,19 +39,6 @@ def meshes(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
         paths[name] = folder / f"{name}.obj"
         igl.write_triangle_mesh(str(paths[name]), *surface)
     return paths
-
-
-def of_session(session: int) -> list[str]:
-    """Processes of a session that are still there."""
-    found = []
-    for folder in Path("/proc").glob("[0-9]*"):
-        try:
-            state, _, _, its = (folder / "stat").read_text().rpartition(")")[2].split()[:4]
-            if int(its) == session and state != "Z":
-                found.append((folder / "cmdline").read_text())
-        except (FileNotFoundError, ProcessLookupError):
-            continue
-    return found
 
 
 def is_importing(pid: int) -> bool:

@@ -13,7 +13,7 @@ from conftest import load, pixels
 from igl_linabf import MeshError, adapters, flatten, unwrap
 from igl_linabf.plot import checker_texture
 
-PAGE = Path(__file__).parents[1] / "docs" / "libraries.md"
+PAGE = Path(__file__).parents[2] / "docs" / "libraries.md"
 
 
 @pytest.fixture(scope="module")

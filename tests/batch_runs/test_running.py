@@ -18,9 +18,9 @@ import igl
 import numpy as np
 import psutil
 import pytest
+from commands import of_session
 from conftest import ROOT, bumps
 from hostile_methods import Hostile
-from test_cleanup import of_session
 
 from igl_linabf import MeshError, batch, unwrap
 from igl_linabf.batch_runs import clusters, places, running

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import shapely
 import trimesh
+from commands import run
 from conftest import load, pixels
-from test_commands import run
 
 from igl_linabf import (
     FallbackWarning,

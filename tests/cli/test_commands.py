@@ -16,6 +16,7 @@ from itertools import chain
 import igl
 import numpy as np
 import pytest
+from commands import run
 from conftest import load, pixels
 
 from igl_linabf import linabf, quality
@@ -30,15 +31,6 @@ def mesh(tmp_path):
     path = tmp_path / "bumps.obj"
     igl.write_triangle_mesh(str(path), *load("bumps"))
     return path
-
-
-def run(*arguments: object) -> subprocess.CompletedProcess:
-    command = [sys.executable, "-m", "igl_linabf", *map(str, arguments)]
-    process = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    # where the tests run without CHOLMOD, that is said first
-    lines = process.stderr.splitlines(keepends=True)
-    process.stderr = "".join(line for line in lines if "warning: scikit-sparse is not" not in line)
-    return process
 
 
 def test_flatten_writes_the_map_and_prints_its_quality(mesh, tmp_path) -> None:

@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from conftest import DISKS, best_fit_distance, bumps, load
 from high_curvature import rings
+from holed_surfaces import plate
+from holed_surfaces import surface as holed
+from own_measures import off_circle
 from scipy.spatial import Delaunay
-from test_holonomy import plate
-from test_holonomy import surface as holed
 
 import igl_linabf
 from igl_linabf import (
@@ -43,14 +44,6 @@ def grid(n: int, m: int) -> Surface:
 def rim(V: np.ndarray, F: np.ndarray, i: int = 0) -> np.ndarray:
     mesh = planar(V, F)
     return mesh.vertices[mesh.topology.loops[i]]
-
-
-def off_circle(z: np.ndarray) -> float:
-    """Difference of the largest and least radius, relative to their mean, around the best centre."""
-    A = np.column_stack((z, np.ones(len(z))))
-    centre = np.linalg.lstsq(A, (z**2).sum(axis=1), rcond=None)[0][:2] / 2
-    radius = np.linalg.norm(z - centre, axis=1)
-    return float(np.ptp(radius) / radius.mean())
 
 
 def off_rectangle(uv: np.ndarray, loop: np.ndarray, corners: np.ndarray) -> float:

@@ -7,8 +7,8 @@ import re
 import igl
 import numpy as np
 import pytest
+from commands import run
 from conftest import load, pixels
-from test_commands import run
 
 from igl_linabf import FallbackWarning, LinABF, MeshError, compare, flatten, quality
 from igl_linabf.flattening import METHODS

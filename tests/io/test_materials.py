@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 from carried import quads
 from conftest import load, python_of_blender
+from gltf_files import OBJ, corners, scene, unwrapped
 from PIL import Image
-from test_scene import OBJ, corners, scene, unwrapped
 
 from igl_linabf import MeshError, MeshWarning, bake, flatten, unwrap
 from igl_linabf.cli import main

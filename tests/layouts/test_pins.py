@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from conftest import load
-from test_attempts import exactly_flipped
+from own_measures import exactly_flipped
 
 from igl_linabf import ABF, LinABF, MeshError, Outcome, flatten, layout, linabf_angles
 

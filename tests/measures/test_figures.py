@@ -8,24 +8,11 @@ import igl
 import numpy as np
 import pytest
 from conftest import bumps, load
+from own_measures import jacobians
 
 from igl_linabf import MeshError, flatten, overlaps, quality
 from igl_linabf.measures import quality_of_each, table
 from igl_linabf.surface import Submesh
-
-
-def jacobians(V: np.ndarray, F: np.ndarray, uv: np.ndarray) -> np.ndarray:
-    """d(3-D)/d(uv) of each triangle by finite differences of the piecewise linear inverse map."""
-    h = 1e-3 * np.ptp(uv)
-
-    def surface(p: np.ndarray) -> np.ndarray:
-        """The affine extension of each triangle's map at its point `p`."""
-        corners = np.concatenate((uv[F].transpose(0, 2, 1), np.ones((len(F), 1, 3))), axis=1)
-        weights = np.linalg.solve(corners, np.insert(p, 2, 1, axis=1)[..., None])[..., 0]
-        return np.einsum("tk,tkx->tx", weights, V[F])
-
-    p = uv[F].mean(axis=1)
-    return np.stack([(surface(p + h * e) - surface(p - h * e)) / (2 * h) for e in np.eye(2)], axis=2)
 
 
 @pytest.mark.parametrize("name", ["bumps", "cortex", "disk__igl_snail.obj"])

@@ -6,7 +6,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import load
-from test_figures import jacobians
+from own_measures import jacobians
 
 from igl_linabf import MeshError, distortion, linabf, quality
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import pyvista as pv
 from conftest import best_fit_distance, load, pixels
+from pixels import colours, near, squares
 
 from igl_linabf import MeshError, cut, distortion, flatten, linabf, quad_grid, unwrap
 from igl_linabf.plot import (
@@ -22,19 +23,6 @@ from igl_linabf.plot import (
     plot_grid,
     plot_uv,
 )
-
-
-def near(image: np.ndarray, colour: str, tolerance: int = 10) -> np.ndarray:
-    """Which pixels have a colour."""
-    return (np.abs(image[..., :3].astype(int) - pv.Color(colour).int_rgb) <= tolerance).all(axis=-1)
-
-
-def squares(image: np.ndarray) -> int:
-    """Changes between light and dark along the middle row, which count a board's squares."""
-    row = image[len(image) // 2]
-    seen = np.where(near(row, LIGHT), 1, np.where(near(row, DARK), -1, 0))
-    seen = seen[seen != 0]
-    return int(np.count_nonzero(np.diff(seen)))
 
 
 @pytest.fixture
@@ -131,15 +119,6 @@ def shot(plotter: pv.Plotter, path) -> np.ndarray:
 
 def off_screen() -> pv.Plotter:
     return pv.Plotter(off_screen=True, window_size=[400, 400])
-
-
-def colours(image: np.ndarray, name: str, tolerance: int = 6) -> np.ndarray:
-    """Where along a colour map each pixel is, from 0 to 1; NaN where it is not on it."""
-    table = pv.LookupTable(name, n_values=256).values[:, :3].astype(int)
-    seen, index = np.unique(image[..., :3].reshape(-1, 3).astype(int), axis=0, return_inverse=True)
-    away = np.abs(seen[:, None] - table).max(axis=-1)
-    place = np.where(away.min(axis=-1) <= tolerance, away.argmin(axis=-1) / 255, np.nan)
-    return place[index].reshape(image.shape[:2])
 
 
 def sheared() -> tuple[np.ndarray, np.ndarray, np.ndarray]:

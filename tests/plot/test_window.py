@@ -16,8 +16,8 @@ import pytest
 import pyvista as pv
 from conftest import load, pixels
 from high_curvature import crown, rings
-from test_boundary_shapes import off_circle
-from test_pictures import colours, near, squares
+from own_measures import off_circle
+from pixels import colours, near, squares
 
 from igl_linabf import MeshError
 from igl_linabf.io import read_texture

@@ -52,7 +52,7 @@ def test_the_archive_holds_all_that_it_needs_but_numpy(archive: Path) -> None:
 def test_every_scene_in_blender(archive: Path) -> None:
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     process = subprocess.run(
-        [python_of_blender(), Path(__file__).with_name("blender_scenes.py"), archive],
+        [python_of_blender(), ROOT / "tests" / "blender_scenes.py", archive],
         capture_output=True,
         text=True,
         env=environment,

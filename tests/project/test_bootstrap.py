@@ -10,7 +10,7 @@ from types import ModuleType
 
 import pytest
 from conftest import ROOT
-from test_release import script
+from scripts_of_repo import script
 
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="the stand-ins here are shell scripts")
 

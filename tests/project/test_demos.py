@@ -3,25 +3,17 @@
 from __future__ import annotations
 
 import re
-import subprocess
-import sys
 from pathlib import Path
 
 import igl
 import numpy as np
 import pyvista as pv
 from conftest import FOLDER, ROOT, load, pixels
+from pixels import colourful
+from scripts_of_repo import run
 
 from igl_linabf.flattening import other_programs as peers
 from igl_linabf.plot import MARK, WARNING
-
-
-def run(folder, *arguments: object) -> str:
-    process = subprocess.run(
-        [sys.executable, *map(str, arguments)], cwd=folder, capture_output=True, text=True, timeout=300
-    )
-    assert process.returncode == 0, process.stderr
-    return process.stdout
 
 
 def row(text: str, label: str) -> list[float]:
@@ -224,13 +216,6 @@ def test_stretch_of_linear_abf_is_that_of_abf(tmp_path) -> None:
         assert abs(one[0] / abf[0] - 1) < 0.01
         assert abf[0] < ours[0] * 1.001 < lscm[0]
         assert abf[1] <= ours[1] <= lscm[1]
-
-
-def colourful(picture: Path, rows: int, columns: int) -> list[int]:
-    """Share in percent of the pixels that are not white, by panel."""
-    image = pixels(picture)[..., :3].astype(int).sum(axis=2) < 720
-    parts = (p for row in np.split(image, rows) for p in np.split(row, columns, axis=1))
-    return [int(100 * part.mean()) for part in parts]
 
 
 def test_checkerboards(tmp_path) -> None:

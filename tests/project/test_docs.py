@@ -17,8 +17,8 @@ import numpy as np
 import pytest
 import pyvista as pv
 from conftest import ROOT, load, pixels
-from test_names import reference
-from test_pictures import near, squares
+from documented import reference
+from pixels import near, squares
 
 import igl_linabf
 from igl_linabf.plot import DARK, LIGHT

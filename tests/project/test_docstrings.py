@@ -6,9 +6,9 @@ import dataclasses
 import enum
 
 import pytest
+from documented import reference, resolved
 from numpydoc.docscrape import get_doc_object
 from numpydoc.validate import Validator, validate
-from test_names import reference, resolved
 
 CHECKS = {
     "PR01",  # a parameter is not documented

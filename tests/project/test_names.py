@@ -2,50 +2,23 @@
 
 from __future__ import annotations
 
-import importlib
 import inspect
 import pkgutil
 import re
 import typing
 from pathlib import Path
-from types import ModuleType
 
 import pytest
 from conftest import ROOT
+from documented import reference, resolved
 
 import igl_linabf
-from igl_linabf import Atlas, Chart, Flattening
 
 PAGES = [*ROOT.glob("*.md"), *(ROOT / "docs").glob("*.md"), ROOT / "docs" / "api" / "index.rst"]
 SOURCES = [
     path for name in ("igl_linabf", "demos", "recipes", "benchmarks") for path in (ROOT / name).rglob("*.py")
 ]
-OBJECTS = {"result": Flattening, "atlas": Atlas, "chart": Chart}  # what the docs call one of them
 FILE = re.compile(r"\.(md|py|toml|cff|yml|yaml|obj|off|ply|stl|glb|png|html|csv)")
-
-
-def attribute(thing: object, name: str) -> object:
-    """`thing.name`; of a class, also what its objects have under that name."""
-    if hasattr(thing, name):
-        return getattr(thing, name)
-    if isinstance(thing, ModuleType):
-        return importlib.import_module(f"{thing.__name__}.{name}")
-    fields = typing.get_type_hints(thing) if isinstance(thing, type) else {}
-    if name not in fields:
-        raise AttributeError(f"{thing!r} has no attribute {name}")
-    return fields[name]
-
-
-def resolved(dotted: str) -> object:
-    """What a dotted name stands for: in the package, of one of its results, or elsewhere."""
-    first, *rest = dotted.split(".")
-    try:
-        thing = OBJECTS.get(first) or attribute(igl_linabf, first)
-    except ImportError:
-        thing = importlib.import_module(first)
-    for name in rest:
-        thing = attribute(thing, name)
-    return thing
 
 
 def check(names: list[str]) -> None:
@@ -72,17 +45,6 @@ def test_every_name_of_the_package_and_of_igl_is_there(path: Path) -> None:
 def test_every_dotted_name_in_backticks_is_there(path: Path) -> None:
     names = re.findall(r"`([A-Za-z_]\w*(?:\.[A-Za-z_]\w*)+)(?:\([^`]*\))?`", path.read_text(encoding="utf-8"))
     check([name for name in names if not FILE.fullmatch(name, name.rindex("."))])
-
-
-def reference() -> list[str]:
-    """Every entry of the reference, docs/api/index.rst, with the module that it is listed under."""
-    names, module = [], ""
-    for line in (ROOT / "docs" / "api" / "index.rst").read_text("utf-8").splitlines():
-        if line.startswith(".. currentmodule::"):
-            module = line.split()[-1]
-        elif re.fullmatch(r"   \w+", line):
-            names.append(f"{module}.{line.strip()}")
-    return names
 
 
 def test_every_entry_of_the_reference_is_there() -> None:

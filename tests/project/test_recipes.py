@@ -7,7 +7,8 @@ from pathlib import Path
 
 import pytest
 from conftest import ROOT
-from test_demos import colourful, run
+from pixels import colourful
+from scripts_of_repo import run
 
 SCRIPTS = sorted(path.stem for path in (ROOT / "recipes").glob("*.py"))
 

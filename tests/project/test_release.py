@@ -18,6 +18,7 @@ from pathlib import Path
 import pytest
 import yaml
 from conftest import ROOT, built_wheel
+from scripts_of_repo import script
 
 import igl_linabf
 from igl_linabf.cli.doctor import EXTRAS, NEEDED
@@ -40,15 +41,6 @@ def python(*arguments: str, **options: object) -> str:
     )
     assert process.returncode == 0, process.stderr
     return process.stdout
-
-
-def script(name: str) -> object:
-    """A module of the folder `scripts`."""
-    loader = importlib.machinery.SourceFileLoader(Path(name).stem, str(ROOT / "scripts" / name))
-    spec = importlib.util.spec_from_loader(loader.name, loader)
-    module = importlib.util.module_from_spec(spec)
-    loader.exec_module(module)
-    return module
 
 
 def test_nothing_is_imported_before_it_is_used() -> None:

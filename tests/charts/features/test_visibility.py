@@ -5,11 +5,11 @@ from __future__ import annotations
 import igl
 import numpy as np
 import pytest
+from commands import run
 from conftest import load
 from nasty_meshes import NASTY, sphere
 from numpy.testing import assert_allclose
 from scipy.spatial import cKDTree
-from test_commands import run
 
 from igl_linabf import MeshError, MeshWarning, clean, find_seams, texture_seams, unwrap
 from igl_linabf.charts.cut_graphs.graph import closed_surface

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from fractions import Fraction
 
 import igl
 import numpy as np
 import pytest
 from conftest import CARRIED_HOLES, FOLDER, HOLES, STRESS, load, tree_cut
 from nasty_meshes import sphere
+from own_measures import exactly_flipped
 
 from igl_linabf import ABF, LinABF, Outcome, OutcomeWarning, abf, cut, find_seams, flatten, linabf, quality
 from igl_linabf.flattening import Sketch
@@ -19,15 +19,6 @@ from igl_linabf.surface import centred, planar, signed_double_areas
 
 DEER = "stress__flipfree_deer.obj"  # its conformal map spans more than double precision
 CLOSED = ("pial", "closed__igl_cow.off", "closed__igl_fandisk.off", "closed__optcuts_horse_f10000.obj")
-
-
-def exactly_flipped(uv: np.ndarray, F: np.ndarray) -> int:
-    """Triangles of no positive area in exact arithmetic."""
-    count = 0
-    for face in F.tolist():
-        (ax, ay), (bx, by), (cx, cy) = ([Fraction(x) for x in uv[v].tolist()] for v in face)
-        count += (bx - ax) * (cy - ay) <= (by - ay) * (cx - ax)
-    return count
 
 
 def test_what_a_correction_leaves_at_few_triangles_is_made_up_for_in_patches() -> None:

@@ -6,7 +6,7 @@ import igl
 import numpy as np
 import pytest
 from conftest import best_fit_distance, bumps, load
-from test_attempts import exactly_flipped
+from own_measures import exactly_flipped
 
 from igl_linabf import Isometric, flatten, flatten_many, quality, unwrap
 from igl_linabf.cli import main

@@ -8,11 +8,11 @@ import igl
 import numpy as np
 import pytest
 import pyvista
+from commands import run
 from conftest import load
 from hard_surfaces import box
 from hostile_meshes import check_any, check_atlas
 from nasty_meshes import NASTY, band, joined, merged, sheet, soup, sphere
-from test_commands import run
 
 from igl_linabf import (
     MeshError,

@@ -1,0 +1,40 @@
+"""What is in a picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pyvista as pv
+from conftest import pixels
+
+from igl_linabf.plot import DARK, LIGHT
+
+
+def near(image: np.ndarray, colour: str, tolerance: int = 10) -> np.ndarray:
+    """Which pixels have a colour."""
+    return (np.abs(image[..., :3].astype(int) - pv.Color(colour).int_rgb) <= tolerance).all(axis=-1)
+
+
+def squares(image: np.ndarray) -> int:
+    """Changes between light and dark along the middle row, which count a board's squares."""
+    row = image[len(image) // 2]
+    seen = np.where(near(row, LIGHT), 1, np.where(near(row, DARK), -1, 0))
+    seen = seen[seen != 0]
+    return int(np.count_nonzero(np.diff(seen)))
+
+
+def colours(image: np.ndarray, name: str, tolerance: int = 6) -> np.ndarray:
+    """Where along a colour map each pixel is, from 0 to 1; NaN where it is not on it."""
+    table = pv.LookupTable(name, n_values=256).values[:, :3].astype(int)
+    seen, index = np.unique(image[..., :3].reshape(-1, 3).astype(int), axis=0, return_inverse=True)
+    away = np.abs(seen[:, None] - table).max(axis=-1)
+    place = np.where(away.min(axis=-1) <= tolerance, away.argmin(axis=-1) / 255, np.nan)
+    return place[index].reshape(image.shape[:2])
+
+
+def colourful(picture: Path, rows: int, columns: int) -> list[int]:
+    """Share in percent of the pixels that are not white, by panel."""
+    image = pixels(picture)[..., :3].astype(int).sum(axis=2) < 720
+    parts = (p for row in np.split(image, rows) for p in np.split(row, columns, axis=1))
+    return [int(100 * part.mean()) for part in parts]
