@@ -15,7 +15,7 @@ from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, is_number, stack_level
 from ..flattening import Method, method_of
 from ..measures import Quality, quality_of
-from ..surface import Parts, Submesh, as_it_is, cleaned_surface, complex_positions, signed_double_areas
+from ..surface import Ragged, Submesh, as_it_is, cleaned_surface, complex_positions, signed_double_areas
 from .atlas import (
     Atlas,
     Chart,
@@ -312,12 +312,12 @@ def _packed(
     pages = np.array([p.page for p in placed])
     FTC, label = np.empty_like(surface.F), np.empty(len(surface.F), dtype=np.int64)
     vertices, faces = (
-        Parts.of_sizes([len(rows) for rows in table])
+        Ragged.of_sizes([len(rows) for rows in table])
         for table in ([piece.V for _, piece in done], [piece.F for _, piece in done])
     )
     rows = np.searchsorted(surface.faces, np.concatenate([piece.faces for _, piece in done]))
-    FTC[rows] = np.concatenate([piece.F for _, piece in done]) + faces.spread(vertices.start[:-1])[:, None]
-    label[rows] = faces.spread(np.arange(len(done)))
+    FTC[rows] = np.concatenate([piece.F for _, piece in done]) + faces.repeat(vertices.start[:-1])[:, None]
+    label[rows] = faces.repeat(np.arange(len(done)))
     TC, origin = np.concatenate([p.uv for p in placed]), np.concatenate([piece.vertices for _, piece in done])
     V = np.concatenate([piece.V for _, piece in done])
     overlaps = sum(chart.overlapping for chart, _ in done)  # in their places, charts are what they were

@@ -88,7 +88,7 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         stepped=stepped,
         good=good,
         uv=coordinates(z),
-        F=topology.corner.T - faces.spread(vertices.start[:-1])[:, None],
+        F=topology.corner.T - faces.repeat(vertices.start[:-1])[:, None],
         angles=np.ascontiguousarray(at.alpha.T),
         gap=boundary.gaps,
         ratio=area_ratio(faces.max(scale), faces.min(scale)),

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._types import ComplexArray, FloatArray, IntArray, Solve
 from ..angles import Closure, Constraints
-from ..surface import Parts, complex_positions, coordinates
+from ..surface import Ragged, complex_positions, coordinates
 
 LITTLE = 3e-5  # conformal energy over the map's area up to which two changes of the loops are enough
 
@@ -49,7 +49,7 @@ class Loops:
     def __init__(self, constraints: Constraints, weight: FloatArray, solve: Solve) -> None:
         topology, self._row, self._solve = constraints.topology, constraints.row, solve
         loops = topology.loops[0], *topology.holes
-        self._rim, self._parts = np.concatenate(loops), Parts.of_sizes([len(loop) for loop in loops])
+        self._rim, self._parts = np.concatenate(loops), Ragged.of_sizes([len(loop) for loop in loops])
         place = np.full(topology.n, -1)
         place[self._rim] = np.arange(len(self._rim))
         near = np.flatnonzero((place[topology.edges] >= 0).any(axis=1))
@@ -139,7 +139,7 @@ class Loops:
         return np.asarray(-g / own)
 
     def _mean(self, values: ComplexArray) -> ComplexArray:
-        return np.asarray(self._parts.spread(self._parts.sum(values) / self._parts.sizes))
+        return np.asarray(self._parts.repeat(self._parts.sum(values) / self._parts.sizes))
 
 
 def drawn(loops: Loops, closure: Closure, outer: ComplexArray) -> Harmonic:

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._notebook import html_table
 from .._runtime import aligned
 from .._types import FloatArray
-from ..surface import Parts, Submesh, of_size_one
+from ..surface import Ragged, Submesh, of_size_one
 from .overlapping import overlapping_pairs
 from .per_triangle import Change, change_of
 
@@ -164,7 +164,7 @@ def quality_of(
     """
     count = len(overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps
     known = change_of(surface, map_) if changed is None else changed
-    return _figures(known, Parts.of_sizes([len(surface.F)]), [count])[0]
+    return _figures(known, Ragged.of_sizes([len(surface.F)]), [count])[0]
 
 
 def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Quality]:
@@ -172,14 +172,14 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
     if not charts:
         return []
     surfaces, maps, overlaps = zip(*charts, strict=True)
-    vertices = Parts.of_sizes([len(surface.V) for surface in surfaces])
-    faces = Parts.of_sizes([len(surface.F) for surface in surfaces])
+    vertices = Ragged.of_sizes([len(surface.V) for surface in surfaces])
+    faces = Ragged.of_sizes([len(surface.F) for surface in surfaces])
     surface = surfaces[0] if len(surfaces) == 1 else _joined(surfaces, vertices, faces)
     changed = change_of(surface, np.concatenate([*map(of_size_one, maps)]), faces)
     return _figures(changed, faces, overlaps)
 
 
-def _figures(changed: Change, faces: Parts, overlaps: Sequence[int]) -> list[Quality]:
+def _figures(changed: Change, faces: Ragged, overlaps: Sequence[int]) -> list[Quality]:
     """Of charts, by what their maps do to their faces, and their numbers of overlapping pairs."""
     total = faces.sum(changed.double_area)
 
@@ -208,13 +208,13 @@ def _figures(changed: Change, faces: Parts, overlaps: Sequence[int]) -> list[Qua
     return [Quality(*(*row, *count)) for row, count in zip(figures, counts, strict=True)]
 
 
-def _spread(changed: Change, faces: Parts) -> FloatArray:
+def _spread(changed: Change, faces: Ragged) -> FloatArray:
     """Of each part, the area ratio below which 99 % of its surface is, over that of 1 %."""
     area, log_ratio = changed.double_area, changed.log_area_ratio
     # one sort a part takes less time than one of all, by two keys
     order = np.concatenate([np.argsort(part) for part in faces.split(log_ratio)])
-    order += faces.spread(faces.start[:-1])
-    below = faces.cumsum(area[order]) / faces.spread(faces.sum(area))
+    order += faces.repeat(faces.start[:-1])
+    below = faces.cumsum(area[order]) / faces.repeat(faces.sum(area))
     at = [
         np.minimum(faces.start[:-1] + faces.sum((below < share).astype(np.int64)), faces.start[1:] - 1)
         for share in (0.99, 0.01)
@@ -224,7 +224,7 @@ def _spread(changed: Change, faces: Parts) -> FloatArray:
         return np.where(np.isfinite(least), np.exp(most - least), np.inf)
 
 
-def _percentile_99(sides: FloatArray, faces: Parts) -> FloatArray:
+def _percentile_99(sides: FloatArray, faces: Ragged) -> FloatArray:
     """Of each part, the 99th percentile of the values at the sides of its faces, (3, #F)."""
     last = 3 * faces.sizes - 1
     place = 0.99 * last
@@ -239,8 +239,8 @@ def _percentile_99(sides: FloatArray, faces: Parts) -> FloatArray:
     return np.where(np.isinf(below), np.inf, below + between)
 
 
-def _joined(surfaces: Sequence[Submesh], vertices: Parts, faces: Parts) -> Submesh:
+def _joined(surfaces: Sequence[Submesh], vertices: Ragged, faces: Ragged) -> Submesh:
     """Surfaces side by side."""
-    F = np.concatenate([surface.F for surface in surfaces]) + faces.spread(vertices.start[:-1])[:, None]
+    F = np.concatenate([surface.F for surface in surfaces]) + faces.repeat(vertices.start[:-1])[:, None]
     V = np.concatenate([surface.V for surface in surfaces])
     return Submesh(V, F, np.arange(len(F)), np.arange(len(V)), len(V))

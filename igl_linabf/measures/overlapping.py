@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from .._core import boundary_loops, overlapping
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import (
-    Parts,
+    Ragged,
     Submesh,
     Topology,
     complex_positions,
@@ -103,12 +103,12 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
     """`overlapping_pairs` of many charts (uv, F), each in a plane of its own."""
     if not maps:
         return []
-    vertices, faces = (Parts.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
-    F = np.concatenate([F for _, F in maps]) + faces.spread(vertices.start[:-1])[:, None]
+    vertices, faces = (Ragged.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
+    F = np.concatenate([F for _, F in maps]) + faces.repeat(vertices.start[:-1])[:, None]
     largest = np.array([np.abs(uv).max() for uv, _ in maps])
     scale = np.ldexp(1.0, -np.frexp(largest)[1])  # all of size one, without rounding
-    z = complex_positions(np.concatenate([uv for uv, _ in maps]) * vertices.spread(scale)[:, None])
-    chart = faces.spread(np.arange(len(maps)))
+    z = complex_positions(np.concatenate([uv for uv, _ in maps]) * vertices.repeat(scale)[:, None])
+    chart = faces.repeat(np.arange(len(maps)))
     asked = np.flatnonzero(~_injective(z, F, chart))
     found = [_no_pairs()] * len(maps)
     if len(asked) == 1:
@@ -166,7 +166,7 @@ def _wind_once(z: ComplexArray, following: IntArray, of: IntArray, number: int) 
     Each point has the place of the one after it, and its chart.
     """
     ordered, sizes, _ = boundary_loops(np.arange(len(z)), following, len(z))
-    loops = Parts.of_sizes(sizes)
+    loops = Ragged.of_sizes(sizes)
     first = ordered[loops.start[:-1]]
     points = z[np.insert(ordered, loops.start[1:], first)]
     lines = shapely.linestrings(points.real, points.imag, indices=np.repeat(np.arange(len(loops)), sizes + 1))

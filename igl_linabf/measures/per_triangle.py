@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from .._core import changes
 from .._types import BoolArray, FloatArray
-from ..surface import Parts, Submesh, of_size_one
+from ..surface import Ragged, Submesh, of_size_one
 
 Measure = Literal["angle", "conformal", "stretch", "area"]
 MEASURES: tuple[Measure, ...] = ("angle", "conformal", "stretch", "area")
@@ -145,7 +145,7 @@ class Change:
             return np.where(self.signed != 0, ratio, -np.inf)
 
 
-def change_of(surface: Submesh, map_: FloatArray, parts: Parts | None = None) -> Change:
+def change_of(surface: Submesh, map_: FloatArray, parts: Ragged | None = None) -> Change:
     """Measure what a flat map does to a surface, both of them checked; the map is by its vertices.
 
     With `parts` of the faces it is several maps, each of a scale of its own.
@@ -158,5 +158,5 @@ def change_of(surface: Submesh, map_: FloatArray, parts: Parts | None = None) ->
     if parts is None:
         scale = float(np.abs(signed).sum() / double_area.sum())
     else:
-        scale = parts.spread(parts.sum(np.abs(signed)) / parts.sum(double_area))
+        scale = parts.repeat(parts.sum(np.abs(signed)) / parts.sum(double_area))
     return Change(angle, error, double_area, signed, major, minor, sides, scale)

@@ -3,7 +3,7 @@
 import numpy as np
 
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ..surface import counted, signed_double_areas
+from ..surface import index_and_rank, signed_double_areas
 
 MOST_CELLS = 512  # along a side of the grid
 CLOSE = 1e-6  # of a cell: more than rounding moves a point
@@ -50,7 +50,7 @@ def _least(values: FloatArray) -> FloatArray:
 def _short(start: ComplexArray, end: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     """Sides in pieces that are shorter than a cell."""
     number = np.maximum(np.ceil(1.01 * np.abs(end - start)), 1).astype(np.int64)
-    of, step = counted(number)
+    of, step = index_and_rank(number)
     a, along = start[of], (end - start)[of]
     ends = np.where(step + 1 == number[of], end[of], a + along * ((step + 1) / number[of]))
     return a + along * (step / number[of]), ends

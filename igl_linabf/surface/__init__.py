@@ -39,7 +39,7 @@ from .plane import (
     span,
 )
 from .polygons import Faces, Polygons, Triangles
-from .ragged import Parts, at_once, counted
+from .ragged import Ragged, batches, index_and_rank
 from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface, in_one_place
 from .submesh import Submesh, cut_faces
 from .topology import (

@@ -9,7 +9,7 @@ import numpy as np
 from .._core import boundary_loops, connected_labels, products, undirected
 from .._types import BoolArray, FloatArray, IntArray
 from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE
-from .ragged import Parts
+from .ragged import Ragged
 from .topology import Topology, faults
 
 Arrays = tuple[FloatArray, IntArray]  # V (#V, 3) float64 and F (#F, 3) int64
@@ -26,15 +26,15 @@ class Disks:
     double_area : (#F,) float64
     dot : (3, #F) float64
         As a `Mesh` has them.
-    vertices, faces : Parts
+    vertices, faces : Ragged
         Those of each disk.
     """
 
     topology: Topology
     double_area: FloatArray
     dot: FloatArray
-    vertices: Parts
-    faces: Parts
+    vertices: Ragged
+    faces: Ragged
 
     def __len__(self) -> int:
         return len(self.faces)
@@ -45,10 +45,10 @@ class Disks:
         return np.asarray(self.faces.sum(self.double_area)) / 2
 
     @cached_property
-    def rim(self) -> tuple[IntArray, Parts]:
+    def rim(self) -> tuple[IntArray, Ragged]:
         """The vertices of all boundary loops, and which are whose."""
         loops = self.topology.loops
-        return np.concatenate(loops), Parts.of_sizes([len(loop) for loop in loops])
+        return np.concatenate(loops), Ragged.of_sizes([len(loop) for loop in loops])
 
 
 def side_by_side(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
@@ -67,21 +67,21 @@ def side_by_side(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
 
 def _joined(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
     """All of them side by side, if all are sound; or which of them may be."""
-    vertices = Parts.of_sizes([len(V) for V, _ in meshes])
-    faces = Parts.of_sizes([len(F) for _, F in meshes])
+    vertices = Ragged.of_sizes([len(V) for V, _ in meshes])
+    faces = Ragged.of_sizes([len(F) for _, F in meshes])
     F = np.concatenate([F for _, F in meshes])
     corner = np.ascontiguousarray(F.T)
-    n = faces.spread(vertices.sizes)
+    n = faces.repeat(vertices.sizes)
     a, b, c = corner
     wrong = (corner.min(axis=0) < 0) | (corner.max(axis=0) >= n) | (a == b) | (b == c) | (c == a)
     good = ~faces.any(wrong)
     if not good.all():
         return None, good
-    corner += faces.spread(vertices.start[:-1])
+    corner += faces.repeat(vertices.start[:-1])
     V = np.concatenate([V for V, _ in meshes])
     lost = np.bincount(corner.ravel(), minlength=len(V)) == 0
     with np.errstate(invalid="ignore"):
-        largest = Parts(3 * vertices.start).max(np.abs(V).ravel())  # that is NaN where a coordinate is
+        largest = Ragged(3 * vertices.start).max(np.abs(V).ravel())  # that is NaN where a coordinate is
         good = (largest > SMALLEST_COORDINATE) & (largest < LARGEST_COORDINATE) & ~vertices.any(lost)
     if not good.all():
         return None, good
@@ -94,11 +94,11 @@ def _joined(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
     return Disks(topology, double_area, dot, vertices, faces), good
 
 
-def _topologies(corner: IntArray, vertices: Parts, faces: Parts) -> tuple[Topology | None, BoolArray]:
+def _topologies(corner: IntArray, vertices: Ragged, faces: Ragged) -> tuple[Topology | None, BoolArray]:
     """Connectivity of disks side by side; None, and which of them are disks so far, where not all are."""
     n, m = int(vertices.start[-1]), corner.shape[1]
     edges, sides, sound = undirected(corner, n)
-    of_edge = Parts(np.searchsorted(np.minimum(*edges.T), vertices.start))  # they come by their lower ends
+    of_edge = Ragged(np.searchsorted(np.minimum(*edges.T), vertices.start))  # they come by their lower ends
     good = np.ones(len(faces), dtype=bool)
     if not sound:
         _, crowded, turned = faults(corner, edges)
@@ -108,7 +108,7 @@ def _topologies(corner: IntArray, vertices: Parts, faces: Parts) -> tuple[Topolo
     good[np.searchsorted(vertices.start, twice, side="right") - 1] = False
     if not good.all():
         return None, good
-    rim = Parts.of_sizes(sizes)
+    rim = Ragged.of_sizes(sizes)
     holes = np.diff(np.searchsorted(around[rim.start[:-1]], vertices.start))  # by loops' first vertices
     pairs = sides.T[sides[1] >= 0]
     pairs -= m * ((pairs >= m).astype(np.int64) + (pairs >= 2 * m))  # the faces, without a division

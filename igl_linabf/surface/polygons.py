@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from .ragged import Parts
+from .ragged import Ragged
 from .triangulation import SEARCHED, triangulated
 
 Kind = TypeVar("Kind", bound=np.generic)
@@ -84,7 +84,7 @@ class Polygons:
     @cached_property
     def following(self) -> IntArray:
         """The next corner of the same polygon, (#C,)."""
-        return Parts.of_sizes(self.sizes).following
+        return Ragged.of_sizes(self.sizes).following
 
     @property
     def shaped(self) -> Faces:

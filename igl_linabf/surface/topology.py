@@ -22,7 +22,7 @@ from .._core import (
 )
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
-from .ragged import Parts
+from .ragged import Ragged
 
 
 def vertex_components(F: IntArray, n: int) -> IntArray:
@@ -232,7 +232,7 @@ def _trace_loops(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, ...]
     vertices, sizes, twice = boundary_loops(tail, head, n)
     if len(twice):
         return None
-    return tuple(sorted(Parts.of_sizes(sizes).split(vertices), key=len, reverse=True))
+    return tuple(sorted(Ragged.of_sizes(sizes).split(vertices), key=len, reverse=True))
 
 
 def faults(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:

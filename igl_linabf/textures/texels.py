@@ -10,7 +10,7 @@ import numpy as np
 import scipy
 
 from .._types import FloatArray, IntArray
-from ..surface import NEXT, PREV, counted
+from ..surface import NEXT, PREV, index_and_rank
 
 ROUNDING = 1e-9  # texels by which a triangle is taken as larger, so that its sides belong to it
 FREE, OUTSIDE = -1, -2  # texels of which none is known near, and the rim around a page
@@ -47,7 +47,7 @@ def covered(triangles: FloatArray, resolution: int) -> Texels:
     x, y = triangles[..., 0], triangles[..., 1]
     bottom = np.clip(np.ceil(y.min(axis=1) - ROUNDING), 0, resolution).astype(np.int64)
     top = np.clip(np.floor(y.max(axis=1) + ROUNDING), -1, resolution - 1).astype(np.int64)
-    face, step = counted(np.maximum(top - bottom + 1, 0))
+    face, step = index_and_rank(np.maximum(top - bottom + 1, 0))
     row = bottom[face] + step
     left, right = np.full(len(row), np.inf), np.full(len(row), -np.inf)
     for k in range(3):
@@ -63,7 +63,7 @@ def covered(triangles: FloatArray, resolution: int) -> Texels:
     face, row, left, right = face[some], row[some], left[some], right[some]
     first = np.clip(np.ceil(left - ROUNDING), 0, resolution).astype(np.int64)
     last = np.clip(np.floor(right + ROUNDING), -1, resolution - 1).astype(np.int64)
-    span, step = counted(np.maximum(last - first + 1, 0))
+    span, step = index_and_rank(np.maximum(last - first + 1, 0))
     column, row, face = first[span] + step, row[span], face[span]
     index = row * resolution + column
     latest = np.full(resolution * resolution, -1, dtype=np.int64)
@@ -116,7 +116,7 @@ def near_sides(start: FloatArray, end: FloatArray, resolution: int) -> Nearby:
     """The texels that a bilinear lookup at a point of sides (#S, 2) to (#S, 2) may ask for."""
     low = np.clip(np.floor(np.minimum(start, end) - NEAR) + 1, 0, resolution - 1).astype(np.int64)
     high = np.clip(np.ceil(np.maximum(start, end) + NEAR) - 1, 0, resolution - 1).astype(np.int64)
-    side, step = counted(np.prod(np.maximum(high - low + 1, 0), axis=1))
+    side, step = index_and_rank(np.prod(np.maximum(high - low + 1, 0), axis=1))
     wide = (high - low + 1)[side, 0]
     centre = low[side] + np.column_stack((step % wide, step // wide))
     offset, direction = start[side] - centre, (end - start)[side]

@@ -20,7 +20,7 @@ from igl_linabf.charts import TRADE
 from igl_linabf.charts.cut_graphs.graph import closed_surface
 from igl_linabf.charts.seams.growth import seam_cost
 from igl_linabf.charts.seams.search import seams_of
-from igl_linabf.surface import Parts, Submesh
+from igl_linabf.surface import Ragged, Submesh
 
 Surface = tuple[np.ndarray, np.ndarray]
 
@@ -157,17 +157,15 @@ def test_a_symmetric_disk_is_turned_the_same_way_by_any_rounding() -> None:
         assert np.ptp(maps, axis=0).max() < 1e-12
 
 
-def test_parts_are_reduced_and_summed_each_for_itself() -> None:
+def test_rows_are_reduced_and_summed_each_for_itself() -> None:
     sizes = np.array([3, 0, 1, 40, 7, 0])
-    parts, rng = Parts.of_sizes(sizes), np.random.default_rng(0)
+    rows, rng = Ragged.of_sizes(sizes), np.random.default_rng(0)
     values = rng.normal(size=sizes.sum())
     pieces = np.split(values, np.cumsum(sizes)[:-1])
-    np.testing.assert_allclose(parts.sum(values), [piece.sum() for piece in pieces])
-    np.testing.assert_array_equal(parts.max(values), [piece.max() if len(piece) else 0 for piece in pieces])
-    np.testing.assert_array_equal(
-        parts.cumsum(values), np.concatenate([np.cumsum(piece) for piece in pieces])
-    )
-    np.testing.assert_array_equal(parts.spread(np.arange(6)), np.repeat(np.arange(6), sizes))
+    np.testing.assert_allclose(rows.sum(values), [piece.sum() for piece in pieces])
+    np.testing.assert_array_equal(rows.max(values), [piece.max() if len(piece) else 0 for piece in pieces])
+    np.testing.assert_array_equal(rows.cumsum(values), np.concatenate([np.cumsum(piece) for piece in pieces]))
+    np.testing.assert_array_equal(rows.repeat(np.arange(6)), np.repeat(np.arange(6), sizes))
 
 
 def side_by_side(bodies: list[Surface]) -> Surface:

@@ -11,7 +11,7 @@ import numpy as np
 from ... import _core
 from ..._types import BoolArray, FloatArray
 from ...linalg import Solvers
-from ...surface import Disks, Parts
+from ...surface import Disks, Ragged
 from ..system import Constraints, Residual, residual
 
 REACH = 0.7  # share of the way to a vanishing angle that a triangle's step may go
@@ -25,24 +25,24 @@ class Blocks:
 
     Attributes
     ----------
-    rows, faces : Parts
+    rows, faces : Ragged
         Those of each disk.
     """
 
-    rows: Parts
-    faces: Parts
+    rows: Ragged
+    faces: Ragged
 
     @classmethod
     def one(cls, constraints: Constraints) -> Blocks:
         """All of it is one disk."""
         m = constraints.topology.corner.shape[1]
-        return cls(Parts(np.array([0, constraints.n])), Parts(np.array([0, m])))
+        return cls(Ragged(np.array([0, constraints.n])), Ragged(np.array([0, m])))
 
     @classmethod
     def of(cls, constraints: Constraints, disks: Disks) -> Blocks:
         """Disks side by side: rows are those of interior vertices, which come in their order."""
         before = np.concatenate(([0], np.cumsum(disks.topology.interior)))
-        return cls(Parts(before[disks.vertices.start]), disks.faces)
+        return cls(Ragged(before[disks.vertices.start]), disks.faces)
 
     def __len__(self) -> int:
         return len(self.faces)

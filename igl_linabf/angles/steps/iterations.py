@@ -118,7 +118,7 @@ def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False
             first_rtol = rtol**2 if kind == "step" else None
             direction = solve(lin, state.at, rtol, most=most, first_rtol=first_rtol)
             if not moving.all():
-                direction = replace(direction, e=direction.e * disks.faces.spread(np.where(moving, 1.0, 0.0)))
+                direction = replace(direction, e=direction.e * disks.faces.repeat(np.where(moving, 1.0, 0.0)))
             lin, inner_steps[k] = direction.lin, direction.each
             at, step, limited = advance(problem, state.at, direction, kind)
             state = State(problem, at, (*state.steps, step), lin)

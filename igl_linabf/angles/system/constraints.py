@@ -14,7 +14,7 @@ import numpy as np
 from ... import _core
 from ..._core import angle_sums, cotangents
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ...surface import Parts, Topology
+from ...surface import Ragged, Topology
 from .circles import foreseen, inscribed_sums
 from .patterns import Pattern
 
@@ -94,7 +94,7 @@ def closure_of(
     if not holes and not paths:
         none, nowhere = np.empty(0, dtype=np.complex128), np.empty(0, dtype=np.int64)
         return Closure(none, nowhere, nowhere, none, np.empty((0, 2), dtype=bool))
-    parts = Parts.of_sizes([len(loop) for loop in holes])
+    parts = Ragged.of_sizes([len(loop) for loop in holes])
     site = np.concatenate((*holes, topology.n + np.arange(len(paths))))
     gap, q = _core.drawn_loops(site[: parts.start[-1]], parts.start, turning, log_ratio)
     asked = np.ones((len(holes) + len(paths), 2), dtype=bool)

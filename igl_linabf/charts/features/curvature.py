@@ -4,7 +4,7 @@ import numpy as np
 
 from ..._core import bends, entries, lengths, normals, product_with_pairs
 from ..._types import BoolArray, FloatArray, IntArray
-from ...surface import NEXT, PREV, Parts, Submesh, connected_labels, sum_by
+from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by
 
 
 class Smoothing:
@@ -169,7 +169,7 @@ def extents_of(surface: Submesh, of: IntArray) -> FloatArray:
     if not of.any():
         return np.full(1, extent(surface.V))
     order = np.argsort(of, kind="stable")
-    faces = Parts(np.searchsorted(of[order], np.arange(int(of.max()) + 2)))
+    faces = Ragged(np.searchsorted(of[order], np.arange(int(of.max()) + 2)))
     corner = np.ascontiguousarray(surface.V.T)[:, surface.F[order].T]
     return np.asarray((faces.max(corner.max(axis=1)) - faces.min(corner.min(axis=1))).max(axis=0))
 

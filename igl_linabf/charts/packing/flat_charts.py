@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._core import lengths, narrowest_turns
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ...surface import Parts, Submesh, centres, complex_positions, connected_labels, signed_double_areas
+from ...surface import Ragged, Submesh, centres, complex_positions, connected_labels, signed_double_areas
 from ..atlas import of_own_size, on_part
 from .outlines import Outline, extents
 
@@ -180,7 +180,7 @@ class Cells:
         of = part[np.concatenate((at_rim.ravel(), *(self.sides[:, edge] + n * by)))]
         order = np.argsort(of, kind="stable")
         own, mapped = np.stack([np.bincount(part, np.tile(area, cuts)) for area in self.areas])
-        sides = Parts.of_sizes(np.bincount(of, minlength=len(own)))
+        sides = Ragged.of_sizes(np.bincount(of, minlength=len(own)))
         made = _outlines(self.chart.z[around[order].T], sides, own, mapped)
         begin = [*part[::n].tolist(), len(made)]  # parts are numbered cut by cut
         return [_all_or_none(made[i:j]) for i, j in pairwise(begin)]
@@ -191,7 +191,7 @@ def whole_outlines(charts: Sequence[Flat]) -> list[Outline]:
 
     None at all if one has no area in the map.
     """
-    sides = Parts.of_sizes([len(chart.rim[0]) for chart in charts])
+    sides = Ragged.of_sizes([len(chart.rim[0]) for chart in charts])
     ends = np.concatenate([chart.z[chart.rim[0]] for chart in charts])
     own, mapped = np.array([chart.areas.sum(axis=1) for chart in charts]).T
     return _all_or_none(_outlines(ends.T, sides, own, mapped))
@@ -202,13 +202,13 @@ def _all_or_none(outlines: list[Outline | None]) -> list[Outline]:
     return has if len(has) == len(outlines) else []
 
 
-def _outlines(ends: ComplexArray, sides: Parts, own: FloatArray, mapped: FloatArray) -> list[Outline | None]:
+def _outlines(ends: ComplexArray, sides: Ragged, own: FloatArray, mapped: FloatArray) -> list[Outline | None]:
     """Outlines of the sides (2, #S), part by part, with their own areas instead of those in the map."""
     kept = mapped > LEAST * own
     scale = np.sqrt(np.where(kept, own, 0) / np.where(kept, mapped, 1))
-    start, end = ends * sides.spread(scale)
-    turn = sides.spread(narrowest_turns(start, sides.start))
-    low = sides.spread(extents(start * turn, sides)[0])
+    start, end = ends * sides.repeat(scale)
+    turn = sides.repeat(narrowest_turns(start, sides.start))
+    low = sides.repeat(extents(start * turn, sides)[0])
     weight = np.ones(len(start), dtype=np.int64)
     rows = (sides.split(values) for values in (start * turn - low, end * turn - low, weight))
     each = zip(*rows, own.tolist(), kept.tolist(), strict=True)

@@ -10,16 +10,16 @@ import numpy as np
 
 from ..._core import drawn, placed, taken_cells
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ...surface import Parts, at_once
+from ...surface import Ragged, batches
 
 
-def extents(z: ComplexArray, charts: Parts) -> tuple[ComplexArray, ComplexArray]:
+def extents(z: ComplexArray, charts: Ragged) -> tuple[ComplexArray, ComplexArray]:
     """Lower left corners of the rectangles around charts, and their extents."""
     low, high = (function(z.real) + 1j * function(z.imag) for function in (charts.min, charts.max))
     return low, high - low
 
 
-def areas(double: FloatArray, faces: Parts) -> FloatArray:
+def areas(double: FloatArray, faces: Ragged) -> FloatArray:
     """The area of each chart, by twice the signed areas of its faces."""
     return np.asarray(faces.sum(np.abs(double))) / 2
 
@@ -104,11 +104,11 @@ class Row:
     @classmethod
     def of(cls, masks: Sequence[Masks]) -> Row:
         """That of these charts."""
-        first = Parts.of_sizes([len(one.turns) for one in masks])
-        reached = Parts.of_sizes([len(one.blocks) for one in masks]).start
+        first = Ragged.of_sizes([len(one.turns) for one in masks])
+        reached = Ragged.of_sizes([len(one.blocks) for one in masks]).start
         masks = masks or (NO_MASKS,)  # of no chart
         start = np.concatenate([*(one.start[:-1] for one in masks), reached[-1:]])
-        start[:-1] += first.spread(reached[:-1])
+        start[:-1] += first.repeat(reached[:-1])
         return cls(
             np.stack((first.start[:-1], first.start[1:]), axis=1),
             np.concatenate([one.turns for one in masks]),
@@ -129,7 +129,9 @@ class Row:
         return taken_cells(side, places, self.blocks, self.start)
 
 
-def outlines(z: ComplexArray, F: IntArray, vertices: Parts, faces: Parts, area: FloatArray) -> list[Outline]:
+def outlines(
+    z: ComplexArray, F: IntArray, vertices: Ragged, faces: Ragged, area: FloatArray
+) -> list[Outline]:
     """The outlines of charts whose vertices and faces stand one after the other."""
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
     key = np.sort((np.minimum(tail, head) * len(z) + np.maximum(tail, head)) * 2 + (tail > head))
@@ -155,7 +157,7 @@ def masks_of(
     """
     made: list[Masks] = []
     sides = np.array([len(outline.start) * len(by) for outline, by in zip(outlines, turns, strict=True)])
-    for first, end in at_once(sides, AT_ONCE):
+    for first, end in batches(sides, AT_ONCE):
         made += _together(outlines[first:end], turns[first:end], cells_per_unit, gap)
     return made
 
@@ -165,7 +167,7 @@ def _together(
 ) -> list[Masks]:
     half = gap / 2 * (1 + 1e-9) + 1e-9
     number = [len(by) for by in turns]
-    sides = Parts.of_sizes([len(outline.start) for outline in outlines])
+    sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
     start, end, weight = (
         np.concatenate(arrays) for arrays in zip(*((o.start, o.end, o.weight) for o in outlines), strict=True)
     )

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from ..._core import narrowest_turns
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...errors import MeshError, is_number
-from ...surface import Parts, Submesh, complex_positions, coordinates, signed_double_areas
+from ...surface import Ragged, Submesh, complex_positions, coordinates, signed_double_areas
 from .layout_search import FEW, Charts, Layout, fixed_layout, largest_layout
 from .outlines import areas, extents, outlines
 from .spacing import PADDING, Spacing
@@ -162,12 +162,12 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
     z, area, turn, origin, vertices, charts = _prepared(maps, wish)
     layout = _layout(charts, wish)
     # the layout's own turn, then to the page; the gaps only become wider
-    z = z * vertices.spread(layout.turn) + vertices.spread(layout.corner)
+    z = z * vertices.repeat(layout.turn) + vertices.repeat(layout.corner)
     low, scale = _fitted(z, layout, vertices, wish)
     page = layout.page
     tile = page % UDIM_ROW + 1j * (page // UDIM_ROW)
     at = tile - scale * low
-    z = scale * z + vertices.spread(at)
+    z = scale * z + vertices.repeat(at)
     ratio = scale * layout.turn * turn
     shift = scale * (layout.corner - layout.turn * origin) + at
     rows = zip(ratio.tolist(), shift.tolist(), (area * scale**2).tolist(), page.tolist(), strict=True)
@@ -191,18 +191,18 @@ def fill_of(placed: Sequence[Placed]) -> float:
 
 def _prepared(
     maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish
-) -> tuple[ComplexArray, FloatArray, ComplexArray, ComplexArray, Parts, Charts]:
+) -> tuple[ComplexArray, FloatArray, ComplexArray, ComplexArray, Ragged, Charts]:
     """Vertices of the turned charts, their corners at 0; areas, turns, what came to 0; parts; charts."""
-    vertices, faces = (Parts.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
-    F = np.concatenate([F for _, F in maps]) + faces.spread(vertices.start[:-1])[:, None]
+    vertices, faces = (Ragged.of_sizes([len(pair[k]) for pair in maps]) for k in (0, 1))
+    F = np.concatenate([F for _, F in maps]) + faces.repeat(vertices.start[:-1])[:, None]
     z, area = _checked(maps, F, vertices, faces)
     if len(maps) == 1:
         turn = np.array([_squarest_turn(z)])
     else:
         turn = np.ones(len(maps), np.complex128) if wish.upright else narrowest_turns(z, vertices.start)
-    z = z * vertices.spread(turn)
+    z = z * vertices.repeat(turn)
     origin, extent = extents(z, vertices)
-    z -= vertices.spread(origin)
+    z -= vertices.repeat(origin)
     charts = Charts(outlines(z, F, vertices, faces, area), coordinates(extent), wish.upright)
     return z, area, turn, origin, vertices, charts
 
@@ -234,7 +234,7 @@ def _layout(charts: Charts, wish: Wish) -> Layout:
     )
 
 
-def _fitted(z: ComplexArray, layout: Layout, vertices: Parts, wish: Wish) -> tuple[ComplexArray, float]:
+def _fitted(z: ComplexArray, layout: Layout, vertices: Ragged, wish: Wish) -> tuple[ComplexArray, float]:
     """What comes to the pages' lower left corners, for each chart; and the scale."""
     spacing = wish.spacing
     if wish.side is not None:
@@ -252,7 +252,7 @@ def _fitted(z: ComplexArray, layout: Layout, vertices: Parts, wish: Wish) -> tup
 
 
 def _checked(
-    maps: Sequence[tuple[FloatArray, IntArray]], F: IntArray, vertices: Parts, faces: Parts
+    maps: Sequence[tuple[FloatArray, IntArray]], F: IntArray, vertices: Ragged, faces: Ragged
 ) -> tuple[ComplexArray, FloatArray]:
     """The charts' vertices and areas."""
     z = complex_positions(np.concatenate([uv for uv, _ in maps]))

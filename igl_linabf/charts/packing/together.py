@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...errors import MeshError
-from ...surface import Parts, complex_positions, coordinates
+from ...surface import Ragged, complex_positions, coordinates
 from ..atlas import Atlas
 from .packing import Wish, pack_maps
 from .spacing import PADDING
@@ -100,13 +100,13 @@ def _charts_of(atlas: Atlas) -> tuple[list[tuple[FloatArray, IntArray]], IntArra
     chart_of_row[triangles] = chart[:, None]
     rows = np.argsort(chart_of_row, kind="stable")
     rows = rows[np.searchsorted(chart_of_row[rows], 0) :]
-    vertices = Parts(np.searchsorted(chart_of_row[rows], np.arange(n + 1)))
+    vertices = Ragged(np.searchsorted(chart_of_row[rows], np.arange(n + 1)))
     local = np.zeros(len(atlas.TC), dtype=np.int64)
-    local[rows] = np.arange(len(rows)) - vertices.spread(vertices.start[:-1])
+    local[rows] = np.arange(len(rows)) - vertices.repeat(vertices.start[:-1])
     order = np.argsort(chart, kind="stable")
     start = np.searchsorted(chart[order], np.arange(n + 1))
     z = complex_positions(atlas.TC[rows]) / atlas.scale
-    z -= vertices.spread(vertices.min(z.real) + 1j * vertices.min(z.imag))
+    z -= vertices.repeat(vertices.min(z.real) + 1j * vertices.min(z.imag))
     uv, F = coordinates(z), local[triangles[order]]
     bounds = vertices.start
     return [(uv[bounds[i] : bounds[i + 1]], F[start[i] : start[i + 1]]) for i in range(n)], rows

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..._types import IntArray
-from ...surface import Parts, coordinates
+from ...surface import Ragged, coordinates
 from .layout_search import ROOM, SHARE, turns_of
 from .outlines import Masks, Outline, Row, extents, masks_of
 from .spacing import Spacing
@@ -55,7 +55,7 @@ class TrialPage:
 
     def drawn(self, outlines: Sequence[Outline]) -> list[Drawn]:
         """Charts, turned to their narrowest rectangles."""
-        sides = Parts.of_sizes([len(outline.start) for outline in outlines])
+        sides = Ragged.of_sizes([len(outline.start) for outline in outlines])
         sizes = coordinates(extents(np.concatenate([outline.start for outline in outlines]), sides)[1])
         areas = np.array([outline.area for outline in outlines])
         turns = turns_of(areas, sizes, self.area, DIRECTIONS, self.upright)
@@ -65,7 +65,7 @@ class TrialPage:
     def each_drawn(self, several: Sequence[Sequence[Outline]]) -> list[list[Drawn]]:
         """The same of several lists of charts."""
         made = self.drawn([outline for outlines in several for outline in outlines])
-        start = Parts.of_sizes([len(outlines) for outlines in several]).start.tolist()
+        start = Ragged.of_sizes([len(outlines) for outlines in several]).start.tolist()
         return [made[i:j] for i, j in pairwise(start)]
 
     def size(self, charts: Sequence[Drawn]) -> float:

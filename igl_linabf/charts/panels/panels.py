@@ -18,13 +18,13 @@ from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import (
     NEXT,
     PREV,
-    Parts,
+    Ragged,
     Submesh,
     compact,
     connected_labels,
-    counted,
     cut_faces,
     face_components,
+    index_and_rank,
     sum_by,
 )
 from ..cut_graphs import closed_surface, join, open_handles
@@ -283,7 +283,7 @@ def _upright(z: ComplexArray, order: IntArray, panel: IntArray) -> ComplexArray:
 def _longest(creased: Creased, z: ComplexArray, panel: IntArray) -> FloatArray:
     """The longest panel of each component, as it lies across."""
     order = np.argsort(panel, kind="stable")
-    panels = Parts(np.searchsorted(panel[order], np.arange(int(panel.max()) + 2)))
+    panels = Ragged(np.searchsorted(panel[order], np.arange(int(panel.max()) + 2)))
     x = np.ascontiguousarray(z.real.T)[:, order]
     long = panels.max(x.max(axis=0)) - panels.min(x.min(axis=0))
     longest = np.zeros(len(creased.extent))
@@ -308,7 +308,7 @@ def _few_of_each(label: IntArray) -> IntArray:
     """The rows of a few of each label, as far from each other among its rows as can be, in order."""
     order = np.argsort(label, kind="stable")
     sizes = np.diff(np.flatnonzero(np.diff(label[order], prepend=-1, append=-1)))
-    own, rank = counted(sizes)
+    own, rank = index_and_rank(sizes)
     step, before = ((FEW - 1) * of // np.maximum(sizes - 1, 1)[own] for of in (rank, rank - 1))
     return np.sort(order[step > before])
 

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from ..._types import BoolArray, FloatArray, IntArray
-from ...surface import Parts, Submesh, connected_labels, sum_by
+from ...surface import Ragged, Submesh, connected_labels, sum_by
 from ..cut_graphs import ClosedSurface, closed_surface, join, without_stubs
 from ..features import flat_shares
 from ..panels import ANGULAR, HARD, SHARP_SHARE
@@ -49,7 +49,7 @@ class SmallBodies:
         self._n = int(self._of.max()) + 1
         self._area = sum_by(self._of, piece.area, self._n)
         self._by_body = np.argsort(self._of, kind="stable")
-        self._nodes = Parts(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
+        self._nodes = Ragged(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
     def seams(self, trade: float, holes: bool, leaves: int, in_vain: int, gain: float) -> IntArray:
         """Edges to cut all of them along, by the caller's vertices.
@@ -179,6 +179,6 @@ class SmallBodies:
     def _least(self, values: FloatArray) -> IntArray:
         """The node of each body with the least value, the first of equal ones."""
         values = values[self._by_body]
-        least = np.flatnonzero(values == self._nodes.spread(self._nodes.min(values)))
+        least = np.flatnonzero(values == self._nodes.repeat(self._nodes.min(values)))
         first = np.searchsorted(least, self._nodes.start[:-1])
         return np.asarray(self._by_body[least[first]], dtype=np.int64)

@@ -13,7 +13,7 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ...flattening import Flattening
 from ...measures import Change, Quality, change_of, quality_of_each
-from ...surface import Parts, Submesh, complex_positions, signed_double_areas
+from ...surface import Ragged, Submesh, complex_positions, signed_double_areas
 from ..atlas import NO_QUALITY, cut_out, of_own_size, on_part
 
 KEPT = 0.9  # share of its faces from which on the largest part keeps the map; others gain by a new one
@@ -64,7 +64,7 @@ def kept_maps(
     rows = [np.searchsorted(piece.faces, part.faces) for part in parts]
     of, size = np.empty(len(piece.F), dtype=np.int64), np.array([len(own) for own in rows])
     of[np.concatenate(rows)] = np.repeat(np.arange(len(parts)), size)
-    low, high = _area_ratios(piece, result, np.concatenate(rows), Parts.of_sizes(size))
+    low, high = _area_ratios(piece, result, np.concatenate(rows), Ragged.of_sizes(size))
     left = pairs[of[pairs[:, 0]] == of[pairs[:, 1]]]
     apart = np.ones(len(parts), dtype=bool)
     apart[of[left[:, 0]]] = False
@@ -103,7 +103,7 @@ def keeps_map(part: int, whole: int, stretch: float) -> bool:
 
 
 def _area_ratios(
-    piece: Submesh, result: Flattening, faces: IntArray, parts: Parts
+    piece: Submesh, result: Flattening, faces: IntArray, parts: Ragged
 ) -> tuple[FloatArray, FloatArray]:
     """The least and the largest ratio of areas in the map and on the surface, of each part of the faces."""
     ratio = signed_double_areas(complex_positions(result.uv), piece.topology.corner) / piece.measured[0]

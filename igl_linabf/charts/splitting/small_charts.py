@@ -20,7 +20,7 @@ from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...layouts import at_rest, energy_matrix, least_squares
 from ...linalg import NotPositiveDefiniteError, Solvers
 from ...measures import change_of, quality_of_each
-from ...surface import Parts, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
+from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from ..atlas import Chart, of_own_size
 
 FEW, LARGE = 16, 0.01  # faces of a small chart; and the share of the surface's area that it may have
@@ -124,13 +124,13 @@ class _Candidate:
 
     def _moved(self, runs: list[_Run]) -> tuple[BoolArray, ComplexArray]:
         """The map turned and shifted to the ends of each run, (#R, #V); where the others fit there, too."""
-        z, vertices = self._z, Parts.of_sizes([len(run.own) for run in runs])
+        z, vertices = self._z, Ragged.of_sizes([len(run.own) for run in runs])
         own, to = (np.concatenate(rows) for rows in zip(*((run.own, run.at) for run in runs), strict=True))
         (first, last), (start, end) = ((x[vertices.start[:-1]], x[vertices.start[1:] - 1]) for x in (own, to))
         apart = z[first] != z[last]
         turn = np.divide(end - start, z[last] - z[first], out=np.zeros_like(start), where=apart)
         moved = start[:, None] + (z - z[first][:, None]) * turn[:, None]
-        off = vertices.max(np.abs(moved[vertices.spread(np.arange(len(runs))), own] - to))
+        off = vertices.max(np.abs(moved[vertices.repeat(np.arange(len(runs))), own] - to))
         return apart & (off <= FITS * np.abs(moved - start[:, None]).max(axis=1)), moved
 
     def _least_shear(self, runs: list[_Run]) -> list[float]:
@@ -189,7 +189,7 @@ class _Host:
         """Its boundary edges, (#E, 2), and their codes."""
         loops = self._piece.topology.loops
         start = np.concatenate(loops)
-        rim = np.column_stack((start, start[Parts.of_sizes([len(loop) for loop in loops]).following]))
+        rim = np.column_stack((start, start[Ragged.of_sizes([len(loop) for loop in loops]).following]))
         return rim, _codes(self._piece, *rim.T)
 
     def most_shear(self, width: float) -> float:
@@ -285,7 +285,7 @@ class _Rims:
     def beside(self, piece: Submesh) -> list[_Run]:
         """Where a chart of one boundary loop lies beside hosts, and parts of that; the longest first."""
         loop = piece.topology.loops[0]
-        after = Parts.of_sizes([len(loop)]).following
+        after = Ragged.of_sizes([len(loop)]).following
         following = loop[after]
         code = _codes(piece, following, loop)  # as the host goes along them
         place = np.minimum(np.searchsorted(self._code, code), len(self._code) - 1)

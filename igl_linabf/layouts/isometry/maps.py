@@ -10,7 +10,7 @@ import numpy as np
 from ..._core import centred
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Solvers
-from ...surface import Disks, Mesh, Parts, Pins, complex_positions, constrain, signed_double_areas
+from ...surface import Disks, Mesh, Pins, Ragged, complex_positions, constrain, signed_double_areas
 from ..choice import placed
 from .energy import Rest
 from .newton import Charts, Hessians, Springs, descend
@@ -84,7 +84,7 @@ def isometric_together(
     """
     corner, vertices, faces = disks.topology.corner, disks.vertices, disks.faces
     charts = Charts(Rest.of(corner, disks.double_area, disks.dot, faces), vertices, faces)
-    z = z / vertices.spread(np.sqrt(faces.sum(signed_double_areas(z, corner)) / 2))
+    z = z / vertices.repeat(np.sqrt(faces.sum(signed_double_areas(z, corner)) / 2))
     near = charts.energy(z, weight) <= FAR
     z, steps, stalled = descend(charts, z, weight, Hessians(corner, len(z), solvers))
     energy = charts.energy(z, weight)
@@ -113,8 +113,8 @@ class _Field:
     @classmethod
     def of(cls, mesh: Mesh, solvers: Solvers) -> _Field:
         corner, n = mesh.topology.corner, mesh.topology.n
-        faces = Parts.of_sizes([corner.shape[1]])
-        charts = Charts(Rest.of(corner, mesh.double_area, mesh.dot, faces), Parts.of_sizes([n]), faces)
+        faces = Ragged.of_sizes([corner.shape[1]])
+        charts = Charts(Rest.of(corner, mesh.double_area, mesh.dot, faces), Ragged.of_sizes([n]), faces)
         return cls(charts, Hessians(corner, n, solvers))
 
 

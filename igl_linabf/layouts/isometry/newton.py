@@ -9,7 +9,7 @@ import numpy as np
 from ..._runtime import advance
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, NotPositiveDefiniteError, Solvers
-from ...surface import NEXT, PREV, Parts
+from ...surface import NEXT, PREV, Ragged
 from .energy import Rest
 
 MAX_STEPS = 200
@@ -28,13 +28,13 @@ class Charts:
     Attributes
     ----------
     rest : Rest
-    vertices, faces : Parts
+    vertices, faces : Ragged
         Those of each chart.
     """
 
     rest: Rest
-    vertices: Parts
-    faces: Parts
+    vertices: Ragged
+    faces: Ragged
 
     def energy(self, z: ComplexArray, weight: float, springs: Springs | None = None) -> FloatArray:
         """Of each chart; 1 for an isometry, infinite where a triangle is not upright."""
@@ -173,14 +173,14 @@ def _searched(
     first = charts.faces.min(_collapse(charts.rest, z, direction))
     length = np.where(moving, np.minimum(1.0, SHORT_OF_FLIP * first), 0.0)
     for _ in range(HALVINGS):
-        tried = z + charts.vertices.spread(length) * direction
+        tried = z + charts.vertices.repeat(length) * direction
         reached = charts.energy(tried, weight, springs)
         short = ~(reached <= energy - SUFFICIENT * length * promised)
         if not short.any():
             return tried, reached
         length[short] /= 2
     length[short] = 0.0
-    tried = z + charts.vertices.spread(length) * direction
+    tried = z + charts.vertices.repeat(length) * direction
     return tried, np.where(short, energy, reached)
 
 

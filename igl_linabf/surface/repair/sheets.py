@@ -10,7 +10,7 @@ from scipy import sparse
 
 from ..._core import in_edges
 from ..._types import BoolArray, FloatArray, IntArray
-from ..ragged import counted
+from ..ragged import index_and_rank
 from ..topology import connected_labels, triangles_of
 
 MOST_AT_AN_EDGE = 500  # faces of which pairs are sought; more of them are all taken apart
@@ -152,9 +152,9 @@ def _pairs_at(order: IntArray, begin: IntArray, count: IntArray) -> tuple[IntArr
     """All pairs of sides at the same edge; `begin` and `count` as of `_Edges`."""
     few = count <= MOST_AT_AN_EDGE
     begin, count = begin[few], count[few]
-    edge, at = counted(count)
+    edge, at = index_and_rank(count)
     place, later = begin[edge] + at, count[edge] - at - 1
-    row, ahead = counted(later)
+    row, ahead = index_and_rank(later)
     return order[place[row]], order[place[row] + 1 + ahead]
 
 
