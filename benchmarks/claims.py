@@ -52,7 +52,7 @@ def cuts(seeds: int) -> None:
 
 
 def starts() -> None:
-    """The last rung from maps that are no good, on meshes of several kinds."""
+    """The last attempt from maps that are no good, on meshes of several kinds."""
     print("Least and largest F/3nt of the guarantee's map over ten starts: igl.lscm, one linear step, ABF,")
     print("a mirror image, a line, and five of random positions. Flips: over all of them.\n")
     print("| mesh | triangles | F/3nt from | to | apart | flips |")

@@ -1,4 +1,4 @@
-"""What coarse to fine could save: ABF and the ladder from their own solution, and what decimation costs.
+"""What coarse to fine could save: ABF and the fallbacks from their own solution, and what decimation costs.
 
     python benchmarks/hierarchy.py [--repeat 5] [--large] [--print]
 

@@ -205,7 +205,7 @@ def check_disk(disk: Disk, method: str | il.LinABF = "linabf", **where: object) 
 
 
 def check_guarantee(seed: int) -> str:
-    """Zero flips in exact arithmetic, or the last rung says why; and nothing changes where there were none.
+    """Zero flips in exact arithmetic, or the last attempt says why; nothing changes where none flip.
 
     The disks are spiky, and the methods go on from one another less than by default, so that maps flip.
     """
@@ -220,7 +220,7 @@ def check_guarantee(seed: int) -> str:
         if not len(bare.flipped):
             require(bool((bare.uv == sure.uv).all()), "the guarantee changed a map without flips")
             return end
-        last = sure.ladder[-1]
+        last = sure.attempts[-1]
         require(last.name == "injective", f"the guarantee was not tried: {last}")
         if len(exactly_flipped(sure.uv, F)):
             require(last.status is Status.NO_VALID_START, f"the guarantee left flips: {last}")

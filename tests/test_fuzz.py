@@ -23,7 +23,7 @@ FOUND = [
     ("`flatten`, random disks", 1303),  # an inner error, of the rows that close holes
     ("`quality`, `overlaps`, `layout`, `cut`", 0),  # NaN for a map of 1e300
     ("`quality`, `overlaps`, `layout`, `cut`", 94),  # three faces over each other: no end
-    ("`unwrap`, any triangles", 11633),  # a singular system of angles, in the last rung
+    ("`unwrap`, any triangles", 11633),  # a singular system of angles, in the last attempt
     ("`unwrap`, any triangles", 14417),  # a singular layout
     ("`unwrap`, any triangles", 14435),  # a chart as thin as rounding
     ("`unwrap`, mixtures of nasty and real meshes", 459),  # a singular layout, while seams were compared

@@ -1,6 +1,6 @@
 """Flatten a disk, with or without holes.
 
-In: V, F, a method, pins. Out: uv, or a Flattening with its angles, residuals, ladder and outcome.
+In: V, F, a method, pins. Out: uv, or a Flattening with its angles, residuals, attempts and outcome.
 Linear ABF is Zayer, Levy, Seidel 2007; ABF, LSCM, SCP, DNCP and one step of ABF++ are there for comparison.
 """
 
@@ -25,5 +25,5 @@ from .methods import (
     guaranteed,
     method_of,
 )
-from .result import Flattening, Hole, Outcome, Residuals, Rung, Status
+from .result import Attempt, Flattening, Hole, Outcome, Residuals, Status
 from .with_cones import AstrayError, KnownLaplacian, Turned, flatten_with_cones, turnings_of

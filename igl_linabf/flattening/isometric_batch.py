@@ -20,7 +20,7 @@ from ..surface import (
 )
 from .fallbacks import by_newton
 from .methods import Isometric
-from .result import Flattening, Residuals, Rung, Status, judge
+from .result import Attempt, Flattening, Residuals, Status, judge
 
 Arrays = tuple[FloatArray, IntArray]
 
@@ -47,7 +47,7 @@ def lengthened(
     uv, angles = coordinates(z), np.ascontiguousarray(alpha.T)
     for k in np.flatnonzero(good).tolist():
         linear = results[found[k]]
-        how = by_newton(int(steps[k]), f"the map of the {linear.ladder[-1].name}", float(energy[k]))
+        how = by_newton(int(steps[k]), f"the map of the {linear.attempts[-1].name}", float(energy[k]))
         families, none = Residuals(*after[k].tolist()), linear.flipped
         outcome, message = judge(float(ratio[k]), "isometric", how, none, families.largest, none)
         share = seconds["isometric"] * float(faces.sizes[k] / faces.start[-1])
@@ -60,7 +60,7 @@ def lengthened(
                 method=method.name,
                 outcome=outcome,
                 message=message,
-                ladder=(*linear.ladder, Rung("isometric", Status.GOOD, 0, families.largest, "")),
+                attempts=(*linear.attempts, Attempt("isometric", Status.GOOD, 0, families.largest, "")),
                 after=families,
                 layout="isometric",
                 layout_solver=how,

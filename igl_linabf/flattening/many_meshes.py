@@ -21,7 +21,7 @@ from .functions import flatten
 from .isometric_batch import lengthened
 from .linear_batch import LinearBatch, linear_batch
 from .methods import STAGES, Isometric, LinABF, Method, method_of
-from .result import Flattening, Residuals, Rung, Status, judge
+from .result import Attempt, Flattening, Residuals, Status, judge
 
 LARGE = 10_000  # triangles from which a mesh is flattened alone: in company it would take as long
 AT_ONCE = 40_000  # triangles in company: fewer calls from Python, and still in the processor's caches
@@ -58,7 +58,7 @@ def flatten_many(
     Returns
     -------
     list of Flattening or MeshError
-        In the order of `meshes`. Maps and angles are those of `flatten` to 1e-10, and outcomes and ladders
+        In the order of `meshes`. Maps and angles are those of `flatten` to 1e-10, and outcomes and attempts
         are the same. A mesh that `flatten` refuses has the `MeshError` in its place. The `seconds` of
         meshes that were solved together are shared out by their triangles.
 
@@ -194,7 +194,7 @@ def _results(
             outcome=outcome,
             message=message,
             flipped=nothing,
-            ladder=(Rung("linear step", Status.GOOD, 0, last, ""),),
+            attempts=(Attempt("linear step", Status.GOOD, 0, last, ""),),
             steps=steps,
             before=Residuals(*before[k]),
             after=Residuals(*after[k]),

@@ -90,7 +90,7 @@ def judge(
 
 NONE = np.empty(0, dtype=np.int64)  # faces or vertices
 Guarantee = Literal["injective"]
-RungName = Literal["linear step", "active set", "converged ABF", "feasible ABF", "injective", "isometric"]
+StageName = Literal["linear step", "active set", "converged ABF", "feasible ABF", "injective", "isometric"]
 
 
 class Outcome(str, Enum):
@@ -158,7 +158,7 @@ class Status(Enum):
 
 
 @dataclass(frozen=True)
-class Rung:
+class Attempt:
     """One of the methods that were tried in turn.
 
     Attributes
@@ -173,7 +173,7 @@ class Rung:
         Why the next method was tried, or what is wrong at the end; "" if nothing is.
     """
 
-    name: RungName
+    name: StageName
     status: Status
     flips: int | None
     residual: float
@@ -247,7 +247,7 @@ class Flattening:
         Faces that are flipped or collapsed in the map.
     repaired : (#caps,) int64
         Faces with an angle so close to pi that it was changed before flattening.
-    ladder : tuple of Rung
+    attempts : tuple of Attempt
         What was tried, in order. The map is that of the last entry without flipped triangles, or
         else of the entry with the fewest.
     steps : tuple of Step
@@ -278,7 +278,7 @@ class Flattening:
     message: str
     flipped: IntArray
     repaired: IntArray = field(default_factory=lambda: NONE)
-    ladder: tuple[Rung, ...] = ()
+    attempts: tuple[Attempt, ...] = ()
     steps: tuple[Step, ...] = ()
     before: Residuals
     after: Residuals
@@ -324,7 +324,7 @@ class Flattening:
         rows = {
             "method": self.method,
             "outcome": f"{self.outcome.value}: {self.message}",
-            "tried": ", then ".join(map(str, self.ladder)) or self.method,
+            "tried": ", then ".join(map(str, self.attempts)) or self.method,
             "linear solves (CG steps)": kinds or "none needed",
             "angle residual": f"{self.before.largest:.2e} -> {self.after.largest:.2e}",
             "boundary gap": f"{self.gap:.2e}",

@@ -281,7 +281,7 @@ def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None
     with pytest.warns(FallbackWarning, match="guarantee='injective'"):
         atlas = unwrap(V * [20, 1, 1], F, max_stretch=np.inf)
     assert atlas.good
-    assert any(chart.result.ladder[-1].name == "injective" for chart in atlas.charts)
+    assert any(chart.result.attempts[-1].name == "injective" for chart in atlas.charts)
 
 
 def test_what_is_wrong_with_a_chart_is_told() -> None:

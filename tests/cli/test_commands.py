@@ -243,7 +243,7 @@ def test_the_figures_of_json_are_those_of_the_api(mesh, tmp_path) -> None:
     said = json.loads(process.stdout)
     V, F = igl.read_triangle_mesh(str(mesh))
     assert said["quality"] == pytest.approx(dataclasses.asdict(quality(V, F, linabf(V, F))))
-    assert said["result"]["ladder"][0]["name"] == "linear step"
+    assert said["result"]["attempts"][0]["name"] == "linear step"
     assert "uv" not in said["result"]
 
 

@@ -364,6 +364,6 @@ def test_a_circle_of_converged_abf_without_a_map_in_double_precision_is_that_of_
     V, F = load("disk__igl_camel_b.obj")
     made = flatten(V, F, method="abf", boundary="circle")
     assert made.outcome is Outcome.NOT_CONVERGED and "this is the map of linear ABF" in str(made)
-    assert [rung.name for rung in made.ladder] == ["converged ABF", "feasible ABF", "active set"]
+    assert [attempt.name for attempt in made.attempts] == ["converged ABF", "feasible ABF", "active set"]
     linear = linabf(V, F, boundary="circle")
     assert quality(V, F, made.uv).flips == 0 and np.allclose(made.uv, linear, atol=1e-6 * np.ptp(linear))

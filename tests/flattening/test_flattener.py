@@ -20,7 +20,7 @@ def moved(V: np.ndarray, k: int) -> np.ndarray:
 def assert_same(made: il.Flattening, expected: il.Flattening) -> None:
     for part in ("uv", "angles", "flipped"):
         np.testing.assert_array_equal(getattr(made, part), getattr(expected, part))
-    for part in ("outcome", "message", "ladder", "steps", "solver", "layout_solver", "gap"):
+    for part in ("outcome", "message", "attempts", "steps", "solver", "layout_solver", "gap"):
         assert getattr(made, part) == getattr(expected, part)
 
 

@@ -91,7 +91,9 @@ def test_the_same_as_a_loop(method: object) -> None:
         size = np.ptp(alone.uv[np.isfinite(alone.uv).all(axis=1)], axis=0).max()
         np.testing.assert_allclose(made.uv, alone.uv, rtol=0, atol=1e-10 * size, err_msg=name)
         np.testing.assert_allclose(made.angles, alone.angles, rtol=0, atol=1e-10, err_msg=name)
-        assert [str(rung) for rung in made.ladder] == [str(rung) for rung in alone.ladder], name
+        assert [str(attempt) for attempt in made.attempts] == [str(attempt) for attempt in alone.attempts], (
+            name
+        )
         told, expected = (re.sub(r"residual \S+", "", result.message) for result in (made, alone))
         assert told == expected, name  # the residual may be of rounding
         for part in ("outcome", "method", "layout", "solver", "layout_solver", "inner_steps"):

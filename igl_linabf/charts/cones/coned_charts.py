@@ -278,7 +278,7 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
     except AstrayError as error:
         raise MeshError(_none_found(chosen, quarter, str(error))) from error
     missing = max(made.after.vertex, made.after.wheel)
-    if not made.outcome.good and missing > ASTRAY and len(made.ladder) > 1:
+    if not made.outcome.good and missing > ASTRAY and len(made.attempts) > 1:
         raise MeshError(_none_found(chosen, quarter, f"the angle sums end {missing:.2g} away from them"))
     seconds = {"check": checked, **made.seconds, "total": perf_counter() - start}
     return cut, replace(made, seconds=seconds), angles

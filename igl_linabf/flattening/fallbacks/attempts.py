@@ -1,4 +1,4 @@
-"""The ladder: stages of increasing cost, tried until a map has no flipped triangle.
+"""Fallbacks: stages of increasing cost, tried until a map has no flipped triangle.
 
 A stage takes the problem and the candidates so far, and returns a `Candidate`. `climb` stops at the first
 good one. The result is the candidate with the fewest flipped triangles.
@@ -36,7 +36,7 @@ from ...layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_bo
 from ...linalg import SolverName, Solvers, check_memory, factor_bytes
 from ...surface import Mesh, Pins, chords_of, constrain, flipped_faces, span
 from ..boundary_shapes import FREE, HELP, Shape, shape_of
-from ..result import Rung, RungName, Status
+from ..result import Attempt, StageName, Status
 from .ears import Ears
 from .plane_abf import converge_in_plane
 
@@ -111,7 +111,7 @@ class Candidate:
     flipped : (#flips,) int64
     """
 
-    stage: RungName
+    stage: StageName
     status: Status
     detail: str
     state: State
@@ -122,10 +122,10 @@ class Candidate:
     flipped: IntArray = field(default_factory=lambda: NO_FACES)
 
     @property
-    def rung(self) -> Rung:
+    def summary(self) -> Attempt:
         """Its summary in the result."""
         flips = None if self.layout is None else len(self.flipped)
-        return Rung(self.stage, self.status, flips, self.state.at.residual.largest, self.detail)
+        return Attempt(self.stage, self.status, flips, self.state.at.residual.largest, self.detail)
 
 
 Tried = tuple[Candidate, ...]
@@ -217,7 +217,7 @@ def best_of(tried: Tried) -> tuple[Candidate, Layout]:
 
 def drawn(
     problem: Problem,
-    stage: RungName,
+    stage: StageName,
     state: State,
     *,
     converged: bool,
@@ -325,7 +325,7 @@ def iterated(rtol: float, tol: float, most: int) -> Stage:
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
         state = active_set(problem.start, rtol, tol, most).at_rest()
-        name: RungName = "active set" if len(state.steps) > 1 else "linear step"
+        name: StageName = "active set" if len(state.steps) > 1 else "linear step"
         return drawn(problem, name, state, converged=state.at.residual.largest <= tol)
 
     return stage
@@ -387,7 +387,7 @@ def feasible(tol: float, residual_tol: float = 0.0) -> Stage:
 
 
 def _abf_drawn(
-    problem: Problem, stage: RungName, result: AbfResult, residual_tol: float, layout: Layout | None = None
+    problem: Problem, stage: StageName, result: AbfResult, residual_tol: float, layout: Layout | None = None
 ) -> Candidate:
     if problem.layout != "auto" or constrain(problem.pinned):
         layout = None

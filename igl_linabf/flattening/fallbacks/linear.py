@@ -1,4 +1,4 @@
-"""The rung of converged ABF after it has no map: linear ABF's."""
+"""The fallback of converged ABF after it has no map: linear ABF's."""
 
 from dataclasses import replace
 

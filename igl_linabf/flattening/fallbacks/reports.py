@@ -39,7 +39,7 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
         message=message + best.remark,
         flipped=flipped,
         repaired=problem.repaired,
-        ladder=tuple(made.rung for made in tried),
+        attempts=tuple(made.summary for made in tried),
         steps=tried[-1].state.steps,
         before=Residuals.of(angles.start.residual),
         after=Residuals.of(at.residual),

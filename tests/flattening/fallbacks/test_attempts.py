@@ -1,4 +1,4 @@
-"""The ladder: each rung when the one before failed, and at its end a map without flipped triangles."""
+"""The fallbacks: each attempt when the one before failed, and at the end a map without flipped triangles."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_the_guarantee_leaves_no_flips_on_deer(name: str) -> None:
         assert quality(V, F, sure.uv).angle_distortion < 0.25  # igl.lscm's, with 692 flips: 0.33
 
 
-def test_rungs_are_climbed_only_as_far_as_needed() -> None:
+def test_each_attempt_follows_a_failed_one() -> None:
     names = {
         "bumps": ["linear step"],
         "stress__optcuts_golf.obj": ["linear step", "active set"],
@@ -80,14 +80,14 @@ def test_rungs_are_climbed_only_as_far_as_needed() -> None:
         "limb": ["linear step", "active set", "injective"],
     }
     if FOLDER is None:
-        names = {name: rungs for name, rungs in names.items() if not name.startswith("stress")}
+        names = {name: expected for name, expected in names.items() if not name.startswith("stress")}
     for name, expected in names.items():
         V, F = load(name)
         result = flatten(V, F, LinABF(guarantee="injective"))
-        assert [rung.name for rung in result.ladder] == expected
-        assert all(rung.failed for rung in result.ladder[:-1])
-        assert result.ladder[-1].flips == 0
-        assert result.ladder[-1].failed == ""
+        assert [attempt.name for attempt in result.attempts] == expected
+        assert all(attempt.failed for attempt in result.attempts[:-1])
+        assert result.attempts[-1].flips == 0
+        assert result.attempts[-1].failed == ""
 
 
 @pytest.mark.parametrize("name", ["ball", "closed__igl_cow.off"])
@@ -135,7 +135,7 @@ def test_the_guarantee_helps_the_paper_s_step_and_abf() -> None:
         assert np.allclose(sure.uv[b], bc)
         # the result's angles are its map's
         assert sure.after.largest < 1e-6
-        assert sure.ladder[-1].name == "injective"
+        assert sure.attempts[-1].name == "injective"
     assert exactly_flipped(abf(V, F, guarantee="injective"), F) == 0
 
 
