@@ -26,19 +26,19 @@ from .features import extent
 from .options import MAX_SPLITS_FOR_STRETCH, Task
 from .seams import MEDIUM
 from .splitting import (
-    EVEN,
-    TIPPED,
-    Known,
-    Measured,
-    halves,
+    REUSED_STRETCH,
+    TIP_STRETCH,
+    KnownMap,
+    MapMeasure,
+    bisect,
     is_isometric,
-    kept_maps,
-    laid_narrower,
-    made_bijective,
-    parted,
-    parts_between,
+    merge_small_charts,
+    move_parts_apart,
+    relayout_locally,
+    reuse_maps,
     seams_to_tips,
-    with_small_joined,
+    split_at_creases,
+    split_overlaps,
 )
 
 SEAMS_END, CHARTS_END = 0.3, 0.95  # of the progress told: when seams are found, when packing begins
@@ -83,8 +83,8 @@ def _seams_worth(piece: Submesh, task: Task) -> IntArray:
     return np.concatenate(found)
 
 
-_Cut = tuple[Submesh, Known | None]  # a piece, and its map, if it has one
-_Part = tuple[tuple[int, ...], Submesh, Known | None]  # its place among the pieces, too
+_Cut = tuple[Submesh, KnownMap | None]  # a piece, and its map, if it has one
+_Part = tuple[tuple[int, ...], Submesh, KnownMap | None]  # its place among the pieces, too
 
 
 def charts_of(pieces: list[Submesh], given: IntArray, task: Task) -> list[tuple[Chart, Submesh]]:
@@ -113,7 +113,7 @@ def charts_of(pieces: list[Submesh], given: IntArray, task: Task) -> list[tuple[
         waiting, splits = parts, splits + 1
     done.sort(key=lambda entry: entry[0])  # parts stand where the piece was
     if task.may_find_seams:
-        done = with_small_joined(done, task.most_stretch, given)
+        done = merge_small_charts(done, task.most_stretch, given)
     return _measured([(chart, piece) for _, chart, piece in done])
 
 
@@ -125,9 +125,9 @@ def _measured(done: list[tuple[Chart, Submesh]]) -> list[tuple[Chart, Submesh]]:
     return [(known.get(i, chart), piece) for i, (chart, piece) in enumerate(done)]
 
 
-def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]:
+def _known_together(pieces: list[Submesh], method: Method) -> list[KnownMap | None]:
     """Maps of small pieces or of many, and what is measured of them; None: to be found alone."""
-    known: list[Known | None] = [None] * len(pieces)
+    known: list[KnownMap | None] = [None] * len(pieces)
     asked = _small_or_many(pieces)
     if not asked:
         return known
@@ -139,7 +139,7 @@ def _known_together(pieces: list[Submesh], method: Method) -> list[Known | None]
     measured = quality_of_each([(pieces[i], result.uv, 0) for i, result in whole])
     figures = dict(zip((i for i, _ in whole), measured, strict=True))
     for (i, result), over in zip(good, pairs, strict=True):
-        known[i] = Known(result, over, figures.get(i))
+        known[i] = KnownMap(result, over, figures.get(i))
     return known
 
 
@@ -161,7 +161,7 @@ class _Mapped:
     result : Flattening
     pairs : (#pairs, 2) int64
         Faces that overlap.
-    change : Measured
+    change : MapMeasure
     quality : Quality or None
         None if it is not known yet.
     without_tips : bool
@@ -172,23 +172,23 @@ class _Mapped:
 
     result: Flattening
     pairs: IntArray
-    change: Measured
+    change: MapMeasure
     quality: Quality | None = None
     without_tips: bool = False
     cost: float = 0.0
 
     @classmethod
-    def of(cls, piece: Submesh, known: Known) -> _Mapped:
-        change = Measured(piece, known.result.uv)
+    def of(cls, piece: Submesh, known: KnownMap) -> _Mapped:
+        change = MapMeasure(piece, known.result.uv)
         return cls(known.result, known.pairs, change, known.quality, known.without_tips)
 
     def moved(self, piece: Submesh, result: Flattening, pairs: IntArray, cost: float = 0.0) -> _Mapped:
         """With another map, of which nothing is measured yet."""
-        change = Measured(piece, result.uv)
+        change = MapMeasure(piece, result.uv)
         return replace(self, result=result, pairs=pairs, change=change, quality=None, cost=cost)
 
 
-def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Chart | list[_Cut]:
+def _chart(piece: Submesh, splits: int, task: Task, known: KnownMap | None) -> Chart | list[_Cut]:
     """The flattened piece; or its parts, if it has to be cut further."""
     made = _mapped(piece, splits, task, known)
     if isinstance(made, _Mapped) and len(made.pairs):
@@ -207,12 +207,12 @@ def _chart(piece: Submesh, splits: int, task: Task, known: Known | None) -> Char
     return Chart(piece.faces, made.result, quality, splits, len(made.pairs), made.cost)
 
 
-def _mapped(piece: Submesh, splits: int, task: Task, known: Known | None) -> _Mapped | list[_Cut]:
+def _mapped(piece: Submesh, splits: int, task: Task, known: KnownMap | None) -> _Mapped | list[_Cut]:
     """The piece's map; or its parts, if a seam is worth it, or if double precision does not hold the map."""
     try:
         result, seams = _flattened(piece, splits, task) if known is None else (known.result, _NO_SEAM)
     except SingularSystemError:  # faces of no size beside others of the chart
-        if parts := halves(piece):
+        if parts := bisect(piece):
             return _anew(parts)
         raise
     if len(seams):
@@ -223,10 +223,10 @@ def _mapped(piece: Submesh, splits: int, task: Task, known: Known | None) -> _Ma
         result, known = _flattened_without_flips(piece, result, task), None
     if known is None:
         check_finite(result.uv, piece.vertices, "uv")
-    if _is_needle(piece, result) and (parts := halves(piece)):
+    if _is_needle(piece, result) and (parts := bisect(piece)):
         return _anew(parts)
     if known is None:
-        known = Known(result, overlapping_pairs_of_chart(piece.topology, result.uv), None)
+        known = KnownMap(result, overlapping_pairs_of_chart(piece.topology, result.uv), None)
     return _Mapped.of(piece, known)
 
 
@@ -237,7 +237,7 @@ def _without_overlaps(piece: Submesh, made: _Mapped, splits: int, task: Task) ->
     if task.bijective and not result.holes and (apart := _moved_apart(piece, made, few)) is not None:
         return apart
     if splits >= task.most_splits:
-        parts = halves(piece)
+        parts = bisect(piece)
         return _anew(parts) if parts else made
     if result.holes:  # first to a disk
         return _anew(_disks(piece, task))
@@ -259,7 +259,7 @@ def _moved_apart(piece: Submesh, made: _Mapped, few: bool) -> _Mapped | None:
         narrower, left = _narrower(piece, made.result, made.pairs)
         if not len(left):
             return made.moved(piece, narrower, left)
-    bijective = made_bijective(piece, made.result, made.change)
+    bijective = move_parts_apart(piece, made.result, made.change)
     if bijective is None:
         return None
     apart, cost = bijective
@@ -270,7 +270,7 @@ def _narrower(piece: Submesh, result: Flattening, pairs: IntArray) -> tuple[Flat
     """The map with some faces laid out narrower, and the pairs that still overlap; not of isometric ones."""
     if not result.outcome.good or is_isometric(piece, result.uv):
         return result, pairs
-    return laid_narrower(piece, result, pairs)
+    return relayout_locally(piece, result, pairs)
 
 
 def _cut_apart(piece: Submesh, made: _Mapped, few: bool, splits: int, task: Task) -> list[_Cut]:
@@ -279,11 +279,11 @@ def _cut_apart(piece: Submesh, made: _Mapped, few: bool, splits: int, task: Task
     `few` says whether few of its faces overlap: then its tips have been looked at.
     """
     result, pairs = made.result, made.pairs
-    parts = [disk for part in parted(piece, result.uv, pairs) for disk in _disks(part, task)]
-    parts = parts or parts_between(piece, piece.faces[pairs])
+    parts = [disk for part in split_at_creases(piece, result.uv, pairs) for disk in _disks(part, task)]
+    parts = parts or split_overlaps(piece, piece.faces[pairs])
     if len(parts) <= 1:
         return []
-    cuts = list(zip(parts, kept_maps(piece, result, parts, pairs, made.without_tips), strict=True))
+    cuts = list(zip(parts, reuse_maps(piece, result, parts, pairs, made.without_tips), strict=True))
     if not task.weighs_stretch or few or not result.outcome.good:
         return cuts
     return [
@@ -301,7 +301,7 @@ class _SeamsToTips:
     found: IntArray = field(default_factory=lambda: _NO_SEAM)
 
     def __call__(self, uv: FloatArray) -> bool:
-        self.found = _to_tips(self.piece, Measured(self.piece, uv), self.splits, self.task)
+        self.found = _to_tips(self.piece, MapMeasure(self.piece, uv), self.splits, self.task)
         return len(self.found) > 0
 
 
@@ -329,20 +329,20 @@ def _flattened(piece: Submesh, splits: int, task: Task) -> tuple[Flattening, Int
         return flattened(piece, LinABF()), tips.found
 
 
-def _worth_of_map(piece: Submesh, stretch: float, change: Measured, splits: int, task: Task) -> IntArray:
+def _worth_of_map(piece: Submesh, stretch: float, change: MapMeasure, splits: int, task: Task) -> IntArray:
     """Seams that the stretch of a map is worth, beyond what was expected of it."""
     if splits < task.most_splits and len(piece.F) <= MEDIUM:
         seams = _NO_SEAM
         if not splits and stretch > SMALL_STRETCH:  # it was one of many
             seams = task.seams_of(piece, disks=True, gain=DISK_GAIN)
-        elif splits and stretch > TIPPED:  # a part of a chart, whose seams were not for it
+        elif splits and stretch > TIP_STRETCH:  # a part of a chart, whose seams were not for it
             seams = _seams_worth(piece, task)
         if len(seams):
             return seams
-    return _to_tips(piece, change, splits, task) if stretch > TIPPED else _NO_SEAM
+    return _to_tips(piece, change, splits, task) if stretch > TIP_STRETCH else _NO_SEAM
 
 
-def _to_tips(piece: Submesh, change: Measured, splits: int, task: Task) -> IntArray:
+def _to_tips(piece: Submesh, change: MapMeasure, splits: int, task: Task) -> IntArray:
     """Seams to tips that the map shrinks, for some rounds."""
     if splits >= MAX_TIP_ROUNDS:
         return _NO_SEAM
@@ -350,12 +350,12 @@ def _to_tips(piece: Submesh, change: Measured, splits: int, task: Task) -> IntAr
 
 
 def _cut_to_tips(
-    piece: Submesh, result: Flattening, part: Submesh, known: Known | None, splits: int, task: Task
+    piece: Submesh, result: Flattening, part: Submesh, known: KnownMap | None, splits: int, task: Task
 ) -> list[_Cut]:
     """A part of a piece; one that is to be flattened anew is cut to the tips that the piece's map shrinks."""
     if known is None and len(part.F) >= LITTLE * len(piece.F):
-        change = Measured(part, on_part(result.uv, piece, part))
-        if change.stretch > EVEN and len(seams := _to_tips(part, change, splits, task)):
+        change = MapMeasure(part, on_part(result.uv, piece, part))
+        if change.stretch > REUSED_STRETCH and len(seams := _to_tips(part, change, splits, task)):
             return _anew(part.cut_along(seams))
     return [(part, known)]
 
@@ -382,14 +382,14 @@ def _less_flipped(piece: Submesh, flips: int, splits: int, task: Task) -> list[S
     if splits < (MAX_LEAF_ROUNDS if flips <= MANY_FLIPS * len(piece.F) else FEW_ROUNDS):
         leaves = _more_leaves(piece, task)
         return piece.cut_along(leaves) if len(leaves) else []
-    return halves(piece) if splits < task.most_splits else []
+    return bisect(piece) if splits < task.most_splits else []
 
 
 def _less_stretched(piece: Submesh, splits: int, task: Task) -> list[Submesh]:
     """The piece cut further, and from some number of cuts on halved; nothing where that cannot be."""
     if splits < MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, task)):
         return piece.cut_along(leaves)
-    return halves(piece) if splits < MAX_SPLITS_FOR_STRETCH else []
+    return bisect(piece) if splits < MAX_SPLITS_FOR_STRETCH else []
 
 
 def _more_leaves(piece: Submesh, task: Task) -> IntArray:

@@ -197,7 +197,7 @@ def test_a_few_faces_that_overlap_are_laid_out_narrower_instead_of_cut_off(
 ) -> None:
     V, F = load(name)
     narrower = unwrap(V, F)
-    monkeypatch.setattr("igl_linabf.charts.charting.laid_narrower", as_they_are)
+    monkeypatch.setattr("igl_linabf.charts.charting.relayout_locally", as_they_are)
     parted = unwrap(V, F)
     assert narrower.good
     assert narrower.quality.flips == narrower.quality.overlaps == 0
@@ -214,7 +214,7 @@ def test_what_a_few_narrower_faces_solve_needs_no_moving_apart(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     V, F = load(name)
-    monkeypatch.setattr("igl_linabf.charts.charting.made_bijective", pytest.fail)
+    monkeypatch.setattr("igl_linabf.charts.charting.move_parts_apart", pytest.fail)
     atlas = unwrap(V, F, bijective=True)
     assert not atlas.quality.overlaps
     assert (atlas.TC == unwrap(V, F).TC).all()
@@ -227,9 +227,9 @@ def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
     name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     V, F = load(name)
-    monkeypatch.setattr("igl_linabf.charts.charting.laid_narrower", as_they_are)
+    monkeypatch.setattr("igl_linabf.charts.charting.relayout_locally", as_they_are)
     joined = unwrap(V, F)
-    monkeypatch.setattr("igl_linabf.charts.charting.with_small_joined", lambda made, *_: made)
+    monkeypatch.setattr("igl_linabf.charts.charting.merge_small_charts", lambda made, *_: made)
     apart = unwrap(V, F)
     assert min(len(chart.faces) for chart in apart.charts) < 10
     assert len(joined.charts) < len(apart.charts)
@@ -247,7 +247,7 @@ def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
 
 def test_small_charts_are_joined_where_the_caller_has_no_seam(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = load("holes__igl_beetle.off")
-    monkeypatch.setattr("igl_linabf.charts.charting.laid_narrower", as_they_are)
+    monkeypatch.setattr("igl_linabf.charts.charting.relayout_locally", as_they_are)
     mine = find_seams(V, F)
     begun = unwrap(V, F, mine, complete=True)
     assert len(begun.charts) < len(unwrap(V, F, mine).charts)
@@ -323,7 +323,7 @@ def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
     name: str, method: str, says: str, monkeypatch
 ) -> None:
     monkeypatch.setattr(task, "MAX_SPLITS", 0)
-    monkeypatch.setattr(charting, "halves", lambda _: [])
+    monkeypatch.setattr(charting, "bisect", lambda _: [])
     V, F = spiral() if name == "spiral" else load(name)
     with pytest.warns(OutcomeWarning, match=rf"chart 0 .* {says}") as caught:
         atlas = unwrap(V, F, np.zeros((0, 2), dtype=int), method)

@@ -25,7 +25,7 @@ from ...flattening import (
 from ...measures import overlapping_pairs_of_chart, quality_of
 from ...surface import Cleaned, Submesh, check_finite, planar_mesh
 from ..atlas import Chart, cut_out, on_part
-from ..splitting import MAX_SPLITS, seams_between
+from ..splitting import MAX_SPLITS, seams_of_overlaps
 from .finding import CONE_TRADE, ConePiece, angles_of, found_on
 from .moves import ConeMoves
 from .quarter_turns import QUARTER, QuarterTurns, nearest_quarters
@@ -313,7 +313,7 @@ def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
         piece, made, splits = waiting.pop()
         pairs = overlapping_pairs_of_chart(piece.topology, made.uv)
         if len(pairs) and splits < MAX_SPLITS:
-            parts = piece.cut_along(seams_between([piece], piece.faces[pairs]))
+            parts = piece.cut_along(seams_of_overlaps([piece], piece.faces[pairs]))
             if len(parts) > 1:
                 waiting += [
                     (part, cut_out(made, piece, part, on_part(made.uv, piece, part)), splits + 1)

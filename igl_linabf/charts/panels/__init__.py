@@ -4,6 +4,13 @@ In: a surface with creases. Out: seams around planes, cylinders and cones; aroun
 creases, and between rounded ones.
 """
 
-from .nets import ANGULAR, HARD, HARD_LARGE, MOST_HANDLES, SHARP_SHARE, Nets
-from .panels import Panels, seams_of_panels
+from .nets import (
+    CREASED_CURVATURE_OF_NETS,
+    FLAT_SHARE_OF_LARGE_NETS,
+    FLAT_SHARE_OF_NETS,
+    MOST_HANDLES_OF_NETS,
+    SHARP_CREASE_PRICE,
+    Nets,
+)
+from .panels import Panels, panel_seams
 from .rounded_creases import RoundedPanels

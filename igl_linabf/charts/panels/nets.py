@@ -22,13 +22,15 @@ Grow = Callable[[Seam], Seam]
 Grown = Callable[[int], Seam]
 Parts = Callable[[Seam], list[Submesh]]
 
-HARD = 0.5  # share of the area that lies flat, from which a surface has planes, and nets are compared
-HARD_LARGE = 0.8  # the same, of a surface of many vertices, on which comparing takes long
-MOST_HANDLES = 8  # of such a surface
-ANGULAR = 0.5  # share of the curvature that is on sharp creases then
+FLAT_SHARE_OF_NETS = (
+    0.5  # share of the area that lies flat, from which a surface has planes, and nets are compared
+)
+FLAT_SHARE_OF_LARGE_NETS = 0.8  # the same, of a surface of many vertices, on which comparing takes long
+MOST_HANDLES_OF_NETS = 8  # of such a surface
+CREASED_CURVATURE_OF_NETS = 0.5  # share of the curvature that is on sharp creases then
 LEVELS = (0.0, 0.02, 0.2)  # radians of curvature at a crease, from which on a net goes through it
 FEWER = 0.9  # times the nodes of the level before that another one has at most
-SHARP_SHARE = 0.15  # of its length: what a sharp crease counts, beyond what is free
+SHARP_CREASE_PRICE = 0.15  # of its length: what a sharp crease counts, beyond what is free
 LEFT = 0.05  # of stretch and shear that a net may leave; more is a smooth surface with some creases, of which
 MUCH = 0.1  # a net has to save so much more
 EXACT = 1e-3  # of stretch and bend that a net may leave
@@ -59,7 +61,9 @@ class Nets:
     def _priced(self) -> ClosedSurface:
         """The surface with lengths as a net is charged for them."""
         piece = self.piece
-        return piece.with_lengths(piece.true_length * piece.shown * (1 - (1 - SHARP_SHARE) * piece.sharp))
+        return piece.with_lengths(
+            piece.true_length * piece.shown * (1 - (1 - SHARP_CREASE_PRICE) * piece.sharp)
+        )
 
     @cached_property
     def _loops(self) -> Seam:
@@ -117,7 +121,7 @@ class Nets:
 
         On a smooth surface whose triangles were split into coplanar ones it is not, though each lies flat.
         """
-        least = ANGULAR * float(self._bent.sum())
+        least = CREASED_CURVATURE_OF_NETS * float(self._bent.sum())
         if float(self._bent[self._perhaps_cornered].sum()) < least:  # which takes less time to find
             return False
         return float(self._bent[self._cornered].sum()) >= least
@@ -143,7 +147,7 @@ class Nets:
         """Of a seam, in units of stretch."""
         piece = self.piece
         length, sharp = (piece.true_length * piece.shown)[seam] / piece.size, piece.sharp[seam]
-        hard = SHARP_SHARE * max(0.0, float(length @ sharp) - self.trade)
+        hard = SHARP_CREASE_PRICE * max(0.0, float(length @ sharp) - self.trade)
         return (float(length @ (1 - sharp)) + hard) / self.trade
 
     def _least_price(self, nodes: IntArray) -> float:
@@ -152,7 +156,7 @@ class Nets:
         least = np.full(piece.n, np.inf)
         np.minimum.at(least, piece.ends.ravel(), np.repeat(self._priced.length, 2))
         length = float(least[nodes].sum()) / 2 / piece.size
-        return max(0.0, length - SHARP_SHARE * self.trade) / self.trade
+        return max(0.0, length - SHARP_CREASE_PRICE * self.trade) / self.trade
 
     @cached_property
     def _least_prices(self) -> list[float]:

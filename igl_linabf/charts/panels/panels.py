@@ -29,7 +29,7 @@ from ...surface import (
 )
 from ..cut_graphs import closed_surface, join, open_handles
 from ..features import NOISE, TIP, Creased, sharpness
-from .nets import HARD, NEAR_CREASED, SHARP_SHARE
+from .nets import FLAT_SHARE_OF_NETS, NEAR_CREASED, SHARP_CREASE_PRICE
 
 FOLD = np.deg2rad(5.0)  # bend from which on an edge is a crease between panels
 EVEN, STEEP = 1e-3, 0.05  # radians that a plane may bend at an edge; and at one of a sliver, by rounding
@@ -97,21 +97,21 @@ class Panels:
             return made
         # no tree through what is curved costs less: each node has an edge, and an edge has two nodes
         least = np.full(len(bent), np.inf)
-        price = creased.shown_length * np.where(creased.sharp, SHARP_SHARE, 1.0)
+        price = creased.shown_length * np.where(creased.sharp, SHARP_CREASE_PRICE, 1.0)
         np.minimum.at(least, creased.ends.ravel(), np.repeat(price, 2))
         cheap = self.price(creased.in_components(bent > 0, least) / 2, trade) < NEAR_CREASED
         if not cheap[made].all():
-            cheap |= creased.flat_share >= HARD
+            cheap |= creased.flat_share >= FLAT_SHARE_OF_NETS
         made &= cheap & creased.may_fall_apart
         return made & ((creased.loops > 0) | (creased.in_components(creased.on_sharp) > 0))
 
     def price(self, length: FloatArray, trade: float) -> FloatArray:
         """What seams on sharp creases cost, of which this length counts in each component."""
         length = length / np.sqrt(self.creased.area / 2)
-        return np.asarray(np.maximum(0.0, length - SHARP_SHARE * trade) / trade)
+        return np.asarray(np.maximum(0.0, length - SHARP_CREASE_PRICE * trade) / trade)
 
 
-def seams_of_panels(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
+def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
     """The edges, by the caller's vertices, along which components that are made of panels fall into charts.
 
     Each chart is a disk that its panels lay flat; but a panel may still lie over itself. Also tells which
@@ -124,7 +124,7 @@ def seams_of_panels(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
         seam |= _slits(panels, seam)[0]
     body = creased.label[creased.faces[:, 0]]
     length = sum_by(body[seam], creased.shown_length[seam], len(creased.extent))
-    dear = panels.price(SHARP_SHARE * length, trade) > panels.dearest
+    dear = panels.price(SHARP_CREASE_PRICE * length, trade) > panels.dearest
     dear[creased.label[handles]] = True
     left = dear[creased.label]
     seam &= ~dear[body]
@@ -329,7 +329,7 @@ def _hinges(panels: Panels, panel: IntArray, z: ComplexArray, trade: float) -> _
     back = pairs[:, 0] > pairs[:, 1]
     pairs[back] = pairs[back, ::-1]
     turn, shift = _motions(np.where(back, other, one), np.where(back, one, other))
-    length = creased.shown_length[rows] * (1 - (1 - SHARP_SHARE) * sharpness(creased.bend[rows]))
+    length = creased.shown_length[rows] * (1 - (1 - SHARP_CREASE_PRICE) * sharpness(creased.bend[rows]))
     step = panels.same * creased.extent_at_edges[rows]
     rounded = (np.round(part) for part in (turn / panels.same, shift / step))
     keys = (*pairs.T, *(part for values in rounded for part in (values.real, values.imag)))
@@ -346,5 +346,5 @@ def _hinges(panels: Panels, panel: IntArray, z: ComplexArray, trade: float) -> _
     body = creased.label[creased.faces[rows[chosen], 0]]
     area = sum_by(creased.label, creased.surface.measured[0], len(creased.extent)) / 2
     page = np.maximum(PAGE * area, LONGEST * _longest(creased, z, panel) ** 2)  # half its diagonal, squared
-    worth = total[by_length] / SHARP_SHARE * np.sqrt(area)[body] / (WASTED * trade)
+    worth = total[by_length] / SHARP_CREASE_PRICE * np.sqrt(area)[body] / (WASTED * trade)
     return pairs[chosen], turn[chosen], shift[chosen], worth, page[body]

@@ -20,8 +20,16 @@ from ..cut_graphs import (
     rerouted,
 )
 from ..features import Creased, Hiding, all_bends, flat_share, flat_shares, hiding
-from ..panels import HARD, HARD_LARGE, MOST_HANDLES, Nets, Panels, RoundedPanels, seams_of_panels
-from ..splitting import coarse_mesh, overlaps_and_tips, seam_to_fine_tips
+from ..panels import (
+    FLAT_SHARE_OF_LARGE_NETS,
+    FLAT_SHARE_OF_NETS,
+    MOST_HANDLES_OF_NETS,
+    Nets,
+    Panels,
+    RoundedPanels,
+    panel_seams,
+)
+from ..splitting import coarse_mesh, predicted_seams, seams_to_fine_tips
 from .growth import (
     DRAWN_SHORTER,
     MAX_LEAVES,
@@ -226,7 +234,7 @@ def _of_panels(creased: Creased, trade: float) -> tuple[list[IntArray], Creased 
             continue
         surface, rows = creased.surface, np.flatnonzero(made)
         own = panels if made.all() else kind(Creased(surface.of_faces(rows), creased.hidden))
-        seams, left = seams_of_panels(own, trade)
+        seams, left = panel_seams(own, trade)
         found.append(seams)
         made[rows[left]] = False
         if made.all():
@@ -292,8 +300,8 @@ def _best(
     nets = Nets(piece, trade, lambda seam: log_scale(piece, piece.on(seam), piece.curvature))
     few = piece.n <= DIRECT
     # a net opens every handle, and many lay sheets over each other in it
-    hard = with_nets and (few or piece.genus <= MOST_HANDLES)
-    least_flat = HARD if few else HARD_LARGE
+    hard = with_nets and (few or piece.genus <= MOST_HANDLES_OF_NETS)
+    least_flat = FLAT_SHARE_OF_NETS if few else FLAT_SHARE_OF_LARGE_NETS
     hard = hard and (nets.creased or (nets.angular and flat_share(component, bend) >= least_flat))
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
     if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
@@ -318,7 +326,7 @@ def _best(
             and (mesh := coarse_mesh(levels.coarse, levels.label(piece.node[component.F]))) is not None
         ):
             coarse = levels.coarse
-            more, ends = overlaps_and_tips(coarse, mesh, seam, trade * DRAWN_SHORTER)
+            more, ends = predicted_seams(coarse, mesh, seam, trade * DRAWN_SHORTER)
             leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
             seam = np.append(seam, more)
         drawn = levels.drawn(seam, leaves)
@@ -326,7 +334,7 @@ def _best(
             return drawn
         of_clusters = log_scale(levels.coarse, levels.coarse.on(seam), levels.coarse.curvature)
         u = of_clusters[levels.label(np.arange(piece.n))]
-        return np.append(drawn, seam_to_fine_tips(piece, drawn, u, trade))
+        return np.append(drawn, seams_to_fine_tips(piece, drawn, u, trade))
     seam = grown_seam(piece, trade, holes)[0]
     if hard and (net := cheaper(seam)) is not None:
         return net

@@ -14,7 +14,7 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, connected_labels, sum_by
 from ..cut_graphs import ClosedSurface, closed_surface, join, without_stubs
 from ..features import flat_shares
-from ..panels import ANGULAR, HARD, SHARP_SHARE
+from ..panels import CREASED_CURVATURE_OF_NETS, FLAT_SHARE_OF_NETS, SHARP_CREASE_PRICE
 
 LogScale = Callable[[ClosedSurface, IntArray, FloatArray], FloatArray]
 
@@ -138,9 +138,9 @@ class SmallBodies:
         bent, sharp = np.abs(piece.curvature), np.zeros(piece.n, dtype=bool)
         bent[: piece.holes] = 0
         sharp[piece.ends[piece.sharp == 1]] = True
-        angular = sum_by(of, bent * sharp, self._n) >= ANGULAR * sum_by(of, bent, self._n)
+        angular = sum_by(of, bent * sharp, self._n) >= CREASED_CURVATURE_OF_NETS * sum_by(of, bent, self._n)
         flat = flat_shares(self._surface, of[piece.node[self._surface.F[:, 0]]])
-        return np.asarray(angular & (flat >= HARD))
+        return np.asarray(angular & (flat >= FLAT_SHARE_OF_NETS))
 
     def _cost(self, seam: IntArray, trade: float) -> FloatArray:
         """The stretch and shear to expect of each body, and its seam's price."""
@@ -154,7 +154,7 @@ class SmallBodies:
         soft, hard = (
             np.bincount(body, length * share, self._n) / np.sqrt(self._area) for share in (1 - sharp, sharp)
         )
-        creased = soft + SHARP_SHARE * np.maximum(hard - trade, 0)
+        creased = soft + SHARP_CREASE_PRICE * np.maximum(hard - trade, 0)
         return np.asarray(
             self._stretch(u) + shear + np.where(self._hard, creased, self._length(seam)) / trade
         )

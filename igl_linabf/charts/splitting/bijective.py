@@ -9,14 +9,16 @@ from ..._types import FloatArray, IntArray
 from ...errors import FallbackWarning, MeshError, some, stack_level
 from ...flattening import Flattening, Outcome
 from ...surface import Submesh, complex_positions, flipped_faces, signed_double_areas
-from .reused_maps import Measured
+from .reused_maps import MapMeasure
 from .scaf import moved_apart
 
 WAITED, PER_FACE = 10.0, 1e-3  # seconds after which igl's SCAF hangs: elsewhere it takes 0.4 ms a face
 LOST = 1.2  # times its L2 stretch, beyond which a map has not come apart: it takes 1.1 where SCAF converges
 
 
-def made_bijective(piece: Submesh, result: Flattening, before: Measured) -> tuple[Flattening, float] | None:
+def move_parts_apart(
+    piece: Submesh, result: Flattening, before: MapMeasure
+) -> tuple[Flattening, float] | None:
     """The map with its overlapping parts moved apart, and the increase of F/3nt; None where SCAF cannot.
 
     `before` is the map measured. On long strips SCAF stops far from it, and a seam is better.
@@ -29,7 +31,7 @@ def made_bijective(piece: Submesh, result: Flattening, before: Measured) -> tupl
     corner = piece.topology.corner
     areas = [np.abs(signed_double_areas(complex_positions(m), corner)).sum() for m in (result.uv, uv)]
     uv *= np.sqrt(areas[0] / areas[1])
-    after = Measured(piece, uv)
+    after = MapMeasure(piece, uv)
     if not after.stretch <= LOST * before.stretch:
         _tell(piece, f"SCAF would stretch the chart by {after.stretch:.3g} (L2), not by {before.stretch:.3g}")
         return None

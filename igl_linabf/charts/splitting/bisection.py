@@ -6,7 +6,7 @@ from scipy import sparse
 from ...surface import Submesh, centres
 
 
-def halves(piece: Submesh) -> list[Submesh]:
+def bisect(piece: Submesh) -> list[Submesh]:
     """The faces of a piece nearer to one or to the other of two far from each other; nothing of one face."""
     cell, inside = piece.cells
     if not cell.any():

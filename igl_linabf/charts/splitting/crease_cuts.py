@@ -19,7 +19,7 @@ ISOMETRIC = 1.005  # stretch and conformal distortion, on average, up to which a
 Lengths = list[dict[int, float]]  # of the creases to each neighbour of a region
 
 
-def parted(piece: Submesh, uv: FloatArray, pairs: IntArray) -> list[Submesh]:
+def split_at_creases(piece: Submesh, uv: FloatArray, pairs: IntArray) -> list[Submesh]:
     """The parts of a piece whose faces `pairs` overlap in its map; none if creases do not part them."""
     if not is_isometric(piece, uv):
         return []

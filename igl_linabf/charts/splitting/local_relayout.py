@@ -30,7 +30,7 @@ RINGS = 3  # around faces that overlap, that are laid out with them where they a
 MOST = 16  # groups of connected faces that overlap: of more, seams part them
 
 
-def laid_narrower(piece: Submesh, result: Flattening, pairs: IntArray) -> tuple[Flattening, IntArray]:
+def relayout_locally(piece: Submesh, result: Flattening, pairs: IntArray) -> tuple[Flattening, IntArray]:
     """The map with overlapping faces laid out anew where they then have room, and the pairs that are left.
 
     Parameters

@@ -76,16 +76,16 @@ def separating_seams(V: ArrayLike, F: ArrayLike, pairs: ArrayLike) -> IntArray:
             f"{array[strangers[0]].tolist()}): leave these pairs out, and move the charts apart"
         )
     charts = [surface.of_faces(np.flatnonzero(chart == i)) for i in np.unique(chart[array[:, 0]])]
-    return seams_between(charts, array)
+    return seams_of_overlaps(charts, array)
 
 
-def seams_between(charts: list[Submesh], pairs: IntArray) -> IntArray:
+def seams_of_overlaps(charts: list[Submesh], pairs: IntArray) -> IntArray:
     """`separating_seams` of checked charts; faces and vertices are numbered as by the caller."""
     seams, _ = _separated(charts, pairs)
     return np.unique(np.concatenate([np.zeros((0, 2), dtype=np.int64), *seams]), axis=0)
 
 
-def parts_between(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> list[Submesh]:
+def split_overlaps(chart: Submesh, pairs: IntArray, most: int = MAX_OVERLAPS) -> list[Submesh]:
     """The parts of a chart cut along these seams, of which each separates so many overlaps at most."""
     return _separated([chart], pairs, most)[1]
 

@@ -13,8 +13,8 @@ from ...measures import change_of, overlapping_pairs_of_chart
 from ...surface import NEXT, Submesh, cleaned_surface
 from ..atlas import flattened
 from ..cut_graphs import ClosedSurface
-from .crease_cuts import parted
-from .overlap_seams import MAX_SPLITS, parts_between
+from .crease_cuts import split_at_creases
+from .overlap_seams import MAX_SPLITS, split_overlaps
 from .reused_maps import keeps_map
 from .tips import size_and_stretch, tips_of, worth_a_seam
 
@@ -47,7 +47,7 @@ def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
     return Submesh(mesh.V, mesh.F, mesh.faces, cleaned.origin, piece.n, inner if inner.any() else None)
 
 
-def overlaps_and_tips(
+def predicted_seams(
     piece: ClosedSurface, mesh: Submesh, seam: IntArray, trade: float
 ) -> tuple[IntArray, IntArray]:
     """Edges between the sheets that would lie over each other, were the surface cut to disks along a seam.
@@ -169,7 +169,7 @@ def _parts(
     pairs = overlapping_pairs_of_chart(disk.topology, result.uv)
     if not len(pairs) or len(np.unique(pairs)) < FEW * len(disk.F) or uv is None:
         return [], uv, False
-    parts = parted(disk, uv, pairs) or parts_between(disk, disk.faces[pairs], AT_ONCE)
+    parts = split_at_creases(disk, uv, pairs) or split_overlaps(disk, disk.faces[pairs], AT_ONCE)
     _, squared = size_and_stretch(change_of(disk, uv))
     if keeps_map(max(len(part.F) for part in parts), len(disk.F), float(np.sqrt(squared))):
         # so would the fine map, which has fewer overlaps than this one

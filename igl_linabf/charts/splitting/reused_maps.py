@@ -17,12 +17,12 @@ from ...surface import Ragged, Submesh, complex_positions, signed_double_areas
 from ..atlas import NO_QUALITY, cut_out, of_own_size, on_part
 
 KEPT = 0.9  # share of its faces from which on the largest part keeps the map; others gain by a new one
-EVEN = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
+REUSED_STRETCH = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
 WHOLE = 0.995  # share from which on it does at any stretch: a new map is nearly the same
 EXACT = 1 + 1e-4  # stretch and conformal distortion up to which any part does: a new map is the same
 
 
-class Known(NamedTuple):
+class KnownMap(NamedTuple):
     """A map, its pairs of overlapping faces, its figures, and whether no tip in it is worth a seam.
 
     A map that overlaps itself, and so is to be cut, may have no figures yet.
@@ -35,7 +35,7 @@ class Known(NamedTuple):
 
 
 @dataclass(frozen=True, eq=False)
-class Measured:
+class MapMeasure:
     """What a map does to a piece, measured when it is asked for."""
 
     piece: Submesh
@@ -51,14 +51,14 @@ class Measured:
         return float(np.sqrt(self.at_triangles.mean(self.at_triangles.squared_stretch)))
 
 
-def kept_maps(
+def reuse_maps(
     piece: Submesh, result: Flattening, parts: list[Submesh], pairs: IntArray, without_tips: bool
-) -> list[Known | None]:
+) -> list[KnownMap | None]:
     """The maps of the parts that keep theirs; None for the others. `pairs` of faces overlap in the map.
 
     Those that are left in a large part go with its map. So does that it has no tips worth a seam.
     """
-    kept: list[Known | None] = [None] * len(parts)
+    kept: list[KnownMap | None] = [None] * len(parts)
     if not result.outcome.good:
         return kept
     rows = [np.searchsorted(piece.faces, part.faces) for part in parts]
@@ -81,7 +81,7 @@ def kept_maps(
             made = cut_out(result, piece, parts[k], uv)
             cut_off = f"a part of this map, {len(piece.F) - len(parts[k].F):,} faces were cut off"
             made = replace(made, message=f"{result.message}; {cut_off}")
-            kept[k] = Known(made, over, quality, without_tips)
+            kept[k] = KnownMap(made, over, quality, without_tips)
     return kept
 
 
@@ -99,7 +99,7 @@ def decisive(piece: Submesh, uv: FloatArray, overlaps: int) -> Quality:
 
 def keeps_map(part: int, whole: int, stretch: float) -> bool:
     """Whether a part of so many faces keeps its part of a map, of this L2 stretch."""
-    return part >= (KEPT if stretch <= EVEN else WHOLE) * whole
+    return part >= (KEPT if stretch <= REUSED_STRETCH else WHOLE) * whole
 
 
 def _area_ratios(

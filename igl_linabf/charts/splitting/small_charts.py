@@ -40,7 +40,7 @@ Key = tuple[int, ...]  # the piece that a chart is a part of, and its place ther
 Made = tuple[Key, Chart, Submesh]
 
 
-def with_small_joined(made: list[Made], most_stretch: float, kept: IntArray) -> list[Made]:
+def merge_small_charts(made: list[Made], most_stretch: float, kept: IntArray) -> list[Made]:
     """The charts, of which small ones are parts of others of the same piece now, where that can be.
 
     The edges `kept`, (#E, 2) of the caller's vertices, stay seams.

@@ -13,7 +13,7 @@ from ..features import HIDING, Smoothing, face_normals, shown
 STILL, MOST_STEPS = 0.06, 40  # change of a log scale that is the last one, and steps at most
 
 
-def seam_to_fine_tips(piece: ClosedSurface, seam: IntArray, u: FloatArray, trade: float) -> IntArray:
+def seams_to_fine_tips(piece: ClosedSurface, seam: IntArray, u: FloatArray, trade: float) -> IntArray:
     """Edges from a seam to tips that a map would shrink, where that is worth their length.
 
     `u` is nearly the conformal log scale of the nodes, (n,).
@@ -21,7 +21,7 @@ def seam_to_fine_tips(piece: ClosedSurface, seam: IntArray, u: FloatArray, trade
     none, on = np.zeros(0, dtype=np.int64), piece.on(seam)
     u = _log_scale(piece, on, u)
     stretch = expected_stretch(piece, u)
-    if not stretch > TIPPED:
+    if not stretch > TIP_STRETCH:
         return none
     area = piece.area / piece.area.sum()
     scale = float(area @ np.exp(2 * u))
@@ -76,7 +76,7 @@ def _log_scale(piece: ClosedSurface, on: IntArray, u: FloatArray) -> FloatArray:
 
 
 SHRUNK = 1 / 16  # of the area that a face at a tip has in the map, at most
-TIPPED = 1.2  # L2 stretch of a map from which on there may be tips that are worth a seam
+TIP_STRETCH = 1.2  # L2 stretch of a map from which on there may be tips that are worth a seam
 FIRST_WAY = 2.0  # times the distance in space: ways that are sought at first
 NEARLY_ALL = 0.4  # share of the vertices, from which on ways are sought among all
 WORTH = 0.008  # L2 stretch that seams have to save beyond their price: the chart is flattened again
@@ -121,7 +121,7 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     """
     none = np.zeros((0, 2), dtype=np.int64)
     size, total = size_and_stretch(changed)
-    if trade == 0 or not TIPPED**2 < total < np.inf:
+    if trade == 0 or not TIP_STRETCH**2 < total < np.inf:
         return none
     faces, saved = tips_of(piece.F, len(piece.V), changed, SHRUNK)
     if not saved.sum() / (np.sqrt(total) + 1) >= WORTH:  # not even with seams for nothing

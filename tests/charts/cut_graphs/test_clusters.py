@@ -18,7 +18,7 @@ from igl_linabf.charts.seams import search as seams
 from igl_linabf.charts.seams.growth import grown_seam, seam_cost
 from igl_linabf.charts.splitting import predicted_overlaps as foreseen
 from igl_linabf.charts.splitting.predicted_overlaps import coarse_mesh
-from igl_linabf.charts.splitting.tips import seam_to_fine_tips
+from igl_linabf.charts.splitting.tips import seams_to_fine_tips
 from igl_linabf.flattening import Sketch
 from igl_linabf.measures import overlapping_pairs
 from igl_linabf.surface import Submesh, clean, complex_positions, signed_double_areas
@@ -183,8 +183,8 @@ def test_a_spike_that_clusters_do_not_show_gets_its_seam_beforehand(height: floa
     coarse = Levels.of(piece, CLUSTERED)
     on = coarse.label(piece.on(seam))
     u = log_scale(coarse.coarse, on, coarse.coarse.curvature)[coarse.label(np.arange(piece.n))]
-    more = seam_to_fine_tips(piece, seam, u, 6.0)
-    exact = seam_to_fine_tips(piece, seam, log_scale(piece, piece.on(seam), piece.curvature), 6.0)
+    more = seams_to_fine_tips(piece, seam, u, 6.0)
+    exact = seams_to_fine_tips(piece, seam, log_scale(piece, piece.on(seam), piece.curvature), 6.0)
     assert bool(len(more)) is bool(len(exact)) is bool(height)
     if height:
         out = np.linalg.norm(piece.position, axis=1)
