@@ -1,13 +1,11 @@
-# HELPERS: do not run this for whole rooms (2 cores!): a sweep of all constants, by their names before your changes, is being
-# written to /work/s50/sweep.txt ("NAME x0.5: n of m" results that change). Read that. This comment goes in the end.
 """What each constant of a room is for: it is halved and doubled, and the maps are compared.
 
     python benchmarks/constants.py charts.packing          # a room, with the rooms within it
     python benchmarks/constants.py charts --only STRETCH   # those whose names hold this word
 
-A line is a constant at half or twice its value, in a process of its own: how many results of how many changed,
-and the medians before and after of those measures that moved: charts, the length of seams over the
-mesh's size, L2 stretch, the paper's F/3nt, the share of pages that is filled, flips. `IGL_LINABF_MESHES` adds the
+A line is a constant at half or twice its value, in a process of its own. It says how many results changed, of
+how many, and the medians before and after of those measures that moved: charts, the length of seams over the
+mesh's size, L2 stretch, the paper's F/3nt, the share of pages that is filled, flips. IGL_LINABF_MESHES adds the
 shared meshes.
 """
 
@@ -16,7 +14,6 @@ from __future__ import annotations
 import argparse
 import ast
 import hashlib
-
 import json
 import os
 import subprocess

@@ -1,0 +1,68 @@
+"""Draw the rooms of the package, as the import contracts in pyproject.toml order them: images/rooms.svg.
+
+python docs/rooms_picture.py
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).parent.parent
+PICTURE = ROOT / "docs" / "images" / "rooms.svg"
+PACKAGE = "igl_linabf"
+WIDTH, HEIGHT, GAP = 130, 24, 6  # of a box, and between boxes; pixels
+HEAD, EDGE = 30, 14  # above the boxes of a column, around the picture; pixels
+COLUMNS = (("charts", "angles", "surface"), ("flattening", "layouts", "io"))  # right of the whole
+
+
+def contracts() -> dict[str, list[list[str]]]:
+    """The layers of each room that has an order, from the one that imports all to the one that imports none."""
+    text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
+    made = {}
+    for contract in tomllib.loads(text)["tool"]["importlinter"]["contracts"]:
+        for container in contract.get("containers", ()):
+            layers = [[name.strip() for name in layer.split("|")] for layer in contract["layers"]]
+            made[container.removeprefix(PACKAGE).lstrip(".")] = layers
+    return made
+
+
+def column(room: str, layers: list[list[str]], x: int, y: int, inner: set[str]) -> tuple[list[str], int, int]:
+    """The boxes of a room, its width and its height."""
+    across = max(map(len, layers))
+    width = across * (WIDTH + GAP) - GAP
+    lines = [f'<text x="{x}" y="{y + 16}" font-weight="bold">{room or PACKAGE}</text>']
+    for i, layer in enumerate(layers):
+        each = (width - GAP * (len(layer) - 1)) / len(layer)
+        for k, name in enumerate(layer):
+            left, top = x + k * (each + GAP), y + HEAD + i * (HEIGHT + GAP)
+            fill = "#cfe3ff" if name in inner and not room else "#f2f2f2"
+            box = f'x="{left:g}" y="{top}" width="{each:g}" height="{HEIGHT}"'
+            lines.append(f'<rect {box} rx="4" fill="{fill}" stroke="#777"/>')
+            lines.append(f'<text x="{left + each / 2:g}" y="{top + 16}" text-anchor="middle">{name}</text>')
+    return lines, width, HEAD + len(layers) * (HEIGHT + GAP)
+
+
+def svg() -> str:
+    """The whole picture."""
+    layers = contracts()
+    x, lowest, lines = EDGE, 0, []
+    for rooms in (("",), *COLUMNS):
+        y, widest = EDGE, 0
+        for room in rooms:
+            made, width, height = column(room, layers[room], x, y, set(layers))
+            lines += made
+            y, widest = y + height + 2 * GAP, max(widest, width)
+        x, lowest = x + widest + 5 * GAP, max(lowest, y)
+    size = f'width="{x}" height="{lowest + EDGE}"'
+    head = f'<svg xmlns="http://www.w3.org/2000/svg" {size} font-family="sans-serif" font-size="12">'
+    return "\n".join([head, '<rect width="100%" height="100%" fill="white"/>', *lines, "</svg>", ""])
+
+
+if __name__ == "__main__":
+    PICTURE.write_text(svg(), encoding="utf-8")
