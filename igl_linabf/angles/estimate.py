@@ -14,7 +14,7 @@ def corner_angles(mesh: Mesh) -> FloatArray:
     return np.arctan2(mesh.double_area, mesh.dot)
 
 
-def opened(alpha: FloatArray, least: float = CAP_ANGLE) -> tuple[FloatArray, IntArray]:
+def open_caps(alpha: FloatArray, least: float = CAP_ANGLE) -> tuple[FloatArray, IntArray]:
     """Angles (3, #F) with no angle within `least` of pi, and the faces that were changed for this.
 
     The two small angles of such a cap are scaled to sum to `least`. Closer to pi, its cotangents would

@@ -7,7 +7,7 @@ import numpy as np
 
 from .._runtime import stopwatch, timed
 from .._types import FloatArray, IntArray
-from ..angles import Blocks, Iterate, constraints_of
+from ..angles import DiskBlocks, Iterate, constraints_of
 from ..layouts import isometric_together
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import (
@@ -41,7 +41,7 @@ def lengthened(
         return
     alpha, constraints = flat_angles(z, corner), constraints_of(disks.topology)
     at = Iterate.of(constraints, alpha)
-    after = Blocks.of(constraints, disks).residuals(at.residual).T
+    after = DiskBlocks.of(constraints, disks).residuals(at.residual).T
     scale = signed_double_areas(z, corner) / disks.double_area
     ratio = area_ratio(faces.max(scale), faces.min(scale))
     uv, angles = coordinates(z), np.ascontiguousarray(alpha.T)

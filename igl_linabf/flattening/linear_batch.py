@@ -9,12 +9,12 @@ from .._runtime import timed
 from .._types import BoolArray, FloatArray, IntArray
 from ..angles import (
     AngleProblem,
-    Blocks,
+    DiskBlocks,
     State,
     StepAndChord,
     constraints_of,
     initial_estimate,
-    opened,
+    open_caps,
     step_and_chord,
 )
 from ..layouts import develop_boundary, harmonic
@@ -64,11 +64,11 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
     """
     solvers, vertices, faces, topology = Solvers(method.solver), disks.vertices, disks.faces, disks.topology
     with timed("estimate"):
-        alpha, caps = opened(np.arctan2(disks.double_area, disks.dot))
+        alpha, caps = open_caps(np.arctan2(disks.double_area, disks.dot))
         estimate = initial_estimate(topology, alpha, method.threshold)
     with timed("assembly"):
         constraints = constraints_of(topology)
-        problem = AngleProblem(constraints, estimate, solvers, side_by_side=Blocks.of(constraints, disks))
+        problem = AngleProblem(constraints, estimate, solvers, side_by_side=DiskBlocks.of(constraints, disks))
     stepped = step_and_chord(State(problem, problem.start), method.rtol or ONE_SYSTEM_RTOL, method.tol)
     at, lin = stepped.state.at, stepped.state.lin
     with (

@@ -10,7 +10,7 @@ import numpy as np
 
 from .._notebook import html_table, map_svg, side_by_side
 from .._types import FloatArray, IntArray
-from ..angles import Residual, Step, largest
+from ..angles import Residual, Step, largest_magnitude
 from ..errors import some
 from ..surface import ALL_DIGITS, SPAN, Mesh
 
@@ -137,7 +137,12 @@ class Residuals:
 
     @classmethod
     def of(cls, b: Residual) -> Residuals:
-        return cls(largest(b.vertex), largest(b.triangle), largest(b.wheel), largest(np.abs(b.closure.gap)))
+        return cls(
+            largest_magnitude(b.vertex),
+            largest_magnitude(b.triangle),
+            largest_magnitude(b.wheel),
+            largest_magnitude(np.abs(b.holonomy.gap)),
+        )
 
     @property
     def largest(self) -> float:
@@ -220,7 +225,7 @@ class Hole:
             return ()
         rotation = [b.turning[loop].sum() + 2 * np.pi for loop in loops]
         scale = [b.log_ratio[loop].sum() for loop in loops]
-        parts = (rotation, scale, b.closure.gap)
+        parts = (rotation, scale, b.holonomy.gap)
         return tuple(
             cls(int(mesh.vertices[loop[0]]), len(loop), *(float(abs(part[i])) for part in parts))
             for i, loop in enumerate(loops)

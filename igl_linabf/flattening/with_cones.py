@@ -9,24 +9,24 @@ from .._runtime import stopwatch, timed
 from .._types import FloatArray, IntArray
 from ..angles import (
     ROUGH_RTOL,
-    Across,
     AngleProblem,
     ClosedPath,
+    HolonomyAngles,
     Linearised,
+    SchurColumns,
     State,
     System,
-    Turnings,
     active_set,
-    astray,
     constraints_of,
     corner_angles,
-    corrected_steps,
+    diverges,
+    eliminate_locally,
     initial_estimate,
-    opened,
+    iterate_with_corrections,
+    open_caps,
     rescaled,
-    step_by_same_factor,
     step_from_surface,
-    within_patches,
+    step_with_known_factor,
 )
 from ..linalg import Factor, NotPositiveDefiniteError, Solvers
 from ..surface import Mesh, Topology
@@ -68,12 +68,12 @@ class Turned:
     vertices : (#C,) int64
         Vertices whose angle sums may be chosen for that.
     chosen : callable
-        Given `Turnings` of the sums so far: their angle sums; what the paths turn by, radians; and the
+        Given `HolonomyAngles` of the sums so far: their angle sums; what the paths turn by, radians; and the
         logarithm of the scale at all vertices with which the surface has these sums, if that is known.
     """
 
     vertices: IntArray
-    chosen: Callable[[Turnings], tuple[FloatArray, FloatArray, FloatArray | None]]
+    chosen: Callable[[HolonomyAngles], tuple[FloatArray, FloatArray, FloatArray | None]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,14 +89,14 @@ class KnownLaplacian:
     even : bool
         Whether the surface is large, and few triangles are thin. Else a factor of the first step's own metric
         preconditions that better.
-    across : Across or None
-        The columns of the closing rows of the paths, from `turnings_of` the surface with this inverse.
+    columns : SchurColumns or None
+        The columns of the closing rows of the paths, from `holonomy_angles_of` the surface with this inverse.
     """
 
     inverse: Factor | None
     left_out: int | None
     even: bool
-    across: Across | None = None
+    columns: SchurColumns | None = None
 
 
 def flatten_with_cones(
@@ -154,13 +154,13 @@ def flatten_with_cones(
         )
 
 
-def turnings_of(
+def holonomy_angles_of(
     topology: Topology,
     surface: FloatArray,
     sums: FloatArray,
     paths: Sequence[ClosedPath],
     known: KnownLaplacian | None = None,
-) -> tuple[Turnings, Across | None] | None:
+) -> tuple[HolonomyAngles, SchurColumns | None] | None:
     """What closed paths of a surface of these angles turn by, and how a cone at any vertex changes that.
 
     With the columns of their closing rows, which serve for other cones with the same ground, too.
@@ -169,14 +169,14 @@ def turnings_of(
     """
     uncut = replace(topology, n_outer=len(topology.loops))
     constraints = constraints_of(uncut, sums, paths, left_out=None if known is None else known.left_out)
-    angles, lin = AngleProblem(constraints, opened(surface)[0], Solvers()), None
+    angles, lin = AngleProblem(constraints, open_caps(surface)[0], Solvers()), None
     if known is not None:
         lin = _preconditioned(angles, known)
     try:
-        turnings, lin = Turnings.of(angles, np.arange(topology.n), angles.estimate, lin)
+        holonomy, lin = HolonomyAngles.predicted(angles, np.arange(topology.n), angles.estimate, lin)
     except NotPositiveDefiniteError:
         return None
-    return turnings, None if known is None or known.inverse is None else lin.across
+    return holonomy, None if known is None or known.inverse is None else lin.columns
 
 
 def _preconditioned(angles: AngleProblem, known: KnownLaplacian) -> Linearised | None:
@@ -185,7 +185,7 @@ def _preconditioned(angles: AngleProblem, known: KnownLaplacian) -> Linearised |
         return None
     system = System(angles.constraints, angles.estimate, cot=angles.start.cot)
     analysis = angles.constraints.pattern.analysis(angles.solvers)
-    return Linearised.preconditioned(angles, system, analysis, known.inverse, known.across)
+    return Linearised.preconditioned(angles, system, analysis, known.inverse, known.columns)
 
 
 def _turned(problem: Problem, begun: State, turned: Turned) -> tuple[Problem, State]:
@@ -195,29 +195,29 @@ def _turned(problem: Problem, begun: State, turned: Turned) -> tuple[Problem, St
     scaled conformally, and goes to those of least change from the surface itself. Right at cones much is
     missing all the same. So patches around these are flattened first.
     """
-    surface = opened(corner_angles(problem.mesh))[0]
+    surface = open_caps(corner_angles(problem.mesh))[0]
     try:
-        turnings, lin = Turnings.of(problem.angles, turned.vertices, surface, begun.lin)
+        holonomy, lin = HolonomyAngles.predicted(problem.angles, turned.vertices, surface, begun.lin)
     except NotPositiveDefiniteError:
-        after = step_by_same_factor(begun, ROUGH_RTOL)
-        turnings = Turnings.measured(after.at, problem.angles.constraints.paths, turned.vertices)
-        angles, _ = _asking(problem.angles, turned, turnings)
+        after = step_with_known_factor(begun, ROUGH_RTOL)
+        holonomy = HolonomyAngles.measured(after.at, problem.angles.constraints.paths, turned.vertices)
+        angles, _ = _asking(problem.angles, turned, holonomy)
         state = State(angles, angles.at(after.at.alpha), after.steps, after.lin)
         return replace(problem, angles=angles), state
-    angles, log_scale = _asking(problem.angles, turned, turnings)
-    start = within_patches(_scaled(angles, surface, log_scale, lin))
+    angles, log_scale = _asking(problem.angles, turned, holonomy)
+    start = eliminate_locally(_scaled(angles, surface, log_scale, lin))
     return replace(problem, angles=angles), step_from_surface(start, surface, ROUGH_RTOL)
 
 
 def _asking(
-    angles: AngleProblem, turned: Turned, turnings: Turnings
+    angles: AngleProblem, turned: Turned, holonomy: HolonomyAngles
 ) -> tuple[AngleProblem, FloatArray | None]:
     """The problem with the sums and the turnings that are chosen, and the logarithm of its scale."""
-    sums, wanted, log_scale = turned.chosen(turnings)
+    sums, wanted, log_scale = turned.chosen(holonomy)
     asked = angles.constraints.sums.copy()
     changed = np.full(len(asked), np.nan)
     asked[turned.vertices] = changed[turned.vertices] = sums
-    constraints = angles.constraints.asking(asked, wanted)
+    constraints = angles.constraints.with_prescribed(asked, wanted)
     with timed("assembly"):
         estimate = initial_estimate(
             constraints.topology, angles.estimate, to_triangles=angles.safeguard, sums=changed
@@ -263,8 +263,8 @@ def _exact(begun: State, rtol: float | None, tol: float, only: bool) -> Stage:
     """Active-set iterations until both sides of the seam agree; or, if `only` they may, an error."""
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
-        state = corrected_steps(begun, rtol, tol, MAX_ACTIVE_SET)
-        if only and astray(state):
+        state = iterate_with_corrections(begun, rtol, tol, MAX_ACTIVE_SET)
+        if only and diverges(state):
             raise AstrayError(f"steps lead to angle sums {state.at.residual.largest:.2g} away from them")
         reached = state.at.residual.largest <= tol
         note = "" if reached else f"the iterations did not converge within {MAX_ACTIVE_SET} steps"

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._types import ComplexArray, FloatArray, IntArray, Solve
-from ..angles import Closure, Constraints
+from ..angles import Constraints, HolonomyResidual
 from ..surface import Ragged, complex_positions, coordinates
 
 LITTLE = 3e-5  # conformal energy over the map's area up to which two changes of the loops are enough
@@ -142,7 +142,7 @@ class Loops:
         return np.asarray(self._parts.repeat(self._parts.sum(values) / self._parts.sizes))
 
 
-def drawn(loops: Loops, closure: Closure, outer: ComplexArray) -> Harmonic:
+def drawn(loops: Loops, holonomy: HolonomyResidual, outer: ComplexArray) -> Harmonic:
     """Both coordinates harmonic between loops that have the shapes drawn from angles.
 
     The outer loop stays as it is drawn. Each hole's is drawn up to a similarity, z = a_h s + c_h: a_h and c_h
@@ -157,12 +157,12 @@ def drawn(loops: Loops, closure: Closure, outer: ComplexArray) -> Harmonic:
     Parameters
     ----------
     loops : Loops
-    closure : Closure
+    holonomy : HolonomyResidual
         Of the angles.
     outer : (#outer,) complex128
         Positions of the outer loop.
     """
-    beside: ComplexArray = np.append(np.zeros_like(outer), -closure.q)  # q leads to the loop's end
+    beside: ComplexArray = np.append(np.zeros_like(outer), -holonomy.q)  # q leads to the loop's end
     shapes = loops.split(beside)[1:]
     z, *holes = loops.harmonics([loops.on(h, shape) for h, shape in enumerate((outer, *shapes))])
     force = [loops.split(loops.force(each))[1:] for each in (z, *holes)]

@@ -140,7 +140,7 @@ def _may_draw_holes(constraints: Constraints) -> bool:
 
 def _nearly_closed(boundary: Boundary, b: Residual) -> bool:
     """Whether the drawn loops are nearly those of the least squares."""
-    return max(boundary.gap, float(np.abs(b.closure.gap).max())) <= NEARLY_CLOSED
+    return max(boundary.gap, float(np.abs(b.holonomy.gap).max())) <= NEARLY_CLOSED
 
 
 def layout(

@@ -4,11 +4,17 @@ In: an `AngleProblem`. Out: a `State` with its angles, residuals and steps: the 
 (section 6), converged ABF, steps to prescribed angle sums.
 """
 
-from .conformal_corrections import ROUGH_RTOL, astray, corrected_steps, step_by_same_factor, step_from_surface
-from .holonomy_angles import Turnings
-from .iterates import REACH, AngleProblem, Blocks, Iterate, Step
+from .conformal_corrections import (
+    ROUGH_RTOL,
+    diverges,
+    iterate_with_corrections,
+    step_from_surface,
+    step_with_known_factor,
+)
+from .holonomy_angles import HolonomyAngles
+from .iterates import REACH, AngleProblem, DiskBlocks, Iterate, Step
 from .iterations import State, StepAndChord, active_set, linear_step, step_and_chord
 from .linearisation import Direction, Linearised, advance, linearise, solve
-from .local_elimination import within_patches
+from .local_elimination import eliminate_locally
 from .newton import LEAST_SHARE, AbfResult, converge, converge_feasibly
-from .prescribed import prescribed_steps
+from .prescribed import iterate_to_prescribed_sums

@@ -11,11 +11,11 @@ import numpy as np
 from ..._runtime import timed
 from ..._types import FloatArray
 from ...linalg import NotPositiveDefiniteError
-from ..system import ClosingRows, System, conformal_inverse, laplacian_inverse
+from ..system import HolonomyConstraints, System, conformal_inverse, laplacian_inverse
 from .acceleration import shares_of
 from .iterations import State
 from .linearisation import Linearised, direct, errors, linearise, solve
-from .local_elimination import within_patches
+from .local_elimination import eliminate_locally
 
 SMALL = 0.12  # residual below which they begin: F/3nt stays the same within a thousandth
 EARLY_BELOW = 0.25  # and where angles change more than to a free boundary
@@ -54,7 +54,7 @@ class Visit:
     taken: FloatArray
 
 
-def corrected_steps(
+def iterate_with_corrections(
     state: State, rtol: float | None, tol: float, most: int, largest: float = ROUGH_RTOL
 ) -> State:
     """Active-set steps until the residual is at most `tol`, the last of them corrections.
@@ -78,14 +78,14 @@ def corrected_steps(
             state = conformal_steps(state, tol, np.inf if paths else SMALL)
             close = close or state.at is before
         residual = state.at.residual.largest
-        if residual <= tol or astray(state):
+        if residual <= tol or diverges(state):
             break
         enough = min(largest, max(residual, tol / (2 * residual))) if rtol is None else rtol
-        state = step_by_same_factor(state, enough, close=close)
+        state = step_with_known_factor(state, enough, close=close)
     return state
 
 
-def astray(state: State) -> bool:
+def diverges(state: State) -> bool:
     """Whether steps that close paths lead away from all solutions."""
     last = [step.residual for step in state.steps[-1 - GROWING :]]
     growing = len(last) > GROWING and all(after > before for before, after in pairwise(last))
@@ -97,7 +97,7 @@ def _turned(state: State) -> bool:
     return any(not np.isnan(path.turning) for path in state.problem.constraints.paths)
 
 
-def step_by_same_factor(state: State, rtol: float, *, close: bool = False) -> State:
+def step_with_known_factor(state: State, rtol: float, *, close: bool = False) -> State:
     """A step with the factor that is known, if the last one was not cut short; `close`: also of paths.
 
     One that the first step began with serves on if that took few inner steps. Where paths turn, a step is cut
@@ -131,13 +131,13 @@ def _made_up(state: State) -> State:
     """
     constraints, (*_, last) = state.problem.constraints, state.steps
     if constraints.paths:
-        return within_patches(state) if last.limited and _turned(state) else state
+        return eliminate_locally(state) if last.limited and _turned(state) else state
     before = [step for step in state.steps[:-1] if step.kind == "step"]
     resting = before and last.residual > RESTING * before[-1].residual
     often = sum(step.limited > 0 for step in (*before, last)) > MOST_CUT_SHORT
     if not constraints.plain or often or not (last.limited or resting):
         return state
-    made = within_patches(state)
+    made = eliminate_locally(state)
     return made if made.at.residual.at_vertices < SMALL else state
 
 
@@ -149,7 +149,7 @@ def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
     lin = linearise(state.problem, state.at, surface**2, state.lin, same_factor=True)
     direction = solve(lin, state.at, rtol, (state.at.alpha - surface) / surface**2)
     state = _made_up(state.advanced(direction, "step"))
-    return state.at_rest() if direction.inner_steps > MANY_INNER else state
+    return state.without_factors() if direction.inner_steps > MANY_INNER else state
 
 
 def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
@@ -193,7 +193,7 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
             earlier = (*earlier[1 - REMEMBERED :], visit) if earlier or left > FAST else ()
         elif fresh:
             # it may serve all but the few triangles that it changes most
-            made = within_patches(made, FAR * missing) if state.problem.constraints.plain else made
+            made = eliminate_locally(made, FAR * missing) if state.problem.constraints.plain else made
             if made.steps[-1].limited or not made.at.residual.largest < IN_VAIN * missing:
                 break
             state, left = made, np.inf
@@ -212,10 +212,10 @@ def _corrected(
     The errors are linear in the multipliers, as are those that led here: `gone` are their sum so far.
     """
     assert conformal.precondition is not None
-    b, closing = conformal.problem.constraints.ahead(state.at.residual), conformal.closing
+    b, holonomy = conformal.problem.constraints.ahead(state.at.residual), conformal.holonomy
     rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, each triangle's angles sum to pi
-    if closing is not None:
-        rhs = np.concatenate((rhs, -closing.gap(b.closure, b.vertex)))
+    if holonomy is not None:
+        rhs = np.concatenate((rhs, -holonomy.gap(b.holonomy, b.vertex)))
     with timed("solve"):
         taken = conformal.precondition(rhs)
         reached = gone + taken
@@ -237,13 +237,13 @@ def conformal_system(state: State) -> Linearised | None:
         return None
     with timed("assembly"):
         system = System(constraints, at.alpha, cot=at.cot, scaled=False)
-        closure = at.residual.closure
-        closing = ClosingRows(system, closure, conformal=True) if closure.asked.any() else None
+        open_by = at.residual.holonomy
+        holonomy = HolonomyConstraints(system, open_by, conformal=True) if open_by.asked.any() else None
         lower = system.laplacian()
     try:
         with timed("factor"):
             inverse = laplacian_inverse(system, lin.laplacian, lower)
-            precondition, _ = conformal_inverse(system, closing, inverse.solve)
+            precondition, _ = conformal_inverse(system, holonomy, inverse.solve)
     except NotPositiveDefiniteError:
         return None
-    return replace(lin, system=system, closing=closing, inverse=inverse, precondition=precondition)
+    return replace(lin, system=system, holonomy=holonomy, inverse=inverse, precondition=precondition)

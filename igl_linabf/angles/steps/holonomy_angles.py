@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._runtime import timed
 from ..._types import FloatArray, IntArray
-from ..system import ClosedPath, ClosingRows, System
+from ..system import ClosedPath, HolonomyConstraints, System
 from .iterates import AngleProblem, Iterate
 from .linearisation import Linearised
 
@@ -17,7 +17,7 @@ ROUNDING = 1e-10  # of the largest entry: what is smaller is rounding
 
 
 @dataclass(frozen=True, eq=False)
-class Turnings:
+class HolonomyAngles:
     """What the closed paths of a surface turn by once its constraints hold, to first order.
 
     In the metric of the cotangent matrices K, M K M^T is diag(L, L). With C = diag(L, L)^-1 B for the paths'
@@ -27,7 +27,7 @@ class Turnings:
 
     Attributes
     ----------
-    turned : (#paths,) float64
+    angle : (#paths,) float64
         Radians.
     by_vertex : (#C, #paths) float64
         The change by one radian more of the angle sum at some vertices.
@@ -35,14 +35,14 @@ class Turnings:
         A change c of the turnings adds about c^T cost c to F/3nt.
     """
 
-    turned: FloatArray
+    angle: FloatArray
     by_vertex: FloatArray
     cost: FloatArray
 
     @classmethod
-    def of(
+    def predicted(
         cls, problem: AngleProblem, vertices: IntArray, surface: FloatArray, known: Linearised | None
-    ) -> tuple[Turnings, Linearised]:
+    ) -> tuple[HolonomyAngles, Linearised]:
         """At the angles of the surface, (3, #F); and a system whose factor preconditions the first step, too.
 
         The factor is that of `known`, a system there, if that has one; and so are the columns C.
@@ -53,11 +53,11 @@ class Turnings:
             The Laplacian is singular in double precision.
         """
         asked = problem.constraints
-        turning = replace(problem, constraints=asked.asking(turnings=np.zeros(len(asked.paths))))
+        turning = replace(problem, constraints=asked.with_prescribed(turnings=np.zeros(len(asked.paths))))
         with timed("assembly"):
             at = turning.at(surface)
             system = System(turning.constraints, at.alpha, cot=at.cot, scaled=False)
-            closing = ClosingRows(system, at.residual.closure, conformal=True)
+            holonomy = HolonomyConstraints(system, at.residual.holonomy, conformal=True)
         laplacian, inverse = (None, None) if known is None else (known.laplacian, known.inverse)
         if laplacian is None or inverse is None:
             lower = system.laplacian()
@@ -66,13 +66,13 @@ class Turnings:
             with timed("factor"):
                 inverse = laplacian.factor(lower.data)
         with timed("factor"):
-            columns = None if known is None else known.across
+            columns = None if known is None else known.columns
             if columns is None:
-                columns, _ = closing.conformal(inverse.solve)
+                columns, _ = holonomy.conformal(inverse.solve)
             schur = columns.schur
             b, rows = at.residual, asked.row[vertices]
             change = columns.onto(np.column_stack((b.vertex, b.wheel)).ravel())
-            gap = closing.gap(b.closure, b.vertex) + change
+            gap = holonomy.gap(b.holonomy, b.vertex) + change
             scale, turn = slice(0, None, 2), slice(1, None, 2)
             closed = np.linalg.solve(schur[scale, scale], schur[scale, turn])  # turning as the scale closes
             size, axes = np.linalg.eigh(schur[turn, turn] - schur[turn, scale] @ closed)
@@ -84,7 +84,7 @@ class Turnings:
         return cls(gap[turn] - gap[scale] @ closed, by_vertex, share * norm), lin
 
     @classmethod
-    def measured(cls, at: Iterate, paths: Sequence[ClosedPath], vertices: IntArray) -> Turnings:
+    def measured(cls, at: Iterate, paths: Sequence[ClosedPath], vertices: IntArray) -> HolonomyAngles:
         """At angles that nearly fulfil the constraints, without knowing what changes them."""
         alpha, number = at.alpha.ravel(), len(paths)
         turned = np.array([path.size * np.pi - alpha[path.corner].sum() for path in paths])

@@ -20,7 +20,7 @@ Kind = Literal["step", "chord", "conformal", "patches", "anchored", "feasible", 
 
 
 @dataclass(frozen=True, eq=False)
-class Blocks:
+class DiskBlocks:
     """The disks of a problem side by side, or its only one.
 
     Attributes
@@ -33,13 +33,13 @@ class Blocks:
     faces: Ragged
 
     @classmethod
-    def one(cls, constraints: Constraints) -> Blocks:
+    def one(cls, constraints: Constraints) -> DiskBlocks:
         """All of it is one disk."""
         m = constraints.topology.corner.shape[1]
         return cls(Ragged(np.array([0, constraints.n])), Ragged(np.array([0, m])))
 
     @classmethod
-    def of(cls, constraints: Constraints, disks: Disks) -> Blocks:
+    def of(cls, constraints: Constraints, disks: Disks) -> DiskBlocks:
         """Disks side by side: rows are those of interior vertices, which come in their order."""
         before = np.concatenate(([0], np.cumsum(disks.topology.interior)))
         return cls(Ragged(before[disks.vertices.start]), disks.faces)
@@ -73,12 +73,12 @@ class AngleProblem:
     estimate: FloatArray
     solvers: Solvers
     safeguard: bool = True
-    side_by_side: Blocks | None = None
+    side_by_side: DiskBlocks | None = None
 
     @cached_property
-    def disks(self) -> Blocks:
+    def disks(self) -> DiskBlocks:
         """Those side by side, or the only one."""
-        return self.side_by_side or Blocks.one(self.constraints)
+        return self.side_by_side or DiskBlocks.one(self.constraints)
 
     @cached_property
     def start(self) -> Iterate:

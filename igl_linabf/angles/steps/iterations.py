@@ -39,7 +39,7 @@ class State:
         """Name of the solver of the last system."""
         return "none" if self.lin is None else self.lin.how
 
-    def at_rest(self) -> State:
+    def without_factors(self) -> State:
         """The same state with the analyses, but without the factors, which take most of the memory."""
         return self if self.lin is None else replace(self, lin=self.lin.without_factors)
 

@@ -21,8 +21,8 @@ from ..._types import BoolArray, FloatArray, IntArray, Solve
 from ...errors import FallbackWarning, SingularSystemError, some, stack_level
 from ...linalg import MAX_CG_STEPS, Analysis, Factor, NotPositiveDefiniteError, conjugate_gradients
 from ..system import (
-    Across,
-    ClosingRows,
+    HolonomyConstraints,
+    SchurColumns,
     SliverRows,
     Symmetric,
     System,
@@ -45,13 +45,13 @@ class Linearised:
     system : System
     S : Symmetric
         The reduced matrix.
-    closing : ClosingRows or None
+    closing : HolonomyConstraints or None
         The rows that close the loops of holes, and closed paths.
     laplacian : Analysis or None
         Analysis of the Laplacians over the problem's pattern, which the layout uses, too.
     inverse : Factor or None
         The preconditioner's diag(L_s+, L_s)^-1, for one or several pairs of right-hand sides.
-    across : Across or None
+    columns : SchurColumns or None
         The columns of the closing rows that `inverse` was solved for.
     slivers : SliverRows or None
         The rows of slivers, for the correction of the preconditioner.
@@ -68,10 +68,10 @@ class Linearised:
     problem: AngleProblem
     system: System
     S: Symmetric
-    closing: ClosingRows | None
+    holonomy: HolonomyConstraints | None
     laplacian: Analysis | None = None
     inverse: Factor | None = None
-    across: Across | None = None
+    columns: SchurColumns | None = None
     slivers: SliverRows | None = None
     precondition: Solve | None = None
     whole: Factor | None = None
@@ -85,10 +85,10 @@ class Linearised:
         system: System,
         laplacian: Analysis,
         inverse: Factor,
-        across: Across | None = None,
+        columns: SchurColumns | None = None,
     ) -> Linearised:
         """Not solved with itself: what preconditions a first step."""
-        return cls(problem, system, NO_ROWS, None, laplacian=laplacian, inverse=inverse, across=across)
+        return cls(problem, system, NO_ROWS, None, laplacian=laplacian, inverse=inverse, columns=columns)
 
     @property
     def without_factors(self) -> Linearised:
@@ -102,16 +102,16 @@ class Linearised:
 
     def product(self, x: FloatArray) -> FloatArray:
         """The system's matrix times x."""
-        return self.S.matvec(x) if self.closing is None else self.closing.matvec(self.S.matvec, x)
+        return self.S.matvec(x) if self.holonomy is None else self.holonomy.matvec(self.S.matvec, x)
 
     def at_corners(self, x: FloatArray) -> FloatArray:
         """Multipliers of the vertex and the wheel constraint whose fan each corner is in, (2, 3, #F)."""
         topology, n = self.problem.constraints.topology, 2 * self.problem.constraints.n
         at_vertices = self.system.at_vertices(x[:n].reshape(-1, 2))
-        of_sites = np.zeros((topology.n, 2)) if self.closing is None else self.closing.at_sites(x[n:])
+        of_sites = np.zeros((topology.n, 2)) if self.holonomy is None else self.holonomy.at_sites(x[n:])
         # far faster than by an index
         at_corners = (at_vertices + of_sites[: topology.n]).T.take(topology.corner, axis=1)
-        if self.closing is not None:
+        if self.holonomy is not None:
             flat, of_paths = at_corners.reshape(2, -1), of_sites[topology.n :]
             for path, extra in zip(self.problem.constraints.paths, of_paths, strict=True):
                 flat[:, path.corner] += extra[:, None]
@@ -189,11 +189,11 @@ def linearise(
     with timed("assembly"):
         system = System(problem.constraints, at.alpha, weights, at.cot)
         S = system.matrix() if problem.constraints.n else NO_ROWS
-        closure, paths = at.residual.closure, problem.constraints.paths
-        if not close and len(closure.asked):
-            closure = closure.of_paths(len(paths) if close_paths else 0)
-        closing = ClosingRows(system, closure) if closure.asked.any() else None
-    lin = Linearised(problem, system, S, closing)
+        open_by, paths = at.residual.holonomy, problem.constraints.paths
+        if not close and len(open_by.asked):
+            open_by = open_by.of_paths(len(paths) if close_paths else 0)
+        holonomy = HolonomyConstraints(system, open_by) if open_by.asked.any() else None
+    lin = Linearised(problem, system, S, holonomy)
     if problem.constraints.empty:
         return lin  # the estimate is flat
     if reuse is not None:
@@ -202,7 +202,7 @@ def linearise(
             lin,
             laplacian=reuse.laplacian,
             inverse=reuse.inverse if same_factor else None,
-            across=reuse.across,
+            columns=reuse.columns,
             slivers=slivers,
             fallback=reuse.fallback,
         )
@@ -227,14 +227,14 @@ def _preconditioned(lin: Linearised) -> Linearised:
         with timed("factor"):
             inverse = laplacian_inverse(lin.system, laplacian, lower)
     with timed("factor"):
-        precondition, across = conformal_inverse(lin.system, lin.closing, inverse.solve, lin.S, lin.across)
+        precondition, columns = conformal_inverse(lin.system, lin.holonomy, inverse.solve, lin.S, lin.columns)
         slivers = lin.slivers or SliverRows.of(lin.system, lin.S, solvers)
-        precondition = corrected(precondition, slivers, lin.S, lin.closing)
+        precondition = corrected(precondition, slivers, lin.S, lin.holonomy)
     return replace(
         lin,
         laplacian=laplacian,
         inverse=inverse,
-        across=lin.across if across is None else across,
+        columns=lin.columns if columns is None else columns,
         slivers=slivers,
         precondition=precondition,
         how=f"conjugate gradients, {inverse.name}",
@@ -309,8 +309,8 @@ def solve(
         for own, sums in zip(rows.T, (b.vertex, b.wheel), strict=True):
             np.subtract(sums, own, out=own)
         rhs = rows.ravel()
-        if lin.closing is not None:
-            rhs = np.concatenate((rhs, -lin.closing.gap(b.closure, b.vertex) - lin.closing.rows(e0)))
+        if lin.holonomy is not None:
+            rhs = np.concatenate((rhs, -lin.holonomy.gap(b.holonomy, b.vertex) - lin.holonomy.rows(e0)))
         if start is not None:
             start = np.append(start, np.zeros(len(rhs) - len(start)))  # where the closing rows are new
             rhs -= lin.product(start)
@@ -338,8 +338,8 @@ def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatA
     n = 2 * system.constraints.n
     own = system.at_vertices(x[:n].reshape(-1, 2))
     e = system.conformal_errors(own) if conformal else system.errors(own)
-    if lin.closing is not None:
-        faces, more = lin.closing.errors(x[n:])
+    if lin.holonomy is not None:
+        faces, more = lin.holonomy.errors(x[n:])
         e[:, faces] += more
     return e
 
@@ -372,11 +372,11 @@ def _multipliers(
         lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")
         assert lin.whole is not None
     by_factor = lin.whole.solve
-    if lin.closing is not None:
+    if lin.holonomy is not None:
         try:
-            by_factor = lin.closing.solver(lin.whole.solve)
+            by_factor = lin.holonomy.solver(lin.whole.solve)
         except NotPositiveDefiniteError:
-            raise _singular(lin.problem, at, lin.closing.vertices) from None
+            raise _singular(lin.problem, at, lin.holonomy.vertices) from None
     return direct(none, by_factor(rhs), lin)
 
 

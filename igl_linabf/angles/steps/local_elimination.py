@@ -24,7 +24,7 @@ NEAR = 0.2  # share of that at which the steps within them end
 MOST = 4  # of these
 
 
-def within_patches(state: State, far: float = FAR) -> State:
+def eliminate_locally(state: State, far: float = FAR) -> State:
     """The state after steps within patches around the rows that miss most; the other angles stay.
 
     A step that is cut short in few triangles leaves much there, and next to nothing elsewhere. Further steps

@@ -9,7 +9,7 @@ from ..._types import BoolArray, FloatArray
 from ...errors import SingularSystemError
 from ...surface import NEXT, PREV
 from .acceleration import Visited, accelerated
-from .conformal_corrections import astray, conformal_steps, corrected_steps
+from .conformal_corrections import conformal_steps, diverges, iterate_with_corrections
 from .iterates import Kind, Step
 from .iterations import State
 from .linearisation import Direction, linearise, solve
@@ -120,13 +120,13 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         residual, limited, same = state.at.residual.largest, state.steps[-1].limited, (now == held).all()
         ahead = change * min(change / before, 1.0) if before else change
         if same and max(ahead, residual) <= tol:
-            return AbfResult(state.at_rest(), True, held)
+            return AbfResult(state.without_factors(), True, held)
         enough = NEARLY * tol * np.sqrt(objective(state))
         if same and not limited and not held.any() and _left(size, size_before) <= enough:
-            lin, state = lin.without_factors, state.at_rest()
+            lin, state = lin.without_factors, state.without_factors()
             ended = _ended(state, enough, tol)
             if ended is not None:
-                return AbfResult(ended.at_rest(), True, held)
+                return AbfResult(ended.without_factors(), True, held)
         quick = size < QUICK * size_before and not any(step.limited for step in state.steps[-2:])
         toilsome = in_plane and state.steps[-1].inner_steps > TOIL and not quick
         if limited or not same:
@@ -140,7 +140,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
             best, stalled = reached, 0
         if stalled > STALLED or (not bounded and ((slow and toilsome) or (limited and k > 1))):
             break
-    return AbfResult(state.at_rest(), False, held)
+    return AbfResult(state.without_factors(), False, held)
 
 
 def _left(size: float, before: float) -> float:
@@ -216,9 +216,9 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     if result.converged:
         return result
     state, held = result.state, np.zeros(state.at.alpha.shape, dtype=bool)
-    state = corrected_steps(state.back_to_start(), None, START_RESIDUAL, START_STEPS, START_RTOL)
-    if astray(state):
-        return AbfResult(state.at_rest(), False, held)
+    state = iterate_with_corrections(state.back_to_start(), None, START_RESIDUAL, START_STEPS, START_RTOL)
+    if diverges(state):
+        return AbfResult(state.without_factors(), False, held)
     x: FloatArray | None = None
     past: tuple[Visited, ...] = ()
     scale, value, gain = 1.0, objective(state), np.inf
@@ -233,18 +233,18 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         direction = accelerated(visited, past) if change < NEAR else raw
         past, x = (visited, *past)[:DEPTH], direction.x
         if change <= tol and state.at.residual.largest <= tol:
-            return AbfResult(state.at_rest(), True, held)
+            return AbfResult(state.without_factors(), True, held)
         state, scale = _searched(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
         after = objective(state)
         gain = value - after
         # the gains fall like a geometric series: what is left of it is foreseen
         foreseen = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
         if foreseen <= max(FORESEEN * tol, (NEARLY * tol) ** 2) * value and last < np.inf:
-            return AbfResult(state.at_rest(), True, held)
+            return AbfResult(state.without_factors(), True, held)
         if scale < LEAST_SCALE:
             break
         value = after
-    return AbfResult(state.at_rest(), False, held)
+    return AbfResult(state.without_factors(), False, held)
 
 
 def _gradient(state: State) -> FloatArray:

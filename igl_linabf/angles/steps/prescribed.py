@@ -12,7 +12,7 @@ CLOSED = 0.3  # residual at which lengths around holes mean something, and how f
 SLOW = 30  # inner steps from which a new factor pays
 
 
-def prescribed_steps(state: State, rtol: float, tol: float, most: int) -> State:
+def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int) -> State:
     """Steps until the residual is at most `tol`, for sums prescribed at the boundary.
 
     These change angles more than a free boundary does, and more steps are needed. So the steps keep
@@ -22,7 +22,9 @@ def prescribed_steps(state: State, rtol: float, tol: float, most: int) -> State:
     constraints = state.problem.constraints
     if len(constraints.circles) > 1:  # lengths around a hole mean little before its loop closes
         fixed = replace(state.problem, constraints=replace(constraints, circles=()))
-        closed = prescribed_steps(State(fixed, fixed.at(state.at.alpha), state.steps), CLOSED, CLOSED, most)
+        closed = iterate_to_prescribed_sums(
+            State(fixed, fixed.at(state.at.alpha), state.steps), CLOSED, CLOSED, most
+        )
         state = State(state.problem, state.problem.at(closed.at.alpha), closed.steps, closed.lin)
     for _ in range(most):
         if state.steps:

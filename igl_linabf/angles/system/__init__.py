@@ -6,16 +6,16 @@ In: a topology and angles. Out: residuals (eq. 5-10); matrices whose solutions a
 from .circles import central_angles, inscribed_sums
 from .constraints import (
     ClosedPath,
-    Closure,
     Constraints,
+    HolonomyResidual,
     Residual,
-    closure_of,
     constraints_of,
-    largest,
+    holonomy_residual,
+    largest_magnitude,
     residual,
 )
-from .holonomy import ClosingRows
-from .patterns import Pattern, Symmetric, held
+from .holonomy import HolonomyConstraints
+from .patterns import Pattern, Symmetric, with_identity
 from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_inverse
 from .reduced_system import System
-from .schur_columns import Across
+from .schur_columns import SchurColumns

@@ -43,7 +43,7 @@ class ClosedPath:
 
 
 @dataclass(frozen=True, eq=False)
-class Closure:
+class HolonomyResidual:
     """By how much loops and closed paths drawn from the angles fail to close (docs/holes.md).
 
     Loops of holes: first the exterior angles are shifted to sum to -2 pi, and the logarithms of the
@@ -72,20 +72,20 @@ class Closure:
     q: ComplexArray
     asked: BoolArray
 
-    def of_paths(self, n: int) -> Closure:
+    def of_paths(self, n: int) -> HolonomyResidual:
         """Only that of the paths, the last `n`."""
         asked = self.asked.copy()
         asked[: len(asked) - n] = False
         return replace(self, asked=asked)
 
 
-def closure_of(
+def holonomy_residual(
     topology: Topology,
     turning: FloatArray,
     log_ratio: FloatArray,
     paths: tuple[ClosedPath, ...] = (),
     drawn: ComplexArray | None = None,
-) -> Closure:
+) -> HolonomyResidual:
     """Draw each hole's loop; `turning` and `log_ratio` as in `Residual`.
 
     `drawn` has the sum of the logarithms + i angles over the left fans of each path.
@@ -93,7 +93,7 @@ def closure_of(
     holes = topology.holes
     if not holes and not paths:
         none, nowhere = np.empty(0, dtype=np.complex128), np.empty(0, dtype=np.int64)
-        return Closure(none, nowhere, nowhere, none, np.empty((0, 2), dtype=bool))
+        return HolonomyResidual(none, nowhere, nowhere, none, np.empty((0, 2), dtype=bool))
     parts = Ragged.of_sizes([len(loop) for loop in holes])
     site = np.concatenate((*holes, topology.n + np.arange(len(paths))))
     gap, q = _core.drawn_loops(site[: parts.start[-1]], parts.start, turning, log_ratio)
@@ -106,7 +106,7 @@ def closure_of(
         gap = np.concatenate((gap, drawn.real + 1j * beyond))
         q = np.append(q, np.ones(len(paths)))
     row = np.repeat(np.arange(len(gap)), np.append(parts.sizes, np.ones(len(paths), dtype=np.int64)))
-    return Closure(gap, site, row, q, asked)
+    return HolonomyResidual(gap, site, row, q, asked)
 
 
 SMALLEST_SINE = 1e-75  # of an angle of 0, as in a collapsed triangle; the core's sums go by the same
@@ -159,21 +159,23 @@ class Constraints:
         return not self.n and not self.paths
 
     @property
-    def made_to_order(self) -> bool:
+    def prescribes_sums(self) -> bool:
         """Whether other sums are asked for than 2 pi inside."""
         return bool((self.sums[~np.isnan(self.sums)] != 2 * np.pi).any())
 
     @property
     def plain(self) -> bool:
         """Whether nothing is asked for but a flat map."""
-        return not (self.made_to_order or self.paths or self.circles)
+        return not (self.prescribes_sums or self.paths or self.circles)
 
     @cached_property
     def pattern(self) -> Pattern:
         """The graph of the rows."""
         return Pattern(self.topology, self.row, self.n)
 
-    def asking(self, sums: FloatArray | None = None, turnings: FloatArray | None = None) -> Constraints:
+    def with_prescribed(
+        self, sums: FloatArray | None = None, turnings: FloatArray | None = None
+    ) -> Constraints:
         """The same rows with other angle sums, (#V,), and other turnings; no hole has a row."""
         made, inside = self, self.row >= 0
         if sums is not None:
@@ -318,7 +320,7 @@ class Residual:
     turning, log_ratio : (#V,) float64
         At a vertex of a boundary loop, the mesh on the left: the exterior angle, and the
         logarithm of the next edge's length over the last one's.
-    closure : Closure
+    holonomy : HolonomyResidual
         The holes' loops drawn from these, and the closed paths.
     """
 
@@ -327,21 +329,21 @@ class Residual:
     triangle: FloatArray
     turning: FloatArray
     log_ratio: FloatArray
-    closure: Closure
+    holonomy: HolonomyResidual
 
     @cached_property
     def largest(self) -> float:
         """Largest absolute value: radians, logarithms, relative gaps of holes."""
-        return max(self.at_vertices, largest(np.abs(self.closure.gap)))
+        return max(self.at_vertices, largest_magnitude(np.abs(self.holonomy.gap)))
 
     @cached_property
     def at_vertices(self) -> float:
-        """The largest of those but the closure's."""
+        """The largest of those but the holonomy's."""
         families = (self.vertex, self.wheel, self.triangle)
-        return max(map(largest, families))
+        return max(map(largest_magnitude, families))
 
 
-def largest(values: FloatArray) -> float:
+def largest_magnitude(values: FloatArray) -> float:
     """The largest absolute value; 0 of none."""
     return float(max(values.max(initial=0.0), -values.min(initial=0.0)))  # no array of absolute values
 
@@ -369,5 +371,5 @@ def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None
         triangle=triangle,  # eq. 6
         turning=turning,
         log_ratio=log_ratio,
-        closure=closure_of(topology, turning, log_ratio, paths, drawn),
+        holonomy=holonomy_residual(topology, turning, log_ratio, paths, drawn),
     )

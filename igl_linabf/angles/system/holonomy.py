@@ -1,4 +1,4 @@
-"""Closure rows of the angle system: translation of holes, scale and turning along closed paths."""
+"""HolonomyResidual rows of the angle system: translation of holes, scale and turning along closed paths."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from scipy import sparse
 from ..._types import BoolArray, FloatArray, IntArray, Solve
 from ...linalg import NotPositiveDefiniteError
 from ...surface import NEXT, PREV
-from .constraints import Closure
+from .constraints import HolonomyResidual
 from .patterns import Symmetric, by_pairs
 from .reduced_system import System
-from .schur_columns import Across, Border, Columns, ColumnsOfGaps, ColumnsOfPaths, Tall, tall
+from .schur_columns import Border, Columns, ColumnsOfGaps, ColumnsOfPaths, SchurColumns, Tall, tall
 
 TOGETHER = 8  # gaps whose columns are solved for at a time
 
 
-class ClosingRows:
+class HolonomyConstraints:
     """The closure rows T of holes and closed paths, and the angle system bordered by them.
 
-    With q as in `Closure`, a gap changes by
+    With q as in `HolonomyResidual`, a gap changes by
 
         d tau = sum_v q_v (d log-ratio_v + i d turning_v) = -sum_v q_v (wheel_v + i vertex_v) e,
 
@@ -39,19 +39,19 @@ class ClosingRows:
     are equal. So the factor of L_s and a dense matrix of the border's size precondition the system.
     """
 
-    def __init__(self, system: System, closure: Closure, *, conformal: bool = False) -> None:
+    def __init__(self, system: System, holonomy: HolonomyResidual, *, conformal: bool = False) -> None:
         """With `conformal`, P is the conformal metric s K itself."""
-        self._topology, self._cot, self._closure = system.topology, system.cot, closure
+        self._topology, self._cot, self._holonomy = system.topology, system.cot, holonomy
         # a site's vertex row is no part where that row is asked for by itself
-        own = np.append(system.constraints.row, np.full(len(system.constraints.paths), -1))[closure.site]
+        own = np.append(system.constraints.row, np.full(len(system.constraints.paths), -1))[holonomy.site]
         asked = own >= system.constraints.wheels
         self._share = np.where(asked, 0.0, 1.0)
         self._known = asked, own[asked]
         self._constraints, self._paths = system.constraints, system.constraints.paths
-        self._asked = closure.asked.ravel()
+        self._asked = holonomy.asked.ravel()
         self.size = int(np.count_nonzero(self._asked))
         self._n = 2 * system.constraints.n
-        self._faces, self._transposed, self._pairs, self._merged = _products(system, closure, self._share)
+        self._faces, self._transposed, self._pairs, self._merged = _products(system, holonomy, self._share)
         self.B, self.D, self._errors = self._take(system.conformal if conformal else system.projection)
 
     def _take(self, metric: Callable[[IntArray], FloatArray]) -> tuple[Border, FloatArray, Tall]:
@@ -77,21 +77,21 @@ class ClosingRows:
     def vertices(self) -> BoolArray:
         """(#V,) bool: the vertices whose fans the rows sum over."""
         own = np.zeros(self._topology.n, dtype=bool)
-        own[self._closure.site[self._closure.site < len(own)]] = True
+        own[self._holonomy.site[self._holonomy.site < len(own)]] = True
         for path in self._paths:
             own[self._topology.corner.ravel()[path.corner]] = True
         return own
 
-    def gap(self, closure: Closure, vertex: FloatArray) -> FloatArray:
+    def gap(self, holonomy: HolonomyResidual, vertex: FloatArray) -> FloatArray:
         """What the rows are to close, (size,), at angles of this closure and residuals of vertex rows."""
-        c, (asked, row) = self._closure, self._known
-        gap = closure.gap.copy()
+        c, (asked, row) = self._holonomy, self._known
+        gap = holonomy.gap.copy()
         np.subtract.at(gap, c.row[asked], 1j * c.q[asked] * vertex[row])
         return np.column_stack((gap.real, gap.imag)).ravel()[self._asked]
 
     def at_sites(self, y: FloatArray) -> FloatArray:
         """Multipliers of the vertex and wheel rows of single sites, (#V + #paths, 2), that make up T^T y."""
-        c, every = self._closure, np.zeros(len(self._asked))
+        c, every = self._holonomy, np.zeros(len(self._asked))
         every[self._asked] = y
         product = c.q * (every[0::2] - 1j * every[1::2])[c.row]
         x = np.zeros((self._topology.n + len(self._paths), 2))
@@ -110,12 +110,12 @@ class ClosingRows:
         NotPositiveDefiniteError
             The rows depend on each other.
         """
-        across = Columns(np.ascontiguousarray(inner(self.B.whole(self._n)).T), self._closure, self.D)
-        return self._bordered(inner, across, self.D - across.onto_border(self.B))
+        columns = Columns(np.ascontiguousarray(inner(self.B.whole(self._n)).T), self._holonomy, self.D)
+        return self._bordered(inner, columns, self.D - columns.onto_border(self.B))
 
     def preconditioner(
-        self, system: System, inverse: Solve, S: Symmetric | None, known: Across | None = None
-    ) -> tuple[Solve, Across]:
+        self, system: System, inverse: Solve, S: Symmetric | None, known: SchurColumns | None = None
+    ) -> tuple[Solve, SchurColumns]:
         """Solve the bordered system approximately, by the `inverse` of the Laplacians, (#rows, k).
 
         With C = diag(L_s, L_s)^-1 B of the conformal metric, the rows T - C^T M close the same paths, and in
@@ -134,43 +134,43 @@ class ClosingRows:
         def inner(r: FloatArray) -> FloatArray:
             return by_pairs(inverse, r)
 
-        across: Across
+        columns: SchurColumns
         if S is None:
-            across, schur = self.conformal(inverse)
-            return self._bordered(inner, across, schur), across
-        if known is not None and known.serves(self._closure):
-            across = known
+            columns, schur = self.conformal(inverse)
+            return self._bordered(inner, columns, schur), columns
+        if known is not None and known.serves(self._holonomy):
+            columns = known
         else:
-            across = self._across(inverse, *self._take(system.conformal)[:2])
-        if not self._closure.asked[len(self._closure.asked) - len(self._paths) :, 1].any():
+            columns = self._across(inverse, *self._take(system.conformal)[:2])
+        if not self._holonomy.asked[len(self._holonomy.asked) - len(self._paths) :, 1].any():
             try:
-                return self._bordered(inner, across, across.schur), across
+                return self._bordered(inner, columns, columns.schur), columns
             except NotPositiveDefiniteError:
                 pass  # the inverse is not exact, or the scales s_t differ too much
-        mixed = across.onto_border(self.B)
-        schur = self.D - mixed - mixed.T + across.within(S)
-        return self._bordered(inner, across, schur), across
+        mixed = columns.onto_border(self.B)
+        schur = self.D - mixed - mixed.T + columns.within(S)
+        return self._bordered(inner, columns, schur), columns
 
-    def conformal(self, inverse: Solve) -> tuple[Across, FloatArray]:
+    def conformal(self, inverse: Solve) -> tuple[SchurColumns, FloatArray]:
         """C = diag(L, L)^-1 B and D - B^T C, in the conformal metric of these rows."""
-        across = self._across(inverse, self.B, self.D)
-        return across, across.schur
+        columns = self._across(inverse, self.B, self.D)
+        return columns, columns.schur
 
-    def _across(self, inverse: Solve, B: Border, D: FloatArray) -> Across:
+    def _across(self, inverse: Solve, B: Border, D: FloatArray) -> SchurColumns:
         """diag(L_s, L_s)^-1 B, by one right-hand side a column.
 
         The metric is conformal: what a column has in vertex rows and in wheel rows are real and imaginary
         part of one complex number, and the other part of the gap has i times that.
         """
-        constraints, asked = self._constraints, self._closure.asked
-        across: Across
+        constraints, asked = self._constraints, self._holonomy.asked
+        columns: SchurColumns
         if constraints.wheels < constraints.n:
             whole = by_pairs(inverse, B.whole(self._n))
-            across = Columns(np.ascontiguousarray(whole.T), self._closure, D)
+            columns = Columns(np.ascontiguousarray(whole.T), self._holonomy, D)
         elif len(self._paths) == len(asked):
             path, part = np.nonzero(asked)
             wheel = B.second(constraints.n, np.flatnonzero(part == 0))
-            across = ColumnsOfPaths(inverse(wheel), path, 1 - part, D)
+            columns = ColumnsOfPaths(inverse(wheel), path, 1 - part, D)
         else:
             of_gap = np.zeros((len(asked), constraints.n), dtype=np.complex128)
             number = np.cumsum(self._asked).reshape(-1, 2) - 1
@@ -178,10 +178,10 @@ class ClosingRows:
                 some = slice(first, first + TOGETHER)
                 made = of_gap[some].view(np.float64).reshape(-1, constraints.n, 2).transpose(0, 2, 1)
                 made[asked[some]] = inverse(B.second(constraints.n, number[some][asked[some]])).T
-            across = ColumnsOfGaps(of_gap, self._closure, D)
-        return replace(across, schur=D - across.onto_border(B))
+            columns = ColumnsOfGaps(of_gap, self._holonomy, D)
+        return replace(columns, schur=D - columns.onto_border(B))
 
-    def _bordered(self, inner: Solve, across: Across, schur: FloatArray) -> Solve:
+    def _bordered(self, inner: Solve, columns: SchurColumns, schur: FloatArray) -> Solve:
         try:
             factor = scipy.linalg.cho_factor((schur + schur.T) / 2)
         except scipy.linalg.LinAlgError:
@@ -189,14 +189,14 @@ class ClosingRows:
 
         def solve(r: FloatArray) -> FloatArray:
             x = inner(r[: self._n, None])[:, 0]
-            y = scipy.linalg.cho_solve(factor, r[self._n :] - across.onto(r[: self._n]))
-            return np.concatenate((x - across.along(y), y))
+            y = scipy.linalg.cho_solve(factor, r[self._n :] - columns.onto(r[: self._n]))
+            return np.concatenate((x - columns.along(y), y))
 
         return solve
 
 
 def _products(
-    system: System, closure: Closure, share: FloatArray
+    system: System, holonomy: HolonomyResidual, share: FloatArray
 ) -> tuple[IntArray, Tall, IntArray, sparse.csr_array]:
     """Factors of B and D, on the faces at holes' loops and at paths only.
 
@@ -206,7 +206,7 @@ def _products(
     topology, constraints, cot = system.topology, system.constraints, system.cot
     paths, n_faces = constraints.paths, topology.corner.shape[1]
     touched: BoolArray = np.zeros(n_faces, dtype=bool)
-    loops = closure.site[closure.site < topology.n]
+    loops = holonomy.site[holonomy.site < topology.n]
     if len(loops):
         at_loop = np.zeros(topology.n, dtype=bool)
         at_loop[loops] = True
@@ -234,14 +234,14 @@ def _products(
         wheel = np.append(wheel, np.repeat([False, True], [len(k), 2 * len(k)]))
         value = np.concatenate((value, np.ones(len(k)), cot[left, faces[t // 3]], -cot[right, faces[t // 3]]))
     of_site = np.full(topology.n + len(paths), -1)
-    of_site[closure.site] = np.arange(len(closure.site))
+    of_site[holonomy.site] = np.arange(len(holonomy.site))
     at = of_site[site]
     drawn = np.flatnonzero(at >= 0)
     at, error, wheel, value = at[drawn], error[drawn], wheel[drawn], value[drawn]
-    q, gap = closure.q[at], closure.row[at]
+    q, gap = holonomy.q[at], holonomy.row[at]
     real = np.where(wheel, -q.real, share[at] * q.imag) * value
     imaginary = np.where(wheel, -q.imag, -share[at] * q.real) * value
-    asked = closure.asked.ravel()
+    asked = holonomy.asked.ravel()
     number = np.cumsum(asked) - 1
     column = np.append(2 * gap, 2 * gap + 1)
     chosen = np.flatnonzero(asked[column])

@@ -15,7 +15,7 @@ from ..._types import Array, FloatArray, IntArray, Solve
 from ...linalg import Analysis, Solvers
 from ...surface import Topology, sum_by
 
-Blocks = tuple[IntArray, IntArray, FloatArray]
+BlockRows = tuple[IntArray, IntArray, FloatArray]
 
 AT_ONCE = 1024  # rows of a matrix that is multiplied by a few columns
 
@@ -30,7 +30,7 @@ class Symmetric:
         indptr and indices, as in CSR, and the blocks of U.
     """
 
-    blocks: Blocks
+    blocks: BlockRows
 
     @property
     def size(self) -> int:
@@ -66,7 +66,7 @@ class Symmetric:
         return (upper + upper.T).tocsr()
 
 
-def held(lower: sparse.csc_array, first: int) -> sparse.csc_array:
+def with_identity(lower: sparse.csc_array, first: int) -> sparse.csc_array:
     """The lower triangle with the identity in the rows and columns from `first` on, in the same pattern."""
     if first == lower.shape[0]:
         return lower

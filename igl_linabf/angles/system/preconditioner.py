@@ -10,10 +10,10 @@ from scipy import sparse
 
 from ..._types import FloatArray, Solve
 from ...linalg import Analysis, Factor, Solvers
-from .holonomy import ClosingRows
+from .holonomy import HolonomyConstraints
 from .patterns import Rows, Symmetric, by_pairs
 from .reduced_system import System
-from .schur_columns import Across
+from .schur_columns import SchurColumns
 
 
 def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_array) -> Factor:
@@ -36,19 +36,19 @@ def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_arr
 
 def conformal_inverse(
     system: System,
-    closing: ClosingRows | None,
+    holonomy: HolonomyConstraints | None,
     inverse: Solve,
     S: Symmetric | None = None,
-    known: Across | None = None,
-) -> tuple[Solve, Across | None]:
+    known: SchurColumns | None = None,
+) -> tuple[Solve, SchurColumns | None]:
     """diag(L_s+, L_s)^-1 from `laplacian_inverse`; with closing rows, that of the bordered system.
 
     With `S` these have the paper's metric, and else that of K alone. Also returns the border's columns, which
     may be `known` of an earlier system.
     """
-    if closing is None:
+    if holonomy is None:
         return partial(by_pairs, inverse), None
-    return closing.preconditioner(system, inverse, S, known)
+    return holonomy.preconditioner(system, inverse, S, known)
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,14 +74,16 @@ class SliverRows:
         return cls(rows, solvers.analyse(rows.indptr, rows.indices, 2))
 
 
-def corrected(conformal: Solve, slivers: SliverRows, S: Symmetric, closing: ClosingRows | None) -> Solve:
+def corrected(
+    conformal: Solve, slivers: SliverRows, S: Symmetric, holonomy: HolonomyConstraints | None
+) -> Solve:
     """The `conformal` preconditioner with S^-1 on the rows of slivers before and after it (Schwarz)."""
     if slivers.rows is None or slivers.analysis is None:
         return conformal
     beside, pairs = slivers.rows.of(S), slivers.rows.pairs  # S is symmetric: its columns as well
     local = slivers.analysis.factor(beside.values()).solve
     index, n = (2 * pairs[:, None] + np.arange(2)).ravel(), S.size
-    border = None if closing is None else closing.B.at(index)
+    border = None if holonomy is None else holonomy.B.at(index)
 
     def apply(r: FloatArray) -> FloatArray:
         first = local(r[index])

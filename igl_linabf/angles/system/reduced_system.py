@@ -7,7 +7,7 @@ from ... import _core
 from ..._types import FloatArray, IntArray
 from ...surface import NEXT, PREV
 from .constraints import Constraints
-from .patterns import Symmetric, held
+from .patterns import Symmetric, with_identity
 
 SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K, above which it is corrected for
 SLIVER_OF_MANY_STEPS = 5.0  # and where sums are prescribed, which takes many steps with one correction
@@ -126,12 +126,12 @@ class System:
 
     def wheel_laplacian(self, lower: sparse.csc_array) -> sparse.csc_array:
         """Lower triangle of L_s over the rows with a wheel constraint, the identity on the others."""
-        return held(lower, self.constraints.wheels)
+        return with_identity(lower, self.constraints.wheels)
 
     def sliver_rows(self) -> IntArray:
         """Rows of the triangles in which P_t and s_t K_t differ so much that a correction saves time."""
         small = self.constraints.n < SMALL * max(self.topology.n_outer, 1)
-        many_steps = self.constraints.made_to_order
+        many_steps = self.constraints.prescribes_sums
         largest = SLIVER_OF_SMALL if small else SLIVER_OF_MANY_STEPS if many_steps else SLIVER
         faces = np.flatnonzero(_core.disparity(self.w, self.d, self.cot) > largest + 1 / largest)
         rows = self.constraints.row[self.topology.corner[:, faces]]

@@ -11,7 +11,7 @@ import numpy as np
 from scipy import sparse
 
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from .constraints import Closure
+from .constraints import HolonomyResidual
 from .patterns import Symmetric
 
 Tall: TypeAlias = "FloatArray | sparse.csr_array"
@@ -85,19 +85,19 @@ class Columns:
     ----------
     each : (size, 2 #rows) float64
         Its columns.
-    closure : Closure
+    holonomy : HolonomyResidual
         What they were made for.
     schur : (size, size) float64
         D - B^T C in the metric of C.
     """
 
     each: FloatArray
-    closure: Closure
+    holonomy: HolonomyResidual
     schur: FloatArray
 
-    def serves(self, closure: Closure) -> bool:
+    def serves(self, holonomy: HolonomyResidual) -> bool:
         """Whether these loops are drawn nearly as those that the columns were made for."""
-        return alike(closure, self.closure)
+        return alike(holonomy, self.holonomy)
 
     def along(self, y: FloatArray) -> FloatArray:
         """C y."""
@@ -130,25 +130,25 @@ class ColumnsOfGaps:
     Attributes
     ----------
     of_gap : (#gaps, #rows) complex128
-    closure : Closure
+    holonomy : HolonomyResidual
     schur : (size, size) float64
     """
 
     of_gap: ComplexArray
-    closure: Closure
+    holonomy: HolonomyResidual
     schur: FloatArray
 
     @cached_property
     def _asked(self) -> BoolArray:
-        return self.closure.asked.ravel()
+        return self.holonomy.asked.ravel()
 
     def _parts(self, products: ComplexArray) -> FloatArray:
         """Products with all columns from those of `of_gap`, conjugate, (#gaps, ...)."""
         both = np.stack((products.imag, products.real), axis=1)
         return np.asarray(both.reshape(-1, *products.shape[1:])[self._asked])
 
-    def serves(self, closure: Closure) -> bool:
-        return alike(closure, self.closure)
+    def serves(self, holonomy: HolonomyResidual) -> bool:
+        return alike(holonomy, self.holonomy)
 
     def along(self, y: FloatArray) -> FloatArray:
         every = np.zeros(len(self._asked))
@@ -170,7 +170,7 @@ class ColumnsOfGaps:
         return np.array([self.onto(S.matvec(c)) for c in self._each()])
 
     def _each(self) -> Iterator[FloatArray]:
-        for column, asked in zip(self.of_gap, self.closure.asked, strict=True):
+        for column, asked in zip(self.of_gap, self.holonomy.asked, strict=True):
             for part in np.flatnonzero(asked):
                 yield (column if part else 1j * column).view(np.float64)
 
@@ -193,9 +193,9 @@ class ColumnsOfPaths:
     kind: IntArray
     schur: FloatArray
 
-    def serves(self, closure: Closure) -> bool:
+    def serves(self, holonomy: HolonomyResidual) -> bool:
         """Whether these are the columns of all that is asked for."""
-        path, part = np.nonzero(closure.asked)
+        path, part = np.nonzero(holonomy.asked)
         return np.array_equal(path, self.path) and np.array_equal(1 - part, self.kind)
 
     def along(self, y: FloatArray) -> FloatArray:
@@ -219,11 +219,11 @@ class ColumnsOfPaths:
         return np.asarray(upper + upper.T)
 
 
-Across = Columns | ColumnsOfGaps | ColumnsOfPaths
+SchurColumns = Columns | ColumnsOfGaps | ColumnsOfPaths
 
 
-def alike(closure: Closure, known: Closure) -> bool:
-    """Whether two closures ask for the same of loops that are drawn nearly alike."""
-    q = closure.q
-    same = np.array_equal(closure.asked, known.asked)
+def alike(holonomy: HolonomyResidual, known: HolonomyResidual) -> bool:
+    """Whether two of them constrain the same of loops that are drawn nearly alike."""
+    q = holonomy.q
+    same = np.array_equal(holonomy.asked, known.asked)
     return same and float(np.abs(q - known.q).max()) <= ALIKE * float(np.abs(q).max())

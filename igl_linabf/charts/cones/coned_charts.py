@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from ..._runtime import advance, part
 from ..._types import FloatArray, IntArray
-from ...angles import Across, Turnings
+from ...angles import HolonomyAngles, SchurColumns
 from ...errors import MeshError, SingularSystemError, some
 from ...flattening import (
     AstrayError,
@@ -20,7 +20,7 @@ from ...flattening import (
     Method,
     Turned,
     flatten_with_cones,
-    turnings_of,
+    holonomy_angles_of,
 )
 from ...measures import overlapping_pairs_of_chart, quality_of
 from ...surface import Cleaned, Submesh, check_finite, planar_mesh
@@ -124,7 +124,7 @@ class Placed:
         What these follow from, if there are cones and their sums are not given.
     quarters : QuarterTurns or None
         Those, if they are in quarter turns that may be exchanged.
-    across : Across or None
+    columns : SchurColumns or None
         The columns of the closing rows of `place.paths`, if they are known.
     """
 
@@ -133,7 +133,7 @@ class Placed:
     sums: FloatArray
     scale: ConeScale | None
     quarters: QuarterTurns | None
-    across: Across | None = None
+    columns: SchurColumns | None = None
 
 
 def _settled(found: Placed) -> Placed:
@@ -144,20 +144,20 @@ def _settled(found: Placed) -> Placed:
         return found
     if not place.paths:
         return found
-    told = turnings_of(
+    told = holonomy_angles_of(
         component.topology, np.arctan2(*component.measured), _asked(found), place.paths, _known(found)
     )
     if told is None:
         return found
-    turnings, across = told
-    found = replace(found, across=across)
+    holonomy, columns = told
+    found = replace(found, columns=columns)
     by_node = np.zeros((piece.n, len(place.paths)))
-    by_node[piece.holes :] = turnings.by_vertex[place.inner]
-    best = ConeMoves(place, quarters, replace(turnings, by_vertex=by_node)).best()
+    by_node[piece.holes :] = holonomy.by_vertex[place.inner]
+    best = ConeMoves(place, quarters, replace(holonomy, by_vertex=by_node)).best()
     if best is None:
         return found
     own = place.vertices(best.scale.nodes)
-    return Placed(place, own, np.asarray(2 * np.pi - best.k * QUARTER), best.scale, None, across)
+    return Placed(place, own, np.asarray(2 * np.pi - best.k * QUARTER), best.scale, None, columns)
 
 
 def _asked(chosen: Placed) -> FloatArray:
@@ -257,12 +257,12 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
     mesh = replace(planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
     paths, angles = place.paths, chosen.sums
 
-    def quarters(turnings: Turnings) -> tuple[FloatArray, FloatArray, FloatArray | None]:
+    def quarters(holonomy: HolonomyAngles) -> tuple[FloatArray, FloatArray, FloatArray | None]:
         nonlocal angles
         if chosen.quarters is None:
-            whole = nearest_quarters(turnings.turned[None] / QUARTER, turnings.cost)[0]
+            whole = nearest_quarters(holonomy.angle[None] / QUARTER, holonomy.cost)[0]
             return angles, whole * QUARTER, None
-        k, whole = chosen.quarters.for_paths(turnings)
+        k, whole = chosen.quarters.for_paths(holonomy)
         curvature: FloatArray = np.asarray(k * QUARTER)
         angles = 2 * np.pi - curvature
         return angles, whole * QUARTER, chosen.quarters.scale.log_scale_of(curvature)[piece.node]
@@ -301,7 +301,7 @@ def _known(chosen: Placed) -> KnownLaplacian | None:
     left_out = None if first < 0 else int(chosen.place.vertices(np.array([first]))[0])
     piece = chosen.place.piece
     even = piece.n >= SMALL and piece.thin_share <= FEW_THIN
-    return KnownLaplacian(chosen.scale.known, left_out, even, chosen.across)
+    return KnownLaplacian(chosen.scale.known, left_out, even, chosen.columns)
 
 
 def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:

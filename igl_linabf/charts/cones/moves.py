@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..._types import FloatArray, IntArray
-from ...angles import Turnings
+from ...angles import HolonomyAngles
 from ..cut_graphs import MAX_LOG_SCALE
 from .finding import WIDE, ConePiece
 from .quarter_turns import FIDELITY, QUARTER, QuarterTurns, nearest_quarters
@@ -148,11 +148,11 @@ class ConeMoves:
 
     place: ConePiece
     quarters: QuarterTurns
-    turnings: Turnings
+    holonomy: HolonomyAngles
 
     def best(self) -> Arrangement | None:
         """The cones for which stretch and missing turns cost least; None if they had better stay."""
-        fixed = self._exchanged(self.turnings.cost)
+        fixed = self._exchanged(self.holonomy.cost)
         if fixed.log_stretch > LARGEST or self._cost(fixed) < fixed.log_stretch + LITTLE:
             return None
         free = self._exchanged(self._softened / FIDELITY / QUARTER**2)
@@ -168,14 +168,14 @@ class ConeMoves:
 
     def _exchanged(self, cost: FloatArray) -> Arrangement:
         """The cones where they were found, with quarter turns for this cost of missing ones."""
-        found, by_node = self._found, self.turnings.by_vertex[self._found.scale.nodes]
-        k, _ = self.quarters.for_paths(replace(self.turnings, by_vertex=by_node, cost=cost))
+        found, by_node = self._found, self.holonomy.by_vertex[self._found.scale.nodes]
+        k, _ = self.quarters.for_paths(replace(self.holonomy, by_vertex=by_node, cost=cost))
         change = k - found.k
         return replace(found, k=k, turned=found.turned - change @ by_node) if change.any() else found
 
     @cached_property
     def _found(self) -> Arrangement:
-        return Arrangement(self.quarters.scale, self.quarters.for_stretch, self.turnings.turned / QUARTER)
+        return Arrangement(self.quarters.scale, self.quarters.for_stretch, self.holonomy.angle / QUARTER)
 
     def _cost(self, now: Arrangement) -> float:
         """The log stretch, and what missing turns cost."""
@@ -185,7 +185,7 @@ class ConeMoves:
     @cached_property
     def _stiff(self) -> FloatArray:
         """What missing quarter turns cost in log stretch, (#paths, #paths)."""
-        cost = self.turnings.cost * QUARTER**2
+        cost = self.holonomy.cost * QUARTER**2
         least = ROUNDING * np.trace(cost) * np.eye(len(cost))
         return BENT * _in_series(cost + least, np.eye(len(cost)) / NEEDLES)
 
@@ -253,7 +253,7 @@ class ConeMoves:
         way = (at[nodes] - at[c]) / np.sqrt(size)
         radius = edge * np.exp(np.minimum(2 * np.pi * (rim - green[nodes]), MAX_LOG_SCALE))
         radius[0] = 0.0
-        change = self.turnings.by_vertex[nodes] - self.turnings.by_vertex[c]
+        change = self.holonomy.by_vertex[nodes] - self.holonomy.by_vertex[c]
         turned = -k * (change - np.round(change))
         density = max(2.0, size * float(sum(share[c] for share in now.shares)) / piece.area[c])
         stiffness = density * (k * QUARTER) ** 2 / (2 * np.pi)

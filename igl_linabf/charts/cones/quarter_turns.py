@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from ..._types import FloatArray, IntArray
-from ...angles import Turnings
+from ...angles import HolonomyAngles
 from ..cut_graphs import MAX_LOG_SCALE, expected_stretch
 from .scale import ConeScale
 
@@ -95,11 +95,11 @@ class QuarterTurns:
         curvature: FloatArray = np.asarray(self.for_stretch * QUARTER)
         return float(np.log(expected_stretch(self.scale.piece, self.scale.log_scale_of(curvature))))
 
-    def for_paths(self, turnings: Turnings) -> tuple[IntArray, FloatArray]:
+    def for_paths(self, holonomy: HolonomyAngles) -> tuple[IntArray, FloatArray]:
         """The curvature of each node with which, besides, closed paths turn by nearly whole quarters.
 
         Of one or two further exchanges those for which the stretch, and what is missing to the quarters, cost
-        least. `turnings` are those of `for_stretch` and of the nodes.
+        least. `holonomy` has the angles of `for_stretch` and of the nodes.
 
         Returns
         -------
@@ -120,15 +120,15 @@ class QuarterTurns:
         i, j, both = i[able], j[able], both[able]
 
         # one quarter more of curvature is one less of the angle sum
-        by_change = self._of_nodes(changed) @ turnings.by_vertex
-        turned = turnings.turned / QUARTER - by_change[i] - by_change[j]
-        missing = FIDELITY * distortion(turned, nearest_quarters(turned, turnings.cost), turnings.cost)
+        by_change = self._of_nodes(changed) @ holonomy.by_vertex
+        turned = holonomy.angle / QUARTER - by_change[i] - by_change[j]
+        missing = FIDELITY * distortion(turned, nearest_quarters(turned, holonomy.cost), holonomy.cost)
         one = self._log_squared(base + changed)
         mixed = 4 * changed @ self._variance[1] @ changed.T  # of the quadratic form
         squared = one[i] + one[j] - one[0] + 2 * mixed[i, j]
         best = np.argsort(missing + squared / 2, kind="stable")[:TOLD]
         chosen = best[np.argmin(missing[best] + self._log_stretch(base + both[best]))]
-        return self._of_nodes(base + both[chosen]), nearest_quarters(turned[[chosen]], turnings.cost)[0]
+        return self._of_nodes(base + both[chosen]), nearest_quarters(turned[[chosen]], holonomy.cost)[0]
 
     def _in_slots(self, k: IntArray) -> IntArray:
         return np.append(0, k) if self._bounded else k

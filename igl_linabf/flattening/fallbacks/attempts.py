@@ -24,11 +24,11 @@ from ...angles import (
     converge,
     converge_feasibly,
     corner_angles,
-    corrected_steps,
     initial_estimate,
+    iterate_to_prescribed_sums,
+    iterate_with_corrections,
     linear_step,
-    opened,
-    prescribed_steps,
+    open_caps,
     step_and_chord,
 )
 from ...errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
@@ -171,7 +171,7 @@ def posed(
         own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
         asked = own if uncut is None else uncut
     with timed("estimate"):
-        alpha, caps = opened(corner_angles(mesh))
+        alpha, caps = open_caps(corner_angles(mesh))
         if len(caps):
             caps = caps if ears is None else ears.faces[caps]
             warnings.warn(
@@ -286,17 +286,17 @@ def one_system(rtol: float | None, tol: float, most: float = GAP) -> Stage:
                     state = linear_step(state, enough, same_factor=True)
             if state.steps and not state.steps[0].limited:
                 if holes:
-                    gap, allowed = float(np.abs(state.at.residual.closure.gap).max()), HOLE_GAP
+                    gap, allowed = float(np.abs(state.at.residual.holonomy.gap).max()), HOLE_GAP
                 else:
                     boundary = develop_boundary(problem.angles.constraints, state.at.residual)
                     gap, allowed = boundary.gap, most
-                state = state.at_rest()
+                state = state.without_factors()
                 if gap > allowed:
                     detail = f"a boundary loop fails to close by {gap:.1%} of its length"
                     return Candidate("linear step", Status.OPEN_LOOP, detail, state)
             if state.steps and (limited := state.steps[-1].limited):
                 detail = f"a full step would make an angle of {limited} triangles zero or negative"
-                return Candidate("linear step", Status.CUT_SHORT, detail, state.at_rest())
+                return Candidate("linear step", Status.CUT_SHORT, detail, state.without_factors())
         reached = state.at.residual.largest <= tol
         return drawn(problem, "linear step", state, converged=reached, boundary=boundary)
 
@@ -309,7 +309,7 @@ def prescribed(rtol: float, tol: float) -> Stage:
     def stage(problem: Problem, tried: Tried) -> Candidate:
         # the outer loop is drawn on its circle anyway, but small errors move those of holes a lot
         enough = {"circle": max(tol, ON_CIRCLE), "circles": tol / 10}.get(problem.shape.name, tol)
-        state = prescribed_steps(problem.start, rtol, enough, MAX_PRESCRIBED).at_rest()
+        state = iterate_to_prescribed_sums(problem.start, rtol, enough, MAX_PRESCRIBED).without_factors()
         reached = state.at.residual.largest <= enough
         note = "" if reached else f"the iterations did not converge within {MAX_PRESCRIBED} steps"
         whole = problem.mesh if problem.ears is None else problem.ears.whole
@@ -324,7 +324,7 @@ def iterated(rtol: float, tol: float, most: int) -> Stage:
     """Active-set iterations from the start (section 6)."""
 
     def stage(problem: Problem, tried: Tried) -> Candidate:
-        state = active_set(problem.start, rtol, tol, most).at_rest()
+        state = active_set(problem.start, rtol, tol, most).without_factors()
         name: StageName = "active set" if len(state.steps) > 1 else "linear step"
         return drawn(problem, name, state, converged=state.at.residual.largest <= tol)
 
@@ -337,9 +337,11 @@ def continued(rtol: float | None, tol: float) -> Stage:
     def stage(problem: Problem, tried: Tried) -> Candidate:
         state = tried[-1].state
         if problem.angles.safeguard:
-            state = corrected_steps(state, rtol, tol, MAX_ACTIVE_SET, CONTINUED_RTOL).at_rest()
+            state = iterate_with_corrections(
+                state, rtol, tol, MAX_ACTIVE_SET, CONTINUED_RTOL
+            ).without_factors()
         else:
-            state = active_set(state, rtol or ACTIVE_SET_RTOL, tol, MAX_ACTIVE_SET).at_rest()
+            state = active_set(state, rtol or ACTIVE_SET_RTOL, tol, MAX_ACTIVE_SET).without_factors()
         reached = state.at.residual.largest <= tol
         failed = f"the iterations did not converge within {MAX_ACTIVE_SET} steps"
         said = "further iterations flip more triangles" if reached else failed

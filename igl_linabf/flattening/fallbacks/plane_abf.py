@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..._runtime import timed
-from ...angles import LEAST_SHARE, ROUGH_RTOL, AbfResult, Constraints, State, Step, corrected_steps
+from ...angles import LEAST_SHARE, ROUGH_RTOL, AbfResult, Constraints, State, Step, iterate_with_corrections
 from ...errors import SingularSystemError
 from ...layouts import Layout, lay_out, least_change, placed
 from ...surface import Mesh, Pins, constrain, flipped_faces
@@ -43,7 +43,7 @@ def converge_in_plane(
         return None
     for begin in (state, state.back_to_start()):
         try:
-            flat = corrected_steps(begin, None, FLAT, STEPS_TO_FLAT, ROUGH_RTOL)
+            flat = iterate_with_corrections(begin, None, FLAT, STEPS_TO_FLAT, ROUGH_RTOL)
         except SingularSystemError:
             continue
         start = _drawn(mesh, flat)
@@ -60,7 +60,7 @@ def converge_in_plane(
     step = Step("feasible", 0, int(made.held.any(axis=0).sum()), at.residual.largest)
     state = replace(flat, at=at, steps=(*flat.steps, *(made.steps * (step,))))
     z = placed(mesh.topology, made.z, mesh.area, None if constrain(pinned) else pinned)
-    return AbfResult(state.at_rest(), True, made.held), replace(start, z=z)
+    return AbfResult(state.without_factors(), True, made.held), replace(start, z=z)
 
 
 def _drawn(mesh: Mesh, state: State) -> Layout | None:

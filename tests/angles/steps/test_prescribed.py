@@ -10,8 +10,8 @@ from high_curvature import rings
 
 from igl_linabf.angles import (
     AngleProblem,
-    ClosingRows,
     Constraints,
+    HolonomyConstraints,
     State,
     System,
     active_set,
@@ -23,7 +23,7 @@ from igl_linabf.angles import (
     step_and_chord,
 )
 from igl_linabf.angles.full_system import full_step
-from igl_linabf.angles.steps.local_elimination import FAR, within_patches
+from igl_linabf.angles.steps.local_elimination import FAR, eliminate_locally
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import Topology, manifold_topology
 
@@ -155,7 +155,7 @@ def test_steps_within_patches_change_only_the_angles_around_what_is_missing() ->
     centre = int(np.argmin(np.linalg.norm(V[F].mean(axis=1) - 0.5, axis=1)))
     alpha[:, centre] += alpha[:, centre].min() * np.array([1.0, -0.5, -0.5])
     state = State(problem, problem.at(alpha))
-    made = within_patches(state)
+    made = eliminate_locally(state)
     assert made.steps[-1].kind == "patches"
     assert made.at.residual.at_vertices < min(FAR, state.at.residual.at_vertices / 5)
     changed = (made.at.alpha != alpha).any(axis=0)
@@ -163,7 +163,7 @@ def test_steps_within_patches_change_only_the_angles_around_what_is_missing() ->
     assert changed[centre] and away[changed].max() < 0.1
     everywhere = alpha + 0.1 * np.random.default_rng(0).uniform(-1, 1, alpha.shape)
     state = State(problem, problem.at(everywhere))
-    assert within_patches(state) is state
+    assert eliminate_locally(state) is state
 
 
 @pytest.mark.parametrize("kind", ["one hole", "part of a hole"])
@@ -171,10 +171,10 @@ def test_the_rows_of_a_path_are_the_derivative_of_its_gap(kind: str) -> None:
     state = linear_step(state_of(kind), 1e-3, close=False)
     problem, alpha = state.problem, state.at.alpha
     b = state.at.residual
-    border = ClosingRows(System(problem.constraints, alpha), b.closure.of_paths(1))
+    border = HolonomyConstraints(System(problem.constraints, alpha), b.holonomy.of_paths(1))
     assert border.size == (1 if kind == "one hole" else 2)  # turning follows from its vertices' sums
     e, h = np.random.default_rng(0).normal(size=alpha.shape), 1e-6
-    gap = [residual(problem.constraints, alpha + d * e).closure.gap[-1] for d in (h, -h)]
+    gap = [residual(problem.constraints, alpha + d * e).holonomy.gap[-1] for d in (h, -h)]
     numeric = (gap[0] - gap[1]) / (2 * h)
     assert np.abs(border.rows(e) - [numeric.real, numeric.imag][: border.size]).max() < 1e-5
 
@@ -183,7 +183,7 @@ def test_the_rows_of_a_path_are_the_derivative_of_its_gap(kind: str) -> None:
 def test_the_bordered_system_is_its_definition(kind: str) -> None:
     state = linear_step(state_of(kind), 1e-3, close=False)
     lin = linearise(state.problem, state.at, reuse=state.lin)
-    system, border = lin.system, lin.closing
+    system, border = lin.system, lin.holonomy
     z = np.random.default_rng(1).normal(size=2 * state.problem.constraints.n + border.size)
     z[2 * state.problem.constraints.wheels + 1 : 2 * state.problem.constraints.n : 2] = 0.0
     e = system.projected(system.at_corners(lin.at_corners(z)))

@@ -11,13 +11,13 @@ from holed_surfaces import surface
 from igl_linabf import ABF, LinABF, MeshError, Outcome, abf, flatten, layout, linabf, quality
 from igl_linabf.angles import (
     AngleProblem,
-    ClosingRows,
+    HolonomyConstraints,
     Linearised,
     State,
     System,
-    closure_of,
     constraints_of,
     corner_angles,
+    holonomy_residual,
     initial_estimate,
     linear_step,
     linearise,
@@ -80,15 +80,15 @@ def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
     constraints = constraints_of(topology)
     alpha = initial_estimate(topology, corner_angles(mesh))
     system = System(constraints, alpha)
-    closure = residual(constraints, alpha).closure
-    border = ClosingRows(system, closure)
+    holonomy = residual(constraints, alpha).holonomy
+    border = HolonomyConstraints(system, holonomy)
     e = np.random.default_rng(0).normal(size=alpha.shape)
     h = 1e-6
-    gaps = [residual(constraints, alpha + d * e).closure.gap for d in (h, -h)]
+    gaps = [residual(constraints, alpha + d * e).holonomy.gap for d in (h, -h)]
     numeric = (gaps[0] - gaps[1]) / (2 * h)
     exact = border.rows(e).reshape(-1, 2) @ [1, 1j]
     # they differ where the loop does not close: by its length's change, and by where drawing begins
-    slack = 3 * np.abs(closure.gap) * np.abs(e).max() * max(map(len, topology.loops[1:]))
+    slack = 3 * np.abs(holonomy.gap) * np.abs(e).max() * max(map(len, topology.loops[1:]))
     assert (np.abs(numeric - exact) <= 1e-6 + slack).all()
     assert (slack < 0.3 * np.abs(exact)).any()
 
@@ -99,8 +99,8 @@ def test_the_drawn_loops_do_not_depend_on_where_drawing_begins() -> None:
     turned = planar(mesh.V, mesh.faces)
     loops = (turned.topology.loops[0], *(np.roll(loop, 3) for loop in turned.topology.loops[1:]))
     object.__setattr__(turned.topology, "loops", loops)
-    again = closure_of(turned.topology, missing.turning, missing.log_ratio)
-    assert np.allclose(np.abs(again.gap), np.abs(missing.closure.gap), atol=1e-12)
+    again = holonomy_residual(turned.topology, missing.turning, missing.log_ratio)
+    assert np.allclose(np.abs(again.gap), np.abs(missing.holonomy.gap), atol=1e-12)
 
 
 def bordered() -> Linearised:
@@ -114,7 +114,7 @@ def bordered() -> Linearised:
 
 def test_the_bordered_system_is_its_definition() -> None:
     lin = bordered()
-    system, border = lin.system, lin.closing
+    system, border = lin.system, lin.holonomy
     z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.size)
     e = system.projected(system.at_corners(lin.at_corners(z)))
     expected = np.concatenate((system.rows(e).ravel(), border.rows(e)))
@@ -125,7 +125,7 @@ def test_in_the_conformal_metric_the_bordered_system_is_solved_exactly() -> None
     lin = bordered()
     constraints, alpha = lin.problem.constraints, np.sqrt(lin.system.w)
     system = System(constraints, alpha, scaled=False)
-    border = ClosingRows(system, residual(constraints, alpha).closure, conformal=True)
+    border = HolonomyConstraints(system, residual(constraints, alpha).holonomy, conformal=True)
     z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.size)
     y = system.at_corners(lin.at_corners(z))
     e = np.einsum("tij,jt->it", system.conformal(np.arange(y.shape[1])), y)

@@ -408,7 +408,7 @@ def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
     alpha, impossible = rescaled(surface.topology, length, u)
     assert len(paths) == 2 and not impossible.any()
     missing = residual(constraints_of(surface.topology, paths=paths), alpha)
-    assert max(np.abs(missing.wheel).max(), np.abs(missing.closure.gap.real).max()) < 1e-10
+    assert max(np.abs(missing.wheel).max(), np.abs(missing.holonomy.gap.real).max()) < 1e-10
     # far from flat, and from the angles of the surface
     assert np.abs(missing.vertex).max() > 0.01
     assert np.abs(alpha - rescaled(surface.topology, length, 0 * u)[0]).max() > 0.01
