@@ -10,7 +10,6 @@ memory what the process grows by at the peak (Linux). `--largest N` takes the fi
 
 from __future__ import annotations
 
-import argparse
 import json
 import os
 import subprocess
@@ -21,7 +20,7 @@ from time import perf_counter
 
 import numpy as np
 from meshes import divided, shared
-from pages import DOCS, put
+from pages import arguments, publish
 from performance import most_used
 from scipy import sparse
 
@@ -85,10 +84,8 @@ def row(name: str, times: int, solver: str, repeat: int) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = arguments(__doc__, 5)
     parser.add_argument("--largest", type=int, default=len(SIZES))
-    parser.add_argument("--repeat", type=int, default=5)
-    parser.add_argument("--print", action="store_true", dest="printed")
     options = parser.parse_args()
     heads = "| triangles | of | analyse, ms | factor, ms | solve for two, ms | fill | MB |"
     lines = [heads, "|---|---|---|---|---|---|---|"]
@@ -96,10 +93,7 @@ def main() -> None:
         for solver in ("auto", "cholmod") if has_cholmod() else ("auto",):
             lines.append(row(name, times, solver, options.repeat))
     page = "`python benchmarks/factors.py`\n\n" + "\n".join(lines)
-    if options.printed:
-        print(page)
-    else:
-        put(DOCS / "performance.md", "factors", page)
+    publish("factors", page, options.printed)
 
 
 if __name__ == "__main__":

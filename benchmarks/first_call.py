@@ -9,7 +9,6 @@ camelhead, fandisk and cow of IGL_LINABF_MESHES.
 
 from __future__ import annotations
 
-import argparse
 import os
 import subprocess
 import sys
@@ -18,7 +17,7 @@ from pathlib import Path
 from time import perf_counter
 
 import numpy as np
-from pages import DOCS, put
+from pages import arguments, publish
 
 ROOT = Path(__file__).resolve().parent.parent
 OWN = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}  # what pip installed
@@ -95,10 +94,8 @@ def table(python: Path, meshes: Path, repeat: int) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser = arguments(__doc__, 5)
     parser.add_argument("--environment", type=Path)
-    parser.add_argument("--repeat", type=int, default=5)
-    parser.add_argument("--print", action="store_true", dest="printed")
     options = parser.parse_args()
     meshes = os.environ.get("IGL_LINABF_MESHES")
     if meshes is None:
@@ -106,10 +103,7 @@ def main() -> None:
     with tempfile.TemporaryDirectory() as folder:
         python = made(options.environment or Path(folder) / "environment")
         page = f"`python benchmarks/first_call.py`\n\n{table(python, Path(meshes).resolve(), options.repeat)}"
-    if options.printed:
-        print(page)
-    else:
-        put(DOCS / "performance.md", "first call", page)
+    publish("first call", page, options.printed)
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ a whole verb 1.5 times as fast, or where maps would change without it.
 
 from __future__ import annotations
 
-import argparse
 import warnings
 from contextlib import ExitStack
 from importlib import import_module
@@ -17,7 +16,7 @@ from time import perf_counter
 from unittest.mock import patch
 
 from meshes import brain, divided, shared
-from pages import DOCS, put
+from pages import arguments, publish
 
 from igl_linabf import flatten
 
@@ -55,9 +54,7 @@ def row(name: str, V: object, F: object, method: str, repeat: int) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--repeat", type=int, default=9)
-    parser.add_argument("--print", action="store_true", dest="printed")
+    parser = arguments(__doc__, 9)
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     known = {mesh[0]: mesh for mesh in shared("disk")}
@@ -68,10 +65,7 @@ def main() -> None:
         for method in ("linabf", "abf") if len(F) < FEW else ("linabf",):
             lines.append(row(name, V, F, method, options.repeat))
     page = "`python benchmarks/forks.py`\n\n" + "\n".join(lines)
-    if options.printed:
-        print(page)
-    else:
-        put(DOCS / "performance.md", "forks", page)
+    publish("forks", page, options.printed)
 
 
 if __name__ == "__main__":

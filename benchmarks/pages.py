@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 from pathlib import Path
 
 DOCS = Path(__file__).parent.parent / "docs"
@@ -14,3 +15,19 @@ def put(page: Path, mark: str, text: str) -> None:
     page.write_text(
         old[: old.index(begin) + len(begin)] + text.strip() + "\n\n" + old[old.index(end) :], encoding="utf-8"
     )
+
+
+def arguments(doc: str | None, repeat: int) -> argparse.ArgumentParser:
+    """Those of a script that writes into docs/performance.md, or prints."""
+    parser = argparse.ArgumentParser(description=doc, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("--repeat", type=int, default=repeat)
+    parser.add_argument("--print", action="store_true", dest="printed")
+    return parser
+
+
+def publish(mark: str, text: str, printed: bool) -> None:
+    """Put the text between the marks of docs/performance.md, or print it."""
+    if printed:
+        print(text)
+    else:
+        put(DOCS / "performance.md", mark, text)

@@ -34,7 +34,7 @@ import numpy as np
 from bff_peer import Bff
 from many import disk
 from meshes import Mesh, brain, divided, shared, subdivided
-from pages import DOCS, put
+from pages import arguments, publish
 from scipy.stats import bootstrap
 
 import igl_linabf as il
@@ -193,23 +193,18 @@ def mouette_seconds(V: np.ndarray, F: np.ndarray) -> float:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
-    parser.add_argument("--repeat", type=int, default=7)
+    parser = arguments(__doc__, 7)
     parser.add_argument("--cpu", action="store_true")
     parser.add_argument("--largest", type=int, default=2)
     parser.add_argument("--huge", action="store_true")
     parser.add_argument("--build-peers", type=Path, metavar="FOLDER")
-    parser.add_argument("--print", action="store_true", dest="printed")
     options = parser.parse_args()
     warnings.simplefilter("ignore")
     command = " ".join(["python benchmarks/performance.py", *sys.argv[1:]])
     said = f"`{command}`\n\nTime {'of the processor' if options.cpu else 'on the wall'}. {machine()}."
     mark, text = ("millions", of_millions(options.cpu)) if options.huge else ("figures", of_ratios(options))
     page = f"{said}\n\n{text}"
-    if options.printed:
-        print(page)
-    else:
-        put(DOCS / "performance.md", mark, page)
+    publish(mark, page, options.printed)
 
 
 def of_ratios(options: argparse.Namespace) -> str:
