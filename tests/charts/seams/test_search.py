@@ -10,9 +10,6 @@ from nasty_meshes import sphere
 
 from igl_linabf import MeshError, flatten, quality
 from igl_linabf.charts import cut, find_seams, texture_seams
-from igl_linabf.charts.splitting import tips
-from igl_linabf.measures import change_of
-from igl_linabf.surface import Submesh
 
 CLOSED = (
     "pial",
@@ -230,19 +227,3 @@ def test_surfaces_that_are_no_manifolds_are_refused() -> None:
         texture_seams(F, F - 1)
     with pytest.raises(ValueError, match="trade"):
         find_seams(V, F, trade=-1)
-
-
-@pytest.mark.parametrize("tip", [[0, 0, 1.0], [0.9, 0, 0.43], [0.97, 0, -0.24]])
-def test_ways_to_tips_that_are_sought_nearby_are_the_shortest(
-    monkeypatch: pytest.MonkeyPatch, tip: list[float]
-) -> None:
-    """A ball with a spike, open at the bottom: near the spike only, and among all vertices."""
-    V, F = igl.upsample(*igl.icosahedron(), 4)
-    V = V / np.linalg.norm(V, axis=1)[:, None]
-    F = F[V[F][:, :, 2].max(axis=1) > -0.7]
-    spiked = Submesh.checked(V * (1 + 0.8 * np.exp((V @ tip - 1) / 0.005))[:, None], F)
-    uv = flatten(spiked.V, spiked.F).uv
-    near = np.sort(tips.seams_to_tips(spiked, change_of(spiked, uv), 6.0, None))
-    monkeypatch.setattr(tips, "NEARLY_ALL", 0.0)
-    everywhere = np.sort(tips.seams_to_tips(spiked, change_of(spiked, uv), 6.0, None))
-    assert len(near) and sorted(near.tolist()) == sorted(everywhere.tolist())

@@ -1,0 +1,105 @@
+"""Seams where a map would overlap or shrink tips: found on clusters, before the surface is flattened."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+
+from igl_linabf import flatten, unwrap
+from igl_linabf.charts.atlas.pieces import flattened
+from igl_linabf.charts.cut_graphs.clusters import CLUSTERED, Levels
+from igl_linabf.charts.cut_graphs.graph import closed_surface, shape
+from igl_linabf.charts.cut_graphs.stretch import log_scale
+from igl_linabf.charts.seams import search as seams
+from igl_linabf.charts.splitting import predicted_overlaps, tips
+from igl_linabf.charts.splitting.tips import seams_to_fine_tips
+from igl_linabf.flattening import Sketch
+from igl_linabf.measures import change_of, overlapping_pairs
+from igl_linabf.surface import Submesh
+
+
+def test_overlaps_of_large_surfaces_are_predicted() -> None:
+    """In a cube with a tunnel through each pair of sides, whose map overlaps if handles alone are opened."""
+    x, y, z = np.meshgrid(*3 * [np.linspace(-3, 3, 50)], indexing="ij")
+    values = sum(c**4 - 5 * c**2 for c in (x, y, z)) + 11.8
+    points = np.column_stack([c.ravel(order="F") for c in (x, y, z)])
+    V, F = igl.marching_cubes(values.ravel(order="F"), points, 50, 50, 50, 0.0)[:2]
+    surface, overlapping = Submesh.checked_manifold(V, F), []
+    for parted in (False, True):
+        parts = surface.cut_along(seams.seams_of(surface, 6.0, part_overlaps=parted))
+        assert all(not part.topology.genus and len(part.topology.loops) == 1 for part in parts)
+        overlapping += [sum(len(overlapping_pairs(flattened(p, Sketch()).uv, p.F)) for p in parts)]
+    assert len(parts) <= 4
+    assert overlapping[1] <= overlapping[0] / 20
+
+
+@pytest.mark.parametrize(("share", "cut"), [(0.1, False), (0.8, True)])
+def test_overlaps_are_cut_beforehand_only_if_most_of_the_map_is_to_be_made_again(
+    share: float, cut: bool
+) -> None:
+    """A strip along a spiral stair of a turn and a half, of which this share of the faces is in the turns."""
+    rows = 400
+    turns = int(share * rows)
+    t = np.append(np.linspace(-1, 0, rows - turns, endpoint=False), np.linspace(0, 3 * np.pi, turns + 1))
+    r, t = np.meshgrid(np.linspace(0.8, 1.2, 5), t)
+    on_stair = np.stack((r * np.cos(t), r * np.sin(t), 0.1 * t), axis=-1)
+    before = np.stack((r, t, 0.1 * t), axis=-1)
+    V = np.where(t[..., None] > 0, on_stair, before).reshape(-1, 3)
+    strip = Submesh.checked(V, igl.triangulated_grid(5, rows + 1)[1])
+    parts, uv, stays = predicted_overlaps._parts(strip, *predicted_overlaps._sketches([strip]), False)
+    assert uv is not None
+    assert bool(parts) is cut is not stays
+
+
+def test_tall_fins_of_a_large_plate_are_predicted_until_none_is_worth_a_seam() -> None:
+    """Seams to their tips lay parts over each other, whose tips are seen then: one map shows few of them."""
+    x, y = np.meshgrid(*2 * [np.linspace(-1, 1, 120)])
+    turns = np.arange(8) * np.pi / 4
+    along, across = (
+        a * x[..., None] + b * y[..., None]
+        for a, b in ((np.cos(turns), np.sin(turns)), (-np.sin(turns), np.cos(turns)))
+    )
+    z = 1.2 * np.exp(-(((along - 0.55) / 0.25) ** 6) - (across / 0.03) ** 2).max(axis=2)
+    V, F = np.column_stack((x.ravel(), y.ravel(), z.ravel())), igl.triangulated_grid(120, 120)[1]
+    atlas = unwrap(V, F)
+    assert atlas.good
+    assert atlas.quality.stretch_l2 <= 4
+
+
+@pytest.mark.parametrize("height", [0.0, 0.8])
+def test_a_spike_that_clusters_do_not_show_gets_its_seam_beforehand(height: float) -> None:
+    """A ball of 20,480 triangles with a spike of some hundreds of them, cut from its back to four sides."""
+    V, F = igl.upsample(*igl.icosahedron(), 5)
+    V = V / np.linalg.norm(V, axis=1)[:, None]
+    spiked = Submesh.checked(V * (1 + height * np.exp((V @ [0.9, 0, 0.436] - 1) / 0.005))[:, None], F)
+    piece = closed_surface(spiked)
+    poles = [[-1, 0, 0], [0, 0, 1], [0, 0, -1], [0, 1, 0], [0, -1, 0]]
+    start, *ends = (int(np.argmax(spiked.V @ pole)) for pole in poles)
+    seam = piece.paths(piece.search(np.array([start]))[1], ends)
+    coarse = Levels.of(piece, CLUSTERED)
+    on = coarse.label(piece.on(seam))
+    u = log_scale(coarse.coarse, on, coarse.coarse.curvature)[coarse.label(np.arange(piece.n))]
+    more = seams_to_fine_tips(piece, seam, u, 6.0)
+    exact = seams_to_fine_tips(piece, seam, log_scale(piece, piece.on(seam), piece.curvature), 6.0)
+    assert bool(len(more)) is bool(len(exact)) is bool(height)
+    if height:
+        out = np.linalg.norm(piece.position, axis=1)
+        assert all(out[piece.ends[found]].max() > 0.95 * out.max() for found in (more, exact))
+        assert shape(piece, np.append(seam, more)) == shape(piece, seam) == (1, 0, 1)
+
+
+@pytest.mark.parametrize("tip", [[0, 0, 1.0], [0.9, 0, 0.43], [0.97, 0, -0.24]])
+def test_ways_to_tips_that_are_sought_nearby_are_the_shortest(
+    monkeypatch: pytest.MonkeyPatch, tip: list[float]
+) -> None:
+    """A ball with a spike, open at the bottom: near the spike only, and among all vertices."""
+    V, F = igl.upsample(*igl.icosahedron(), 4)
+    V = V / np.linalg.norm(V, axis=1)[:, None]
+    F = F[V[F][:, :, 2].max(axis=1) > -0.7]
+    spiked = Submesh.checked(V * (1 + 0.8 * np.exp((V @ tip - 1) / 0.005))[:, None], F)
+    uv = flatten(spiked.V, spiked.F).uv
+    near = np.sort(tips.seams_to_tips(spiked, change_of(spiked, uv), 6.0, None))
+    monkeypatch.setattr(tips, "NEARLY_ALL", 0.0)
+    everywhere = np.sort(tips.seams_to_tips(spiked, change_of(spiked, uv), 6.0, None))
+    assert len(near) and sorted(near.tolist()) == sorted(everywhere.tolist())

@@ -1,0 +1,125 @@
+"""Charts that overlap are split or mended, and small ones are joined to a neighbour."""
+
+from __future__ import annotations
+
+import igl
+import numpy as np
+import pytest
+import shapely
+from conftest import load
+from overlapping_surfaces import spiral
+
+from igl_linabf import FallbackWarning, Flattening, find_seams, flatten, overlaps, quality, unwrap
+from igl_linabf.charts import options as task
+from igl_linabf.charts.splitting import bijective as bijectively
+from igl_linabf.surface import Submesh
+
+
+def test_charts_that_lie_over_themselves_are_split_where_that_is_short() -> None:
+    V, F = spiral()
+    assert quality(V, F, flatten(V, F).uv).overlaps > 0
+    atlas = unwrap(V, F)
+    assert atlas.splits == len(atlas.charts) - 1 >= 1
+    assert atlas.good
+    assert 0 < atlas.seam_length < 2  # across the strip
+    shapes = [shapely.union_all(shapely.polygons(atlas.TC[atlas.FTC[c.faces]])) for c in atlas.charts]
+    assert shapely.union_all(shapes).area == pytest.approx(sum(s.area for s in shapes), rel=1e-9)
+
+
+def test_bijective_keeps_one_chart_and_says_what_it_costs() -> None:
+    V, F = spiral()
+    atlas = unwrap(V, F, bijective=True)
+    (chart,) = atlas.charts
+    assert chart.overlapping == 0
+    assert chart.cost > 0
+    assert "moved apart to be bijective" in chart.result.message
+    assert len(overlaps(atlas.TC, atlas.FTC)) == 0
+
+
+def test_what_moving_apart_takes_too_long_for_is_cut(monkeypatch: pytest.MonkeyPatch) -> None:
+    V, F = spiral()
+    monkeypatch.setattr(bijectively, "WAITED", 0.0)
+    monkeypatch.setattr(bijectively, "PER_FACE", 1e-9)
+    with pytest.warns(FallbackWarning, match="cut apart, not moved.*did not end within"):
+        atlas = unwrap(V, F, bijective=True)
+    assert atlas.splits
+    assert len(overlaps(atlas.TC, atlas.FTC)) == 0
+
+
+def test_what_still_overlaps_after_all_rounds_of_splitting_is_halved(monkeypatch) -> None:
+    monkeypatch.setattr(task, "MAX_SPLITS", 0)
+    V, F = spiral()
+    atlas = unwrap(V, F, np.zeros((0, 2), dtype=int))
+    assert atlas.good and len(atlas.charts) > 1
+    assert len(overlaps(atlas.TC, atlas.FTC)) == 0
+
+
+def as_they_are(piece: Submesh, result: Flattening, pairs: np.ndarray) -> tuple[Flattening, np.ndarray]:
+    """Overlaps, left for seams to part."""
+    return result, pairs
+
+
+@pytest.mark.parametrize("name", ["closed__igl_cow.off", "disk__igl_camel_b.obj", "holes__igl_beetle.off"])
+def test_a_few_faces_that_overlap_are_laid_out_narrower_instead_of_cut_off(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    V, F = load(name)
+    narrower = unwrap(V, F)
+    monkeypatch.setattr("igl_linabf.charts.charting.relayout_locally", as_they_are)
+    parted = unwrap(V, F)
+    assert narrower.good
+    assert narrower.quality.flips == narrower.quality.overlaps == 0
+    assert (len(narrower.charts), narrower.seam_length) <= (len(parted.charts), parted.seam_length)
+    assert narrower.quality.stretch_l2 < 1.01 * parted.quality.stretch_l2
+    (chart,) = [chart for chart in narrower.charts if "laid out narrower" in chart.result.message]
+    assert igl.doublearea(chart.result.uv, chart.result.F).sum() == pytest.approx(
+        igl.doublearea(V, F[chart.faces]).sum()
+    )
+
+
+@pytest.mark.parametrize("name", ["closed__igl_cow.off", "disk__igl_camel_b.obj"])
+def test_what_a_few_narrower_faces_solve_needs_no_moving_apart(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    V, F = load(name)
+    monkeypatch.setattr("igl_linabf.charts.charting.move_parts_apart", pytest.fail)
+    atlas = unwrap(V, F, bijective=True)
+    assert not atlas.quality.overlaps
+    assert (atlas.TC == unwrap(V, F).TC).all()
+
+
+@pytest.mark.parametrize(
+    "name", ["limb", "closed__igl_cow.off", "disk__igl_camel_b.obj", "holes__igl_beetle.off"]
+)
+def test_small_charts_are_joined_where_they_lie_flat_beside_a_neighbour(
+    name: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    V, F = load(name)
+    monkeypatch.setattr("igl_linabf.charts.charting.relayout_locally", as_they_are)
+    joined = unwrap(V, F)
+    monkeypatch.setattr("igl_linabf.charts.charting.merge_small_charts", lambda made, *_: made)
+    apart = unwrap(V, F)
+    assert min(len(chart.faces) for chart in apart.charts) < 10
+    assert len(joined.charts) < len(apart.charts)
+    assert joined.good
+    assert joined.quality.flips == joined.quality.overlaps == 0
+    assert joined.quality.stretch_l2 < 1.01 * apart.quality.stretch_l2
+    assert joined.seam_length < apart.seam_length
+    for chart in joined.charts:  # each map is that of its faces, at their size
+        of_faces = V[joined.origin[joined.FTC[chart.faces]]]
+        assert (of_faces == V[F[chart.faces]]).all()
+        assert igl.doublearea(chart.result.uv, chart.result.F).sum() == pytest.approx(
+            igl.doublearea(V, F[chart.faces]).sum()
+        )
+
+
+def test_small_charts_are_joined_where_the_caller_has_no_seam(monkeypatch: pytest.MonkeyPatch) -> None:
+    V, F = load("holes__igl_beetle.off")
+    monkeypatch.setattr("igl_linabf.charts.charting.relayout_locally", as_they_are)
+    mine = find_seams(V, F)
+    begun = unwrap(V, F, mine, complete=True)
+    assert len(begun.charts) < len(unwrap(V, F, mine).charts)
+    apart = unwrap(V, F, mine).seams
+    for kept, atlas in ((mine, begun), (apart, unwrap(V, F, apart, complete=True))):
+        cut = {tuple(edge) for edge in np.sort(atlas.seams, axis=1).tolist()}
+        assert cut >= {tuple(edge) for edge in np.sort(kept, axis=1).tolist()}
