@@ -38,7 +38,7 @@ from igl_linabf import (
 )
 from igl_linabf.flattening import medians
 from igl_linabf.io import read_mesh, read_texture, write_obj
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 FREE = "free"
 MOST = 40_000  # triangles of a mesh with holes
@@ -130,7 +130,7 @@ def main() -> None:
 
 
 def row(name: str, V: np.ndarray, F: np.ndarray, shapes: tuple[str, ...], repeat: int) -> None:
-    mesh, cells = planar(V, F), []
+    mesh, cells = planar_mesh(V, F), []
     calls = [partial(flatten, V, F, boundary=shape, progress=False) for shape in shapes]
     results = {shape: call() for shape, call in zip(shapes, calls, strict=True)}
     times = dict(zip(shapes, medians(calls, repeat, process_time), strict=True))

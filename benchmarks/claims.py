@@ -22,7 +22,7 @@ from igl_linabf.flattening import Flattening
 from igl_linabf.layouts import injective
 from igl_linabf.linalg import Solvers
 from igl_linabf.plot import fit
-from igl_linabf.surface import centred, complex_positions, planar
+from igl_linabf.surface import centred, complex_positions, planar_mesh
 
 sys.path.insert(0, str(Path(__file__).parent.parent / "tests"))
 from conftest import tree_cut
@@ -60,7 +60,7 @@ def starts() -> None:
     for name, V, F in [*shared("stress"), *shared("holes"), *_small_disks()]:
         if len(F) > 12_000:
             continue
-        mesh = planar(V, F)
+        mesh = planar_mesh(V, F)
         maps = [flatten(V, F, method).uv for method in ("lscm", LinABF(iterations=1), "abf")]
         rng = np.random.default_rng(0)
         maps += [maps[1] * [1, -1], maps[1] * [1, 0]]

@@ -27,7 +27,7 @@ from scipy import sparse
 from igl_linabf.angles import constraints_of, corner_angles
 from igl_linabf.angles.steps.iterates import Iterate
 from igl_linabf.linalg import Cholesky, Solvers, has_cholmod
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 NAMES = {"auto": "core", "cholmod": "CHOLMOD"}
 SIZES = (("igl_camel_b", 1), ("igl_face", 1), ("igl_face", 2), ("igl_face", 4), ("igl_face", 8))
@@ -37,7 +37,7 @@ MUCH = 500_000  # triangles from which one run has to do
 def laplacian(name: str, times: int) -> tuple[int, sparse.csc_array]:
     """Triangles, and the lower triangle of the Laplacian of a disk, each triangle of which is divided."""
     (mesh,) = (mesh for mesh in shared("disk") if mesh[0] == name)
-    surface = planar(*divided(mesh, times)[1:])
+    surface = planar_mesh(*divided(mesh, times)[1:])
     constraints = constraints_of(surface.topology)
     at = Iterate.of(constraints, corner_angles(surface))
     return len(surface.double_area), constraints.pattern.laplacian(surface.topology.sum_at_edges(at.cot) / 2)

@@ -26,7 +26,7 @@ from pages import DOCS, put
 from igl_linabf import ABF, Flattening, LinABF, flatten
 from igl_linabf.flattening import methods
 from igl_linabf.flattening.fallbacks.attempts import Problem, posed
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 HARD = ("optcuts_golf", "flipfree_deer", "optcuts_male_body_i_f10000")
 
@@ -55,7 +55,7 @@ def from_solution(V: np.ndarray, F: np.ndarray, method: ABF | LinABF, solution: 
 
     methods.posed = started
     try:
-        return method.run(planar(V, F), None)
+        return method.run(planar_mesh(V, F), None)
     finally:
         methods.posed = posed
 

@@ -41,7 +41,7 @@ import igl_linabf as il
 from igl_linabf._core import BUILD
 from igl_linabf.flattening import bare_lscm, other_programs
 from igl_linabf.linalg import has_cholmod
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
 NATURAL = ("igl_camel_b", "optcuts_foot_i_f10000", "igl_lion", "igl_camelhead", "igl_face")
@@ -68,7 +68,7 @@ def chosen(largest: int) -> Iterator[Mesh]:
 def calls(V: np.ndarray, F: np.ndarray) -> dict[str, Call]:
     flattener = il.Flattener(F)
     made: dict[str, Call] = {
-        "igl.lscm": bare_lscm(planar(V, F)),
+        "igl.lscm": bare_lscm(planar_mesh(V, F)),
         "linabf": partial(il.flatten, V, F),
         "abf": partial(il.flatten, V, F, "abf"),
         "the next of a Flattener": partial(flattener.flatten, V),
@@ -122,7 +122,7 @@ def grown(name: str, what: str) -> None:
         (mesh,) = (mesh for mesh in shared("disk") if mesh[0] == name.partition(",")[0])
         _, V, F = divided(mesh, isqrt(pieces))
         small = disk(4_000, 0)
-        call = {"igl.lscm": bare_lscm(planar(V, F))}.get(what) or partial(il.flatten, V, F, what)
+        call = {"igl.lscm": bare_lscm(planar_mesh(V, F))}.get(what) or partial(il.flatten, V, F, what)
         for method in ("lscm", "linabf", "abf"):
             il.flatten(*small, method)  # what is imported does not count
     Path("/proc/self/clear_refs").write_text("5", encoding="utf-8")  # the peak so far is forgotten

@@ -18,7 +18,7 @@ from meshes import brain, shared
 from igl_linabf import OutcomeWarning, abf, linabf, quality
 from igl_linabf.flattening import bare_lscm, medians
 from igl_linabf.flattening import other_programs as peers
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 COLUMNS = (
     "mesh",
@@ -58,7 +58,7 @@ def main() -> None:
     heads = [*COLUMNS, *(f"{name}: time, F/3nt" for name in others), *["paper"] * bool(PAPER)]
     print(f"| {' | '.join(heads)} |\n|{'---|' * len(heads)}")
     for name, V, F in [brain(), *shared("disk")]:
-        mesh = planar(V, F)
+        mesh = planar_mesh(V, F)
         calls = [
             bare_lscm(mesh),
             partial(abf, V, F),

@@ -20,7 +20,7 @@ from igl_linabf import LinABF, flatten, linabf
 from igl_linabf.flattening import bare_lscm, medians
 from igl_linabf.io import read_mesh
 from igl_linabf.linalg import blas_of_cholmod
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 STAGES = ("check", "estimate", "assembly", "analysis", "factor", "solve", "layout")
 
@@ -53,7 +53,7 @@ def main() -> None:
     print("| mesh | triangles | linabf / igl.lscm | " + " | ".join(STAGES) + " | other |")
     print("|---|---|---|" + "---|" * (len(STAGES) + 1))
     for name, V, F in chosen(options):
-        bare = bare_lscm(planar(V, F))
+        bare = bare_lscm(planar_mesh(V, F))
         calls = [partial(linabf, V, F, solver=options.solver), bare]
         medians(calls, 1)  # a warm-up
         ours, theirs = medians(calls, options.repeat)

@@ -15,7 +15,7 @@ from meshes import crown, shared
 
 from igl_linabf import LinABF, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.flattening import bare_lscm, medians
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 
 def main() -> None:
@@ -33,7 +33,7 @@ def main() -> None:
             partial(linabf, V, F, iterations=12),
             partial(abf, V, F),
         ]
-        calls = [bare_lscm(planar(V, F)), *runs]
+        calls = [bare_lscm(planar_mesh(V, F)), *runs]
         medians(calls, 1)  # a warm-up
         lscm, *times = medians(calls, options.repeat)
         results = [flatten(V, F, "lscm")]

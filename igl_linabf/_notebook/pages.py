@@ -29,7 +29,7 @@ def html_table(rows: Sequence[Sequence[str]], header: bool = True) -> str:
     return f"<table>{''.join(lines)}</table>"
 
 
-def side_by_side(parts: Iterable[tuple[str, str]]) -> str:
+def html_row(parts: Iterable[tuple[str, str]]) -> str:
     """Blocks of HTML in a row, each with its title above it."""
     blocks = [
         f'<div style="margin: 0 1em 0.5em 0">{f"<div>{escape(title)}</div>" if title else ""}{content}</div>'

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from .cleanup import undone_at_once
+from .cleanup import undo_at_interrupt
 
 Arrays = dict[str, Any]  # of NumPy arrays
 
@@ -28,7 +28,7 @@ def run_in_child_process(module: str, name: str, arrays: Arrays, timeout: float 
         The process failed (the text has its last line of output), or took longer than `timeout` seconds.
     """
     started: list[Popen[bytes]] = []
-    with undone_at_once(partial(_kill, started)):
+    with undo_at_interrupt(partial(_kill, started)):
         try:
             with _interrupts_held_back():
                 started.append(

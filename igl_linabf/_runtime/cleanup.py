@@ -17,7 +17,7 @@ _undoings: dict[object, Callable[[], object]] = {}
 
 
 @contextmanager
-def undone_at_once(undo: Callable[[], object]) -> Iterator[None]:
+def undo_at_interrupt(undo: Callable[[], object]) -> Iterator[None]:
     """Within the block, `undo_all` calls `undo`, which must not wait for a lock."""
     key = object()
     _undoings[key] = undo
@@ -64,7 +64,7 @@ def replacing(path: str | os.PathLike[str]) -> Iterator[str]:
     path = Path(path)
     temporary = path.with_name(f".igl_linabf-{secrets.token_hex(8)}{path.suffix}")
     remove = partial(temporary.unlink, missing_ok=True)
-    with undone_at_once(remove):
+    with undo_at_interrupt(remove):
         try:
             # not tempfile's, whose mode only the umask of the whole process, threads and all, would tell
             os.close(os.open(temporary, os.O_CREAT | os.O_EXCL | os.O_WRONLY, 0o666))

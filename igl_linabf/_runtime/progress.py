@@ -10,7 +10,7 @@ from contextvars import ContextVar
 from time import perf_counter
 from typing import Any, Literal
 
-from .cleanup import undone_at_once
+from .cleanup import undo_at_interrupt
 
 _seconds: ContextVar[dict[str, float] | None] = ContextVar("seconds", default=None)
 
@@ -106,7 +106,7 @@ _current: ContextVar[_Report | None] = ContextVar("progress", default=None)
 
 @contextmanager
 def reporting(progress: Progress) -> Iterator[None]:
-    """Report the progress of `advance` and `part` in the block.
+    """Report the progress of `advance` and `progress_part` in the block.
 
     A callable gets the name of the stage and the fraction done. None shows a bar if stderr is a
     terminal, in the main thread of the main process; False shows nothing. Inside another
@@ -119,7 +119,7 @@ def reporting(progress: Progress) -> Iterator[None]:
     bar = _Bar() if progress is None and on_terminal() else None
     token = _current.set(_Report(bar or progress or _silent))
     try:
-        with nullcontext() if bar is None else undone_at_once(bar.wipe):
+        with nullcontext() if bar is None else undo_at_interrupt(bar.wipe):
             yield
             advance("done", 1.0)
     finally:
@@ -147,7 +147,7 @@ def advance(stage: str, share: float) -> None:
 
 
 @contextmanager
-def part(stage: str, end: float) -> Iterator[None]:
+def progress_part(stage: str, end: float) -> Iterator[None]:
     """The block brings the whole computation to the fraction `end`."""
     report = _current.get()
     if report is None:
@@ -201,6 +201,6 @@ def counting(stage: str, total: int, progress: Progress) -> Iterator[Callable[[]
         rich.TimeRemainingColumn(),
     )
     bar = rich.Progress(*columns, console=Console(stderr=True), transient=True, speed_estimate_period=60)
-    with bar, undone_at_once(wipe):
+    with bar, undo_at_interrupt(wipe):
         task = bar.add_task(stage, total=total)
         yield lambda: bar.advance(task)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
 from ..errors import MeshError
-from ..io import bare, split_at_seams
+from ..io import as_mesh_file, split_at_seams
 from ..surface import face_array
 
 if TYPE_CHECKING:
@@ -84,7 +84,7 @@ def to_trimesh(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None 
     """
     import trimesh
 
-    V, TC, F = split_at_seams(bare(V, face_array(F)).textured(TC, FTC))
+    V, TC, F = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
     return trimesh.Trimesh(V, F, visual=trimesh.visual.TextureVisuals(uv=TC), process=False)
 
 
@@ -154,7 +154,7 @@ def to_pyvista(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None 
     """
     import pyvista
 
-    V, TC, F = split_at_seams(bare(V, face_array(F)).textured(TC, FTC))
+    V, TC, F = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
     mesh = pyvista.PolyData.from_regular_faces(V, F)
     mesh.active_texture_coordinates = TC
     return mesh
@@ -229,7 +229,7 @@ def to_meshio(V: ArrayLike, F: ArrayLike, TC: ArrayLike, FTC: ArrayLike | None =
     """
     import meshio
 
-    V, TC, F = split_at_seams(bare(V, face_array(F)).textured(TC, FTC))
+    V, TC, F = split_at_seams(as_mesh_file(V, face_array(F)).textured(TC, FTC))
     return meshio.Mesh(V, [("triangle", F)], point_data={"obj:vt": TC})
 
 
@@ -294,7 +294,7 @@ def to_open3d(
     """
     import open3d
 
-    made = bare(V, face_array(F)).textured(TC, FTC)
+    made = as_mesh_file(V, face_array(F)).textured(TC, FTC)
     assert made.TC is not None  # it has been given them
     mesh = open3d.geometry.TriangleMesh(
         open3d.utility.Vector3dVector(made.V), open3d.utility.Vector3iVector(made.triangles.astype(np.int32))

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
-from ..io import bare
+from ..io import as_mesh_file
 from ..surface import face_array, vertex_array
 
 if TYPE_CHECKING:
@@ -73,6 +73,6 @@ def to_torch(
     """
     import torch
 
-    mesh = bare(*from_torch(V, F)).textured(TC, FTC)
+    mesh = as_mesh_file(*from_torch(V, F)).textured(TC, FTC)
     uv = torch.as_tensor(mesh.TC, dtype=V.dtype, device=V.device)
     return uv, torch.as_tensor(mesh.FTC, dtype=F.dtype, device=F.device)

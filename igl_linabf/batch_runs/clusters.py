@@ -12,7 +12,7 @@ from typing import Any
 
 import psutil
 
-from .._runtime import undone_at_once
+from .._runtime import undo_at_interrupt
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
 ROOM = 2**29  # bytes that a worker takes before a mesh is there, at most
@@ -81,7 +81,7 @@ def local_client(workers: int | None, memory: int | None) -> Iterator[Any]:
             psutil.wait_procs(killed, timeout=1)
             shutil.rmtree(folder, ignore_errors=True)
 
-        stack.enter_context(undone_at_once(end))
+        stack.enter_context(undo_at_interrupt(end))
         yield stack.enter_context(Client(cluster, set_as_default=False))
 
 

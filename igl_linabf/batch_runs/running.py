@@ -17,7 +17,7 @@ from queue import Empty, SimpleQueue
 from time import perf_counter
 from typing import Any, Literal, get_args
 
-from .._runtime import Progress, counting, undone_at_once
+from .._runtime import Progress, counting, undo_at_interrupt
 from ..charts import PADDING, TRADE, Spacing
 from ..errors import is_number
 from ..flattening import BoundaryName, Method, method_of
@@ -190,11 +190,11 @@ def batch(
         seconds = 0.0
         if tasks:
             with ExitStack() as stack:
-                stack.enter_context(undone_at_once(table.write))
+                stack.enter_context(undo_at_interrupt(table.write))
                 if scheduler is None:  # the workers are gone then, and may have died in the midst of a file
                     remove = partial(places.remove_temporaries, {task.row.output for task in tasks}, folder)
                     stack.callback(remove)
-                    stack.enter_context(undone_at_once(remove))
+                    stack.enter_context(undo_at_interrupt(remove))
                     client = stack.enter_context(local_client(workers, settings.memory))
                 else:
                     client = stack.enter_context(client_of(scheduler))

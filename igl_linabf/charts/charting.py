@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import advance, part
+from .._runtime import advance, progress_part
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, SingularSystemError, some, stack_level
 from ..flattening import ABF, Flattening, Isometric, LinABF, Method, Sketch, flatten_together, guaranteed
@@ -64,9 +64,9 @@ def pieces_of(
         if surface.vertices is not cleaned.origin:
             mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned)
         else:
-            mask = seam_mask(seams, surface.named_faces, surface.n_given)
+            mask = seam_mask(seams, surface.F_given, surface.n_given)
         face, k = np.nonzero(mask)
-        given = surface.named_faces[face[:, None], np.column_stack((k, (k + 1) % 3))]
+        given = surface.F_given[face[:, None], np.column_stack((k, (k + 1) % 3))]
         pieces = surface.cut(mask)
     if not task.may_find_seams:
         return pieces, given
@@ -104,7 +104,7 @@ def charts_of(pieces: list[Submesh], given: IntArray, task: Task) -> list[tuple[
             known = next(together) if kept is None else kept
             reached += len(piece.F) if not splits else 0
             upto = SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total
-            with part("charts", upto) if known is None else nullcontext():
+            with progress_part("charts", upto) if known is None else nullcontext():
                 made = _chart(piece, splits, task, known)
             if isinstance(made, Chart):
                 done.append((key, made, piece))

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._core import lengths
-from .._runtime import Progress, part, reporting
+from .._runtime import Progress, progress_part, reporting
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, is_number, stack_level
 from ..flattening import Method, method_of
 from ..measures import Quality, quality_of
-from ..surface import Ragged, Submesh, as_it_is, cleaned_surface, complex_positions, signed_double_areas
+from ..surface import Ragged, Submesh, cleaned_surface, complex_positions, signed_double_areas, unrepaired
 from .atlas import (
     Atlas,
     Chart,
@@ -207,7 +207,7 @@ def unwrap(
         F, seams = split.F, None if seams is None else mask_of_triangles(seams, split, len(np.asarray(V)))
     if strict:
         surface = Submesh.checked_manifold(V, F)
-        cleaned = as_it_is(surface)
+        cleaned = unrepaired(surface)
     else:
         cleaned, surface = cleaned_surface(V, F, weld)
         cleaned = replace(cleaned, repairs=of_polygons(cleaned.repairs, split))
@@ -224,13 +224,13 @@ def unwrap(
     task = Task(method_of(method), finds, trade, holes, bijective, max_stretch, hidden)
     with reporting(progress):
         if cones is None:
-            with part("seams", SEAMS_END):
+            with progress_part("seams", SEAMS_END):
                 pieces, kept = pieces_of(surface, cleaned, seams, given, task)
             made = Coned(charts_of(pieces, kept, task), *NO_CONES)
         else:
             wanted = Cones.checked(cones, cone_angles, surface, cleaned)
             made = coned(surface, wanted, task.method, (SEAMS_END, CHARTS_END))
-        with part("packing", 1.0):
+        with progress_part("packing", 1.0):
             wish = replace(wish.in_units(2.0**cleaned.power), upright=cone_angles is not None)
             may_cut = resolution is not None and task.may_find_seams and cones is None
             charts = cut_to_fit(made.charts, wish) if may_cut and wish.side is not None else made.charts

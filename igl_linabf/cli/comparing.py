@@ -2,7 +2,7 @@
 
 import argparse
 
-from .._runtime import part
+from .._runtime import progress_part
 from ..flattening import METHODS, compare
 from .arguments import shared, value
 from .commands import GOOD, Command
@@ -16,7 +16,7 @@ def _compare(options: argparse.Namespace) -> int:
     mesh = given_mesh(options)
     V, F = mesh.V, mesh.triangles
     shape = {"boundary": options.boundary, "corners": options.corners}
-    with part("comparing", COMPUTED):
+    with progress_part("comparing", COMPUTED):
         comparison = compare(V, F, methods, repeat=options.repeat, **shape)
     hand_out(options, str(comparison), {"comparison": comparison}, (V, F, comparison.maps))
     return GOOD

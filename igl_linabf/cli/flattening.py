@@ -3,9 +3,9 @@
 import argparse
 from functools import partial
 
-from .._runtime import part
+from .._runtime import progress_part
 from ..flattening import flatten
-from ..io import SUFFIXES, unit_square, written
+from ..io import SUFFIXES, unit_square, write_atomically
 from ..measures import quality
 from .arguments import choice, shared, value
 from .commands import GOOD, Command, auto_or_number, method_with
@@ -21,13 +21,14 @@ def _flatten(options: argparse.Namespace) -> int:
     mesh = given_mesh(options)
     V, F = mesh.V, mesh.triangles
     shape = {"outer": options.outer, "boundary": options.boundary, "corners": options.corners}
-    with part("flattening", COMPUTED):
+    with progress_part("flattening", COMPUTED):
         result = flatten(V, F, method, **shape)
         uv = unit_square(result.uv) if options.units == "square" else result.uv
         measured = quality(V, F, uv)
     pictured = V, F, {options.method: result.uv}
     figures = {"quality": measured, "result": result}
-    hand_out(options, f"{measured}\n\n{result}", figures, pictured, partial(written, mesh=mesh, TC=uv))
+    write = partial(write_atomically, mesh=mesh, TC=uv)
+    hand_out(options, f"{measured}\n\n{result}", figures, pictured, write)
     if not result.outcome.good:
         return judged(options, False, [result.message])
     if measured.flips <= len(result.flipped):

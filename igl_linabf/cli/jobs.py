@@ -10,8 +10,8 @@ from functools import partial
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from .._runtime import part, reporting, undone_at_once
-from ..io import MeshFile, read_file, suffix_of
+from .._runtime import progress_part, reporting, undo_at_interrupt
+from ..io import MeshFile, detect_suffix, read_file
 from .commands import STANDARD, Run, told
 
 READ, COMPUTED = 0.1, 0.8  # of the whole: the bar when the mesh is read, and when its map is made
@@ -55,7 +55,7 @@ def given_mesh(options: argparse.Namespace) -> MeshFile:
     """What the file of `options.mesh` holds."""
     if options.mesh.is_dir():
         raise ValueError(f"{options.mesh} is a folder: give its files, or use igl-linabf batch")
-    with part("reading", READ):
+    with progress_part("reading", READ):
         return read_file(options.mesh)
 
 
@@ -100,7 +100,7 @@ def _standard_input() -> Iterator[Path]:
     """A file with the mesh on standard input; what is in it tells its format."""
     data = sys.stdin.buffer.read()
     with TemporaryDirectory(prefix="igl_linabf-") as folder:
-        path = Path(folder) / f"standard_input{suffix_of(data)}"
-        with undone_at_once(lambda: path.unlink(missing_ok=True)):
+        path = Path(folder) / f"standard_input{detect_suffix(data)}"
+        with undo_at_interrupt(lambda: path.unlink(missing_ok=True)):
             path.write_bytes(data)
             yield path

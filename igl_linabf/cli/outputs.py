@@ -16,7 +16,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from .._runtime import part
+from .._runtime import progress_part
 from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, stack_level
 from ..io import replacing
@@ -62,7 +62,7 @@ def hand_out(
     to_stdout = write is not None and options.output == Path(STANDARD)
     with contextlib.ExitStack() as stack:
         if write is not None:
-            with part("writing", WRITTEN if picture else 1.0):
+            with progress_part("writing", WRITTEN if picture else 1.0):
                 if to_stdout:
                     data = _spooled(options, write)
                 else:
@@ -71,7 +71,7 @@ def hand_out(
             from ..plot import plot_compare
 
             path = stack.enter_context(replacing(picture))
-            with part("picture", 1.0):
+            with progress_part("picture", 1.0):
                 plot_compare(*pictured, off_screen=True, screenshot=path).close()
         try:
             if to_stdout:

@@ -4,7 +4,7 @@ import argparse
 import warnings
 from functools import partial
 
-from .._runtime import part
+from .._runtime import progress_part
 from ..charts import unwrap
 from ..errors import OutcomeWarning
 from ..flattening import METHODS
@@ -19,7 +19,7 @@ from .unwrapping import direction
 def _pattern(options: argparse.Namespace) -> int:
     check_outputs(options.output, None, PATTERN_SUFFIXES)
     mesh = given_mesh(options)
-    with warnings.catch_warnings(), part("unwrapping", COMPUTED):
+    with warnings.catch_warnings(), progress_part("unwrapping", COMPUTED):
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         atlas = unwrap(mesh.V, mesh.F, None, options.method, trade=options.trade)
     pattern = pattern_of(mesh.V, mesh.F, atlas, options.units, options.crease, options.grain)

@@ -9,11 +9,11 @@ from typing import Any
 import igl
 import numpy as np
 
-from .._runtime import part
+from .._runtime import progress_part
 from .._types import FloatArray
 from ..charts import Atlas, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
-from ..io import SUFFIXES, WITH_IMAGES, MeshFile, written
+from ..io import SUFFIXES, WITH_IMAGES, MeshFile, write_atomically
 from ..textures import bake
 from .arguments import choice, format_of, shared, switch, value
 from .commands import Command, method_with
@@ -54,15 +54,15 @@ def _unwrap(options: argparse.Namespace) -> int:
     settings = {name: getattr(options, name) for name in (*names, *packing)}
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
-        with part("unwrapping", COMPUTED):
+        with progress_part("unwrapping", COMPUTED):
             atlas = unwrap(V, F, seams, method, cones=cones, cone_angles=angles, **settings)
     if options.picture and not len(atlas.drawn):
         raise MeshError(f"no face of {options.mesh} has an area, and a picture would be empty: leave it out")
     pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
-    with part("baking", BAKED):
+    with progress_part("baking", BAKED):
         image = _baked(options.bake, mesh, atlas, options.resolution) if options.bake else None
-    write = partial(written, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC, image=image)
+    write = partial(write_atomically, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC, image=image)
     hand_out(options, str(atlas), figures, pictured, write)
     return judged(options, atlas.good, atlas.troubles)
 

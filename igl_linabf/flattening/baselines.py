@@ -30,11 +30,11 @@ from ..surface import (
     Pins,
     centred,
     complex_positions,
-    constrain,
     coordinates,
     flat_angles,
     flipped_faces,
-    placed_at,
+    move_to_pins,
+    shape_is_pinned,
     signed_double_areas,
 )
 from .fallbacks import Candidate, Problem, Tried, drawn
@@ -57,7 +57,7 @@ def lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
 def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
     """`igl.spectra.lscm`: the spectral, pin-free conformal map of Mullen et al. 2008."""
     start = perf_counter()
-    if constrain(pinned):
+    if shape_is_pinned(pinned):
         raise MeshError(
             f"scp is only moved to its pins, and there are {len(pinned[0])}: pin two vertices, or use lscm"
         )
@@ -73,7 +73,7 @@ def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
     covered = signed_double_areas(z, mesh.topology.corner).sum() / 2
     z = z * np.sqrt(area / covered) if covered > 0 else z
     if pinned is not None:
-        z = placed_at(z, pinned)
+        z = move_to_pins(z, pinned)
     return _report("scp", mesh, z, "igl.spectra.lscm", start, pinned)
 
 

@@ -12,12 +12,12 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from .._notebook import html_table, map_svg, side_by_side
-from .._runtime import advance, aligned, part
+from .._notebook import html_row, html_table, map_svg
+from .._runtime import advance, aligned, progress_part
 from .._types import FloatArray, IntArray
 from ..errors import FallbackWarning, is_number, stack_level
 from ..measures import Quality, quality
-from ..surface import planar, scatter
+from ..surface import planar_mesh, scatter
 from . import other_programs
 from .baselines import bare_lscm
 from .boundary_shapes import BoundaryName
@@ -80,7 +80,7 @@ class Comparison:
 
     def _repr_html_(self) -> str:
         maps = [(label, map_svg(uv, self.F)) for label, uv in self.maps.items()]
-        return html_table(self._rows()) + side_by_side(maps)
+        return html_table(self._rows()) + html_row(maps)
 
     def _rows(self) -> list[tuple[str, ...]]:
         rows: list[tuple[str, ...]] = [
@@ -157,11 +157,11 @@ def compare(
     options = [shaped if method.shapes else {"outer": outer} for method in chosen]
     first = list[Flattening]()
     for i, (method, given) in enumerate(zip(chosen, options, strict=True), 1):
-        with part(method.name, i / len(chosen) / (1 + repeat)):
+        with progress_part(method.name, i / len(chosen) / (1 + repeat)):
             first.append(flatten(V, F, method, **given))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # they were given for the runs above
-        mesh = planar(V, F, outer)
+        mesh = planar_mesh(V, F, outer)
         calls: list[Callable[[], object]] = [bare_lscm(mesh)]
         calls += [
             partial(flatten, V, F, method, progress=False, **given)

@@ -14,7 +14,7 @@ from .._types import FloatArray
 from ..errors import MeshError, OutcomeWarning, stack_level
 from ..layouts import LayoutName
 from ..linalg import SolverName
-from ..surface import Mesh, constrain, pins, planar, scatter
+from ..surface import Mesh, pins, planar_mesh, scatter, shape_is_pinned
 from .boundary_shapes import BoundaryName, shape_of
 from .methods import ABF, ABF_TOL, TOL, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
@@ -334,7 +334,7 @@ def flatten(
     >>> result.outcome.value, len(result.flipped), result.layout
     ('valid', 0, 'boundary')
     """
-    return flattened(lambda: planar(V, F, outer), method, b, bc, progress, boundary, corners)
+    return flattened(lambda: planar_mesh(V, F, outer), method, b, bc, progress, boundary, corners)
 
 
 def flattened(
@@ -354,7 +354,7 @@ def flattened(
         shape = shape_of(mesh, boundary, corners)
         if shape.name != "free" and not chosen.shapes:
             raise ValueError(f"the method {chosen.name!r} has a free boundary: use 'linabf' or 'abf'")
-        if shape.name != "free" and constrain(pinned):
+        if shape.name != "free" and shape_is_pinned(pinned):
             raise MeshError(
                 f"{len(pinned[0])} vertices are pinned, and the boundary has a shape: pin two, to move the "
                 "whole map, or leave the boundary free"

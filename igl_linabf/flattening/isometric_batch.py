@@ -11,12 +11,12 @@ from ..angles import DiskBlocks, Iterate, constraints_of
 from ..layouts import isometric_together
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import (
-    area_ratio,
+    bounded_ratio,
     complex_positions,
     coordinates,
     flat_angles,
-    side_by_side,
     signed_double_areas,
+    sound_disks,
 )
 from .fallbacks import by_newton
 from .methods import Isometric
@@ -29,7 +29,7 @@ def lengthened(
     meshes: Sequence[Arrays], results: Sequence[Flattening], method: Isometric
 ) -> Iterator[tuple[int, Flattening]]:
     """The isometric maps of disks from their maps, and their places; those that need more are left out."""
-    disks, found = side_by_side(meshes)
+    disks, found = sound_disks(meshes)
     if disks is None:
         return
     vertices, faces, corner = disks.vertices, disks.faces, disks.topology.corner
@@ -43,7 +43,7 @@ def lengthened(
     at = Iterate.of(constraints, alpha)
     after = DiskBlocks.of(constraints, disks).residuals(at.residual).T
     scale = signed_double_areas(z, corner) / disks.double_area
-    ratio = area_ratio(faces.max(scale), faces.min(scale))
+    ratio = bounded_ratio(faces.max(scale), faces.min(scale))
     uv, angles = coordinates(z), np.ascontiguousarray(alpha.T)
     for k in np.flatnonzero(good).tolist():
         linear = results[found[k]]

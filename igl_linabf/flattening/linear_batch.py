@@ -19,7 +19,7 @@ from ..angles import (
 )
 from ..layouts import develop_boundary, harmonic
 from ..linalg import Solvers
-from ..surface import Disks, area_ratio, coordinates, signed_double_areas
+from ..surface import Disks, bounded_ratio, coordinates, signed_double_areas
 from .fallbacks import ONE_SYSTEM_RTOL
 from .methods import LinABF
 
@@ -91,6 +91,6 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
         F=topology.corner.T - faces.repeat(vertices.start[:-1])[:, None],
         angles=np.ascontiguousarray(at.alpha.T),
         gap=boundary.gaps,
-        ratio=area_ratio(faces.max(scale), faces.min(scale)),
+        ratio=bounded_ratio(faces.max(scale), faces.min(scale)),
         solver=solver,
     )

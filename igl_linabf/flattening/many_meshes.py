@@ -10,12 +10,12 @@ from typing import cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._runtime import Progress, advance, in_threads, part, reporting, stopwatch
+from .._runtime import Progress, advance, in_threads, progress_part, reporting, stopwatch
 from .._types import FloatArray, IntArray
 from ..angles import Step
 from ..errors import MeshError, SingularSystemError
 from ..linalg import NotPositiveDefiniteError
-from ..surface import face_array, side_by_side, vertex_array
+from ..surface import face_array, sound_disks, vertex_array
 from .boundary_shapes import BoundaryName
 from .functions import flatten
 from .isometric_batch import lengthened
@@ -85,7 +85,7 @@ def flatten_many(
             made[i] = result
         left = [i for i, result in enumerate(made) if result is None]
         for k, i in enumerate(left):
-            with part("alone", (k + 1) / len(left)):
+            with progress_part("alone", (k + 1) / len(left)):
                 made[i] = _alone(given[i], chosen, boundary)
     return [result for result in made if result is not None]
 
@@ -152,7 +152,7 @@ def _together(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> lis
     start = perf_counter()
     if len(group) < 2:
         return []
-    disks, found = side_by_side([meshes[i] for i in group])
+    disks, found = sound_disks([meshes[i] for i in group])
     if disks is None or len(disks) < 2:
         return []
     try:

@@ -8,11 +8,11 @@ from typing import Literal
 
 import numpy as np
 
-from .._notebook import html_table, map_svg, side_by_side
+from .._notebook import html_row, html_table, map_svg
 from .._types import FloatArray, IntArray
 from ..angles import Residual, Step, largest_magnitude
 from ..errors import some
-from ..surface import ALL_DIGITS, SPAN, Mesh
+from ..surface import HOPELESS_AREA_RATIO, SAFE_AREA_RATIO, Mesh
 
 
 def judge(
@@ -53,8 +53,9 @@ def judge(
             "of the map are flipped: use safeguard=True, or abf"
         )
     wide = ""
-    if ratio > SPAN:
-        wide = f"area scale varies by a factor of {ratio:.0e}{' or more' if ratio > ALL_DIGITS else ''}"
+    if ratio > SAFE_AREA_RATIO:
+        more = " or more" if ratio > HOPELESS_AREA_RATIO else ""
+        wide = f"area scale varies by a factor of {ratio:.0e}{more}"
     if not len(flipped):
         cut = "near the end of double precision: cut the mesh, for example by igl_linabf.unwrap"
         end = f"; the map's {wide}, {cut}" if wide else ""
@@ -321,7 +322,7 @@ class Flattening:
 
     def _repr_html_(self) -> str:
         table = html_table(list(self._rows().items()), header=False)
-        return side_by_side([("", map_svg(self.uv, self.F)), ("", table)])
+        return html_row([("", map_svg(self.uv, self.F)), ("", table)])
 
     def _rows(self) -> dict[str, str]:
         runs = {kind: [s.inner_steps for s in self.steps if s.kind == kind] for kind in self._kinds}

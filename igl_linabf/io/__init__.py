@@ -5,7 +5,7 @@ a format; `files` has the public functions, `parsing` is shared by the readers.
 """
 
 from .._runtime import replacing
-from .files import bare as bare
+from .files import as_mesh_file as as_mesh_file
 from .files import (
     read_file,
     read_mesh,
@@ -19,11 +19,11 @@ from .files import (
 )
 from .formats import READERS, WRITERS
 from .formats import WITH_IMAGES as WITH_IMAGES
-from .formats import suffix_of as suffix_of
-from .formats import written as written
+from .formats import detect_suffix as detect_suffix
+from .formats import write_atomically as write_atomically
 from .mesh_file import MeshFile
 from .one_index import split_at_seams as split_at_seams
-from .packages import needed as needed
+from .packages import import_optional as import_optional
 from .parsing import Extras
 from .pictures import write_image
 

@@ -14,7 +14,7 @@ from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
 from ..remesh import QuadGrid
 from ..surface import Polygons, face_array, map_array, vertex_array
-from .formats import parsed, written
+from .formats import parse_file, write_atomically
 from .mesh_file import MeshFile, at_triangles, check_corners
 from .obj import save_obj, with_looks
 
@@ -55,7 +55,7 @@ def read_mesh(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     ((12, 3), (20, 3))
     """
     path = Path(path)
-    found = parsed(path)
+    found = parse_file(path)
     F = at_triangles(found, found.polygons.corners)
     if not len(found.V) or not len(F):
         raise _no_surface(path, found)
@@ -104,7 +104,7 @@ def read_file(path: str | os.PathLike[str]) -> MeshFile:
     ([[0, 1, 2, 3]], ('page',))
     """
     path = Path(path)
-    found = parsed(path)
+    found = parse_file(path)
     if not len(found.V) or not len(found.polygons):
         raise _no_surface(path, found)
     made = replace(found, V=vertex_array(found.V), extras=with_looks(found.extras, path), path=path)
@@ -160,7 +160,7 @@ def write_file(
     >>> read_file(os.path.join(folder, "page.obj")).FTC.tolist()
     [[0, 1, 2, 3]]
     """
-    with written(path, mesh, TC, FTC, image):
+    with write_atomically(path, mesh, TC, FTC, image):
         pass
 
 
@@ -196,7 +196,7 @@ def read_texture(path: str | os.PathLike[str]) -> tuple[FloatArray, IntArray]:
     path = Path(path)
     if path.suffix.lower() not in (".obj", ".ply"):
         raise MeshError(f"{path} is not an OBJ file, nor PLY: only these are read for texture coordinates")
-    found = parsed(path)
+    found = parse_file(path)
     if not len(found.polygons):
         raise _no_surface(path, found)
     TC, texture = found.TC, found.texture
@@ -288,7 +288,7 @@ def write_mesh(
     >>> read_texture(path)[1].tolist()
     [[0, 1, 2], [3, 4, 5]]
     """
-    with written(path, bare(V, F), TC, FTC):
+    with write_atomically(path, as_mesh_file(V, F), TC, FTC):
         pass
 
 
@@ -328,11 +328,11 @@ def write_textured(
     >>> os.path.getsize(path) > 1000
     True
     """
-    with written(path, bare(V, F), TC, FTC, image):
+    with write_atomically(path, as_mesh_file(V, F), TC, FTC, image):
         pass
 
 
-def bare(V: ArrayLike, F: ArrayLike) -> MeshFile:
+def as_mesh_file(V: ArrayLike, F: ArrayLike) -> MeshFile:
     """A surface as the caller gives it; raises where faces name no vertices, or none that are finite."""
     positions, faces = vertex_array(V), Polygons.of(F)
     check_corners(positions, faces, "F", "V")

@@ -72,7 +72,7 @@ WITH_IMAGES = (".glb", ".gltf", ".obj", ".3mf")
 FLAT = (".gii", ".surf", ".flat")  # in which the map is the surface
 
 
-def suffix_of(data: bytes) -> str:
+def detect_suffix(data: bytes) -> str:
     """What the name of a file with these first bytes ends in; OBJ has none of its own."""
     with suppress(Damaged):
         data = plain_text(data)
@@ -86,7 +86,7 @@ def suffix_of(data: bytes) -> str:
     return next((suffix for begin, suffix in BEGINNINGS.items() if data.startswith(begin)), ".obj")
 
 
-def parsed(path: str | os.PathLike[str]) -> MeshFile:
+def parse_file(path: str | os.PathLike[str]) -> MeshFile:
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix in BYTES:
@@ -169,7 +169,7 @@ def warn_of_loss(mesh: MeshFile, suffix: str) -> None:
 
 
 @contextmanager
-def written(
+def write_atomically(
     path: str | os.PathLike[str],
     mesh: MeshFile,
     TC: ArrayLike,

@@ -12,7 +12,7 @@ from .mesh_file import MeshFile
 
 
 @dataclass(frozen=True, eq=False)
-class Doubled:
+class SplitVertices:
     """Each distinct combination of position, texture coordinates and normal at a corner, once.
 
     Attributes
@@ -31,19 +31,21 @@ class Doubled:
     corners: IntArray
 
 
-def doubled(mesh: MeshFile, corner: IntArray | slice = slice(None), normals: bool = False) -> Doubled:
+def split_vertices(
+    mesh: MeshFile, corner: IntArray | slice = slice(None), normals: bool = False
+) -> SplitVertices:
     """One index for the corners, or for some of them, instead of two; or, with normals, of three."""
     assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
     indices = [mesh.polygons.corners[corner], mesh.texture[corner]]
     given, of = mesh.extras.normals, mesh.extras.normal
     if not normals or given is None or of is None:
-        (vertex, texture), corners = one_index(*indices)
-        return Doubled(vertex, mesh.TC[texture], None, corners)
-    (vertex, texture, normal), corners = one_index(*indices, of[corner])
-    return Doubled(vertex, mesh.TC[texture], given[normal], corners)
+        (vertex, texture), corners = unique_tuples(*indices)
+        return SplitVertices(vertex, mesh.TC[texture], None, corners)
+    (vertex, texture, normal), corners = unique_tuples(*indices, of[corner])
+    return SplitVertices(vertex, mesh.TC[texture], given[normal], corners)
 
 
-def one_index(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
+def unique_tuples(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
     """The distinct combinations of several indices, as the rows of each, and which one is where."""
     key = indices[0]
     for index in indices[1:]:  # step by step, so that the keys stay small
@@ -56,7 +58,7 @@ def one_index(*indices: IntArray) -> tuple[list[IntArray], IntArray]:
 
 def split_at_seams(mesh: MeshFile) -> tuple[FloatArray, FloatArray, IntArray]:
     """Each distinct pair of position and texture coordinate at a corner, and triangles over these pairs."""
-    made = doubled(mesh)
+    made = split_vertices(mesh)
     return mesh.V[made.vertex], made.TC, made.corners[mesh.split.place]
 
 
@@ -65,7 +67,7 @@ def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray]:
 
     Vertices keep their numbers if each has one texture coordinate at most; those without are at the origin.
     """
-    made = doubled(mesh)
+    made = split_vertices(mesh)
     if len(np.unique(made.vertex)) == len(made.vertex):
         points = np.zeros((len(mesh.V), 3))
         points[made.vertex, :2] = made.TC
@@ -79,7 +81,7 @@ def flat_surface(mesh: MeshFile) -> tuple[FloatArray, IntArray]:
     return np.insert(made.TC, 2, 0.0, axis=1), made.corners[mesh.split.place]
 
 
-def single(rows: FloatArray, name: str) -> NDArray[np.float32]:
+def single_precision(rows: FloatArray, name: str) -> NDArray[np.float32]:
     """The rows in single precision."""
     if np.abs(rows).max(initial=0) > np.finfo(np.float32).max:
         raise MeshError(f"{name} has numbers beyond 3.4e38, the largest 32-bit float: scale it, or write OBJ")

@@ -10,8 +10,8 @@ from .._types import FloatArray
 from ..errors import MeshError, some
 from ..surface import Polygons, topology_of
 from .mesh_file import MeshFile
-from .one_index import doubled, flat_surface
-from .packages import checked, needed, quietly
+from .one_index import flat_surface, split_vertices
+from .packages import call_reader, checked_mesh_file, import_optional
 from .parsing import Column, Damaged, Extras, polygons_of
 
 POINTS, TRIANGLES = "NIFTI_INTENT_POINTSET", "NIFTI_INTENT_TRIANGLE"
@@ -20,7 +20,7 @@ PATCH = np.dtype([("vertex", ">i4"), ("place", ">f4", 3)])  # of FreeSurfer, whi
 
 def parse_gifti(path: Path) -> MeshFile:
     """The surface of a GIFTI file."""
-    image = quietly(needed("nibabel").load, path)
+    image = call_reader(import_optional("nibabel").load, path)
     try:
         (points,) = image.get_arrays_from_intent(POINTS)
         (triangles,) = image.get_arrays_from_intent(TRIANGLES)
@@ -30,13 +30,15 @@ def parse_gifti(path: Path) -> MeshFile:
     F = np.asarray(triangles.data)
     if V.ndim != 2 or V.shape[1] != 3 or F.ndim != 2 or F.shape[1] != 3:
         raise Damaged(f"its arrays have the shapes {V.shape} and {F.shape}, not three columns")
-    return checked(V, Polygons.of_triangles(F.astype(np.int64)), Extras(source=image, units="millimeter"))
+    return checked_mesh_file(
+        V, Polygons.of_triangles(F.astype(np.int64)), Extras(source=image, units="millimeter")
+    )
 
 
 def parse_vtp(path: Path) -> MeshFile:
     """The polygons of a VTK file."""
-    pyvista = needed("pyvista")
-    mesh = quietly(pyvista.read, path)
+    pyvista = import_optional("pyvista")
+    mesh = call_reader(pyvista.read, path)
     if not isinstance(mesh, pyvista.PolyData):
         raise Damaged(f"it holds a {type(mesh).__name__}, no polygons")
     if mesh.n_strips:
@@ -57,7 +59,7 @@ def parse_vtp(path: Path) -> MeshFile:
         normal=None if normals is None else corners,
         source=mesh,
     )
-    made = checked(np.asarray(mesh.points, dtype=np.float64), polygons, extras)
+    made = checked_mesh_file(np.asarray(mesh.points, dtype=np.float64), polygons, extras)
     if TC is None:
         return made
     map_, same = np.unique(np.asarray(TC, dtype=np.float64)[:, :2], axis=0, return_inverse=True)
@@ -74,7 +76,7 @@ def _colours(mesh: Any) -> FloatArray | None:
 
 def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write polygons with texture coordinates at the points; all arrays that were read stay."""
-    pyvista, made = needed("pyvista"), doubled(mesh)
+    pyvista, made = import_optional("pyvista"), split_vertices(mesh)
     rows, source = made.vertex, mesh.extras.source
     faces = np.insert(made.corners, mesh.polygons.starts, mesh.polygons.sizes)
     written = pyvista.PolyData(mesh.V[rows], faces)
@@ -94,7 +96,7 @@ def save_vtp(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write the flat map as a surface, as flat cortices are."""
-    gifti = needed("nibabel.gifti")
+    gifti = import_optional("nibabel.gifti")
     points, triangles = flat_surface(mesh)
     meta = {"GeometricType": "Flat"}
     source = mesh.extras.source
@@ -111,15 +113,17 @@ def save_gifti(temporary: str, mesh: MeshFile, path: Path) -> None:
 
 def parse_freesurfer(path: Path) -> MeshFile:
     """The surface of a FreeSurfer file, lh.pial for example."""
-    V, F = quietly(needed("nibabel.freesurfer").read_geometry, path)
+    V, F = call_reader(import_optional("nibabel.freesurfer").read_geometry, path)
     polygons = Polygons.of_triangles(np.asarray(F, dtype=np.int64))
-    return checked(np.asarray(V, dtype=np.float64), polygons, Extras(units="millimeter"))
+    return checked_mesh_file(np.asarray(V, dtype=np.float64), polygons, Extras(units="millimeter"))
 
 
 def save_surf(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write the flat map as a surface."""
     points, triangles = flat_surface(mesh)
-    needed("nibabel.freesurfer").write_geometry(temporary, points, triangles, create_stamp="igl_linabf")
+    import_optional("nibabel.freesurfer").write_geometry(
+        temporary, points, triangles, create_stamp="igl_linabf"
+    )
 
 
 def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
@@ -127,7 +131,7 @@ def save_patch(temporary: str, mesh: MeshFile, path: Path) -> None:
 
     Numbers count from 1, and are negative on the boundary. The triangles are those of the surface.
     """
-    made = doubled(mesh)
+    made = split_vertices(mesh)
     vertex, times = np.unique(made.vertex, return_counts=True)
     if (times > 1).any():
         raise MeshError(

@@ -13,7 +13,9 @@ from .mesh_file import MeshFile
 from .parsing import Damaged, Extras
 
 
-def needed(module: str, how: str = "pip install 'igl-linabf[formats]' reads and writes this format") -> Any:
+def import_optional(
+    module: str, how: str = "pip install 'igl-linabf[formats]' reads and writes this format"
+) -> Any:
     """The module of another package; where it is missing, the error says how to get it."""
     try:
         return import_module(module)
@@ -21,7 +23,7 @@ def needed(module: str, how: str = "pip install 'igl-linabf[formats]' reads and 
         raise ImportError(f"{error}: {how}") from None
 
 
-def quietly(read: Callable[[Any], Any], given: Any) -> Any:
+def call_reader(read: Callable[[Any], Any], given: Any) -> Any:
     """What another package's reader makes of a path; whatever it raises says that the file is damaged."""
     if isinstance(given, Path):
         given.open("rb").close()  # what cannot be opened is no damage
@@ -36,7 +38,7 @@ def quietly(read: Callable[[Any], Any], given: Any) -> Any:
         raise Damaged(f"{type(error).__name__}: {error}") from None
 
 
-def checked(V: FloatArray, polygons: Polygons, extras: Extras) -> MeshFile:
+def checked_mesh_file(V: FloatArray, polygons: Polygons, extras: Extras) -> MeshFile:
     bad = polygons.outside(len(V))
     if len(bad):
         raise Damaged(f"faces {some(bad)} name vertices outside 0..{len(V) - 1}")

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._types import FloatArray, IntArray
-from ..surface import Polygons, three_vertices
+from ..surface import Polygons, distinct_corners
 
 
 def triangles_of_strips(corners: IntArray, strip: IntArray) -> IntArray:
@@ -35,7 +35,7 @@ def triangles_of_strips(corners: IntArray, strip: IntArray) -> IntArray:
     F = np.column_stack((corners[:-2], corners[1:-1], corners[2:]))
     turned = (at - first)[:-2] % 2 == 1
     F[turned] = F[turned][:, [1, 0, 2]]
-    return np.asarray(F[three_vertices(F) & (strip[:-2] == strip[2:])])
+    return np.asarray(F[distinct_corners(F) & (strip[:-2] == strip[2:])])
 
 
 INDEX_DIGITS = 18  # at most, which 64 bits hold
@@ -127,10 +127,10 @@ def plain_text(data: bytes) -> bytes:
 
 def refuse(line: int, text: bytes, what: str) -> NoReturn:
     """Raise `Damaged` for a line; `what` says what is wrong with it."""
-    raise Damaged(f"line {line}, {shown(text)}, {what}")
+    raise Damaged(f"line {line}, {printable(text)}, {what}")
 
 
-def shown(text: bytes, limit: int = 40) -> str:
+def printable(text: bytes, limit: int = 40) -> str:
     """The beginning of a damaged line, printable."""
     whole = text.strip().decode("utf-8", "backslashreplace")
     return repr(whole if len(whole) <= limit else f"{whole[:limit]}...")

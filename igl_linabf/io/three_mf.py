@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from .._types import BoolArray, FloatArray
 from ..errors import MeshError, MeshWarning, some, stack_level
-from ..surface import Polygons, three_vertices
+from ..surface import Polygons, distinct_corners
 from .mesh_file import MeshFile
-from .one_index import single
-from .packages import checked, needed, quietly
+from .one_index import single_precision
+from .packages import call_reader, checked_mesh_file, import_optional
 from .parsing import Damaged, Extras
 from .pictures import png
 
@@ -25,10 +25,10 @@ PROPERTY = np.dtype([("resource", "<u4"), ("index", "<u4", 3)])  # of a triangle
 
 def parse_3mf(path: Path) -> MeshFile:
     """All objects of a 3MF file, where its build places them."""
-    wrapper = needed("lib3mf").get_wrapper()
+    wrapper = import_optional("lib3mf").get_wrapper()
     model = wrapper.CreateModel()
-    quietly(model.QueryReader("3mf").ReadFromFile, path)
-    mesh: MeshFile = quietly(_parsed, model)
+    call_reader(model.QueryReader("3mf").ReadFromFile, path)
+    mesh: MeshFile = call_reader(_parsed, model)
     return mesh
 
 
@@ -48,7 +48,7 @@ def _parsed(model: Any) -> MeshFile:
     if not V:
         raise Damaged("it has no object")
     extras = Extras(parts=(tuple(names), np.concatenate(part)), units=UNITS[int(model.GetUnit())])
-    made = checked(np.concatenate(V), Polygons.of_triangles(np.concatenate(F)), extras)
+    made = checked_mesh_file(np.concatenate(V), Polygons.of_triangles(np.concatenate(F)), extras)
     return replace(made, TC=np.concatenate(TC), texture=np.concatenate(FTC).ravel())
 
 
@@ -104,7 +104,7 @@ def _texture(model: Any, mesh: Any) -> tuple[FloatArray, NDArray[np.int64]]:
 def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write an object for each part, with texture coordinates at the corners of its triangles."""
     assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
-    lib3mf = needed("lib3mf")
+    lib3mf = import_optional("lib3mf")
     wrapper = lib3mf.get_wrapper()
     model = wrapper.CreateModel()
     model.SetUnit(lib3mf.ModelUnit(UNITS.index(mesh.extras.units or "millimeter")))
@@ -117,7 +117,7 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
         used, F = np.unique(mesh.triangles[mine], return_inverse=True)
         thing = model.AddMeshObject()
         thing.SetName(names[i] if i >= 0 else "")
-        points = single(mesh.V[used], "V")
+        points = single_precision(mesh.V[used], "V")
         thing.SetGeometry(
             _records(lib3mf.Position, points), _records(lib3mf.Triangle, F.reshape(-1, 3).astype("<u4"))
         )
@@ -132,7 +132,7 @@ def save_3mf(temporary: str, mesh: MeshFile, path: Path) -> None:
 def _with_three_vertices(mesh: MeshFile) -> BoolArray:
     """The triangles that 3MF takes; a warning names the faces of the others."""
     F = mesh.triangles
-    kept = three_vertices(F)
+    kept = distinct_corners(F)
     left_out = np.unique(mesh.split.face[~kept])
     if len(left_out) == len(mesh.polygons):
         raise MeshError("no face has three vertices, as 3MF asks for: write OBJ, or remove them")

@@ -18,17 +18,17 @@ from ..surface import (
     centred,
     compact,
     complex_positions,
-    constrain,
     coordinates,
     face_array,
     flipped_faces,
     loop_through,
+    move_to_pins,
     pins,
-    placed_at,
     planar_topology,
     scatter,
+    shape_is_pinned,
     vertex_array,
-    with_outer,
+    with_outer_loop,
 )
 from .boundary import Boundary, by_relaxed_loops, develop_boundary, harmonic
 from .conformal_energy import far_apart, least_squares
@@ -44,7 +44,7 @@ MOST_HOLES = 12  # where it does: each takes one more solve
 
 def placed(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
     """The map moved to its pins; without pins, scaled to `area`, centred and turned to its axes."""
-    return centred(topology, z, area) if pinned is None else placed_at(z, pinned)
+    return centred(topology, z, area) if pinned is None else move_to_pins(z, pinned)
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,7 +84,7 @@ def lay_out(
     solver, made = "none", method
     holes, relaxes, found = len(topology.holes), False, None
     if method == "auto":
-        held = constrain(pinned)
+        held = shape_is_pinned(pinned)
         drawn = boundary.gap <= GAP or prescribed
         if holes:
             may_draw = _may_draw_holes(constraints)
@@ -206,7 +206,7 @@ def layout(
     vertices, compacted = compact(faces, n)
     topology = planar_topology(compacted, vertices)
     if outer is not None:
-        topology = with_outer(topology, loop_through(topology, outer, vertices))
+        topology = with_outer_loop(topology, loop_through(topology, outer, vertices))
     alpha = checked_angles(angles, len(faces))
     pinned = pins(b, bc, vertices, n)
     constraints = constraints_of(topology)
@@ -223,7 +223,7 @@ def check_method(method: str) -> None:
 
 def check_pins(method: LayoutName, pinned: Pins | None) -> None:
     """Raise if the layout cannot hold so many pins."""
-    if constrain(pinned) and method in ("boundary", "greedy"):
+    if shape_is_pinned(pinned) and method in ("boundary", "greedy"):
         raise MeshError(
             f"layout={method!r} is only moved to its pins, and there are {len(pinned[0])}: pin two vertices, "
             "or use layout='least-squares' or 'auto'"

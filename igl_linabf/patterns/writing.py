@@ -15,7 +15,7 @@ from numpy.typing import ArrayLike
 from .._types import FloatArray
 from ..charts import Atlas
 from ..errors import MeshError
-from ..io import needed, replacing
+from ..io import import_optional, replacing
 from .pieces import Pattern, pattern_of
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A0": (841.0, 1189.0), "letter": (215.9, 279.4)}
@@ -188,7 +188,7 @@ def _arrow(tail: FloatArray, head: FloatArray, size: float) -> list[FloatArray]:
 
 
 def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
-    svgwrite = needed("svgwrite", EXTRA)
+    svgwrite = import_optional("svgwrite", EXTRA)
     drawing = svgwrite.Drawing(
         path,
         size=(f"{sheet.width!r}mm", f"{sheet.height!r}mm"),
@@ -217,7 +217,7 @@ def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
 
 
 def _save_dxf(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
-    ezdxf = needed("ezdxf", EXTRA)
+    ezdxf = import_optional("ezdxf", EXTRA)
     document = ezdxf.new("R2010", setup=True)
     document.units = ezdxf.units.MM
     model = document.modelspace()
@@ -235,7 +235,8 @@ def _save_dxf(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
 
 def _save_pdf(path: str, sheet: Sheet, paper: tuple[float, float]) -> None:
     """One page where the sheet fits on it, else tiles that overlap, with their row and column."""
-    figures, pages = (needed(f"matplotlib.{name}", EXTRA) for name in ("figure", "backends.backend_pdf"))
+    figures = import_optional("matplotlib.figure", EXTRA)
+    pages = import_optional("matplotlib.backends.backend_pdf", EXTRA)
     free = np.array(paper) - 2 * OVERLAP
     if sheet.width > sheet.height and (sheet.width > free[0]):
         free, paper = free[::-1], (paper[1], paper[0])
@@ -259,7 +260,7 @@ def _page(
     axes.set_xlim(corner[0] - OVERLAP, corner[0] - OVERLAP + paper[0])
     axes.set_ylim(corner[1] - OVERLAP, corner[1] - OVERLAP + paper[1])
     points = 72 / INCH
-    frame = needed("matplotlib.patches", EXTRA).Rectangle(
+    frame = import_optional("matplotlib.patches", EXTRA).Rectangle(
         (corner[0], corner[1]), *free, fill=False, linewidth=0.5, edgecolor="#888888"
     )
     axes.add_patch(frame)

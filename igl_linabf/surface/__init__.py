@@ -11,36 +11,36 @@ from .arrays import (
     Pins,
     check_finite,
     compact,
-    constrain,
+    distinct_corners,
     face_array,
     map_array,
     pins,
     scatter,
     seam_mask,
-    three_vertices,
+    shape_is_pinned,
     vertex_array,
     vertex_indices,
 )
 from .chords import chords_of, split_chords
-from .disks import Disks, side_by_side
-from .mesh import Mesh, PlanarFaces, loop_through, planar, planar_mesh
+from .disks import Disks, sound_disks
+from .mesh import Mesh, PlanarFaces, loop_through, planar_mesh, planar_mesh_of
 from .plane import (
-    ALL_DIGITS,
-    SPAN,
-    area_ratio,
+    HOPELESS_AREA_RATIO,
+    SAFE_AREA_RATIO,
+    area_scale_ratio,
+    bounded_ratio,
     centred,
     complex_positions,
     coordinates,
     flat_angles,
     flipped_faces,
+    move_to_pins,
     of_size_one,
-    placed_at,
     signed_double_areas,
-    span,
 )
 from .polygons import Faces, Polygons, Triangles
 from .ragged import Ragged, batches, index_and_rank
-from .repair import Cleaned, Repair, as_it_is, clean, cleaned_surface, in_one_place
+from .repair import Cleaned, Repair, clean, cleaned_surface, merge_coincident, unrepaired
 from .submesh import Submesh, cut_faces
 from .topology import (
     Topology,
@@ -51,5 +51,5 @@ from .topology import (
     manifold_topology,
     planar_topology,
     topology_of,
-    with_outer,
+    with_outer_loop,
 )

@@ -70,7 +70,7 @@ def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
     used, sound = used_vertices(F, n)
     if not sound:
         check_indices(F, n)
-        bad = np.flatnonzero(~three_vertices(F))
+        bad = np.flatnonzero(~distinct_corners(F))
         raise MeshError(
             f"faces {some(bad)} hold a vertex twice (face {bad[0]} is {F[bad[0]].tolist()}): remove them, "
             "as igl_linabf.clean does"
@@ -79,7 +79,7 @@ def compact(F: IntArray, n: int) -> tuple[IntArray, IntArray]:
     return vertices, F if len(vertices) == n else (np.cumsum(used) - 1)[F]
 
 
-def three_vertices(F: IntArray) -> BoolArray:
+def distinct_corners(F: IntArray) -> BoolArray:
     """Which triangles have three vertices; the others have one twice."""
     return np.asarray((F[:, 0] != F[:, 1]) & (F[:, 1] != F[:, 2]) & (F[:, 2] != F[:, 0]))
 
@@ -95,7 +95,7 @@ def check_finite(V: FloatArray, vertices: IntArray, name: str = "V") -> None:
         )
 
 
-def constrain(pinned: Pins | None) -> TypeGuard[Pins]:
+def shape_is_pinned(pinned: Pins | None) -> TypeGuard[Pins]:
     """Whether pins constrain the shape of a map: more than two, which no move of the whole map meets."""
     return pinned is not None and len(pinned[0]) > 2
 

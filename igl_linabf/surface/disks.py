@@ -51,7 +51,7 @@ class Disks:
         return np.concatenate(loops), Ragged.of_sizes([len(loop) for loop in loops])
 
 
-def side_by_side(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
+def sound_disks(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
     """Put those meshes side by side that are sound disks without holes; their places among `meshes`.
 
     What a mesh lacks that is left out is not said: `planar` of it says it.

@@ -14,7 +14,7 @@ from ..errors import MeshError, MeshWarning, some, stack_level
 from .areas import measure
 from .arrays import check_finite, check_indices, compact, face_array, vertex_array
 from .submesh import Submesh
-from .topology import KeptTopology, Topology, check_planar, planar_topology, with_outer
+from .topology import KeptTopology, Topology, check_planar, planar_topology, with_outer_loop
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +51,7 @@ class Mesh:
         return float(self.double_area.sum()) / 2
 
 
-def planar(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
+def planar_mesh(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
     """Check that `(V, F)` is one disk, with or without holes, and return it as a `Mesh`.
 
     Parameters
@@ -75,7 +75,7 @@ def planar(V: ArrayLike, F: ArrayLike, outer: int | None = None) -> Mesh:
         Some vertices belong to no face: they are left out.
     """
     surface = Submesh.checked(V, F)
-    mesh = planar_mesh(surface, outer)
+    mesh = planar_mesh_of(surface, outer)
     _warn_of_unused(mesh)
     return mesh
 
@@ -90,8 +90,8 @@ def _warn_of_unused(mesh: Mesh) -> None:
         )
 
 
-def planar_mesh(surface: Submesh, outer: int | None = None) -> Mesh:
-    """`planar` of a surface whose arrays are checked."""
+def planar_mesh_of(surface: Submesh, outer: int | None = None) -> Mesh:
+    """`planar_mesh` of a surface whose arrays are checked."""
     check_planar(surface.topology, surface.vertices)
     return _measured(surface.V, surface.topology, surface.vertices, surface.n_given, outer)
 
@@ -108,7 +108,7 @@ def _measured(V: FloatArray, topology: Topology, vertices: IntArray, n_given: in
         ]
         first = int(np.argmax(length))
     if first:
-        topology = topology.once(f"outer {first}", lambda: with_outer(topology, first))
+        topology = topology.once(f"outer {first}", lambda: with_outer_loop(topology, first))
     double_area, dot = measure(V, topology.corner, vertices)
     return Mesh(V, topology, double_area, dot, vertices, n_given)
 
@@ -132,13 +132,13 @@ class PlanarFaces:
 
     @classmethod
     def of(cls, F: ArrayLike) -> PlanarFaces:
-        """Check the triangles; raises as `planar` where it concerns them."""
+        """Check the triangles; raises as `planar_mesh` where it concerns them."""
         faces = face_array(F)
         vertices, numbered = compact(faces, max(int(faces.max()) + 1, 1))
         return cls(faces, KeptTopology.of(planar_topology(numbered, vertices)), vertices)
 
     def at(self, V: ArrayLike, outer: int | None = None) -> Mesh:
-        """The mesh with vertices at these positions; raises and warns as `planar`."""
+        """The mesh with vertices at these positions; raises and warns as `planar_mesh`."""
         positions = vertex_array(V)
         n_given = len(positions)
         if n_given <= self.vertices[-1]:

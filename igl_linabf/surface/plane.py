@@ -10,17 +10,17 @@ from .arrays import Pins
 from .mesh import Mesh
 from .topology import NEXT, PREV, Topology
 
-SPAN = 1e12  # ratio of area scales above which double precision is no longer enough
-ALL_DIGITS = 1e30  # above which lengths differ by all digits, and no layout helps
+SAFE_AREA_RATIO = 1e12  # ratio of area scales above which double precision is no longer enough
+HOPELESS_AREA_RATIO = 1e30  # above which lengths differ by all digits, and no layout helps
 
 
-def span(mesh: Mesh, z: ComplexArray) -> float:
+def area_scale_ratio(mesh: Mesh, z: ComplexArray) -> float:
     """The largest ratio of the map's area scales, at most 1e32."""
     scale = np.abs(signed_double_areas(z, mesh.topology.corner)) / mesh.double_area
-    return float(area_ratio(scale.max(), scale.min()))
+    return float(bounded_ratio(scale.max(), scale.min()))
 
 
-def area_ratio(largest: Array, smallest: Array) -> Array:
+def bounded_ratio(largest: Array, smallest: Array) -> Array:
     """The ratio of a map's largest area scale to its smallest one, at most 1e32."""
     return np.asarray(largest / np.maximum(smallest, 1e-32 * largest))
 
@@ -56,7 +56,7 @@ def flipped_faces(z: ComplexArray, corner: IntArray) -> IntArray:
     return np.flatnonzero(~(signed_double_areas(z, corner) > 0))
 
 
-def placed_at(z: ComplexArray, pinned: Pins) -> ComplexArray:
+def move_to_pins(z: ComplexArray, pinned: Pins) -> ComplexArray:
     """The map rotated, scaled and moved so that the pinned vertices are at their pins."""
     (i, j), position = pinned[0], complex_positions(pinned[1])
     if z[i] == z[j]:

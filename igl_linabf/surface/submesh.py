@@ -104,16 +104,21 @@ class Submesh:
         return measure(self.V, np.ascontiguousarray(self.F.T), self.vertices)
 
     @cached_property
-    def cells(self) -> tuple[IntArray, IntArray]:
-        """The polygon of each triangle, from 0 on, and the edges with two faces that seams may take."""
-        first, second = self.topology.sides
+    def cuttable_edges(self) -> IntArray:
+        """The edges with two faces that seams may take: all but the diagonals of polygons."""
         inside = self.topology.inside
         if self.inner is None:
-            return np.arange(len(self.F)), inside
+            return inside
         inner = self.inner[:, NEXT].T.ravel()  # half-edge (k, t) is the side k + 1 of t
-        joined = inner[first[inside]] & inner[second[inside]]
-        pairs = self.topology.sides[:, inside[joined]].T % len(self.F)
-        return connected_labels(pairs, len(self.F)), inside[~joined]
+        return inside[~inner[self.topology.sides[:, inside]].all(axis=0)]
+
+    @cached_property
+    def polygon_labels(self) -> IntArray:
+        """The polygon of each triangle, numbered from 0."""
+        if self.inner is None:
+            return np.arange(len(self.F))
+        diagonals = np.setdiff1d(self.topology.inside, self.cuttable_edges)
+        return connected_labels(self.topology.sides[:, diagonals].T % len(self.F), len(self.F))
 
     @cached_property
     def label(self) -> IntArray:
@@ -126,7 +131,7 @@ class Submesh:
         return self.topology.sum_at_vertices(np.arctan2(*self.measured))
 
     @property
-    def named_faces(self) -> IntArray:
+    def F_given(self) -> IntArray:  # noqa: N802  # as everywhere
         """`F` with the caller's vertex indices."""
         return self.vertices[self.F]
 
@@ -172,7 +177,7 @@ class Submesh:
 
     def divided(self, label: IntArray | BoolArray) -> list[Submesh]:
         """The components after a cut between faces of different labels; none goes through a polygon."""
-        inside = self.cells[1]
+        inside = self.cuttable_edges
         right, left = label[self.topology.sides[:, inside] % len(self.F)]
         return self.cut_at(inside[right != left])
 
@@ -181,7 +186,7 @@ class Submesh:
 
     def cut_along(self, edges: IntArray) -> list[Submesh]:
         """The components after a cut along edges, (#E, 2) of the caller's vertices."""
-        return self.cut(sides_along(edges, self.named_faces, self.n_given))
+        return self.cut(sides_along(edges, self.F_given, self.n_given))
 
     def cut_at(self, rows: IntArray) -> list[Submesh]:
         """The components after a cut along these rows of the topology's edges."""

@@ -221,7 +221,7 @@ def planar_topology(F: IntArray, vertices: IntArray) -> Topology:
     return topology
 
 
-def with_outer(topology: Topology, outer: int) -> Topology:
+def with_outer_loop(topology: Topology, outer: int) -> Topology:
     """The topology with another outer loop, `topology.loops[outer]`."""
     loops = (topology.loops[outer], *topology.loops[:outer], *topology.loops[outer + 1 :])
     return replace(topology, loops=loops)

@@ -16,7 +16,7 @@ from conftest import DISKS, HOLES, STRESS, best_fit_distance, bumps, load
 
 import igl_linabf as il
 from igl_linabf import _core
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 NAMES = ["bumps", "cortex", "ball", "pial_with_holes", *HOLES, *DISKS, *STRESS]
 METHODS = ("linabf", "abf")
@@ -147,7 +147,7 @@ def test_faces_of_any_integer_type_reach_the_core() -> None:
     expected = il.linabf(V, F)
     for kind in (np.int32, np.uint32, np.uint64):
         np.testing.assert_array_equal(il.linabf(np.asfortranarray(V), F.astype(kind)), expected)
-    assert planar(V, F.astype(np.int32)).topology.corner.dtype == np.int64
+    assert planar_mesh(V, F.astype(np.int32)).topology.corner.dtype == np.int64
 
 
 def test_integers_come_out_as_numpy_s_own() -> None:

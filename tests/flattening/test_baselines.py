@@ -11,7 +11,7 @@ from conftest import best_fit_distance, load
 from igl_linabf import MeshError, Outcome, OutcomeWarning, flatten, lscm
 from igl_linabf.angles import corner_angles, initial_estimate
 from igl_linabf.flattening import METHODS, far_pins
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 NAMES = ("bumps", "cortex", "disk__igl_camelhead.off", "disk__igl_lion.off", "disk__igl_camel_b.obj")
 
@@ -48,7 +48,7 @@ def test_dncp_is_lscm_by_the_same_pins(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_default_pins_of_lscm_are_two_far_boundary_vertices(name: str) -> None:
     V, F = load(name)
-    (i, j), bc = far_pins(planar(V, F))
+    (i, j), bc = far_pins(planar_mesh(V, F))
     loop = igl.boundary_loop(F).tolist()
     assert abs(abs(loop.index(i) - loop.index(j)) / len(loop) - 0.5) < 0.25
     assert np.linalg.norm(V[i] - V[j]) > 0.5 * np.linalg.norm(np.ptp(V[loop], axis=0))
@@ -87,7 +87,7 @@ def constraints(F: np.ndarray, alpha: np.ndarray, interior: np.ndarray) -> np.nd
 def test_one_step_of_abfpp_is_newtons_step_of_the_problem_in_products() -> None:
     V, F = igl.icosahedron()
     V, F = igl.upsample(V * [1, 1.5, 0.7], F[2:], 1)
-    mesh = planar(V, F)
+    mesh = planar_mesh(V, F)
     interior = np.flatnonzero(mesh.topology.interior)
     start = initial_estimate(mesh.topology, corner_angles(mesh), to_triangles=False).T
     h = 1e-6

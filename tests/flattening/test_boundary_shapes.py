@@ -26,7 +26,7 @@ from igl_linabf import (
     quality,
     split_chords,
 )
-from igl_linabf.surface import Submesh, chords_of, face_components, planar
+from igl_linabf.surface import Submesh, chords_of, face_components, planar_mesh
 
 Surface = tuple[np.ndarray, np.ndarray]
 SHAPES = ("circle", "rectangle")
@@ -42,7 +42,7 @@ def grid(n: int, m: int) -> Surface:
 
 
 def rim(V: np.ndarray, F: np.ndarray, i: int = 0) -> np.ndarray:
-    mesh = planar(V, F)
+    mesh = planar_mesh(V, F)
     return mesh.vertices[mesh.topology.loops[i]]
 
 

@@ -14,7 +14,7 @@ from hostile_files import files_of, good_files
 
 from igl_linabf import MeshError, MeshWarning
 from igl_linabf.io import read_file, read_mesh, write_file
-from igl_linabf.io.formats import parse, suffix_of
+from igl_linabf.io.formats import detect_suffix, parse
 
 
 @pytest.mark.skipif(FOLDER is None, reason="IGL_LINABF_MESHES is not set")
@@ -141,7 +141,7 @@ def test_text_of_editors_and_shells_is_the_same_mesh(mark: str) -> None:
         plain = parse(text.encode(), f".{suffix}", "mesh")
         for form in (text, text.replace("\n", "\r\n"), text.upper() if suffix == "stl" else text):
             data = ("\ufeff" * (mark[-2:] in ("le", "be")) + form).encode(mark)
-            assert suffix_of(data) == f".{suffix}"
+            assert detect_suffix(data) == f".{suffix}"
             mesh = parse(data, f".{suffix}", "mesh")
             assert (mesh.V == plain.V).all()
             assert (mesh.polygons.corners == plain.polygons.corners).all()

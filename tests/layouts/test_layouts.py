@@ -14,7 +14,7 @@ from igl_linabf.layouts.boundary import harmonic
 from igl_linabf.layouts.conformal_energy import far_apart
 from igl_linabf.layouts.greedy import one_by_one
 from igl_linabf.linalg import Solvers
-from igl_linabf.surface import coordinates, planar
+from igl_linabf.surface import coordinates, planar_mesh
 
 METHODS = ("boundary", "least-squares", "greedy")
 
@@ -33,7 +33,7 @@ def test_all_layouts_agree_on_consistent_angles(name: str) -> None:
 @pytest.mark.parametrize("name", ["bumps", "cortex", *DISKS])
 def test_flat_angles_are_laid_out_without_a_system_as_with_one(name: str) -> None:
     V, F = load(name)
-    mesh = planar(V, F)
+    mesh = planar_mesh(V, F)
     constraints = constraints_of(mesh.topology)
     for off, falls in (0.0, False), (1e-5, True):
         angles = linabf_angles(V, F, iterations=12, tol=1e-12)

@@ -12,14 +12,14 @@ from scipy.sparse.linalg import splu
 from igl_linabf import _core as core
 from igl_linabf.angles import constraints_of
 from igl_linabf.linalg import conjugate_gradients
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 
 class Given:
     """A mesh with holes and sharp angles, and what goes with it."""
 
     def __init__(self):
-        mesh = planar(*MESHES["crown"]())
+        mesh = planar_mesh(*MESHES["crown"]())
         t, rng = mesh.topology, np.random.default_rng(1)
         self.V, self.corner, self.n, self.sides, self.edges = mesh.V, t.corner, t.n, t.sides, t.edges
         self.interior, self.mesh, self.rng = t.interior, mesh, rng

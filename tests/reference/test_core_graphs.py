@@ -9,7 +9,7 @@ from reference import graphs as reference
 from scipy import sparse
 
 from igl_linabf import _core
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 NONE = np.empty(0, dtype=np.int64)
 NO_PAIRS = np.empty((0, 2), dtype=np.int64)
@@ -17,7 +17,7 @@ NO_PAIRS = np.empty((0, 2), dtype=np.int64)
 
 def mesh_and_graph():
     """A disk with holes, and its graph in CSR, of random lengths."""
-    mesh = planar(*MESHES["crown"]())
+    mesh = planar_mesh(*MESHES["crown"]())
     t, rng = mesh.topology, np.random.default_rng(1)
     length = rng.uniform(1, 2, len(t.edges))
     graph = sparse.csr_array((np.tile(length, 2), (t.edges.T.ravel(), t.edges[:, ::-1].T.ravel())))

@@ -7,13 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from ..._notebook import html_table, map_svg, side_by_side
+from ..._notebook import html_row, html_table, map_svg
 from ..._runtime import aligned
 from ..._types import FloatArray, IntArray
 from ...errors import some
 from ...flattening import Flattening
 from ...measures import Quality
-from ...surface import Repair, Triangles, three_vertices
+from ...surface import Repair, Triangles, distinct_corners
 
 SHOWN = 20  # charts in a notebook
 LARGEST_LOG = 700.0  # the exponential of more overflows
@@ -142,7 +142,7 @@ class Atlas:
     def drawn(self) -> IntArray:
         """The `triangles` that can be drawn: those without area may have a corner twice."""
         F = self.triangles
-        return np.asarray(F[three_vertices(F)])
+        return np.asarray(F[distinct_corners(F)])
 
     @property
     def good(self) -> bool:
@@ -207,7 +207,7 @@ class Atlas:
         lines = [html_table([[line]], header=False) for line in (*self._lines(), *self.troubles[:SHOWN])]
         face = slice(None) if self.split is None else self.split.face
         picture = map_svg(self.TC, self.triangles, self.chart[face])
-        return side_by_side([("", picture), ("", html_table(rows) + "".join(lines))])
+        return html_row([("", picture), ("", html_table(rows) + "".join(lines))])
 
     def _lines(self) -> list[str]:
         splits = f"{self.splits} split{'s' * (self.splits != 1)}"

@@ -14,7 +14,7 @@ from ..._types import FloatArray
 from ...errors import MeshError, SingularSystemError, some
 from ...flattening import Flattening, Method, Outcome, Sketch, flatten_together
 from ...measures import change_of
-from ...surface import NEXT, PREV, Submesh, centred, complex_positions, coordinates, planar_mesh
+from ...surface import NEXT, PREV, Submesh, centred, complex_positions, coordinates, planar_mesh_of
 
 THIN = 1e-6  # height over the longest side, which thinner triangles get
 ROUNDING = 16 * np.finfo(float).eps  # and over their distance from the origin, if that is more
@@ -68,7 +68,7 @@ def flattened(piece: Submesh, method: Method) -> Flattening:
         which = f"the chart of faces {some(piece.faces)} {what}"
         raise MeshError(f"{which}: give more seams, or complete=True, and unwrap finds the others")
     n = len(piece.V)
-    mesh = replace(planar_mesh(piece), vertices=np.arange(n), n_given=n)
+    mesh = replace(planar_mesh_of(piece), vertices=np.arange(n), n_given=n)
     checked = perf_counter() - start
     advance("check", 0.05)
     made = method.run(mesh, None)

@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 
 from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import MeshError, some
-from ...surface import NEXT, PREV, Polygons, Topology, in_one_place, vertex_array
+from ...surface import NEXT, PREV, Polygons, Topology, merge_coincident, vertex_array
 
 
 @overload
@@ -104,7 +104,7 @@ def _as_one(faces: Polygons, points: FloatArray | None) -> IntArray:
     """What is at each corner, as a number: the same for points in one place, if they are given."""
     if points is None:
         return faces.corners
-    return np.asarray(in_one_place(points, np.unique(faces.corners))[faces.corners])
+    return np.asarray(merge_coincident(points, np.unique(faces.corners))[faces.corners])
 
 
 def _on_seam(polygons: Polygons, a: IntArray, s: IntArray) -> BoolArray:

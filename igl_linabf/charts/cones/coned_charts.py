@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from ..._runtime import advance, part
+from ..._runtime import advance, progress_part
 from ..._types import FloatArray, IntArray
 from ...angles import HolonomyAngles, SchurColumns
 from ...errors import MeshError, SingularSystemError, some
@@ -23,7 +23,7 @@ from ...flattening import (
     holonomy_angles_of,
 )
 from ...measures import overlapping_pairs_of_chart, quality_of
-from ...surface import Cleaned, Submesh, check_finite, planar_mesh
+from ...surface import Cleaned, Submesh, check_finite, planar_mesh_of
 from ..atlas import Chart, cut_out, on_part
 from ..splitting import MAX_SPLITS, seams_of_overlaps
 from .finding import CONE_TRADE, ConePiece, angles_of, found_on
@@ -232,14 +232,14 @@ def coned(surface: Submesh, cones: Cones, method: Method, ends: tuple[float, flo
     `ends` are the fractions of the progress at which cones are placed, and all is flat.
     """
     components = surface.components()
-    with part("cones", ends[0]):
+    with progress_part("cones", ends[0]):
         placed = [cones.on(component) for component in components]
     charts: list[tuple[Chart, Submesh]] = []
     reached = 0
     names, angles = [], []
     for component, chosen in zip(components, placed, strict=True):
         reached += len(component.F)
-        with part("charts", ends[0] + (ends[1] - ends[0]) * reached / len(surface.F)):
+        with progress_part("charts", ends[0] + (ends[1] - ends[0]) * reached / len(surface.F)):
             cut, result, sums = _flattened(chosen, isinstance(cones.angles, str), method)
             charts += _split(cut, result)
         names.append(component.vertices[chosen.own])
@@ -252,9 +252,9 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
     start, place = perf_counter(), chosen.place
     component, piece = place.component, place.piece
     seam = seam_through(piece, piece.node[chosen.own], place.along_handles)
-    (cut,) = component.cut_at(component.cells[1][seam])
+    (cut,) = component.cut_at(component.cuttable_edges[seam])
     advance("seams", 0.2)
-    mesh = replace(planar_mesh(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
+    mesh = replace(planar_mesh_of(cut), vertices=np.arange(len(cut.V)), n_given=len(cut.V))
     paths, angles = place.paths, chosen.sums
 
     def quarters(holonomy: HolonomyAngles) -> tuple[FloatArray, FloatArray, FloatArray | None]:

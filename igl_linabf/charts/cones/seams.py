@@ -55,7 +55,7 @@ def paths_across(component: Submesh, piece: ClosedSurface, seam: IntArray) -> tu
     crossed = np.concatenate((on_tree[child < piece.holes], np.setdiff1d(np.arange(len(seam)), on_tree)))
     if not len(crossed):
         return ()
-    rows = component.cells[1][seam]
+    rows = component.cuttable_edges[seam]
     return tuple(_strips(component.topology, rows, rows[crossed]))
 
 

@@ -247,7 +247,7 @@ def closed_surface(
         node[loop] = i
     n = holes + int(np.count_nonzero(node < 0))
     node[node < 0] = np.arange(holes, n)
-    cell, inside = component.cells
+    cell, inside = component.polygon_labels, component.cuttable_edges
     edges, beside = topology.edges_inside, topology.faces_inside
     every, bend = topology.inside, all_bends(component) if bend is None else bend
     if component.inner is not None:

@@ -97,7 +97,7 @@ class Creased:
         """The size of these; nothing at the diagonals of polygons."""
         size = np.abs(self.turned)
         if self.surface.inner is not None:
-            size[~np.isin(self.inside, self.surface.cells[1])] = 0.0
+            size[~np.isin(self.inside, self.surface.cuttable_edges)] = 0.0
         return np.asarray(size)
 
     @cached_property

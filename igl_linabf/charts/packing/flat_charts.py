@@ -43,18 +43,18 @@ class Flat:
     def centre(self) -> FloatArray:
         """Of the cells, in the map."""
         a, b, c = self.uv[self.piece.topology.corner]
-        return centres(self.piece.cells[0], (a + b + c) / 3)
+        return centres(self.piece.polygon_labels, (a + b + c) / 3)
 
     @cached_property
     def sides(self) -> IntArray:
         """The cells (2, #C) on both sides of each edge that may be cut."""
-        cell, inside = self.piece.cells
+        cell, inside = self.piece.polygon_labels, self.piece.cuttable_edges
         return np.asarray(cell[self.piece.topology.sides[:, inside] % len(self.piece.F)])
 
     @cached_property
     def ends(self) -> IntArray:
         """The vertices (#C, 2) of these edges; the first cell is on the left."""
-        return np.asarray(self.piece.topology.edges[self.piece.cells[1]])
+        return np.asarray(self.piece.topology.edges[self.piece.cuttable_edges])
 
     @cached_property
     def lengths(self) -> FloatArray:
@@ -66,13 +66,13 @@ class Flat:
         """The vertices (#R, 2) of the edges at the boundary, and the cell on the left of each."""
         topology = self.piece.topology
         at = topology.sides[1] < 0
-        return topology.edges[at], self.piece.cells[0][topology.sides[0, at] % len(self.piece.F)]
+        return topology.edges[at], self.piece.polygon_labels[topology.sides[0, at] % len(self.piece.F)]
 
     @cached_property
     def areas(self) -> FloatArray:
         """(2, #cells) float64. Of the cells on the surface, and in the map."""
         mapped = np.abs(signed_double_areas(self.z, self.piece.topology.corner))
-        cell = self.piece.cells[0]
+        cell = self.piece.polygon_labels
         return np.stack([np.bincount(cell, double) / 2 for double in (self.piece.measured[0], mapped)])
 
     @property
@@ -98,7 +98,7 @@ class Flat:
         They are in the order of their first faces, as those of `Cells.outlines`.
         """
         piece = self.piece
-        parts = sorted(piece.divided(side[piece.cells[0]]), key=lambda part: int(part.faces[0]))
+        parts = sorted(piece.divided(side[piece.polygon_labels]), key=lambda part: int(part.faces[0]))
         return [Flat(part, of_own_size(on_part(self.uv, piece, part), part), self.parent) for part in parts]
 
     def cells(self) -> "Cells":

@@ -8,7 +8,7 @@ from ...surface import Submesh, centres
 
 def bisect(piece: Submesh) -> list[Submesh]:
     """The faces of a piece nearer to one or to the other of two far from each other; nothing of one face."""
-    cell, inside = piece.cells
+    cell, inside = piece.polygon_labels, piece.cuttable_edges
     if not cell.any():
         return []
     m, sides = int(cell.max()) + 1, piece.topology.sides[:, inside]

@@ -53,7 +53,7 @@ def _regions(piece: Submesh) -> tuple[IntArray, IntArray, FloatArray]:
     every = np.flatnonzero(topology.sides[1] >= 0)
     faces = topology.sides[:, every].T % m
     sharp = np.abs(all_bends(piece)) >= SHARP
-    sharp &= np.isin(every, piece.cells[1])  # diagonals of polygons are no creases
+    sharp &= np.isin(every, piece.cuttable_edges)  # diagonals of polygons are no creases
     region = connected_labels(faces[~sharp], m)
     between = sharp & (region[faces[:, 0]] != region[faces[:, 1]])
     a, b = topology.edges[every[between]].T

@@ -102,7 +102,7 @@ def _separated(
         part, local = waiting.pop()
         apart = local
         if part.inner is not None:
-            apart = part.cells[0][local]
+            apart = part.polygon_labels[local]
             apart = apart[apart[:, 0] != apart[:, 1]]  # no seam takes a polygon apart
         if len(apart):
             check_planar(part.topology, part.vertices)
@@ -165,7 +165,7 @@ class _Search:
     """The graphs of a part in which seams are sought."""
 
     def __init__(self, part: Submesh) -> None:
-        cell, inner = part.cells
+        cell, inner = part.polygon_labels, part.cuttable_edges
         topology = part.topology
         self._m, self._n = int(cell.max()) + 1, topology.n
         sides = cell[topology.sides[:, inner] % len(part.F)].T  # the faces that such an edge separates

@@ -84,7 +84,7 @@ def predicted_seams(
         if not waiting:
             break
     seam = np.append(seam, ways)
-    inside = mesh.cells[1]
+    inside = mesh.cuttable_edges
     ends = nodes[mesh.topology.edges[inside]]
     edge, sides = piece.between(*ends.T), mesh.topology.sides[:, inside] % len(mesh.F)
     of = _with_chips_joined(label, sides[:, ~np.isin(edge, seam)])

@@ -180,7 +180,7 @@ def _ways_from_the_rim(
 def _edges_near(piece: Submesh, near: BoolArray, hidden: FloatArray | None) -> tuple[IntArray, FloatArray]:
     """The edges, by their vertices, between two that are near; and their lengths for a seam."""
     topology = piece.topology
-    inside = piece.cells[1]
+    inside = piece.cuttable_edges
     inside = inside[near[topology.edges[inside]].all(axis=1)]
     bend = bends(
         piece.V, topology.corner, np.ascontiguousarray(topology.sides[:, inside]), face_normals(piece)
@@ -188,7 +188,7 @@ def _edges_near(piece: Submesh, near: BoolArray, hidden: FloatArray | None) -> t
     ends = topology.edges[inside]
     length = seam_lengths(lengths(piece.V, ends), bend)
     if hidden is not None:
-        every = topology.edges[piece.cells[1]]
+        every = topology.edges[piece.cuttable_edges]
         size = float(np.sqrt(piece.measured[0].sum() / 2))
         length *= shown(piece, ends, hidden, Smoothing(piece, every, lengths(piece.V, every)), size)
     return ends, length

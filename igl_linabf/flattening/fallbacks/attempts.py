@@ -34,7 +34,7 @@ from ...angles import (
 from ...errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
 from ...layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_boundary, lay_out
 from ...linalg import SolverName, Solvers, check_memory, factor_bytes
-from ...surface import Mesh, Pins, chords_of, constrain, flipped_faces, span
+from ...surface import Mesh, Pins, area_scale_ratio, chords_of, flipped_faces, shape_is_pinned
 from ..boundary_shapes import FREE, HELP, Shape, shape_of
 from ..result import Attempt, StageName, Status
 from .ears import Ears
@@ -164,7 +164,7 @@ def posed(
         if ears is not None:
             mesh, pinned = ears.rest, None
             shape = shape_of(mesh, shape.name, None)
-        held = constrain(pinned)
+        held = shape_is_pinned(pinned)
         least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1 or held
         check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 2) if least_squares else 0)
     with timed("assembly"):
@@ -356,7 +356,7 @@ def anchored(tol: float, residual_tol: float = 0.0) -> Stage:
     def stage(problem: Problem, tried: Tried) -> Candidate | None:
         if not problem.angles.safeguard:
             return None
-        if tried and tried[-1].converged and span(problem.mesh, best_of(tried)[1].z) > FEW_DIGITS:
+        if tried and tried[-1].converged and area_scale_ratio(problem.mesh, best_of(tried)[1].z) > FEW_DIGITS:
             return None  # no angles help where lengths differ by nearly all digits
         result = converge(tried[-1].state.back_to_start() if tried else problem.start, tol)
         if not result.converged:
@@ -391,7 +391,7 @@ def feasible(tol: float, residual_tol: float = 0.0) -> Stage:
 def _abf_drawn(
     problem: Problem, stage: StageName, result: AbfResult, residual_tol: float, layout: Layout | None = None
 ) -> Candidate:
-    if problem.layout != "auto" or constrain(problem.pinned):
+    if problem.layout != "auto" or shape_is_pinned(problem.pinned):
         layout = None
     held = np.flatnonzero(result.held.any(axis=0))
     remark = f"; some angles of faces {some(held)} are held at a hundredth of their initial value"

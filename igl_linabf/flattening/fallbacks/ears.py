@@ -9,7 +9,7 @@ import numpy as np
 from ..._core import signed_double_areas
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...layouts import placed
-from ...surface import Mesh, Pins, Topology, compact, flat_angles, topology_of, with_outer
+from ...surface import Mesh, Pins, Topology, compact, flat_angles, topology_of, with_outer_loop
 
 EPS = float(np.finfo(np.float64).eps)
 OUTWARD = 2.0 ** np.arange(10)  # roundings by which an apex is moved until its triangle has an area
@@ -55,7 +55,7 @@ class Ears:
         topology = topology_of(numbered, mesh.vertices[vertices])
         if len(topology.loops) > 1:
             on_rim = np.isin(vertices, mesh.topology.loops[0])
-            topology = with_outer(
+            topology = with_outer_loop(
                 topology, next(i for i, loop in enumerate(topology.loops) if on_rim[loop[0]])
             )
         rest = Mesh(

@@ -6,7 +6,7 @@ from typing import Any
 from ..._runtime import timed
 from ..._types import ComplexArray
 from ...layouts import at_pins, embedded_inside, injective, isometric, placed
-from ...surface import Pins, constrain, flat_angles, flipped_faces
+from ...surface import Pins, flat_angles, flipped_faces, shape_is_pinned
 from ..result import Status
 from .attempts import Candidate, Problem, Tried, best_of
 
@@ -15,7 +15,7 @@ def injective_map(problem: Problem, tried: Tried) -> Candidate:
     """A map without flipped triangles from the best one so far, by SLIM."""
     mesh, last, pinned = problem.mesh, tried[-1], problem.pinned
     _, layout = best_of(tried)
-    held = constrain(pinned)
+    held = shape_is_pinned(pinned)
 
     def place(z: ComplexArray) -> ComplexArray:
         return placed(mesh.topology, z, mesh.area, None if held else pinned)

@@ -8,7 +8,7 @@ from ..._runtime import timed
 from ...angles import LEAST_SHARE, ROUGH_RTOL, AbfResult, Constraints, State, Step, iterate_with_corrections
 from ...errors import SingularSystemError
 from ...layouts import Layout, lay_out, least_change, placed
-from ...surface import Mesh, Pins, constrain, flipped_faces
+from ...surface import Mesh, Pins, flipped_faces, shape_is_pinned
 
 FORESEEN = 1e-3  # relative gain of the objective that may be left to further steps, times the tolerance
 FLAT, STEPS_TO_FLAT = 1e-4, 12  # residual of the angles that a map is drawn from, and steps to it at most
@@ -59,7 +59,7 @@ def converge_in_plane(
     at = problem.at(made.angles)
     step = Step("feasible", 0, int(made.held.any(axis=0).sum()), at.residual.largest)
     state = replace(flat, at=at, steps=(*flat.steps, *(made.steps * (step,))))
-    z = placed(mesh.topology, made.z, mesh.area, None if constrain(pinned) else pinned)
+    z = placed(mesh.topology, made.z, mesh.area, None if shape_is_pinned(pinned) else pinned)
     return AbfResult(state.without_factors(), True, made.held), replace(start, z=z)
 
 

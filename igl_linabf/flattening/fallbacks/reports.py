@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...surface import coordinates, flipped_faces, span
+from ...surface import area_scale_ratio, coordinates, flipped_faces
 from ..result import Flattening, Hole, Residuals, judge
 from .attempts import Problem, Tried, best_of
 
@@ -20,7 +20,7 @@ def report(problem: Problem, method: str, tried: Tried, seconds: dict[str, float
     for made in earlier:
         note = note or made.note
     outcome, message = judge(
-        span(mesh, z),
+        area_scale_ratio(mesh, z),
         layout.method,
         layout.solver,
         flipped,

@@ -10,7 +10,7 @@ from urllib.parse import unquote
 from ..._types import IntArray
 from ..materials import PLAIN, Material, as_gltf, warn_of_images
 from ..mesh_file import MeshFile
-from ..one_index import one_index, single
+from ..one_index import single_precision, unique_tuples
 from .ngons import EXTENSION
 from .reading import TEXTURE, GltfFile
 from .scene import Gltf
@@ -43,7 +43,7 @@ def _save_again(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
     _carry_over(gltf, text, buffer)
     map_ = mesh.TC * [1, -1] + [0, 1]
     for of, primitive, (attributes, targets) in zip(source.primitives, primitives, old, strict=True):
-        (own, texture), vertex = one_index(of.vertex, mesh.texture[of.corners])
+        (own, texture), vertex = unique_tuples(of.vertex, mesh.texture[of.corners])
 
         def taken(numbers: dict[str, int], rows: IntArray = own) -> dict[str, int]:
             return {
@@ -52,7 +52,7 @@ def _save_again(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
             }
 
         attributes.pop(TEXTURE, None)
-        st = buffer.add(single(map_[texture], "TC"), VERTEX_ATTRIBUTES)
+        st = buffer.add(single_precision(map_[texture], "TC"), VERTEX_ATTRIBUTES)
         primitive |= {"mode": 4, "attributes": {**taken(attributes), TEXTURE: st}}
         if targets:
             primitive["targets"] = [taken(target) for target in targets]

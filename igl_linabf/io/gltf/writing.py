@@ -13,7 +13,7 @@ from ..._types import IntArray
 from ...errors import MeshError
 from ..materials import Material, as_gltf, linear, without_images
 from ..mesh_file import MeshFile
-from ..one_index import doubled, single
+from ..one_index import single_precision, split_vertices
 from .ngons import EXTENSION, fans
 from .scene import COMPONENTS
 
@@ -100,16 +100,16 @@ def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -
     """The faces of one part and one material, with vertices of their own."""
     extras = mesh.extras
     corner = np.flatnonzero(np.isin(mesh.polygons.owner, faces))
-    made = doubled(mesh, corner, normals=True)
+    made = split_vertices(mesh, corner, normals=True)
     attributes = {
-        "POSITION": buffer.add(single(mesh.V[made.vertex], "V"), VERTEX_ATTRIBUTES),
-        "TEXCOORD_0": buffer.add(single(made.TC * [1, -1] + [0, 1], "TC"), VERTEX_ATTRIBUTES),
+        "POSITION": buffer.add(single_precision(mesh.V[made.vertex], "V"), VERTEX_ATTRIBUTES),
+        "TEXCOORD_0": buffer.add(single_precision(made.TC * [1, -1] + [0, 1], "TC"), VERTEX_ATTRIBUTES),
     }
     if made.normals is not None:
-        attributes["NORMAL"] = buffer.add(single(_unit(made.normals), "normals"), VERTEX_ATTRIBUTES)
+        attributes["NORMAL"] = buffer.add(single_precision(_unit(made.normals), "normals"), VERTEX_ATTRIBUTES)
     if extras.colours is not None:
         given = extras.colours[made.vertex]
-        colours = single(np.column_stack((linear(given[:, :3]), given[:, 3:])), "colours")
+        colours = single_precision(np.column_stack((linear(given[:, :3]), given[:, 3:])), "colours")
         attributes["COLOR_0"] = buffer.add(colours, VERTEX_ATTRIBUTES)
     triangles, extensions = triangles_of(mesh, faces, corner, made.corners)
     indices = buffer.add(triangles.ravel(), INDICES)

@@ -19,7 +19,7 @@ from ...errors import MeshWarning, some, stack_level
 from ...surface import Polygons
 from ..materials import Material, library
 from ..mesh_file import MeshFile
-from ..parsing import Extras, Named, numbers, refuse, shown
+from ..parsing import Extras, Named, numbers, printable, refuse
 
 STATEMENTS = frozenset(
     b"v vt vn f vp l p o g s mg usemtl mtllib usemap maplib lod shadow_obj trace_obj bevel c_interp d_interp "
@@ -76,7 +76,7 @@ def parse_obj(data: bytes, name: str) -> MeshFile:
     if unknown and len(sizes):
         warnings.warn(
             f"lines {some(np.array(unknown) + 1)} of {name} are no statements of OBJ (the first: "
-            f"{shown(raw[unknown[0]])}): they are skipped",
+            f"{printable(raw[unknown[0]])}): they are skipped",
             MeshWarning,
             stacklevel=stack_level(),
         )

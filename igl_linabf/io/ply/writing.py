@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_file import MeshFile
-from ..one_index import Doubled, doubled, one_index, single
+from ..one_index import SplitVertices, single_precision, split_vertices, unique_tuples
 from ..parsing import Column, Property
 from .reading import INDICES, NAMES, PlyTables, row_type
 
@@ -20,9 +20,9 @@ Fields = list[tuple[Property, Column]]
 def save_ply(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write vertices, once for each of their texture coordinates, and polygons; all other elements stay."""
     source = mesh.extras.source if isinstance(mesh.extras.source, PlyTables) else None
-    made = doubled(mesh, normals=source is None)
+    made = split_vertices(mesh, normals=source is None)
     elements = {"vertex": _new_vertices(mesh, made), "face": []} if source is None else _kept(source, made)
-    elements["vertex"] += _numbers(TEXTURE, "f4", single(made.TC, "TC"))
+    elements["vertex"] += _numbers(TEXTURE, "f4", single_precision(made.TC, "TC"))
     corner = Property(INDICES[0], "i4", "u1" if mesh.polygons.sizes.max() < 256 else "i4")
     elements["face"].append((corner, Column(made.corners, mesh.polygons.sizes)))
     comments = ["comment igl_linabf"] if source is None else source.comments
@@ -39,7 +39,7 @@ def _numbers(names: Iterable[str], kind: str, table: NDArray[Any]) -> Fields:
     return [(Property(name, kind), Column(table[:, k])) for k, name in enumerate(names)]
 
 
-def _new_vertices(mesh: MeshFile, made: Doubled) -> Fields:
+def _new_vertices(mesh: MeshFile, made: SplitVertices) -> Fields:
     columns = _numbers("xyz", "f8", mesh.V[made.vertex])
     if made.normals is not None:
         columns += _numbers(("nx", "ny", "nz"), "f4", made.normals)
@@ -49,7 +49,7 @@ def _new_vertices(mesh: MeshFile, made: Doubled) -> Fields:
     return columns
 
 
-def _kept(source: PlyTables, made: Doubled) -> dict[str, Fields]:
+def _kept(source: PlyTables, made: SplitVertices) -> dict[str, Fields]:
     """The elements that were read, vertices and faces first, without what is written anew."""
     kept = {name: [(of, source.tables[name][of.name]) for of in its] for name, _, its in source.elements}
     vertex = [(of, column) for of, column in kept.pop("vertex") if of.name not in OLD_TEXTURE]
@@ -67,7 +67,7 @@ def _table(columns: Fields) -> bytes:
     """Rows one after another, which differ in length where their lists do: those of one form at a time."""
     every = np.ones(len(columns[0][1]), dtype=np.int64)
     sizes = [every if column.sizes is None else column.sizes for _, column in columns]
-    (_, *forms), form = one_index(every, *sizes)
+    (_, *forms), form = unique_tuples(every, *sizes)
     types = [row_type(tuple(of for of, _ in columns), own, "<") for own in zip(*forms, strict=True)]
     width = np.array([kind.itemsize for kind in types], dtype=np.int64)[form]
     start = np.cumsum(width) - width

@@ -10,7 +10,7 @@ import numpy as np
 from ..._core import centred
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Solvers
-from ...surface import Disks, Mesh, Pins, Ragged, complex_positions, constrain, signed_double_areas
+from ...surface import Disks, Mesh, Pins, Ragged, complex_positions, shape_is_pinned, signed_double_areas
 from ..choice import placed
 from .energy import Rest
 from .newton import Charts, Hessians, Springs, descend
@@ -65,7 +65,7 @@ def isometric(
     z, slimmed = _unfolded(mesh, field.charts, z, weight)
     z, (steps,), (stalled,) = descend(field.charts, z, weight, field.hessians)
     missed = 0.0
-    if constrain(pinned):
+    if shape_is_pinned(pinned):
         made, z, more, missed = _drawn_to_pins(field, z, weight, pinned)
         steps += more
     else:

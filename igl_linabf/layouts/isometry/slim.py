@@ -11,16 +11,16 @@ from ..._types import ComplexArray, IntArray
 from ...angles import corner_angles
 from ...linalg import Solvers
 from ...surface import (
-    ALL_DIGITS,
+    HOPELESS_AREA_RATIO,
     NEXT,
     PREV,
-    SPAN,
+    SAFE_AREA_RATIO,
     Mesh,
+    area_scale_ratio,
     complex_positions,
     coordinates,
     flat_angles,
     signed_double_areas,
-    span,
 )
 from ..convex import on_circle, patched
 
@@ -75,7 +75,8 @@ def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> In
                 made = _descend(mesh, start, Injective(at, name, 0, _distortion(mesh, at)), place)
                 best = made if best is None or made.distortion < best.distortion else best
                 break
-        if best is not None and span(mesh, best.z) <= SPAN:  # else rounding ends SLIM early
+        # where the ratio is larger, rounding ends SLIM early
+        if best is not None and area_scale_ratio(mesh, best.z) <= SAFE_AREA_RATIO:
             break
     return best
 
@@ -89,7 +90,8 @@ def embedded_inside(
     one straight side, the widest patch is valid in exact arithmetic (Tutte 1963). On a circle the
     vertices may be too close for double precision; they are then spaced evenly.
     """
-    for made in patched(mesh.topology, z, solvers) if span(mesh, z) <= ALL_DIGITS else ():
+    hopeless = area_scale_ratio(mesh, z) > HOPELESS_AREA_RATIO
+    for made in () if hopeless else patched(mesh.topology, z, solvers):
         if upright(made, mesh.topology.corner):
             return made, "convex combinations around the flipped triangles"
     for made in on_circle(mesh.topology, solvers) if circle else ():

@@ -3,4 +3,4 @@
 In: V, F with anything in it. Out: an oriented manifold, each face with an area, and what was changed.
 """
 
-from .cleaning import Cleaned, Repair, as_it_is, clean, cleaned_surface, in_one_place
+from .cleaning import Cleaned, Repair, clean, cleaned_surface, merge_coincident, unrepaired

@@ -13,7 +13,7 @@ from ..._core import sum_by
 from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import MeshError, is_number, some
 from ..areas import SMALLEST_COORDINATE, without_area
-from ..arrays import check_finite, check_indices, face_array, three_vertices, vertex_array
+from ..arrays import check_finite, check_indices, distinct_corners, face_array, vertex_array
 from ..submesh import Submesh
 from ..topology import connected_labels, face_components
 from .sheets import Sheets, as_sheets
@@ -44,7 +44,7 @@ def is_soup(V: FloatArray, F: IntArray, label: IntArray) -> bool:
     return bool(loose[label].mean() > SOUP)
 
 
-def in_one_place(V: FloatArray, used: IntArray) -> IntArray:
+def merge_coincident(V: FloatArray, used: IntArray) -> IntArray:
     """For each vertex the first of the `used` ones in the same place, to the bit."""
     points = V[used] + 0.0  # -0 is 0
     order = np.lexsort(points.T)
@@ -55,7 +55,7 @@ def in_one_place(V: FloatArray, used: IntArray) -> IntArray:
     return merged
 
 
-def within(V: FloatArray, used: IntArray, distance: float) -> IntArray:
+def merge_within(V: FloatArray, used: IntArray, distance: float) -> IntArray:
     """For each vertex the first of those that a chain of steps of at most `distance` leads to.
 
     Raises
@@ -66,7 +66,7 @@ def within(V: FloatArray, used: IntArray, distance: float) -> IntArray:
     if not is_number(distance, 0, np.finfo(float).max):
         raise ValueError(f"weld is {distance!r}: give a distance from 0 on, in the units of V")
     if distance == 0:
-        return in_one_place(V, used)
+        return merge_coincident(V, used)
     points = V[used]
     size = float(np.abs(points).max(initial=0))
     if size > 1e150:  # squares of larger ones overflow
@@ -220,7 +220,7 @@ def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tu
     if weld is None:
         surface = _if_clean(positions, faces)
         if surface is not None:
-            return as_it_is(surface), surface
+            return unrepaired(surface), surface
     done = _repaired(positions, faces, used, weld)
     n = len(done.V)
     return done, Submesh(done.V, done.F, done.faces, np.arange(n), n)
@@ -243,7 +243,7 @@ def _if_clean(V: FloatArray, F: IntArray) -> Submesh | None:
     return None if soup or unclear or _beyond(size).any() else surface
 
 
-def as_it_is(surface: Submesh) -> Cleaned:
+def unrepaired(surface: Submesh) -> Cleaned:
     """A clean surface in the form of a repaired one."""
     return Cleaned(
         V=surface.V,
@@ -258,7 +258,7 @@ def as_it_is(surface: Submesh) -> Cleaned:
 
 def _apart(V: FloatArray) -> bool:
     every = np.arange(len(V))
-    return bool((in_one_place(V, every) == every).all())
+    return bool((merge_coincident(V, every) == every).all())
 
 
 def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) -> Cleaned:
@@ -270,9 +270,9 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
 
     merged = np.arange(len(V))
     if weld is not None:
-        merged = within(V, used, weld)
+        merged = merge_within(V, used, weld)
     elif is_soup(V, F, face_components(F, len(V))):
-        merged = in_one_place(V, used)
+        merged = merge_coincident(V, used)
     note("welded", "vertices", np.flatnonzero(merged != np.arange(len(V))))
     beyond, power = used[_beyond(_sizes(V[used]))], 0
     if len(beyond):
@@ -286,7 +286,7 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
         V[tiny] = 0.0
     merged = collapsed(V, merged[F])[merged]
     G = merged[F]
-    distinct = three_vertices(G)
+    distinct = distinct_corners(G)
     note("collapsed", "faces", np.flatnonzero(~distinct))
     rows = np.flatnonzero(distinct)
     sheets = as_sheets(V, G[rows])

@@ -4,7 +4,7 @@ import numpy as np
 
 from ..._types import BoolArray, FloatArray, IntArray
 from ..areas import without_area
-from ..arrays import three_vertices
+from ..arrays import distinct_corners
 from ..topology import connected_labels
 
 SAME_PLACE = 1e-9  # of the extent: a shorter side of a face without area is collapsed
@@ -25,7 +25,7 @@ def collapsed(V: FloatArray, F: IntArray) -> IntArray:
     merged = np.arange(len(V))
     while True:
         now = merged[F]
-        whole = np.flatnonzero(three_vertices(now))
+        whole = np.flatnonzero(distinct_corners(now))
         flat = whole[without_area(V, now[whole], ROUNDED)] if len(whole) else whole
         corners = now[flat]
         extent = np.abs(V[corners]).max(axis=(1, 2), initial=0)

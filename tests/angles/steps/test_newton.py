@@ -21,7 +21,7 @@ from igl_linabf.angles import (
 from igl_linabf.angles.full_system import interior_rows, right_hand_sides, triangle_rows
 from igl_linabf.angles.steps.newton import _searched, objective
 from igl_linabf.linalg import Solvers, has_cholmod
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 BENIGN = {  # per cent by which F/3nt of one linear step may be away from converged ABF's
     name: 5.0
@@ -42,7 +42,7 @@ def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
 
     At angles held at their lower bound only a wish to fall is explained by it.
     """
-    mesh = planar(V, F)
+    mesh = planar_mesh(V, F)
     start = initial_estimate(mesh.topology, corner_angles(mesh)).T.ravel()
     alpha = angles.ravel()
     gradient = (alpha - start) / start  # times alpha_0
@@ -70,7 +70,7 @@ def test_it_converges_to_a_flat_mesh_where_the_objective_is_stationary(name: str
     result = flatten(V, F, ABF(tol=1e-9))
     assert result.outcome is Outcome.CONVERGED
     assert result.iterations <= (16 if name.startswith("disk") else 60)
-    vertex_and_wheel, triangle = right_hand_sides(constraints_of(planar(V, F).topology), result.angles.T)
+    vertex_and_wheel, triangle = right_hand_sides(constraints_of(planar_mesh(V, F).topology), result.angles.T)
     assert np.abs(vertex_and_wheel).max() <= 1e-9
     assert np.abs(triangle).max() <= 1e-9
     assert stationarity(V, F, result.angles) <= 1e-6
@@ -104,7 +104,7 @@ def test_its_default_tolerance_leaves_five_digits_of_f_as_they_are(name: str) ->
     V, F = load(name)
     alpha = igl.internal_angles(V, F)
     # of the angles, since rounding moves those of a map whose scale varies as lion_o's does
-    estimate = initial_estimate(planar(V, F).topology, corner_angles(planar(V, F))).T
+    estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
     made = [flatten(V, F, method) for method in ("abf", ABF(tol=1e-10))]
     # from the surface's angles, and from those that it minimises the change of
     for start in (alpha, estimate):
@@ -118,7 +118,7 @@ def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
     result = flatten(V, F, "abf")
     assert [step.kind for step in result.steps if step.kind != "restoration"][-1] == "feasible"
     assert "held at a hundredth" in result.message
-    estimate = initial_estimate(planar(V, F).topology, corner_angles(planar(V, F))).T
+    estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
     assert 0.9 * LEAST_SHARE <= (result.angles / estimate).min() <= 1.01 * LEAST_SHARE
     assert LEAST_SHARE == 0.01  # the hundredth that the message speaks of
 
@@ -131,7 +131,7 @@ def test_steps_in_the_plane_end_at_the_minimum_under_the_bounds(height: float) -
     assert result.outcome is Outcome.CONVERGED
     assert "restoration" not in kinds
     assert 1 <= kinds.count("feasible") <= 20
-    estimate = initial_estimate(planar(V, F).topology, corner_angles(planar(V, F))).T
+    estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
     assert (result.angles / estimate).min() >= LEAST_SHARE * (1 - 1e-6)
     assert stationarity(V, F, result.angles) <= 1e-6
 
@@ -152,14 +152,14 @@ def test_steps_in_the_plane_keep_their_digits_where_lengths_differ_by_many() -> 
     assert areas.max() > 1e18 * areas.min()
     assert result.outcome is Outcome.CONVERGED
     assert "restoration" not in [step.kind for step in result.steps]
-    estimate = initial_estimate(planar(V, F).topology, corner_angles(planar(V, F))).T
+    estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
     assert (result.angles / estimate).min() >= LEAST_SHARE * (1 - 1e-6)
     assert result.steps[-1].residual <= 1e-9
 
 
 def test_no_step_of_the_feasible_form_raises_the_objective() -> None:
     """From the minimum every direction goes uphill, and a step that is too long must be cut to nothing."""
-    mesh = planar(*load("bumps"))
+    mesh = planar_mesh(*load("bumps"))
     start = initial_estimate(mesh.topology, corner_angles(mesh))
     problem = AngleProblem(constraints_of(mesh.topology), start, Solvers("auto"), safeguard=True)
     at_minimum = converge(State(problem, problem.start), 1e-10).state

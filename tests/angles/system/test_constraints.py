@@ -21,7 +21,7 @@ from igl_linabf.angles import (
 )
 from igl_linabf.angles.full_system import full_step, interior_rows, right_hand_sides, triangle_rows
 from igl_linabf.linalg import Solvers, has_cholmod
-from igl_linabf.surface import Mesh, measure, planar, topology_of
+from igl_linabf.surface import Mesh, measure, planar_mesh, topology_of
 
 SURFACES = ("bumps", "cortex", *DISKS)
 
@@ -36,7 +36,7 @@ def step_from(mesh: Mesh, alpha: np.ndarray, solver: str) -> np.ndarray:
 def test_reduced_step_equals_the_papers_full_system(name: str) -> None:
     if name.endswith("face.obj") and not has_cholmod():
         pytest.skip("SuperLU takes minutes for the full system of face")
-    mesh = planar(*load(name))
+    mesh = planar_mesh(*load(name))
     alpha = initial_estimate(mesh.topology, corner_angles(mesh))
     expected = full_step(constraints_of(mesh.topology), alpha)
     for solver in ("direct", "auto"):
@@ -44,7 +44,7 @@ def test_reduced_step_equals_the_papers_full_system(name: str) -> None:
 
 
 def test_reduced_step_equals_the_full_system_where_triangles_do_not_sum_to_pi() -> None:
-    mesh = planar(*load("bumps"))
+    mesh = planar_mesh(*load("bumps"))
     rng = np.random.default_rng(1)
     alpha = corner_angles(mesh)
     alpha *= rng.uniform(0.9, 1.1, alpha.shape)
@@ -77,7 +77,7 @@ def test_a_hole_is_one_more_row_of_the_same_system(name: str) -> None:
 @pytest.mark.parametrize("name", SURFACES)
 def test_in_the_conformal_metric_the_system_is_two_laplacians(name: str) -> None:
     V, F = load(name)
-    mesh = planar(V, F)
+    mesh = planar_mesh(V, F)
     alpha = corner_angles(mesh)
     c = 1 / np.tan(alpha)
     element = np.zeros((alpha.shape[1], 3, 3))
@@ -121,12 +121,12 @@ def test_converged_angles_are_those_of_a_flat_mesh(name: str) -> None:
 
 def test_the_exponential_map_switch_scales_only_spikes() -> None:
     V, F = load("bumps")
-    mesh = planar(V, F)
+    mesh = planar_mesh(V, F)
     flat = np.array(V)
     flat[:, 2] = 0
     spike = int(np.flatnonzero(mesh.topology.interior)[0])
     flat[spike, 2] = 0.06
-    mesh = planar(flat, F)
+    mesh = planar_mesh(flat, F)
     alpha = corner_angles(mesh)
     total = mesh.topology.sum_at_vertices(alpha)
     far = (mesh.topology.interior) & (np.abs(total - 2 * np.pi) > 1.0)

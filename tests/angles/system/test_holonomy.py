@@ -24,7 +24,7 @@ from igl_linabf.angles import (
     residual,
 )
 from igl_linabf.linalg import Solvers, has_cholmod
-from igl_linabf.surface import planar
+from igl_linabf.surface import planar_mesh
 
 CURVED = ("wavy plate", "hemisphere", "crown", "pial_with_holes", *HOLES)
 
@@ -75,7 +75,7 @@ def test_no_flips_and_less_distortion_than_igl_lscm(name: str) -> None:
 
 
 def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
-    mesh = planar(*surface("wavy plate"))
+    mesh = planar_mesh(*surface("wavy plate"))
     topology = mesh.topology
     constraints = constraints_of(topology)
     alpha = initial_estimate(topology, corner_angles(mesh))
@@ -94,9 +94,9 @@ def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
 
 
 def test_the_drawn_loops_do_not_depend_on_where_drawing_begins() -> None:
-    mesh = planar(*surface("wavy plate"))
+    mesh = planar_mesh(*surface("wavy plate"))
     missing = residual(constraints_of(mesh.topology), corner_angles(mesh))
-    turned = planar(mesh.V, mesh.faces)
+    turned = planar_mesh(mesh.V, mesh.faces)
     loops = (turned.topology.loops[0], *(np.roll(loop, 3) for loop in turned.topology.loops[1:]))
     object.__setattr__(turned.topology, "loops", loops)
     again = holonomy_residual(turned.topology, missing.turning, missing.log_ratio)
@@ -105,7 +105,7 @@ def test_the_drawn_loops_do_not_depend_on_where_drawing_begins() -> None:
 
 def bordered() -> Linearised:
     """The system of a wavy plate, past the first step."""
-    mesh = planar(*surface("wavy plate"))
+    mesh = planar_mesh(*surface("wavy plate"))
     estimate = initial_estimate(mesh.topology, corner_angles(mesh))
     problem = AngleProblem(constraints_of(mesh.topology), estimate, Solvers("auto"))
     state = linear_step(State(problem, problem.start), 1e-3, close=False)

@@ -15,7 +15,7 @@ from igl_linabf import ABF, LinABF, Outcome, OutcomeWarning, abf, cut, find_seam
 from igl_linabf.flattening import Sketch
 from igl_linabf.layouts import GAP, injective, on_circle
 from igl_linabf.linalg import Solvers
-from igl_linabf.surface import centred, planar, signed_double_areas
+from igl_linabf.surface import centred, planar_mesh, signed_double_areas
 
 DEER = "stress__flipfree_deer.obj"  # its conformal map spans more than double precision
 CLOSED = ("pial", "closed__igl_cow.off", "closed__igl_fandisk.off", "closed__optcuts_horse_f10000.obj")
@@ -141,7 +141,7 @@ def test_the_guarantee_helps_the_paper_s_step_and_abf() -> None:
 
 @pytest.mark.parametrize("name", ["bumps", "ball", HOLES[1], "disk__flipfree_camelhead_small.obj"])
 def test_any_start_ends_without_flips_holes_or_not(name: str) -> None:
-    mesh = planar(*load(name))
+    mesh = planar_mesh(*load(name))
     rng = np.random.default_rng(0)
     nonsense = rng.normal(size=mesh.topology.n) + 1j * rng.normal(size=mesh.topology.n)
     made = injective(mesh, nonsense, lambda z: centred(mesh.topology, z, mesh.area), Solvers())
@@ -152,7 +152,7 @@ def test_any_start_ends_without_flips_holes_or_not(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["bumps", "limb", *CARRIED_HOLES, DEER, *HOLES])
 def test_embeddings_in_a_circle_are_valid(name: str) -> None:
-    topology = planar(*load(name)).topology
+    topology = planar_mesh(*load(name)).topology
     for z in on_circle(topology, Solvers()):
         assert np.allclose(np.abs(z[topology.loops[0]]), 1)
         assert (signed_double_areas(z, topology.corner) > 0).all()

@@ -12,7 +12,7 @@ from igl_linabf import Isometric, flatten, flatten_many, quality, unwrap
 from igl_linabf.cli import main
 from igl_linabf.layouts import isometric, on_circle
 from igl_linabf.linalg import Solvers
-from igl_linabf.surface import Mesh, complex_positions, coordinates, planar
+from igl_linabf.surface import Mesh, complex_positions, coordinates, planar_mesh
 
 DISKS = ("bumps", "ball", "disk__igl_camel_b.obj", "stress__optcuts_duck1.obj")
 UNCUT = ("crown", "limb", "holes__igl_halftunnel.off", "stress__optcuts_golf.obj")
@@ -63,7 +63,7 @@ def test_no_triangle_is_flipped_and_less_is_stretched(name: str) -> None:
 @pytest.mark.parametrize("name", DISKS)
 def test_the_symmetric_dirichlet_energy_is_below_that_of_slim(name: str) -> None:
     V, F = load(name)
-    mesh = planar(V, F)
+    mesh = planar_mesh(V, F)
     start = complex_positions(flatten(V, F).uv)
     made = isometric(mesh, start, 1.0, None, Solvers())
     energy = symmetric_dirichlet(V, F, coordinates(made.z))
@@ -77,7 +77,7 @@ def test_a_flat_mesh_comes_back_as_itself_from_far_away(weight: float) -> None:
     V, F = load("bumps")
     V = V * [1, 1, 0]
     assert best_fit_distance(flatten(V, F, Isometric(weight=weight)).uv, V[:, :2]) < 1e-9
-    mesh = planar(V, F)
+    mesh = planar_mesh(V, F)
     made = isometric(mesh, stretched_start(mesh), weight, None, Solvers())
     assert best_fit_distance(coordinates(made.z), V[:, :2]) < 1e-4
 
@@ -86,7 +86,7 @@ def test_a_developable_surface_comes_out_isometric_from_far_away() -> None:
     x, y = np.meshgrid(np.linspace(0, 4, 41), np.linspace(0, 1, 11))
     _, F = igl.triangulated_grid(41, 11)
     V = np.column_stack((np.cos(x.ravel()), np.sin(x.ravel()), y.ravel()))
-    mesh = planar(V, F)
+    mesh = planar_mesh(V, F)
     made = isometric(mesh, stretched_start(mesh), 1.0, None, Solvers())
     assert np.allclose(edge_lengths(coordinates(made.z), F), edge_lengths(V, F), rtol=1e-4)
 
