@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 import trimesh
 from commands import run
-from conftest import load
-from overlapping_surfaces import pixels, spiral
+from conftest import load, pixels
+from overlapping_surfaces import spiral
 
 from igl_linabf import (
     FallbackWarning,
