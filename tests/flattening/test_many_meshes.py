@@ -17,7 +17,7 @@ from scipy.spatial import ConvexHull
 import igl_linabf as il
 from igl_linabf._runtime import in_threads
 from igl_linabf.charts import TRADE
-from igl_linabf.charts.cut_graphs.graph import closed_surface
+from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.seams.growth import seam_cost
 from igl_linabf.charts.seams.search import seams_of
 from igl_linabf.surface import Ragged, Submesh
@@ -233,7 +233,7 @@ def test_seams_of_many_small_bodies_cost_no_more_than_one_by_one() -> None:
     together = seams_of(surface, TRADE, disks=True)
     ratio = []
     for component in surface.components():
-        piece = closed_surface(component)
+        piece = ClosedSurface.of(component)
         edges = component.vertices[piece.edges]
         found = np.isin(np.sort(edges) @ [surface.n_given, 1], np.sort(together) @ [surface.n_given, 1])
         alone = seams_of(component, TRADE, disks=True)

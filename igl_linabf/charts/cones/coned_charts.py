@@ -140,7 +140,7 @@ def _settled(found: Placed) -> Placed:
     """Quarter cones where they were found, or moved so that closed paths turn by nearly whole quarters."""
     place, quarters = found.place, found.quarters
     component, piece = place.component, place.piece
-    if quarters is None or piece.n < COARSE or piece.thin_share > THIN:
+    if quarters is None or piece.graph.n < COARSE or piece.laplacian.thin_share > THIN:
         return found
     if not place.paths:
         return found
@@ -151,8 +151,8 @@ def _settled(found: Placed) -> Placed:
         return found
     holonomy, columns = told
     found = replace(found, columns=columns)
-    by_node = np.zeros((piece.n, len(place.paths)))
-    by_node[piece.holes :] = holonomy.by_vertex[place.inner]
+    by_node = np.zeros((piece.graph.n, len(place.paths)))
+    by_node[piece.graph.n_holes :] = holonomy.by_vertex[place.inner]
     best = ConeMoves(place, quarters, replace(holonomy, by_vertex=by_node)).best()
     if best is None:
         return found
@@ -300,7 +300,7 @@ def _known(chosen: Placed) -> KnownLaplacian | None:
     first = chosen.scale.first
     left_out = None if first < 0 else int(chosen.place.vertices(np.array([first]))[0])
     piece = chosen.place.piece
-    even = piece.n >= SMALL and piece.thin_share <= FEW_THIN
+    even = piece.graph.n >= SMALL and piece.laplacian.thin_share <= FEW_THIN
     return KnownLaplacian(chosen.scale.known, left_out, even, chosen.columns)
 
 

@@ -14,7 +14,7 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...angles import ClosedPath
 from ...errors import MeshError, is_number, some
 from ...surface import Submesh
-from ..cut_graphs import ClosedSurface, closed_surface
+from ..cut_graphs import ClosedSurface
 from .quarter_turns import QUARTER, QuarterTurns
 from .scale import ConeScale
 from .seams import along_handles, paths_across, seam_through
@@ -97,7 +97,7 @@ class ConePiece:
     @cached_property
     def piece(self) -> ClosedSurface:
         """Its graph."""
-        return closed_surface(self.component)
+        return ClosedSurface.of(self.component)
 
     @cached_property
     def along_handles(self) -> IntArray:
@@ -108,7 +108,7 @@ class ConePiece:
     def paths(self) -> tuple[ClosedPath, ...]:
         """Closed paths around holes and along handles: those of `paths_across`, wherever cones are."""
         seam = seam_through(self.piece, np.zeros(0, dtype=np.int64), self.along_handles)
-        return paths_across(self.component, self.piece, seam)
+        return paths_across(self.component, self.piece.graph, seam)
 
     @cached_property
     def inner(self) -> IntArray:
@@ -119,12 +119,12 @@ class ConePiece:
     def valence(self) -> IntArray:
         """Faces at each node that is no hole; 0 at those."""
         around = np.bincount(self.component.F.ravel(), minlength=len(self.component.V))
-        return np.append(np.zeros(self.piece.holes, dtype=np.int64), around[self.inner])
+        return np.append(np.zeros(self.piece.graph.n_holes, dtype=np.int64), around[self.inner])
 
     @property
     def closed_curvature(self) -> float | None:
         """What the curvatures of the cones sum to, if the surface is closed."""
-        return None if self.piece.holes else 2 * np.pi * self.component.topology.characteristic
+        return None if self.piece.graph.n_holes else 2 * np.pi * self.component.topology.characteristic
 
     @property
     def fewest(self) -> int:
@@ -140,11 +140,11 @@ class ConePiece:
     @property
     def limit(self) -> int:
         """Number of cones at most, if they are to be found."""
-        return max(self.enough, min(MOST_VALUES // self.piece.n, len(self.inner) // LEAST_NODES))
+        return max(self.enough, min(MOST_VALUES // self.piece.graph.n, len(self.inner) // LEAST_NODES))
 
     def vertices(self, nodes: IntArray) -> IntArray:
         """The component's vertices of nodes that are no holes."""
-        return self.inner[nodes - self.piece.holes]
+        return self.inner[nodes - self.piece.graph.n_holes]
 
 
 def found_on(place: ConePiece, n: int | None, trade: float) -> IntArray:
@@ -241,12 +241,12 @@ def _further(place: ConePiece, scale: ConeScale, most: int) -> IntArray:
     alone = len(scale.nodes) < place.enough or scale.stretch < USABLE
     if alone and not strained:
         return np.array([np.argmax(far)])
-    away, _, source = place.piece.search(scale.nodes)
+    away, _, source = place.piece.graph.shortest_paths(scale.nodes)
     if alone:
         near = np.where(source == scale.nodes[np.argmax(strain)], far, 0.0)
         return np.array([np.argmax(near if near.any() else far)])
     order = np.argsort(far, kind="stable")
-    farthest = np.zeros(place.piece.n, dtype=np.int64)
+    farthest = np.zeros(place.piece.graph.n, dtype=np.int64)
     farthest[source[order]] = order  # of the nodes nearest to each cone, where the scale is worst
     tried, room = farthest[scale.nodes], min(most, len(scale.nodes) // AT_ONCE)
     tried, strain = tried[far[tried] > 0], strain[far[tried] > 0]
@@ -259,7 +259,7 @@ def _apart(piece: ClosedSurface, nodes: IntArray, distance: FloatArray) -> IntAr
     """Those nodes that are as far as their distances from the ones before them."""
     kept = np.zeros(0, dtype=np.int64)
     for i in nodes.tolist():
-        gap = np.linalg.norm(piece.position[kept] - piece.position[i], axis=1)
+        gap = np.linalg.norm(piece.graph.position[kept] - piece.graph.position[i], axis=1)
         if (gap >= distance[i]).all():
             kept = np.append(kept, i)
     return kept

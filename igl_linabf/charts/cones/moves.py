@@ -70,7 +70,7 @@ class Arrangement:
         """d log stretch by one radian of curvature at each node, (n,)."""
         grown, shrunk = self.shares
         scale, share = self.scale, grown - shrunk
-        share[np.arange(scale.piece.holes) if scale.first < 0 else scale.first] = 0.0
+        share[np.arange(scale.piece.graph.n_holes) if scale.first < 0 else scale.first] = 0.0
         return scale.factored.solve(share)
 
     def moved(self, nodes: IntArray, turned: FloatArray) -> Arrangement:
@@ -78,7 +78,7 @@ class Arrangement:
         scale = self.scale
         others = nodes if scale.first < 0 else nodes[1:]
         (new,) = np.nonzero(others != scale.others)
-        unit, green = np.zeros((scale.piece.n, len(new))), scale.green.copy()
+        unit, green = np.zeros((scale.piece.graph.n, len(new))), scale.green.copy()
         unit[others[new], np.arange(len(new))] = 1.0
         green[new] = scale.factored.solve(unit).T
         return Arrangement(replace(scale, others=others, green=green), self.k, turned)
@@ -239,8 +239,8 @@ class ConeMoves:
         """By radii after a conformal map: Green's function falls by log r / 2 pi, but evenly along limbs."""
         piece, scale, k = self.place.piece, now.scale, int(now.k[i])
         c, green, size = scale.nodes[i], scale.green[i - (scale.first >= 0)], piece.area.sum()
-        at, start = piece.position, piece.graph.indptr
-        ring = piece.graph.indices[start[c] : start[c + 1]]
+        at, matrix = piece.graph.position, piece.graph.adjacency[0]
+        ring = matrix.indices[matrix.indptr[c] : matrix.indptr[c + 1]]
         edge = np.linalg.norm(at[ring] - at[c], axis=1).mean() / np.sqrt(size)
         rim = green[ring].mean()  # at the distance of an edge
         nodes = np.flatnonzero(green > rim - np.log(BALL / edge) / (2 * np.pi))
@@ -248,7 +248,7 @@ class ConeMoves:
         gap = ((at[others] - at[c]) ** 2).sum(axis=1).min(initial=np.inf)
         fits = ((at[nodes] - at[c]) ** 2).sum(axis=1) < APART**2 * gap
         fits &= (4 - k) * QUARTER <= WIDE * self.place.valence[nodes]
-        nodes = nodes[fits & (nodes >= piece.holes) & (nodes != c)]
+        nodes = nodes[fits & (nodes >= piece.graph.n_holes) & (nodes != c)]
         nodes = np.append(c, nodes[:: max(1, -(-len(nodes) // CANDIDATES))])
         way = (at[nodes] - at[c]) / np.sqrt(size)
         radius = edge * np.exp(np.minimum(2 * np.pi * (rim - green[nodes]), MAX_LOG_SCALE))

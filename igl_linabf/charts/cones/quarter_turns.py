@@ -58,7 +58,7 @@ class QuarterTurns:
     def _sampled(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """At some nodes: weights, the scale without the slots' curvatures, and what one of each adds."""
         scale = self.scale
-        sample = np.arange(0, scale.piece.n, -(-scale.piece.n // SAMPLES))
+        sample = np.arange(0, scale.piece.graph.n, -(-scale.piece.graph.n // SAMPLES))
         weight = scale.piece.area[sample] / scale.piece.area[sample].sum()
         green = np.concatenate((np.zeros((1, len(sample))), scale.green[:, sample])) * QUARTER
         return weight, scale.bare[sample], green

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..._types import FloatArray, IntArray
 from ...linalg import Factor, NotPositiveDefiniteError
-from ..cut_graphs import MAX_LOG_SCALE, ClosedSurface, ZeroAtNodes, expected_stretch
+from ..cut_graphs import MAX_LOG_SCALE, ClosedSurface, DirichletSolver, expected_stretch
 
 
 @dataclass(frozen=True, eq=False)
@@ -27,7 +27,7 @@ class ConeScale:
     Attributes
     ----------
     piece : ClosedSurface
-    laplacian : ZeroAtNodes
+    laplacian : DirichletSolver
         L, of the cotangents; of raised ones where double precision does not hold these.
     factored : Factor
         L with zero at the ground.
@@ -42,7 +42,7 @@ class ConeScale:
     """
 
     piece: ClosedSurface
-    laplacian: ZeroAtNodes
+    laplacian: DirichletSolver
     factored: Factor
     first: int
     bare: FloatArray
@@ -52,19 +52,25 @@ class ConeScale:
     @classmethod
     def of(cls, piece: ClosedSurface, first: int | None = None) -> ConeScale:
         """Without cones; on a closed surface with one, where the scale is farthest from its mean."""
-        if piece.holes:
+        if piece.graph.n_holes:
             first = -1
         elif first is None:
             first = _farthest(piece)
-        ground, laplacian, bare = _ground(piece, first), piece.zero_by_cotangents, -piece.curvature
+        ground, laplacian, bare = (
+            _ground(piece, first),
+            piece.laplacian.dirichlet_of_cotangents,
+            -piece.curvature,
+        )
         try:
             factored = laplacian.factored(ground)
         except NotPositiveDefiniteError:
-            laplacian = piece.zero_at_nodes
+            laplacian = piece.laplacian.dirichlet
             factored = laplacian.factored(ground)
         bare[ground] = 0.0
         none = np.zeros(0, dtype=np.int64)
-        return cls(piece, laplacian, factored, first, factored.solve(bare), none, np.zeros((0, piece.n)))
+        return cls(
+            piece, laplacian, factored, first, factored.solve(bare), none, np.zeros((0, piece.graph.n))
+        )
 
     @classmethod
     def at(cls, piece: ClosedSurface, nodes: IntArray) -> ConeScale:
@@ -75,7 +81,7 @@ class ConeScale:
 
     def with_cones(self, nodes: IntArray) -> ConeScale:
         """With more cones."""
-        unit = np.zeros((self.piece.n, len(nodes)))
+        unit = np.zeros((self.piece.graph.n, len(nodes)))
         unit[nodes, np.arange(len(nodes))] = 1.0
         green = np.concatenate((self.green, self.factored.solve(unit).T))
         return replace(self, others=np.append(self.others, nodes), green=green)
@@ -89,7 +95,7 @@ class ConeScale:
     def known(self) -> Factor | None:
         """The factor of the Laplacian over the nodes off the ground; None if its cotangents are raised."""
         zero, piece = self.laplacian, self.piece
-        if zero is not piece.zero_by_cotangents or zero is piece.zero_at_nodes:
+        if zero is not piece.laplacian.dirichlet_of_cotangents or zero is piece.laplacian.dirichlet:
             return None
         free = zero.free(_ground(piece, self.first))
 
@@ -131,11 +137,11 @@ class ConeScale:
 
 def _ground(piece: ClosedSurface, first: int) -> IntArray:
     """The nodes at which the scale is zero without any cone."""
-    return np.arange(piece.holes) if first < 0 else np.array([first])
+    return np.arange(piece.graph.n_holes) if first < 0 else np.array([first])
 
 
 def _farthest(piece: ClosedSurface) -> int:
     """The node where the scale that spreads all curvature evenly is farthest from its mean."""
     weight = piece.area / piece.area.sum()
-    u = piece.zero_at_nodes.solve(np.array([0]), weight * piece.curvature.sum() - piece.curvature)
+    u = piece.laplacian.dirichlet.solve(np.array([0]), weight * piece.curvature.sum() - piece.curvature)
     return int(np.argmax(np.abs(u - weight @ u)))

@@ -9,7 +9,15 @@ from scipy import sparse
 from ..._types import IntArray
 from ...angles import ClosedPath
 from ...surface import NEXT, Submesh, Topology
-from ..cut_graphs import DIRECT, ClosedSurface, Levels, join, open_handles, shortened
+from ..cut_graphs import (
+    DIRECT,
+    ClosedSurface,
+    Levels,
+    SurfaceGraph,
+    join_terminals,
+    move_branch_points,
+    open_handles,
+)
 
 CLUSTERED = 1_000  # clusters on which handles are opened, at most; drawn tight twice, the seam is shorter
 
@@ -19,22 +27,23 @@ def seam_through(piece: ClosedSurface, cones: IntArray, handles: IntArray | None
 
     What opens the handles may be known.
     """
-    return join(piece, along_handles(piece) if handles is None else handles, cones)
+    return join_terminals(piece.graph, along_handles(piece) if handles is None else handles, cones)
 
 
 def along_handles(piece: ClosedSurface) -> IntArray:
     """A short cut graph that opens the handles; of a large surface found on clusters, and drawn tight."""
     none = np.zeros(0, dtype=np.int64)
-    if not piece.genus:
+    if not piece.graph.genus:
         return none
-    if piece.n <= DIRECT:
-        return shortened(piece, open_handles(piece), piece.total)
-    levels = Levels.of(replace(piece, valleys=lambda: np.ones(len(piece.ends))), CLUSTERED)
-    coarse = levels.coarse
-    return levels.drawn(shortened(coarse, open_handles(coarse), coarse.total), none)
+    if piece.graph.n <= DIRECT:
+        return move_branch_points(piece.graph, open_handles(piece), piece.graph.length_of)
+    features = replace(piece.features, valleys=lambda: np.ones(len(piece.edges)))
+    levels = Levels.of(replace(piece, features=features), CLUSTERED)
+    graph, handles = levels.coarse.graph, open_handles(levels.coarse)
+    return levels.lift(move_branch_points(graph, handles, graph.length_of), none)
 
 
-def paths_across(component: Submesh, piece: ClosedSurface, seam: IntArray) -> tuple[ClosedPath, ...]:
+def paths_across(component: Submesh, graph: SurfaceGraph, seam: IntArray) -> tuple[ClosedPath, ...]:
     """Closed paths around the holes but one, and after them those along and across the handles.
 
     The scale comes back along every closed path if it does along these and around each interior vertex.
@@ -43,16 +52,16 @@ def paths_across(component: Submesh, piece: ClosedSurface, seam: IntArray) -> tu
     """
     if not len(seam):
         return ()
-    ends = piece.ends[seam]
+    ends = graph.ends[seam]
     proper = np.flatnonzero(ends[:, 0] != ends[:, 1])
     pair = np.sort(ends[proper], axis=1)
-    key, at = np.unique(pair[:, 0] * piece.n + pair[:, 1], return_index=True)
-    tree = sparse.csr_array((np.ones(len(key)), pair[at].T), shape=(piece.n, piece.n))
+    key, at = np.unique(pair[:, 0] * graph.n + pair[:, 1], return_index=True)
+    tree = sparse.csr_array((np.ones(len(key)), pair[at].T), shape=(graph.n, graph.n))
     _, before = sparse.csgraph.breadth_first_order(tree, int(ends.min()), directed=False)
     child = np.flatnonzero(before >= 0)
     low, high = np.minimum(child, before[child]), np.maximum(child, before[child])
-    on_tree = proper[at[np.searchsorted(key, low * piece.n + high)]]
-    crossed = np.concatenate((on_tree[child < piece.holes], np.setdiff1d(np.arange(len(seam)), on_tree)))
+    on_tree = proper[at[np.searchsorted(key, low * graph.n + high)]]
+    crossed = np.concatenate((on_tree[child < graph.n_holes], np.setdiff1d(np.arange(len(seam)), on_tree)))
     if not len(crossed):
         return ()
     rows = component.cuttable_edges[seam]

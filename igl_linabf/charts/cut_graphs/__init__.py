@@ -4,17 +4,11 @@ In: a component. Out: `ClosedSurface`, its graph with a hole as a node; trees th
 expect of the map that a cut leaves.
 """
 
-from .branches import Cost, pruned, shortened
+from .branches import Cost, move_branch_points, prune_branches
+from .closed_surface import CREASE_DISCOUNT, ClosedSurface, seam_lengths
 from .clusters import CLUSTERED, DIRECT, DIRECT_HANDLES, Levels, handles_of_clusters
-from .graph import (
-    CREASE_DISCOUNT,
-    ClosedSurface,
-    closed_surface,
-    join,
-    open_handles,
-    seam_lengths,
-    without_stubs,
-)
-from .laplacians import ZeroAtNodes
-from .shortening import rerouted
+from .graph import SurfaceGraph, join_terminals, without_stubs
+from .handles import open_handles
+from .laplacians import DirichletSolver
+from .shortening import slide_into_valleys
 from .stretch import MAX_LOG_SCALE, expected, expected_stretch, log_scale

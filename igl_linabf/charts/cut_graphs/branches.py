@@ -9,7 +9,7 @@ import numpy as np
 from ..._core import arcs_between
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels
-from .graph import SHORTER, ClosedSurface, Shape, shape
+from .graph import SHORTER, SeamTopology, SurfaceGraph
 
 MOST_TRIES = 12  # of moving some of these together
 BRANCH_ROUNDS = 3  # of moving branch points, on average
@@ -24,53 +24,53 @@ Row = tuple[IntArray, IntArray]  # an arc, by arrays
 Ended = tuple[IntArray, int]  # edges in a row, and the node at their end
 
 
-def shortened(piece: ClosedSurface, seam: IntArray, cost: Cost) -> IntArray:
+def move_branch_points(graph: SurfaceGraph, seam: IntArray, cost: Cost) -> IntArray:
     """Move the branch points, one after another, to where their arcs are shortest, if `cost` falls.
 
     A branch point is tried again when an arc of it has moved. If there are very many, those of the longest
     arcs are.
     """
-    kept, steps = shape(piece, seam), steps_along(piece, seam)
+    kept, steps = graph.topology_of(seam), steps_of(graph, seam)
     waiting = [node for node in sorted(steps) if len(steps[node]) >= 3]
     if len(waiting) > MOST_MOVED:
-        at = lengths_at(piece, arcs_along(piece, seam), piece.length)
+        at = lengths_at(graph, arcs_of(graph, seam), graph.length)
         waiting = longest(waiting, lambda k: float(at[waiting[k]]))
     for _ in range(BRANCH_ROUNDS * len(waiting)):
         if not waiting:
             break
         branch = waiting.pop(0)
         if len(steps.get(branch, ())) >= 3:
-            moved, ends = _moved(piece, seam, arcs_at(piece, steps, branch), branch, kept, cost)
-            replaced(piece, steps, piece.without(seam, moved), piece.without(moved, seam))
+            moved, ends = _move_branch_point(graph, seam, arcs_from(graph, steps, branch), branch, kept, cost)
+            replace_steps(graph, steps, graph.difference(seam, moved), graph.difference(moved, seam))
             seam = moved
             waiting += sorted(ends.difference(waiting))
     return seam
 
 
-def pruned(
-    piece: ClosedSurface, seam: IntArray, cost: Cost, image: Callable[[IntArray], IntArray] = np.sort
+def prune_branches(
+    graph: SurfaceGraph, seam: IntArray, cost: Cost, image: Callable[[IntArray], IntArray] = np.sort
 ) -> IntArray:
     """The seam without those branches, the longest ones first, without which `cost` is lower.
 
     What they were grown for, a later branch may have done as well. With a mirror, the `image` of a branch
     goes together with it.
     """
-    kept, steps = shape(piece, seam), steps_along(piece, seam)
-    tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= piece.holes]
-    arcs = [arcs_at(piece, steps, tip)[0][0] for tip in tips]
-    for k in np.argsort([-piece.total(arc) for arc in arcs], kind="stable")[:MOST_MOVED].tolist():
-        rest = piece.without(piece.without(seam, arcs[k]), image(arcs[k]))
-        opens = len(rest) > 1 or piece.holes  # a single edge opens nothing
-        if opens and shape(piece, rest) == kept and cost(rest) < cost(seam):
+    kept, steps = graph.topology_of(seam), steps_of(graph, seam)
+    tips = [node for node in sorted(steps) if len(steps[node]) == 1 and node >= graph.n_holes]
+    arcs = [arcs_from(graph, steps, tip)[0][0] for tip in tips]
+    for k in np.argsort([-graph.length_of(arc) for arc in arcs], kind="stable")[:MOST_MOVED].tolist():
+        rest = graph.difference(graph.difference(seam, arcs[k]), image(arcs[k]))
+        opens = len(rest) > 1 or graph.n_holes  # a single edge opens nothing
+        if opens and graph.topology_of(rest) == kept and cost(rest) < cost(seam):
             seam = rest
     return seam
 
 
-def lengths_at(piece: ClosedSurface, arcs: list[Row], length: FloatArray, most: float = np.inf) -> FloatArray:
+def lengths_at(graph: SurfaceGraph, arcs: list[Row], length: FloatArray, most: float = np.inf) -> FloatArray:
     """How long the arcs that begin or end at each node are, each up to so much, by lengths of edges."""
     own = np.minimum([length[edges].sum() for edges, _ in arcs], most)
     ends = [node for _, nodes in arcs for node in (nodes[0], nodes[-1])]
-    return np.bincount(ends, np.repeat(own, 2), piece.n).astype(np.float64)
+    return np.bincount(ends, np.repeat(own, 2), graph.n).astype(np.float64)
 
 
 def longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
@@ -81,7 +81,7 @@ def longest(items: list[Item], length: Callable[[int], float]) -> list[Item]:
     return [items[k] for k in np.sort(np.argsort(-lengths, kind="stable")[:MOST_MOVED]).tolist()]
 
 
-def in_groups(
+def move_in_groups(
     items: list[Item], seam: IntArray, moved: Callable[[list[Item], IntArray], IntArray | None]
 ) -> IntArray:
     """The seam with all items moved together; where that is not accepted, halves of them, and so on."""
@@ -98,37 +98,37 @@ def in_groups(
     return seam
 
 
-def _moved(
-    piece: ClosedSurface, seam: IntArray, arcs: list[Ended], branch: int, kept: Shape, cost: Cost
+def _move_branch_point(
+    graph: SurfaceGraph, seam: IntArray, arcs: list[Ended], branch: int, kept: SeamTopology, cost: Cost
 ) -> tuple[IntArray, set[int]]:
     """The seam with the arcs at `branch` rerouted to the point from which they are shortest; their ends.
 
     If more than three arcs meet, or at a hole, two of them may share a new branch.
     """
-    free = len(arcs) == 3 and branch >= piece.holes
-    for chosen in [tuple(arcs)] if free else _side_by_side(piece, arcs):
+    free = len(arcs) == 3 and branch >= graph.n_holes
+    for chosen in [tuple(arcs)] if free else _nearby_pairs(graph, arcs):
         own = np.concatenate([arc for arc, _ in chosen])
-        rest, length = piece.without(seam, own), piece.total(own) / SHORTER
+        rest, length = graph.difference(seam, own), graph.length_of(own) / SHORTER
         tips = [tip for _, tip in chosen] + [branch] * (not free)
-        label = connected_labels(piece.ends[rest], piece.n)
+        label = connected_labels(graph.ends[rest], graph.n)
         groups = label[tips]
         if len(set(groups.tolist())) == 3:
             sets, avoid = [np.flatnonzero(label == group) for group in groups], None
         else:
-            sets, avoid = [np.array([tip]) for tip in tips], piece.ends[rest].ravel()
-        centre, ways = piece.meeting((sets[0], sets[1], sets[2]), avoid, length)
-        moved = piece.together(rest, ways)
-        shorter = piece.total(moved) < piece.total(seam) * SHORTER
-        if centre >= 0 and shorter and shape(piece, moved) == kept and cost(moved) < cost(seam):
+            sets, avoid = [np.array([tip]) for tip in tips], graph.ends[rest].ravel()
+        centre, ways = graph.steiner_tree((sets[0], sets[1], sets[2]), avoid, length)
+        moved = graph.union(rest, ways)
+        shorter = graph.length_of(moved) < graph.length_of(seam) * SHORTER
+        if centre >= 0 and shorter and graph.topology_of(moved) == kept and cost(moved) < cost(seam):
             return moved, {*tips, centre}
     return seam, set()
 
 
-def _side_by_side(piece: ClosedSurface, arcs: list[Ended]) -> list[tuple[Ended, Ended]]:
+def _nearby_pairs(graph: SurfaceGraph, arcs: list[Ended]) -> list[tuple[Ended, Ended]]:
     """Pairs of arcs that may share a part of their ways: all of a few, else each with the nearest ones."""
     pairs = list(combinations(range(len(arcs)), 2))
     if len(arcs) > FEW_ARCS:
-        at = piece.position[[piece.ends[arc[len(arc) // 4], 1] for arc, _ in arcs]]
+        at = graph.position[[graph.ends[arc[len(arc) // 4], 1] for arc, _ in arcs]]
         apart = np.linalg.norm(at[:, None] - at, axis=2)
         nearest = np.argsort(apart, axis=1, kind="stable")[:, 1 : 1 + BESIDE]
         near = {(min(i, j), max(i, j)) for i, row in enumerate(nearest.tolist()) for j in row}
@@ -136,52 +136,52 @@ def _side_by_side(piece: ClosedSurface, arcs: list[Ended]) -> list[tuple[Ended, 
     return [(arcs[i], arcs[j]) for i, j in pairs]
 
 
-def arcs_along(piece: ClosedSurface, seam: IntArray, fixed: set[int] | None = None) -> list[Row]:
+def arcs_of(graph: SurfaceGraph, seam: IntArray, fixed: set[int] | None = None) -> list[Row]:
     """The arcs between tips, branch points, holes and fixed nodes; loops without any are arcs, too."""
-    ends = piece.ends[seam]
-    joint = np.bincount(ends.ravel(), minlength=piece.n) != 2
-    joint[: piece.holes] = True
+    ends = graph.ends[seam]
+    joint = np.bincount(ends.ravel(), minlength=graph.n) != 2
+    joint[: graph.n_holes] = True
     if fixed:
         joint[list(fixed)] = True
     edges, nodes, start = arcs_between(ends, joint)
     return [(seam[edges[i:j]], nodes[i + k : j + k + 1]) for k, (i, j) in enumerate(pairwise(start.tolist()))]
 
 
-def steps_along(piece: ClosedSurface, seam: IntArray) -> Steps:
+def steps_of(graph: SurfaceGraph, seam: IntArray) -> Steps:
     """From each node of the seam: its edges, and where they lead."""
     steps: Steps = {}
-    for edge, (i, j) in zip(seam.tolist(), piece.ends[seam].tolist(), strict=True):
+    for edge, (i, j) in zip(seam.tolist(), graph.ends[seam].tolist(), strict=True):
         steps.setdefault(i, []).append((edge, j))
         steps.setdefault(j, []).append((edge, i))
     return steps
 
 
-def replaced(piece: ClosedSurface, steps: Steps, old: IntArray, new: IntArray) -> None:
+def replace_steps(graph: SurfaceGraph, steps: Steps, old: IntArray, new: IntArray) -> None:
     """Change the steps along a seam to those of one with other edges."""
-    for edge, (i, j) in zip(old.tolist(), piece.ends[old].tolist(), strict=True):
+    for edge, (i, j) in zip(old.tolist(), graph.ends[old].tolist(), strict=True):
         for a, b in ((i, j), (j, i)):
             steps[a].remove((edge, b))
             if not steps[a]:
                 del steps[a]
-    for edge, (i, j) in zip(new.tolist(), piece.ends[new].tolist(), strict=True):
+    for edge, (i, j) in zip(new.tolist(), graph.ends[new].tolist(), strict=True):
         steps.setdefault(i, []).append((edge, j))
         steps.setdefault(j, []).append((edge, i))
 
 
-def arcs_at(piece: ClosedSurface, steps: Steps, branch: int) -> list[Ended]:
+def arcs_from(graph: SurfaceGraph, steps: Steps, branch: int) -> list[Ended]:
     """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
-    arcs = (arm(piece, steps, set(), branch, step, np.inf) for step in steps.get(branch, []))
+    arcs = (arc_from(graph, steps, set(), branch, step, np.inf) for step in steps.get(branch, []))
     return [(np.array(edges), nodes[-1]) for edges, nodes in arcs]
 
 
-def arm(
-    piece: ClosedSurface, steps: Steps, fixed: set[int], node: int, step: tuple[int, int], reach: float
+def arc_from(
+    graph: SurfaceGraph, steps: Steps, fixed: set[int], node: int, step: tuple[int, int], reach: float
 ) -> Arc:
     """The arc that begins with a step, up to a joint or so far."""
     (edge, at), edges, nodes, limited = step, [step[0]], [node, step[1]], reach < np.inf
-    while at != node and at >= piece.holes and at not in fixed and len(there := steps[at]) == 2:
+    while at != node and at >= graph.n_holes and at not in fixed and len(there := steps[at]) == 2:
         if limited:
-            reach -= float(piece.length[edge])
+            reach -= float(graph.length[edge])
             if reach <= 0:
                 break
         edge, at = there[0] if there[0][0] != edge else there[1]

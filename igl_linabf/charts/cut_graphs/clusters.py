@@ -12,13 +12,15 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy import sparse
 
 from ..._core import far_apart, spanning_forest
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels, sum_by
-from .graph import FIRST_BASES, ClosedSurface, open_handles, shortest_edges, shortest_loops, without_stubs
-from .shortening import tightened
+from .closed_surface import ClosedSurface, EdgeFeatures
+from .graph import SurfaceGraph, without_stubs
+from .handles import FIRST_BASES, open_handles, shortest_loops
+from .laplacians import SurfaceLaplacian
+from .shortening import pull_tight
 
 DIRECT = 8_500  # nodes up to which seams are found on the surface itself
 DIRECT_HANDLES = 4_000  # the same, of parts with handles of a large surface
@@ -49,6 +51,15 @@ class Forest:
     distance: FloatArray
 
 
+class _Outline(NamedTuple):
+    """What is left of the edges when trees are contracted: fields as of `Contracted`."""
+
+    label: IntArray
+    roots: IntArray
+    edge: IntArray
+    graph: SurfaceGraph
+
+
 @dataclass(frozen=True, eq=False)
 class Contracted:
     """A closed surface of which each tree is one node.
@@ -56,7 +67,7 @@ class Contracted:
     Attributes
     ----------
     fine, coarse : ClosedSurface
-        The loops are the first nodes of both.
+        The holes are the first nodes of both.
     forest : Forest
     label : (n,) int64
         The node of `coarse` that each node of `fine` is in.
@@ -73,21 +84,61 @@ class Contracted:
     roots: IntArray
     edge: IntArray
 
-    def carried(self, seam: IntArray) -> IntArray:
-        """A seam of the coarse surface on the fine one: tips are roots."""
-        fine, chosen = self.fine, self.edge[seam]
-        ways = fine.paths(self.forest.before, fine.ends[chosen].ravel())
-        tips = np.bincount(self.coarse.ends[seam].ravel(), minlength=self.coarse.n) == 1
-        return without_stubs(fine, fine.together(chosen, ways), self.roots[tips])
+    @classmethod
+    def of(cls, fine: ClosedSurface, forest: Forest, outline: _Outline | None = None) -> Contracted:
+        """Contract the trees of a forest."""
+        label, roots, edge, graph = outline or _outline(fine.graph, forest)
+        features = fine.features
+        coarse = ClosedSurface(
+            graph,
+            node=label[fine.node],
+            edges=fine.edges[edge],
+            features=EdgeFeatures(
+                features.length[edge] * graph.length / fine.graph.length[edge],
+                features.hiding[edge],
+                features.sharpness[edge],
+                lambda: features.valley[edge],
+            ),
+            curvature=sum_by(label, fine.curvature, graph.n),
+            noise=sum_by(label, fine.noise, graph.n),
+            area=sum_by(label, fine.area, graph.n),
+            laplacian=_finite_volumes(fine, label, roots, forest.distance),
+            size=fine.size,
+            isometric=fine.isometric,
+        )
+        return cls(fine, coarse, forest, label, roots, edge)
 
-    def drawn(self, seam: IntArray, kept: IntArray) -> IntArray:
-        """A seam of the coarse surface, drawn tight on the fine one between the roots of the nodes `kept`."""
+    @classmethod
+    def simple(cls, fine: ClosedSurface, hops: int) -> Contracted:
+        """With more roots where clusters go around a thin part: two of them then share one edge at most."""
+        forest = shortest_path_trees(fine, hops)
+        for _ in range(MORE_ROOTS):
+            outline = _outline(fine.graph, forest)
+            low, high = np.sort(outline.graph.ends, axis=1).T
+            # at both edges of such a pair: the ends of the longer one may be roots already
+            code = low * len(outline.roots) + high
+            ordered = np.sort(code)
+            again = np.isin(code, ordered[1:][ordered[1:] == ordered[:-1]])
+            if not again.any():
+                return cls.of(fine, forest, outline)
+            forest = _with_roots(fine.graph, forest, fine.graph.ends[outline.edge[again]].ravel())
+        return cls.of(fine, forest)
+
+    def lift_along_trees(self, seam: IntArray) -> IntArray:
+        """A seam of the coarse surface on the fine one: tips are roots."""
+        graph, chosen = self.fine.graph, self.edge[seam]
+        paths = graph.path_edges(self.forest.before, graph.ends[chosen].ravel())
+        tips = np.bincount(self.coarse.graph.ends[seam].ravel(), minlength=self.coarse.graph.n) == 1
+        return without_stubs(graph, graph.union(chosen, paths), self.roots[tips])
+
+    def lift(self, seam: IntArray, kept: IntArray) -> IntArray:
+        """A seam of the coarse surface, pulled tight on the fine one; it still passes the roots of `kept`."""
         if not len(seam):
             return seam
-        fine, carried = self.fine, self.carried(seam)
-        mean = float(self.forest.distance.sum()) / max(fine.n - self.coarse.n, 1)
-        near = np.isfinite(fine.search(fine.on(carried), limit=WIDTH * mean)[0])
-        return tightened(fine, carried, self.roots[kept], near, REACH * mean)
+        graph, lifted = self.fine.graph, self.lift_along_trees(seam)
+        mean = float(self.forest.distance.sum()) / max(graph.n - self.coarse.graph.n, 1)
+        near = np.isfinite(graph.shortest_paths(graph.boundary_nodes(lifted), limit=WIDTH * mean)[0])
+        return pull_tight(self.fine, lifted, self.roots[kept], near, REACH * mean)
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +154,12 @@ class Levels:
     steps: list[Contracted]
 
     @classmethod
-    def of(cls, piece: ClosedSurface, most: int) -> Levels:
+    def of(cls, closed: ClosedSurface, most: int) -> Levels:
         """Down to so many nodes."""
         steps: list[Contracted] = []
-        while not steps or piece.n > most:
-            steps.append(_simply_contracted(piece, HOPS if piece.n >= FAR else FEW_HOPS))
-            piece = steps[-1].coarse
+        while not steps or closed.graph.n > most:
+            steps.append(Contracted.simple(closed, HOPS if closed.graph.n >= FAR else FEW_HOPS))
+            closed = steps[-1].coarse
         return cls(steps)
 
     @property
@@ -121,35 +172,45 @@ class Levels:
             nodes = step.label[nodes]
         return nodes
 
-    def drawn(self, seam: IntArray, leaves: IntArray) -> IntArray:
-        """A seam of the coarse surface drawn tight on the surface, step by step; `leaves` stay roots."""
+    def lift(self, seam: IntArray, leaves: IntArray) -> IntArray:
+        """A seam of the coarse surface pulled tight on the surface, step by step; `leaves` stay roots."""
         for step in reversed(self.steps):
-            seam, leaves = step.drawn(seam, leaves), step.roots[leaves]
+            seam, leaves = step.lift(seam, leaves), step.roots[leaves]
         return seam
 
 
-def clusters(piece: ClosedSurface, hops: int) -> Forest:
+def handles_of_clusters(closed: ClosedSurface) -> IntArray:
+    """`open_handles`; of many nodes, through roots of those clusters where most loops of clusters meet."""
+    if closed.graph.n <= DIRECT:
+        return open_handles(closed)
+    step = Contracted.simple(closed, HOPS)
+    met = np.bincount(step.coarse.graph.ends[open_handles(step.coarse)].ravel(), minlength=len(step.roots))
+    return shortest_loops(closed.graph, step.roots[np.argsort(-met, kind="stable")[:FIRST_BASES]].tolist())[0]
+
+
+def shortest_path_trees(closed: ClosedSurface, hops: int) -> Forest:
     """Each node on the shortest path to the nearest root; roots are more than `hops` edges apart.
 
     Each hole is a root with no other node.
     """
-    holes, graph = np.arange(piece.holes), piece.graph
-    by_chance = np.argsort(np.random.default_rng(0).permutation(piece.n))
-    peak = np.round(np.log2(np.maximum(np.abs(piece.curvature), LEAST_PEAK))).astype(np.int16)
+    graph, holes = closed.graph, np.arange(closed.graph.n_holes)
+    by_chance = np.argsort(np.random.default_rng(0).permutation(graph.n))
+    peak = np.round(np.log2(np.maximum(np.abs(closed.curvature), LEAST_PEAK))).astype(np.int16)
     order = by_chance[np.argsort(peak[by_chance], kind="stable")][::-1]
-    closed = np.zeros(piece.n, dtype=bool)
-    closed[holes] = True
-    is_root = far_apart(graph.indptr, graph.indices, order, hops, closed)
+    excluded = np.zeros(graph.n, dtype=bool)
+    excluded[holes] = True
+    matrix = graph.adjacency[0]
+    is_root = far_apart(matrix.indptr, matrix.indices, order, hops, excluded)
     is_root[holes] = False
-    distance, before, root = piece.search(np.flatnonzero(is_root), holes)
+    distance, before, root = graph.shortest_paths(np.flatnonzero(is_root), holes)
     distance[holes], before[holes], root[holes] = 0, -1, holes
     return Forest(root, before, distance)
 
 
-def _with_roots(piece: ClosedSurface, forest: Forest, more: IntArray) -> Forest:
+def _with_roots(graph: SurfaceGraph, forest: Forest, more: IntArray) -> Forest:
     """The forest with more roots, to which nodes change that are nearer to them."""
-    holes = np.arange(piece.holes)
-    distance, before, root = piece.search(np.setdiff1d(more, holes), holes, float(forest.distance.max()))
+    holes, limit = np.arange(graph.n_holes), float(forest.distance.max())
+    distance, before, root = graph.shortest_paths(np.setdiff1d(more, holes), holes, limit)
     nearer = distance < forest.distance
     return Forest(
         np.where(nearer, root, forest.root),
@@ -158,120 +219,57 @@ def _with_roots(piece: ClosedSurface, forest: Forest, more: IntArray) -> Forest:
     )
 
 
-class _Outline(NamedTuple):
-    """What is left of the edges when trees are contracted: fields as of `Contracted` and `ClosedSurface`."""
-
-    label: IntArray
-    roots: IntArray
-    edge: IntArray
-    ends: IntArray
-    faces: IntArray
-    length: FloatArray
-    graph: sparse.csr_array
-    entry: IntArray
-
-
-def _outline(piece: ClosedSurface, forest: Forest) -> _Outline:
+def _outline(graph: SurfaceGraph, forest: Forest) -> _Outline:
     roots = np.flatnonzero(forest.before < 0)
-    place = np.empty(piece.n, dtype=np.int64)
+    place = np.empty(graph.n, dtype=np.int64)
     place[roots] = np.arange(len(roots))
     label = place[forest.root]
-    ends = label[piece.ends]
+    ends = label[graph.ends]
     inner = ends[:, 0] == ends[:, 1]
-    in_tree = np.zeros(len(ends), dtype=bool)
-    a, b = piece.ends[piece.shortest].T
-    in_tree[piece.shortest] = (forest.before[a] == b) | (forest.before[b] == a)
-    a, b = piece.ends.T
-    way = forest.distance[a] + forest.distance[b] + piece.length
+    in_tree, shortest = np.zeros(len(ends), dtype=bool), graph.neighbours[1]
+    a, b = graph.ends[shortest].T
+    in_tree[shortest] = (forest.before[a] == b) | (forest.before[b] == a)
+    a, b = graph.ends.T
+    way = forest.distance[a] + forest.distance[b] + graph.length
 
-    crossed = _crossed(piece, np.flatnonzero(inner & ~in_tree), ends[:, 0], way)
-    face = connected_labels(piece.faces[crossed], piece.n_faces)
+    crossed = _crossed(graph, np.flatnonzero(inner & ~in_tree), ends[:, 0], way)
+    face = connected_labels(graph.faces[crossed], graph.n_faces)
     keep = ~in_tree
     keep[crossed] = False
     edge = np.flatnonzero(keep)
-    edge, sides = _without_digons(edge, face[piece.faces[edge]], way)
+    edge, sides = _without_digons(edge, face[graph.faces[edge]], way)
     used = np.zeros(int(sides.max()) + 1, dtype=bool)
     used[sides] = True
-    graph, entry = shortest_edges(ends[edge], way[edge], len(roots))
-    return _Outline(label, roots, edge, ends[edge], (np.cumsum(used) - 1)[sides], way[edge], graph, entry)
+    sides = (np.cumsum(used) - 1)[sides]
+    coarse = SurfaceGraph(
+        n=len(roots),
+        n_holes=graph.n_holes,
+        genus=graph.genus,
+        n_faces=int(sides.max()) + 1,
+        ends=ends[edge],
+        faces=sides,
+        length=way[edge],
+        position=graph.position[roots],
+    )
+    return _Outline(label, roots, edge, coarse)
 
 
-def _crossed(piece: ClosedSurface, within: IntArray, cluster: IntArray, way: FloatArray) -> IntArray:
+def _crossed(graph: SurfaceGraph, within: IntArray, cluster: IntArray, way: FloatArray) -> IntArray:
     """Of the edges within clusters those whose two faces become one: all, short of an annulus.
 
     Around what is no disk the shortest ways stay.
     """
-    crossed = spanning_forest(piece.faces, within, piece.n_faces)
+    crossed = spanning_forest(graph.faces, within, graph.n_faces)
     if len(crossed) == len(within):
         return crossed
     left = np.zeros(len(cluster), dtype=bool)
     left[within], left[crossed] = True, False
-    round_ = np.zeros(int(cluster.max()) + 1, dtype=bool)
-    round_[cluster[left]] = True
-    again = within[round_[cluster[within]]]
+    no_disk = np.zeros(int(cluster.max()) + 1, dtype=bool)
+    no_disk[cluster[left]] = True
+    again = within[no_disk[cluster[within]]]
     longest_first = again[np.argsort(-way[again], kind="stable")]
-    others = crossed[~round_[cluster[crossed]]]  # no face is beside edges within two clusters
-    return np.append(others, spanning_forest(piece.faces, longest_first, piece.n_faces))
-
-
-def contracted(piece: ClosedSurface, forest: Forest, outline: _Outline | None = None) -> Contracted:
-    """Contract the trees of a forest."""
-    outline = outline or _outline(piece, forest)
-    label, roots, edge, ends, faces, length, graph, entry = outline
-    n = len(roots)
-    bonds, weight = _flow(piece, label, roots, forest.distance)
-    coarse = ClosedSurface(
-        n=n,
-        holes=piece.holes,
-        genus=piece.genus,
-        n_faces=int(faces.max()) + 1,
-        node=label[piece.node],
-        edges=piece.edges[edge],
-        ends=ends,
-        faces=faces,
-        true_length=piece.true_length[edge] * length / piece.length[edge],
-        length=length,
-        shown=piece.shown[edge],
-        valleys=lambda: piece.valley[edge],
-        sharp=piece.sharp[edge],
-        graph=graph,
-        entry=entry,
-        curvature=sum_by(label, piece.curvature, n),
-        noise=sum_by(label, piece.noise, n),
-        area=sum_by(label, piece.area, n),
-        bonds=bonds,
-        cotangent=weight,
-        weight=weight,
-        position=piece.position[roots],
-        size=piece.size,
-        isometric=piece.isometric,
-    )
-    return Contracted(piece, coarse, forest, label, roots, edge)
-
-
-def _simply_contracted(piece: ClosedSurface, hops: int) -> Contracted:
-    """With more roots where clusters go around a thin part, so that two of them have one edge at most."""
-    forest = clusters(piece, hops)
-    for _ in range(MORE_ROOTS):
-        outline = _outline(piece, forest)
-        low, high = np.sort(outline.ends, axis=1).T
-        # at both edges of such a pair: the ends of the longer one may be roots already
-        key = low * len(outline.roots) + high
-        ordered = np.sort(key)
-        again = np.isin(key, ordered[1:][ordered[1:] == ordered[:-1]])
-        if not again.any():
-            return contracted(piece, forest, outline)
-        forest = _with_roots(piece, forest, piece.ends[outline.edge[again]].ravel())
-    return contracted(piece, forest)
-
-
-def handles_of_clusters(piece: ClosedSurface) -> IntArray:
-    """`open_handles`; of many nodes, through roots of those clusters where most loops of clusters meet."""
-    if piece.n <= DIRECT:
-        return open_handles(piece)
-    step = _simply_contracted(piece, HOPS)
-    met = np.bincount(step.coarse.ends[open_handles(step.coarse)].ravel(), minlength=step.coarse.n)
-    return shortest_loops(piece, step.roots[np.argsort(-met, kind="stable")[:FIRST_BASES]].tolist())[0]
+    others = crossed[~no_disk[cluster[crossed]]]  # no face is beside edges within two clusters
+    return np.append(others, spanning_forest(graph.faces, longest_first, graph.n_faces))
 
 
 def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[IntArray, IntArray]:
@@ -301,23 +299,23 @@ def _without_digons(edge: IntArray, sides: IntArray, way: FloatArray) -> tuple[I
     return edge[best], beside
 
 
-def _flow(
-    piece: ClosedSurface, label: IntArray, roots: IntArray, distance: FloatArray
-) -> tuple[IntArray, FloatArray]:
-    """The bonds of the clusters: weights of the edges across, by the part of the way that they go.
+def _finite_volumes(
+    closed: ClosedSurface, label: IntArray, roots: IntArray, distance: FloatArray
+) -> SurfaceLaplacian:
+    """The Laplacian of the clusters: weights of the bonds across, by the part of the way that they go.
 
     That is the Laplacian of finite volumes: if u is linear, what flows from one cluster to the next is right.
     """
-    one, other = piece.bonds.T
+    graph, position, (one, other) = closed.graph, closed.graph.position, closed.laplacian.bonds.T
     across = np.flatnonzero(label[one] != label[other])
     a, b = np.minimum(one[across], other[across]), np.maximum(one[across], other[across])
     i, j = label[a], label[b]
-    step, whole = piece.position[b] - piece.position[a], piece.position[roots[j]] - piece.position[roots[i]]
+    step, whole = position[b] - position[a], position[roots[j]] - position[roots[i]]
     with np.errstate(divide="ignore", invalid="ignore"):
         share = np.einsum("ij,ij->i", step, whole) / np.einsum("ij,ij->i", whole, whole)
-        hole = i < piece.holes  # which has no place of its own
+        hole = i < graph.n_holes  # which has no place of its own
         if hole.any():
-            edge = np.asarray(piece.graph[a[hole], b[hole]]).ravel()
+            edge = np.asarray(graph.adjacency[0][a[hole], b[hole]]).ravel()
             share[hole] = edge / (edge + distance[b[hole]])
-    weight = piece.weight[across] * np.clip(np.nan_to_num(share), SMALLEST_SHARE, 1)
-    return np.column_stack((i, j)), weight
+    weight = closed.laplacian.weight[across] * np.clip(np.nan_to_num(share), SMALLEST_SHARE, 1)
+    return SurfaceLaplacian(len(roots), np.column_stack((i, j)), weight, weight)

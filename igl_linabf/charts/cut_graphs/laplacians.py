@@ -1,7 +1,8 @@
-"""The Laplace systems of a surface with zero at some nodes: one pattern, analysed once for all of them."""
+"""The Laplacian of a closed surface, and its systems with zero at some nodes."""
 
 from collections.abc import Callable
 from copy import copy
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -11,45 +12,29 @@ from ..._core import entries, laplacian_entries
 from ..._types import BoolArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, Solvers
 
-
-def laplacian_of(ends: IntArray, weight: FloatArray, n: int) -> sparse.csc_array:
-    """The lower triangle of L in x^T L x = sum over bonds of weight (x_i - x_j)^2, by their ends (#B, 2).
-
-    Every node has a diagonal, also one without bonds.
-    """
-    ends = np.ascontiguousarray(ends.T)
-    indptr, indices, slot = entries(ends, n)
-    return sparse.csc_array((laplacian_entries(indptr, slot, ends, weight), indices, indptr), shape=(n, n))
+SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
+LARGEST_WEIGHT = 1e6  # of a needle's: beside larger ones double precision would not see the others
 
 
-class ZeroAtNodes:
-    """Solves L u = r inside with u = 0 at fixed nodes.
+class DirichletSolver:
+    """Solves L u = r with u = 0 at fixed nodes.
 
-    A fixed node keeps its row, as one of the identity: so the pattern is the same for all of them, and
-    its ordering, which takes as long as a factorisation, is found once.
+    A fixed node keeps its row, as one of the identity. So the pattern is the same whichever nodes are fixed.
+    It is analysed once: that takes as long as a factorisation.
 
     Parameters
     ----------
     lower : (n, n) sparse array
-        The lower triangle of the Laplacian, as `laplacian_of` makes it.
+        The lower triangle of L, with every node's diagonal.
+    analysis : Analysis
+        Of its pattern.
     """
 
-    def __init__(self, lower: sparse.csc_array) -> None:
-        self.lower = lower
+    def __init__(self, lower: sparse.csc_array, analysis: Analysis) -> None:
+        self._lower, self._analysis = lower, analysis
         self._row = lower.indices
         self._column = np.repeat(np.arange(lower.shape[1]), np.diff(lower.indptr))
         self._diagonal = np.flatnonzero(self._row == self._column)
-
-    @cached_property
-    def analysis(self) -> Analysis:
-        """Of the pattern."""
-        return Solvers().analyse(self.lower.indptr, self.lower.indices)
-
-    def of(self, lower: sparse.csc_array) -> "ZeroAtNodes":
-        """The same with another matrix of the pattern."""
-        made = ZeroAtNodes(lower)
-        made.__dict__["analysis"] = self.analysis
-        return made
 
     def solve(self, fixed: IntArray, r: FloatArray) -> FloatArray:
         """u for a right side (n,), of which the rows of the fixed nodes do not count."""
@@ -62,13 +47,69 @@ class ZeroAtNodes:
 
     def free(self, fixed: IntArray) -> BoolArray:
         """(n,) bool: the other nodes."""
-        free = np.ones(self.lower.shape[0], dtype=bool)
+        free = np.ones(self._lower.shape[0], dtype=bool)
         free[fixed] = False
         return free
 
     def factored(self, fixed: IntArray) -> Factor:
         """The Laplacian with the identity at the fixed nodes."""
-        free, lower = self.free(fixed), copy(self.lower)  # the same pattern, which SciPy need not check again
+        free, lower = (
+            self.free(fixed),
+            copy(self._lower),
+        )  # the same pattern, which SciPy need not check again
         lower.data = lower.data * (free[self._row] & free[self._column])
         lower.data[self._diagonal[fixed]] = 1.0
-        return self.analysis.factor(lower.data)
+        return self._analysis.factor(lower.data)
+
+
+@dataclass(frozen=True, eq=False)
+class SurfaceLaplacian:
+    """The Laplacian L of a closed surface: x^T L x is the sum over bonds of weight (x_i - x_j)^2.
+
+    Attributes
+    ----------
+    n : int
+        Number of nodes.
+    bonds : (#B, 2) int64
+        The nodes that it joins: the ends of the edges, and of the diagonals of polygons.
+    cotangent, weight : (#B,) float64
+        Of each bond: half the sum of the cotangents; and the same, raised to a positive number.
+    """
+
+    n: int
+    bonds: IntArray
+    cotangent: FloatArray
+    weight: FloatArray
+
+    @cached_property
+    def lower(self) -> sparse.csc_array:
+        """The lower triangle of L, (n, n). Every node has a diagonal, also one without bonds."""
+        return self._matrix(self.weight)
+
+    @cached_property
+    def dirichlet(self) -> DirichletSolver:
+        """Solves systems of L."""
+        return DirichletSolver(self.lower, self._analysis)
+
+    @cached_property
+    def dirichlet_of_cotangents(self) -> DirichletSolver:
+        """The same with the cotangents themselves for weights, if double precision holds them."""
+        if not (np.abs(self.cotangent) < LARGEST_WEIGHT).all():
+            return self.dirichlet
+        return DirichletSolver(self._matrix(self.cotangent), self._analysis)
+
+    @property
+    def thin_share(self) -> float:
+        """Share of the bonds whose cotangents sum to zero or less: their triangles are thin."""
+        return float(np.mean(self.cotangent <= 0)) if len(self.cotangent) else 0.0
+
+    @cached_property
+    def _analysis(self) -> Analysis:
+        return Solvers().analyse(self.lower.indptr, self.lower.indices)
+
+    def _matrix(self, weight: FloatArray) -> sparse.csc_array:
+        bonds, shape = np.ascontiguousarray(self.bonds.T), (self.n, self.n)
+        indptr, indices, slot = entries(bonds, self.n)
+        return sparse.csc_array(
+            (laplacian_entries(indptr, slot, bonds, weight), indices, indptr), shape=shape
+        )

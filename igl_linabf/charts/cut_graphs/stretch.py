@@ -12,48 +12,48 @@ import numpy as np
 from scipy import sparse
 
 from ..._types import FloatArray, IntArray
-from .graph import ClosedSurface
+from .closed_surface import ClosedSurface
 
 MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
 EVEN = 6.0  # times the stretch of isometric maps counts: who wants even texels wants little of it
 STEPS = 6  # of conjugate gradients: the mean of w^2 is then right to a few percent
 
 
-def expected(piece: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
+def expected(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
     """L2 stretch of the map, and the conformal log scale, of the surface cut at the nodes `fixed`.
 
     What an isometric map has beyond 1 is multiplied by `EVEN`.
     """
-    weight, u = piece.area / piece.area.sum(), log_scale(piece, fixed, piece.curvature)
-    if not piece.isometric:
-        return expected_stretch(piece, u), u
-    return 1 + EVEN * 0.75 * float(weight @ _trace(piece, fixed, weight) ** 2), u
+    weight, u = closed.area / closed.area.sum(), log_scale(closed, fixed, closed.curvature)
+    if not closed.isometric:
+        return expected_stretch(closed, u), u
+    return 1 + EVEN * 0.75 * float(weight @ _trace(closed, fixed, weight) ** 2), u
 
 
-def expected_stretch(piece: ClosedSurface, u: FloatArray) -> float:
+def expected_stretch(closed: ClosedSurface, u: FloatArray) -> float:
     """The L2 stretch of a conformal map with the log scale u."""
-    weight = piece.area / piece.area.sum()
+    weight = closed.area / closed.area.sum()
     return float(np.sqrt((weight @ np.exp(-2 * u)) * (weight @ np.exp(2 * u))))
 
 
-def log_scale(piece: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
+def log_scale(closed: ClosedSurface, fixed: IntArray, curvature: FloatArray) -> FloatArray:
     """Logarithm of the conformal scale that removes `curvature`; zero at the nodes `fixed`."""
-    u = piece.zero_at_nodes.solve(fixed, -curvature)
+    u = closed.laplacian.dirichlet.solve(fixed, -curvature)
     return np.clip(u, -MAX_LOG_SCALE, MAX_LOG_SCALE)
 
 
-def _trace(piece: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatArray:
+def _trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatArray:
     """The w of the least mean square with L w = -K off the nodes `fixed`, by conjugate gradients.
 
     Unknown are its values at these nodes. A hole is one node, but w varies along it: so the nodes around it
     are among them.
     """
-    lower = piece.laplacian
+    lower = closed.laplacian.lower
     whole = lower + sparse.tril(lower, -1).T
-    if piece.holes:
-        fixed = np.union1d(fixed, piece.graph[: piece.holes].indices)
-    solve, values = piece.zero_at_nodes.solver(fixed), np.zeros(piece.n)
-    w, step, last = solve(-piece.curvature), np.zeros(len(fixed)), np.inf
+    if closed.graph.n_holes:
+        fixed = np.union1d(fixed, closed.graph.adjacency[0][: closed.graph.n_holes].indices)
+    solve, values = closed.laplacian.dirichlet.solver(fixed), np.zeros(closed.graph.n)
+    w, step, last = solve(-closed.curvature), np.zeros(len(fixed)), np.inf
     for _ in range(STEPS):
         left = weight * w
         slope = (left - whole @ solve(left))[fixed]

@@ -13,7 +13,7 @@ import numpy as np
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Submesh
 from ..atlas import distortion
-from ..cut_graphs import DIRECT, ClosedSurface, expected_stretch, handles_of_clusters, join
+from ..cut_graphs import DIRECT, ClosedSurface, expected_stretch, handles_of_clusters, join_terminals
 from ..features import TIP, tips
 
 Seam = IntArray
@@ -62,27 +62,29 @@ class Nets:
         """The surface with lengths as a net is charged for them."""
         piece = self.piece
         return piece.with_lengths(
-            piece.true_length * piece.shown * (1 - (1 - SHARP_CREASE_PRICE) * piece.sharp)
+            piece.features.length
+            * piece.features.hiding
+            * (1 - (1 - SHARP_CREASE_PRICE) * piece.features.sharpness)
         )
 
     @cached_property
     def _loops(self) -> Seam:
         """The edges that open the handles."""
-        return handles_of_clusters(self._priced) if self.piece.genus else np.zeros(0, dtype=np.int64)
+        return handles_of_clusters(self._priced) if self.piece.graph.genus else np.zeros(0, dtype=np.int64)
 
     @cached_property
     def _bent(self) -> FloatArray:
         """The size of the curvature at each node, beyond what rounding makes; zero at holes."""
         size = np.abs(self.piece.curvature)
-        size[: self.piece.holes] = 0
+        size[: self.piece.graph.n_holes] = 0
         return np.where(size > self.piece.noise, size, 0.0)
 
     @cached_property
     def _nodes(self) -> list[IntArray]:
         """What a net has to go through, for each level that leaves out more than a few of the last one."""
         piece = self.piece
-        on_crease = np.zeros(piece.n, dtype=bool)
-        on_crease[piece.ends[piece.sharp > 0]] = True
+        on_crease = np.zeros(piece.graph.n, dtype=bool)
+        on_crease[piece.graph.ends[piece.features.sharpness > 0]] = True
         found = [np.flatnonzero(self._bent > np.where(on_crease, level, TIP)) for level in LEVELS]
         kept = list[IntArray]()
         for nodes in found:
@@ -93,8 +95,8 @@ class Nets:
     @cached_property
     def _on_sharp(self) -> BoolArray:
         """The nodes on sharp creases."""
-        on_sharp = np.zeros(self.piece.n, dtype=bool)
-        on_sharp[self.piece.ends[self.piece.sharp == 1]] = True
+        on_sharp = np.zeros(self.piece.graph.n, dtype=bool)
+        on_sharp[self.piece.graph.ends[self.piece.features.sharpness == 1]] = True
         return on_sharp
 
     @cached_property
@@ -105,9 +107,9 @@ class Nets:
     @cached_property
     def _cornered(self) -> BoolArray:
         """The nodes on sharp creases, and the tips."""
-        on_soft = np.zeros(self.piece.n, dtype=bool)
-        on_soft[self.piece.ends[self.piece.sharp > 0]] = True
-        return self._on_sharp | tips(self._bent, self.piece.ends, self._on_sharp, on_soft)
+        on_soft = np.zeros(self.piece.graph.n, dtype=bool)
+        on_soft[self.piece.graph.ends[self.piece.features.sharpness > 0]] = True
+        return self._on_sharp | tips(self._bent, self.piece.graph.ends, self._on_sharp, on_soft)
 
     @cached_property
     def creased(self) -> bool:
@@ -130,13 +132,13 @@ class Nets:
         """L2 stretch to expect, and the shear of coarse faces at vertices that are pressed flat."""
         piece = self.piece
         bent = self._bent.copy()
-        bent[piece.ends[seam]] = 0
+        bent[piece.graph.ends[seam]] = 0
         if not bent.any():
             return 1.0
         weight, stretch = piece.area / piece.area.sum(), expected_stretch(piece, self.log_scale(seam))
         flat = np.abs(piece.curvature) / (2 * np.pi)
-        flat[: piece.holes] = 0
-        flat[piece.ends[seam]] = 0
+        flat[: piece.graph.n_holes] = 0
+        flat[piece.graph.ends[seam]] = 0
         return stretch + 3 * float(weight @ flat)
 
     def cost(self, seam: Seam) -> float:
@@ -146,15 +148,18 @@ class Nets:
     def _price(self, seam: Seam) -> float:
         """Of a seam, in units of stretch."""
         piece = self.piece
-        length, sharp = (piece.true_length * piece.shown)[seam] / piece.size, piece.sharp[seam]
+        length, sharp = (
+            (piece.features.length * piece.features.hiding)[seam] / piece.size,
+            piece.features.sharpness[seam],
+        )
         hard = SHARP_CREASE_PRICE * max(0.0, float(length @ sharp) - self.trade)
         return (float(length @ (1 - sharp)) + hard) / self.trade
 
     def _least_price(self, nodes: IntArray) -> float:
         """Less than which no tree through these nodes costs: each has an edge, and an edge has two nodes."""
         piece = self.piece
-        least = np.full(piece.n, np.inf)
-        np.minimum.at(least, piece.ends.ravel(), np.repeat(self._priced.length, 2))
+        least = np.full(piece.graph.n, np.inf)
+        np.minimum.at(least, piece.graph.ends.ravel(), np.repeat(self._priced.graph.length, 2))
         length = float(least[nodes].sum()) / 2 / piece.size
         return max(0.0, length - SHARP_CREASE_PRICE * self.trade) / self.trade
 
@@ -170,7 +175,7 @@ class Nets:
 
     def _net(self, level: int) -> Seam:
         if level not in self._joined:
-            self._joined[level] = join(self._priced, self._loops, self._nodes[level])
+            self._joined[level] = join_terminals(self._priced.graph, self._loops, self._nodes[level])
         return self._joined[level]
 
     def settled(self, hard: bool) -> Seam | None:
@@ -194,7 +199,7 @@ class Nets:
         With a `gain`, no seam is needed, and one has to save this.
         """
         grown = cache(lambda level: grow(self._net(level)))
-        levels = range(len(self._nodes)) if self.piece.n <= DIRECT else self._promising(seam, grown)
+        levels = range(len(self._nodes)) if self.piece.graph.n <= DIRECT else self._promising(seam, grown)
         if not levels:
             return None
         left = cache(lambda level: self._left(level, parts, grown))
@@ -247,4 +252,4 @@ class Nets:
         if self._least_prices[level] >= most:
             return None
         net = self._net(level)
-        return net if len(net) > 1 or self.piece.holes else None
+        return net if len(net) > 1 or self.piece.graph.n_holes else None

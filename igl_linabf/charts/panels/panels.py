@@ -27,7 +27,7 @@ from ...surface import (
     index_and_rank,
     sum_by,
 )
-from ..cut_graphs import closed_surface, join, open_handles
+from ..cut_graphs import ClosedSurface, join_terminals, open_handles
 from ..features import NOISE, TIP, Creased, sharpness
 from .nets import FLAT_SHARE_OF_NETS, NEAR_CREASED, SHARP_CREASE_PRICE
 
@@ -198,9 +198,9 @@ def _opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArr
 
     `tip` are vertices, (n,), to which they come.
     """
-    piece = closed_surface(part, hidden)
-    loops = open_handles(piece, ONCE) if piece.genus else np.zeros(0, dtype=np.int64)
-    seam = join(piece, loops, piece.node[tip[part.vertices]])
+    piece = ClosedSurface.of(part, hidden)
+    loops = open_handles(piece, ONCE) if piece.graph.genus else np.zeros(0, dtype=np.int64)
+    seam = join_terminals(piece.graph, loops, piece.node[tip[part.vertices]])
     return part.vertices[piece.edges[seam]]
 
 

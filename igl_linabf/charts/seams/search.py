@@ -15,9 +15,8 @@ from ..cut_graphs import (
     DIRECT_HANDLES,
     ClosedSurface,
     Levels,
-    closed_surface,
     log_scale,
-    rerouted,
+    slide_into_valleys,
 )
 from ..features import Creased, Hiding, all_bends, flat_share, flat_shares, hiding
 from ..panels import (
@@ -211,12 +210,12 @@ def seams_of(
                 small.append(component.faces)
             else:
                 bend = all_bends(component) if known is None or component is not surface else known
-                piece = closed_surface(component, hidden, isometric, bend)
+                closed = ClosedSurface.of(component, hidden, isometric, bend)
                 is_part = len(shapes) > 1 and len(surface.F) >= LARGE
                 direct = DIRECT_HANDLES if is_part else DIRECT
                 worth = gain if open_ else None
-                seam = _best(component, piece, trade, holes, worth, part_overlaps, bend, direct)
-                found.append(component.vertices[piece.edges[seam]])
+                seam = _best(component, closed, trade, holes, worth, part_overlaps, bend, direct)
+                found.append(component.vertices[closed.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
         bodies = SmallBodies(surface.of_faces(rows), log_scale, hidden)
@@ -282,7 +281,7 @@ def _shapes(surface: Submesh) -> list[Shape]:
 
 def _best(
     component: Submesh,
-    piece: ClosedSurface,
+    closed: ClosedSurface,
     trade: float,
     holes: bool,
     gain: float | None,
@@ -296,11 +295,13 @@ def _best(
     surface itself.
     """
     none = np.zeros(0, dtype=np.int64)
-    with_nets = trade > 0 and not (holes and piece.holes > 1)
-    nets = Nets(piece, trade, lambda seam: log_scale(piece, piece.on(seam), piece.curvature))
-    few = piece.n <= DIRECT
+    with_nets = trade > 0 and not (holes and closed.graph.n_holes > 1)
+    nets = Nets(
+        closed, trade, lambda seam: log_scale(closed, closed.graph.boundary_nodes(seam), closed.curvature)
+    )
+    few = closed.graph.n <= DIRECT
     # a net opens every handle, and many lay sheets over each other in it
-    hard = with_nets and (few or piece.genus <= MOST_HANDLES_OF_NETS)
+    hard = with_nets and (few or closed.graph.genus <= MOST_HANDLES_OF_NETS)
     least_flat = FLAT_SHARE_OF_NETS if few else FLAT_SHARE_OF_LARGE_NETS
     hard = hard and (nets.creased or (nets.angular and flat_share(component, bend) >= least_flat))
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
@@ -311,36 +312,38 @@ def _best(
             return none
 
     def parts(seam: IntArray) -> list[Submesh]:
-        return component.cut_along(component.vertices[piece.edges[seam]])
+        return component.cut_along(component.vertices[closed.edges[seam]])
 
     def cheaper(seam: IntArray) -> IntArray | None:
-        return nets.cheaper(seam, gain, parts, lambda net: with_branches(piece, net, trade)[0])
+        return nets.cheaper(seam, gain, parts, lambda net: with_branches(closed, net, trade)[0])
 
-    if piece.n > direct:
-        levels = Levels.of(piece, CLUSTERED)
+    if closed.graph.n > direct:
+        levels = Levels.of(closed, CLUSTERED)
         seam, leaves = seam_of_clusters(levels.coarse, trade, holes, gain)
-        if hard and (net := cheaper(levels.drawn(seam, leaves))) is not None:
+        if hard and (net := cheaper(levels.lift(seam, leaves))) is not None:
             return net
         if (
             part_overlaps
-            and (mesh := coarse_mesh(levels.coarse, levels.label(piece.node[component.F]))) is not None
+            and (mesh := coarse_mesh(levels.coarse.graph, levels.label(closed.node[component.F]))) is not None
         ):
             coarse = levels.coarse
-            more, ends = predicted_seams(coarse, mesh, seam, trade * DRAWN_SHORTER)
+            more, ends = predicted_seams(coarse.graph, mesh, seam, trade * DRAWN_SHORTER)
             leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
             seam = np.append(seam, more)
-        drawn = levels.drawn(seam, leaves)
+        drawn = levels.lift(seam, leaves)
         if not part_overlaps or trade == 0:
             return drawn
-        of_clusters = log_scale(levels.coarse, levels.coarse.on(seam), levels.coarse.curvature)
-        u = of_clusters[levels.label(np.arange(piece.n))]
-        return np.append(drawn, seams_to_fine_tips(piece, drawn, u, trade))
-    seam = grown_seam(piece, trade, holes)[0]
+        of_clusters = log_scale(
+            levels.coarse, levels.coarse.graph.boundary_nodes(seam), levels.coarse.curvature
+        )
+        u = of_clusters[levels.label(np.arange(closed.graph.n))]
+        return np.append(drawn, seams_to_fine_tips(closed, drawn, u, trade))
+    seam = grown_seam(closed, trade, holes)[0]
     if hard and (net := cheaper(seam)) is not None:
         return net
-    seam, cost = shorter_seam(piece, seam, trade)
+    seam, cost = shorter_seam(closed, seam, trade)
     most = cost(seam) + ROUTED
-    seam = rerouted(piece, seam, lambda moved: cost(moved) < most)
-    if trade > 0 and not piece.genus:
-        seam = alike_on_both_sides(component, piece, seam, trade, holes)
-    return if_it_pays(piece, seam, trade, gain)
+    seam = slide_into_valleys(closed, seam, lambda moved: cost(moved) < most)
+    if trade > 0 and not closed.graph.genus:
+        seam = alike_on_both_sides(component, closed, seam, trade, holes)
+    return if_it_pays(closed, seam, trade, gain)

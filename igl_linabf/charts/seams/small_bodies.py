@@ -12,7 +12,7 @@ from scipy import sparse
 
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, connected_labels, sum_by
-from ..cut_graphs import ClosedSurface, closed_surface, join, without_stubs
+from ..cut_graphs import ClosedSurface, join_terminals, without_stubs
 from ..features import flat_shares
 from ..panels import CREASED_CURVATURE_OF_NETS, FLAT_SHARE_OF_NETS, SHARP_CREASE_PRICE
 
@@ -43,11 +43,11 @@ class SmallBodies:
 
     def __init__(self, surface: Submesh, log_scale: LogScale, hidden: FloatArray | None = None) -> None:
         self._surface, self.vertices = surface, surface.vertices
-        self.piece = piece = closed_surface(surface, hidden)
+        self.closed = closed = ClosedSurface.of(surface, hidden)
         self._log_scale = log_scale
-        self._of = connected_labels(piece.ends, piece.n)  # the body of each node
+        self._of = connected_labels(closed.graph.ends, closed.graph.n)  # the body of each node
         self._n = int(self._of.max()) + 1
-        self._area = sum_by(self._of, piece.area, self._n)
+        self._area = sum_by(self._of, closed.area, self._n)
         self._by_body = np.argsort(self._of, kind="stable")
         self._nodes = Ragged(np.searchsorted(self._of[self._by_body], np.arange(self._n + 1)))
 
@@ -59,7 +59,7 @@ class SmallBodies:
         """
         needed = np.zeros(0, dtype=np.int64)
         if not holes:
-            needed = join(self.piece, needed)
+            needed = join_terminals(self.closed.graph, needed)
         needed = np.concatenate((needed, self._slits()))
         seam = needed
         if trade > 0:
@@ -71,29 +71,29 @@ class SmallBodies:
                 seam, cost = self._either(net, seam, costs < cost), np.minimum(cost, costs)
             idle = np.bincount(self._body(needed), minlength=self._n) == 0
             seam = self._either(needed, seam, idle & (self._cost(needed, trade) - cost < gain))
-        return self.vertices[self.piece.edges[seam]]
+        return self.vertices[self.closed.edges[seam]]
 
     def _slits(self) -> IntArray:
         """A path to open each sphere: between the tips farthest from it, as the scale sees it."""
-        piece, rims = self.piece, np.arange(self.piece.holes)
+        closed, rims = self.closed, np.arange(self.closed.graph.n_holes)
         bare = np.bincount(self._of[rims], minlength=self._n) == 0
         if not bare.any():
             return np.zeros(0, dtype=np.int64)
-        extra = piece.curvature - 4 * np.pi * piece.area / self._area[self._of]
+        extra = closed.curvature - 4 * np.pi * closed.area / self._area[self._of]
         first = np.unique(self._of, return_index=True)[1][bare]
-        start = self._least(self._log_scale(piece, np.union1d(first, rims), extra))[bare]
-        end = self._least(self._log_scale(piece, np.union1d(start, rims), piece.curvature))[bare]
-        distance, before, _ = piece.search(start)
-        path = piece.paths(before, end)
+        start = self._least(self._log_scale(closed, np.union1d(first, rims), extra))[bare]
+        end = self._least(self._log_scale(closed, np.union1d(start, rims), closed.curvature))[bare]
+        distance, before, _ = closed.graph.shortest_paths(start)
+        path = closed.graph.path_edges(before, end)
         # a single edge opens nothing
         short = bare & (np.bincount(self._body(path), minlength=self._n) < 2)
         distance[np.concatenate((start, end))] = np.inf
-        more = piece.paths(before, self._least(distance)[short])
+        more = closed.graph.path_edges(before, self._least(distance)[short])
         return np.concatenate((path, np.setdiff1d(more, path)))
 
     def _grown(self, seam: IntArray, trade: float, leaves: int, most_in_vain: int) -> IntArray:
         """Add leaves one by one to each body, and return of its seams the one of least cost."""
-        piece = self.piece
+        closed = self.closed
         when = np.zeros(len(seam), dtype=np.int64)  # the leaf that brought each edge
         best, least = np.zeros(self._n, dtype=np.int64), np.full(self._n, np.inf)
         in_vain, growing = np.zeros(self._n, dtype=np.int64), np.ones(self._n, dtype=bool)
@@ -103,7 +103,7 @@ class SmallBodies:
             if not growing.any():
                 break
             open_nodes = self._open_nodes(seam)
-            u = self._log_scale(piece, open_nodes, piece.curvature)
+            u = self._log_scale(closed, open_nodes, closed.curvature)
             cost = self._stretch(u) + self._length(seam) / trade
             better = growing & (cost < least)
             in_vain = np.where(better, 0, in_vain + 1)
@@ -112,20 +112,20 @@ class SmallBodies:
             growing &= (in_vain < most_in_vain) & (u[tip] != 0)
             if not growing.any():
                 break
-            _, before, _ = piece.search(open_nodes[growing[self._of[open_nodes]]])
-            path = piece.paths(before, tip[growing])
+            _, before, _ = closed.graph.shortest_paths(open_nodes[growing[self._of[open_nodes]]])
+            path = closed.graph.path_edges(before, tip[growing])
             seam = np.concatenate((seam, path))
             when = np.concatenate((when, np.full(len(path), leaf + 1)))
         return seam[when <= best[self._body(seam)]]
 
     def _net(self) -> IntArray:
         """The shortest tree of edges through all that is curved: cut along it, a body is its own flat net."""
-        piece = self.piece
-        i, j = _spanning_tree(piece.graph).coords
-        tree = piece.between(i.astype(np.int64), j.astype(np.int64))
-        needed = np.abs(piece.curvature) > FLAT
-        needed[: piece.holes] = True
-        return without_stubs(piece, tree, np.flatnonzero(needed))
+        closed = self.closed
+        i, j = _spanning_tree(closed.graph.adjacency[0]).coords
+        tree = closed.graph.edges_between(i.astype(np.int64), j.astype(np.int64))
+        needed = np.abs(closed.curvature) > FLAT
+        needed[: closed.graph.n_holes] = True
+        return without_stubs(closed.graph, tree, np.flatnonzero(needed))
 
     def _either(self, one: IntArray, other: IntArray, takes_one: BoolArray) -> IntArray:
         """For each body one seam or the other."""
@@ -134,23 +134,27 @@ class SmallBodies:
     @cached_property
     def _hard(self) -> BoolArray:
         """The bodies with planes, and most of their curvature on sharp creases."""
-        piece, of = self.piece, self._of
-        bent, sharp = np.abs(piece.curvature), np.zeros(piece.n, dtype=bool)
-        bent[: piece.holes] = 0
-        sharp[piece.ends[piece.sharp == 1]] = True
+        closed, of = self.closed, self._of
+        bent, sharp = np.abs(closed.curvature), np.zeros(closed.graph.n, dtype=bool)
+        bent[: closed.graph.n_holes] = 0
+        sharp[closed.graph.ends[closed.features.sharpness == 1]] = True
         angular = sum_by(of, bent * sharp, self._n) >= CREASED_CURVATURE_OF_NETS * sum_by(of, bent, self._n)
-        flat = flat_shares(self._surface, of[piece.node[self._surface.F[:, 0]]])
+        flat = flat_shares(self._surface, of[closed.node[self._surface.F[:, 0]]])
         return np.asarray(angular & (flat >= FLAT_SHARE_OF_NETS))
 
     def _cost(self, seam: IntArray, trade: float) -> FloatArray:
         """The stretch and shear to expect of each body, and its seam's price."""
-        piece, of = self.piece, self._of
-        u = self._log_scale(piece, self._open_nodes(seam), piece.curvature)
-        pressed = np.abs(piece.curvature) / (2 * np.pi)
-        pressed[: piece.holes] = 0
-        pressed[piece.ends[seam]] = 0
-        shear = 3 * sum_by(of, piece.area * pressed, self._n) / self._area
-        body, length, sharp = self._body(seam), (piece.true_length * piece.shown)[seam], piece.sharp[seam]
+        closed, of = self.closed, self._of
+        u = self._log_scale(closed, self._open_nodes(seam), closed.curvature)
+        pressed = np.abs(closed.curvature) / (2 * np.pi)
+        pressed[: closed.graph.n_holes] = 0
+        pressed[closed.graph.ends[seam]] = 0
+        shear = 3 * sum_by(of, closed.area * pressed, self._n) / self._area
+        body, length, sharp = (
+            self._body(seam),
+            (closed.features.length * closed.features.hiding)[seam],
+            closed.features.sharpness[seam],
+        )
         soft, hard = (
             np.bincount(body, length * share, self._n) / np.sqrt(self._area) for share in (1 - sharp, sharp)
         )
@@ -161,20 +165,20 @@ class SmallBodies:
 
     def _stretch(self, u: FloatArray) -> FloatArray:
         """The L2 stretch to expect of each body."""
-        shrunk, grown = (sum_by(self._of, self.piece.area * np.exp(k * u), self._n) for k in (-2, 2))
+        shrunk, grown = (sum_by(self._of, self.closed.area * np.exp(k * u), self._n) for k in (-2, 2))
         return np.asarray(np.sqrt(shrunk * grown) / self._area)
 
     def _length(self, seam: IntArray) -> FloatArray:
         """Of each body's seam, in units of the square root of its area."""
-        length = np.bincount(self._body(seam), self.piece.length[seam], self._n)
+        length = np.bincount(self._body(seam), self.closed.graph.length[seam], self._n)
         return np.asarray(length / np.sqrt(self._area))
 
     def _open_nodes(self, seam: IntArray) -> IntArray:
-        return np.union1d(self.piece.ends[seam], np.arange(self.piece.holes))
+        return np.union1d(self.closed.graph.ends[seam], np.arange(self.closed.graph.n_holes))
 
     def _body(self, edges: IntArray) -> IntArray:
         """The bodies that edges are on."""
-        return np.asarray(self._of[self.piece.ends[edges, 0]])
+        return np.asarray(self._of[self.closed.graph.ends[edges, 0]])
 
     def _least(self, values: FloatArray) -> IntArray:
         """The node of each body with the least value, the first of equal ones."""

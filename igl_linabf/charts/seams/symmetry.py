@@ -7,7 +7,7 @@ import scipy
 
 from ..._types import FloatArray, IntArray
 from ...surface import Submesh
-from ..cut_graphs import ClosedSurface
+from ..cut_graphs import ClosedSurface, SurfaceGraph
 
 SAMPLES = 64  # vertices that are tried first
 NEAR = 1e-3  # times the size: how far a vertex may be from its mirror image
@@ -67,48 +67,48 @@ class Mirror:
         edge = self.edge[seam]
         return edge[edge >= 0]
 
-    def with_both(self, piece: ClosedSurface, seam: IntArray, leaf: int, way: IntArray) -> IntArray:
+    def with_both(self, graph: SurfaceGraph, seam: IntArray, leaf: int, way: IntArray) -> IntArray:
         """The seam with a way to a leaf, and one to its image; in the plane, if the leaf is there."""
-        plane = self.node == np.arange(piece.n)
+        plane = self.node == np.arange(graph.n)
         if plane[leaf]:
-            sources = np.flatnonzero(plane & np.isin(np.arange(piece.n), piece.on(seam)))
+            sources = np.flatnonzero(plane & np.isin(np.arange(graph.n), graph.boundary_nodes(seam)))
             if len(sources):
-                distance, before, _ = piece.search(sources, np.flatnonzero(~plane))
-                if distance[leaf] < DETOUR * piece.total(way):
-                    way = piece.paths(before, [leaf])
+                distance, before, _ = graph.shortest_paths(sources, np.flatnonzero(~plane))
+                if distance[leaf] < DETOUR * graph.length_of(way):
+                    way = graph.path_edges(before, [leaf])
             return np.concatenate((seam, way))
         longer, image = np.concatenate((seam, way)), self.edge[way]
-        known = piece.on(longer)
+        known = graph.boundary_nodes(longer)
         new = np.setdiff1d(image, longer)
-        if (image >= 0).all() and len(np.setdiff1d(piece.ends[new], known)) == len(new):  # no cycle is closed
+        if (image >= 0).all() and len(np.setdiff1d(graph.ends[new], known)) == len(new):  # no cycle is closed
             return np.concatenate((longer, new))
-        _, before, _ = piece.search(known)
-        return np.concatenate((longer, piece.paths(before, [int(self.node[leaf])])))
+        _, before, _ = graph.shortest_paths(known)
+        return np.concatenate((longer, graph.path_edges(before, [int(self.node[leaf])])))
 
 
-def mirrored(component: Submesh, piece: ClosedSurface) -> tuple[ClosedSurface, Mirror] | None:
+def mirrored(component: Submesh, closed: ClosedSurface) -> tuple[ClosedSurface, Mirror] | None:
     """A surface with the same lengths on both sides of its mirror plane, and this mirror.
 
     None if there is no such plane, or the mesh is not the same on its two sides. Edges in the plane are
     shorter: seams like to run in it.
     """
-    vertex = mirrored_vertices(component) if len(piece.key) else None
+    vertex = mirrored_vertices(component) if len(closed.graph.neighbours[0]) else None
     if vertex is None:
         return None
     node = np.full(len(component.V), -1)
-    node[piece.edges.ravel()] = piece.ends.ravel()
+    node[closed.edges.ravel()] = closed.graph.ends.ravel()
     known = (node >= 0) & (node[vertex] >= 0)
-    image = np.full(piece.n, -1)
+    image = np.full(closed.graph.n, -1)
     image[node[known]] = node[vertex[known]]
-    if (image < 0).any() or (image[image] != np.arange(piece.n)).any():
+    if (image < 0).any() or (image[image] != np.arange(closed.graph.n)).any():
         return None
-    ends = image[piece.ends]
-    code = np.minimum(ends[:, 0], ends[:, 1]) * piece.n + np.maximum(ends[:, 0], ends[:, 1])
-    place = np.minimum(np.searchsorted(piece.key, code), len(piece.key) - 1)
-    found = piece.key[place] == code
+    ends = image[closed.graph.ends]
+    code = np.minimum(ends[:, 0], ends[:, 1]) * closed.graph.n + np.maximum(ends[:, 0], ends[:, 1])
+    place = np.minimum(np.searchsorted(closed.graph.neighbours[0], code), len(closed.graph.neighbours[0]) - 1)
+    found = closed.graph.neighbours[0][place] == code
     if np.count_nonzero(found) < ALIKE * len(found):
         return None
-    other = np.where(found, piece.length[piece.shortest[place]], piece.length)
-    on_plane = (image[piece.ends] == piece.ends).all(axis=1)
-    length = (piece.length + other) / 2 * np.where(on_plane, ON_PLANE, 1.0)
-    return piece.with_lengths(length), Mirror(image, np.where(found, piece.shortest[place], -1))
+    other = np.where(found, closed.graph.length[closed.graph.neighbours[1][place]], closed.graph.length)
+    on_plane = (image[closed.graph.ends] == closed.graph.ends).all(axis=1)
+    length = (closed.graph.length + other) / 2 * np.where(on_plane, ON_PLANE, 1.0)
+    return closed.with_lengths(length), Mirror(image, np.where(found, closed.graph.neighbours[1][place], -1))

@@ -12,7 +12,7 @@ from ...flattening import Flattening, Rough, flatten_together
 from ...measures import change_of, overlapping_pairs_of_chart
 from ...surface import NEXT, Submesh, cleaned_surface
 from ..atlas import flattened
-from ..cut_graphs import ClosedSurface
+from ..cut_graphs import SurfaceGraph
 from .crease_cuts import split_at_creases
 from .overlap_seams import MAX_SPLITS, split_overlaps
 from .reused_maps import keeps_map
@@ -27,36 +27,36 @@ MOST_BRIDGES = 4  # edges that are missing at each hole and handle
 CHIP = 0.02  # share of a component's faces, below which a part is left to a neighbour: it overlaps little
 
 
-def coarse_mesh(piece: ClosedSurface, corners: IntArray) -> Submesh | None:
+def coarse_mesh(graph: SurfaceGraph, corners: IntArray) -> Submesh | None:
     """The triangles of a closed surface, from the nodes at the corners of those that it came from.
 
     Holes are open. None if the triangles are no oriented manifold, or many edges are missing.
     """
-    different = (corners != np.roll(corners, 1, axis=1)).all(axis=1) & (corners >= piece.holes).all(axis=1)
+    different = (corners != np.roll(corners, 1, axis=1)).all(axis=1) & (corners >= graph.n_holes).all(axis=1)
     F = corners[different]
     tail, head = F, F[:, list(NEXT)]
-    key = np.minimum(tail, head) * piece.n + np.maximum(tail, head)
-    inner = ~np.isin(key, piece.key)  # a diagonal of a polygon
-    proper = piece.ends[(piece.ends >= piece.holes).all(axis=1)]
+    key = np.minimum(tail, head) * graph.n + np.maximum(tail, head)
+    inner = ~np.isin(key, graph.neighbours[0])  # a diagonal of a polygon
+    proper = graph.ends[(graph.ends >= graph.n_holes).all(axis=1)]
     bridges = len(proper) - len(np.unique(key[~inner]))  # between two triangles at holes, or around a handle
-    if bridges > MOST_BRIDGES * (piece.holes + piece.genus):
+    if bridges > MOST_BRIDGES * (graph.n_holes + graph.genus):
         return None
-    cleaned, mesh = cleaned_surface(piece.position, F)  # a node beside two holes is in two fans
+    cleaned, mesh = cleaned_surface(graph.position, F)  # a node beside two holes is in two fans
     if {repair.kind for repair in cleaned.repairs} - {"bowtie"}:
         return None
-    return Submesh(mesh.V, mesh.F, mesh.faces, cleaned.origin, piece.n, inner if inner.any() else None)
+    return Submesh(mesh.V, mesh.F, mesh.faces, cleaned.origin, graph.n, inner if inner.any() else None)
 
 
 def predicted_seams(
-    piece: ClosedSurface, mesh: Submesh, seam: IntArray, trade: float
+    graph: SurfaceGraph, mesh: Submesh, seam: IntArray, trade: float
 ) -> tuple[IntArray, IntArray]:
     """Edges between the sheets that would lie over each other, were the surface cut to disks along a seam.
 
     And those to tips that the maps of the parts would shrink, if they are worth it. With the ends of both.
     """
     none, nodes, number = np.zeros(0, dtype=np.int64), mesh.vertices, 0
-    waiting = [(part, TIP_ROUNDS if trade > 0 else 0, False) for part in mesh.cut_along(piece.ends[seam])]
-    tips, ways, walls = none, none, [piece.on(seam)]
+    waiting = [(part, TIP_ROUNDS if trade > 0 else 0, False) for part in mesh.cut_along(graph.ends[seam])]
+    tips, ways, walls = none, none, [graph.boundary_nodes(seam)]
     label = np.zeros(len(mesh.F), dtype=np.int64)
     for _ in range(MAX_SPLITS):
         smaller = list[tuple[Submesh, int, bool]]()
@@ -73,11 +73,11 @@ def predicted_seams(
                 walls.append(shared[times > 1])
                 smaller += [(p, rounds, False) for p in parts]
             elif uv is not None and rounds:
-                new, way = _tips(piece, np.concatenate(walls), part, uv, trade)
+                new, way = _tips(graph, np.concatenate(walls), part, uv, trade)
                 if len(new):
                     tips, ways = np.append(tips, new), np.append(ways, way)
-                    walls.append(piece.ends[way].ravel())
-                    smaller += [(p, rounds - 1, stays) for p in part.cut_along(piece.ends[way])]
+                    walls.append(graph.ends[way].ravel())
+                    smaller += [(p, rounds - 1, stays) for p in part.cut_along(graph.ends[way])]
         waiting = smaller
         if number + len(waiting) > MANY:
             return none, none
@@ -86,45 +86,47 @@ def predicted_seams(
     seam = np.append(seam, ways)
     inside = mesh.cuttable_edges
     ends = nodes[mesh.topology.edges[inside]]
-    edge, sides = piece.between(*ends.T), mesh.topology.sides[:, inside] % len(mesh.F)
+    edge, sides = graph.edges_between(*ends.T), mesh.topology.sides[:, inside] % len(mesh.F)
     of = _with_chips_joined(label, sides[:, ~np.isin(edge, seam)])
     for _ in range(2):
         right, left = of[sides]
-        more = _up_to_holes(piece, seam, np.setdiff1d(edge[right != left], seam))
-        parts = mesh.cut_along(piece.ends[np.append(seam, more)])
+        more = _up_to_holes(graph, seam, np.setdiff1d(edge[right != left], seam))
+        parts = mesh.cut_along(graph.ends[np.append(seam, more)])
         unsound = [part.faces for part in parts if len(part.topology.loops) != 1 or part.topology.genus]
         if not unsound:
-            return np.append(ways, more), np.union1d(tips, np.intersect1d(piece.ends[more], piece.on(seam)))
+            return np.append(ways, more), np.union1d(
+                tips, np.intersect1d(graph.ends[more], graph.boundary_nodes(seam))
+            )
         faces = np.concatenate(unsound)
         of[faces] = label[faces]  # chips that close a ring stay apart
     return none, none
 
 
-def _up_to_holes(piece: ClosedSurface, seam: IntArray, more: IntArray) -> IntArray:
+def _up_to_holes(graph: SurfaceGraph, seam: IntArray, more: IntArray) -> IntArray:
     """Edges that part a coarse mesh, with those from its boundary to the holes."""
-    if not piece.holes:
+    if not graph.n_holes:
         return more
-    number = np.bincount(piece.ends[np.append(seam, more)].ravel(), minlength=piece.n)
-    loose = np.unique(piece.ends[more])
-    loose = loose[(number[loose] == 1) & (loose >= piece.holes)]
-    at_hole = (piece.ends < piece.holes).any(axis=1) & np.isin(piece.ends, loose).any(axis=1)
-    return np.union1d(more, np.intersect1d(np.flatnonzero(at_hole), piece.shortest))
+    number = np.bincount(graph.ends[np.append(seam, more)].ravel(), minlength=graph.n)
+    loose = np.unique(graph.ends[more])
+    loose = loose[(number[loose] == 1) & (loose >= graph.n_holes)]
+    at_hole = (graph.ends < graph.n_holes).any(axis=1) & np.isin(graph.ends, loose).any(axis=1)
+    return np.union1d(more, np.intersect1d(np.flatnonzero(at_hole), graph.neighbours[1]))
 
 
 def _tips(
-    piece: ClosedSurface, walls: IntArray, part: Submesh, uv: FloatArray, trade: float
+    graph: SurfaceGraph, walls: IntArray, part: Submesh, uv: FloatArray, trade: float
 ) -> tuple[IntArray, IntArray]:
     """Nodes at tips of a part that are worth a seam from the nodes `walls`, and the edges of the seams."""
     changed = change_of(part, uv)
     faces, saved = tips_of(part.F, len(part.V), changed, SHRUNK)
     if not len(faces):
         return faces, faces
-    distance, before, _ = piece.search(walls)
+    distance, before, _ = graph.shortest_paths(walls)
     corners = part.vertices[part.F[faces]]
     tip = corners[np.arange(len(faces)), distance[corners].argmax(axis=1)]
     size, total = size_and_stretch(changed)
     chosen = tip[worth_a_seam(saved, distance[tip] / size / trade, total)]
-    return chosen, piece.paths(before, chosen)
+    return chosen, graph.path_edges(before, chosen)
 
 
 def _with_chips_joined(label: IntArray, sides: IntArray) -> IntArray:

@@ -18,7 +18,8 @@ def seams_to_fine_tips(piece: ClosedSurface, seam: IntArray, u: FloatArray, trad
 
     `u` is nearly the conformal log scale of the nodes, (n,).
     """
-    none, on = np.zeros(0, dtype=np.int64), piece.on(seam)
+    none, graph = np.zeros(0, dtype=np.int64), piece.graph
+    on = graph.boundary_nodes(seam)
     u = _log_scale(piece, on, u)
     stretch = expected_stretch(piece, u)
     if not stretch > TIP_STRETCH:
@@ -26,7 +27,7 @@ def seams_to_fine_tips(piece: ClosedSurface, seam: IntArray, u: FloatArray, trad
     area = piece.area / piece.area.sum()
     scale = float(area @ np.exp(2 * u))
     shrunk = np.exp(2 * u) < SHRUNK * scale
-    tip = connected_labels(piece.ends[shrunk[piece.ends].all(axis=1)], piece.n)
+    tip = connected_labels(graph.ends[shrunk[graph.ends].all(axis=1)], graph.n)
     more = np.where(shrunk, area * (scale * np.exp(-2 * u) - 1), 0.0)
     saved: FloatArray = np.bincount(tip, more).astype(np.float64)
     deepest = np.flatnonzero(shrunk)[np.argsort(-u[shrunk], kind="stable")]
@@ -37,18 +38,18 @@ def seams_to_fine_tips(piece: ClosedSurface, seam: IntArray, u: FloatArray, trad
     if not len(tips):
         return none
     leaf, unit = leaf[tips], piece.size * trade
-    distance, before, _ = piece.search(on, limit=(stretch - 1) * unit)
+    distance, before, _ = graph.shortest_paths(on, limit=(stretch - 1) * unit)
     price, total = distance[leaf] / unit, stretch**2
     chosen = worth_a_seam(saved[tips], price, total)
     left = np.sqrt(max(total - saved[tips[chosen]].sum(), 1.0))
     if stretch - left - price[chosen].sum() < WORTH:
         return none
-    return piece.paths(before, leaf[chosen])
+    return graph.path_edges(before, leaf[chosen])
 
 
 def _log_scale(piece: ClosedSurface, on: IntArray, u: FloatArray) -> FloatArray:
     """`log_scale` with zero at the nodes `on`, by steps from `u` until none of them changes much."""
-    lower, free = piece.laplacian, np.ones(piece.n, dtype=bool)
+    lower, free = piece.laplacian.lower, np.ones(piece.graph.n, dtype=bool)
     free[on] = False
     diagonal = lower.data[lower.indptr[:-1]]
 

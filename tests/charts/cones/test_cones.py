@@ -30,7 +30,7 @@ from igl_linabf import (
 )
 from igl_linabf.angles import constraints_of, rescaled, residual
 from igl_linabf.charts.cones.seams import paths_across, seam_through
-from igl_linabf.charts.cut_graphs.graph import closed_surface
+from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.packing.spacing import Spacing
 from igl_linabf.charts.periodic.lattice import nearest_whole
 from igl_linabf.cli import main
@@ -400,8 +400,8 @@ def test_quarter_cones_that_are_found_go_where_handles_turn_by_quarters(n: int |
 
 def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
     surface = Submesh.checked_manifold(*load("nut"))
-    piece = closed_surface(surface)
-    paths = paths_across(surface, piece, seam_through(piece, np.zeros(0, dtype=np.int64)))
+    piece = ClosedSurface.of(surface)
+    paths = paths_across(surface, piece.graph, seam_through(piece, np.zeros(0, dtype=np.int64)))
     corners = surface.V[surface.F.T]
     length = np.linalg.norm(np.roll(corners, -1, axis=0) - np.roll(corners, -2, axis=0), axis=2)
     u = 0.3 * np.sin(3 * surface.V / np.ptp(surface.V)).sum(axis=1)

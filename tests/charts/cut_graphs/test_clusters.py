@@ -10,8 +10,8 @@ import pytest
 from conftest import load
 
 from igl_linabf.charts import cut, find_seams, unwrap
-from igl_linabf.charts.cut_graphs.clusters import CLUSTERED, Levels, clusters, contracted
-from igl_linabf.charts.cut_graphs.graph import closed_surface, shape
+from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
+from igl_linabf.charts.cut_graphs.clusters import CLUSTERED, Contracted, Levels, shortest_path_trees
 from igl_linabf.charts.seams import search as seams
 from igl_linabf.charts.seams.growth import grown_seam, seam_cost
 from igl_linabf.charts.splitting.predicted_overlaps import coarse_mesh
@@ -43,11 +43,11 @@ def fine(name: str) -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("hops", [1, 2, 5])
 @pytest.mark.parametrize("name", NAMES)
 def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) -> None:
-    piece = closed_surface(surface(name))
-    coarse = contracted(piece, clusters(piece, hops)).coarse
-    assert coarse.n < piece.n / 2
-    assert coarse.n - len(coarse.ends) + coarse.n_faces == 2 - 2 * piece.genus
-    assert (coarse.holes, coarse.genus) == (piece.holes, piece.genus)
+    piece = ClosedSurface.of(surface(name))
+    coarse = Contracted.of(piece, shortest_path_trees(piece, hops)).coarse
+    assert coarse.graph.n < piece.graph.n / 2
+    assert coarse.graph.n - len(coarse.graph.ends) + coarse.graph.n_faces == 2 - 2 * piece.graph.genus
+    assert (coarse.graph.n_holes, coarse.graph.genus) == (piece.graph.n_holes, piece.graph.genus)
     assert np.isclose(coarse.area.sum(), piece.area.sum())
     assert np.isclose(coarse.curvature.sum(), piece.curvature.sum())
 
@@ -55,26 +55,32 @@ def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) ->
 @pytest.mark.parametrize("hops", [1, 3])
 @pytest.mark.parametrize("name", NAMES)
 def test_a_seam_of_clusters_opens_the_surface_as_it_opened_them(name: str, hops: int) -> None:
-    piece = closed_surface(surface(name))
-    smaller = contracted(piece, clusters(piece, hops))
+    piece = ClosedSurface.of(surface(name))
+    smaller = Contracted.of(piece, shortest_path_trees(piece, hops))
     seam, leaves = grown_seam(smaller.coarse, 6.0, False)
-    carried, drawn = smaller.carried(seam), smaller.drawn(seam, leaves)
-    assert shape(smaller.coarse, seam) == shape(piece, carried) == shape(piece, drawn)
-    assert shape(piece, carried)[2]
-    assert piece.total(carried) <= smaller.coarse.total(seam) * (1 + 1e-9)  # ways in a cluster may be shared
-    way = piece.length * piece.valley
+    carried, drawn = smaller.lift_along_trees(seam), smaller.lift(seam, leaves)
+    assert (
+        smaller.coarse.graph.topology_of(seam)
+        == piece.graph.topology_of(carried)
+        == piece.graph.topology_of(drawn)
+    )
+    assert piece.graph.topology_of(carried)[2]
+    assert piece.graph.length_of(carried) <= smaller.coarse.graph.length_of(seam) * (
+        1 + 1e-9
+    )  # ways in a cluster may be shared
+    way = piece.graph.length * piece.features.valley
     assert way[drawn].sum() <= way[carried].sum() * (1 + 1e-9)
-    assert set(smaller.roots[leaves][np.isin(leaves, smaller.coarse.ends[seam])]) <= set(
-        piece.ends[drawn].ravel()
+    assert set(smaller.roots[leaves][np.isin(leaves, smaller.coarse.graph.ends[seam])]) <= set(
+        piece.graph.ends[drawn].ravel()
     )
 
 
 def test_the_scale_of_clusters_is_that_of_their_nodes() -> None:
-    piece = closed_surface(surface("closed__optcuts_horse_f10000.obj"))
-    smaller = contracted(piece, clusters(piece, 1))
+    piece = ClosedSurface.of(surface("closed__optcuts_horse_f10000.obj"))
+    smaller = Contracted.of(piece, shortest_path_trees(piece, 1))
     fixed = np.array([0])
-    u = piece.zero_at_nodes.solve(fixed, -piece.curvature)
-    coarse = smaller.coarse.zero_at_nodes.solve(smaller.label[fixed], -smaller.coarse.curvature)
+    u = piece.laplacian.dirichlet.solve(fixed, -piece.curvature)
+    coarse = smaller.coarse.laplacian.dirichlet.solve(smaller.label[fixed], -smaller.coarse.curvature)
     mean = np.bincount(smaller.label, u * piece.area) / smaller.coarse.area
     assert np.corrcoef(mean, coarse)[0, 1] >= 0.995
 
@@ -95,8 +101,8 @@ def test_large_surfaces_are_opened_wherever_they_are_and_whatever_is_beside_them
 @pytest.mark.parametrize("name", ["closed__optcuts_horse_f10000.obj", "handles__bff_punctured-torus.obj"])
 def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str, monkeypatch) -> None:
     part = Submesh.checked_manifold(*fine(name))
-    piece, costs = closed_surface(part), []
-    for direct in (piece.n, piece.n - 1):
+    piece, costs = ClosedSurface.of(part), []
+    for direct in (piece.graph.n, piece.graph.n - 1):
         monkeypatch.setattr(seams, "DIRECT", direct)
         costs.append(seam_cost(piece, seams._best(part, piece, 6.0, False, None), 6.0))
     assert costs[1] <= 1.03 * costs[0]
@@ -168,9 +174,9 @@ def test_clusters_around_thin_handles_are_neighbours_by_one_edge() -> None:
     """They are the vertices of a mesh then, on which overlaps are foreseen."""
     whole = Submesh.checked_manifold(*level_set(lattice, 2.0, 56))
     assert whole.topology.genus == 81
-    piece = closed_surface(whole)
+    piece = ClosedSurface.of(whole)
     levels = Levels.of(piece, CLUSTERED)
-    assert len(levels.coarse.key) == len(levels.coarse.ends)
-    mesh = coarse_mesh(levels.coarse, levels.label(piece.node[whole.F]))
+    assert len(levels.coarse.graph.neighbours[0]) == len(levels.coarse.graph.ends)
+    mesh = coarse_mesh(levels.coarse.graph, levels.label(piece.node[whole.F]))
     assert mesh is not None
     assert mesh.topology.genus == 81

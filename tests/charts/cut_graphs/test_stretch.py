@@ -10,7 +10,7 @@ import pytest
 from conftest import bumps, load
 
 from igl_linabf import cut, find_seams, flatten, quality, unwrap
-from igl_linabf.charts.cut_graphs.graph import closed_surface
+from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.cut_graphs.stretch import EVEN, expected
 from igl_linabf.surface import Submesh
 
@@ -34,8 +34,8 @@ def cap() -> tuple[np.ndarray, np.ndarray]:
 @pytest.mark.parametrize("surface", [cap, torus, bumps])
 def test_it_is_that_of_the_isometric_map(surface: Callable[[], tuple[np.ndarray, np.ndarray]]) -> None:
     V, F = surface()
-    whole = closed_surface(Submesh.checked_manifold(V, F), isometric=True)
-    stretch, _ = expected(whole, np.arange(whole.holes))
+    whole = ClosedSurface.of(Submesh.checked_manifold(V, F), isometric=True)
+    stretch, _ = expected(whole, np.arange(whole.graph.n_holes))
     made = quality(V, F, flatten(V, F, "isometric").uv).stretch_l2 - 1
     assert 0.65 < (stretch - 1) / EVEN / made < 1.5
 

@@ -8,8 +8,8 @@ import pytest
 
 from igl_linabf import flatten, unwrap
 from igl_linabf.charts.atlas.pieces import flattened
+from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.cut_graphs.clusters import CLUSTERED, Levels
-from igl_linabf.charts.cut_graphs.graph import closed_surface, shape
 from igl_linabf.charts.cut_graphs.stretch import log_scale
 from igl_linabf.charts.seams import search as seams
 from igl_linabf.charts.splitting import predicted_overlaps, tips
@@ -73,20 +73,22 @@ def test_a_spike_that_clusters_do_not_show_gets_its_seam_beforehand(height: floa
     V, F = igl.upsample(*igl.icosahedron(), 5)
     V = V / np.linalg.norm(V, axis=1)[:, None]
     spiked = Submesh.checked(V * (1 + height * np.exp((V @ [0.9, 0, 0.436] - 1) / 0.005))[:, None], F)
-    piece = closed_surface(spiked)
+    piece = ClosedSurface.of(spiked)
     poles = [[-1, 0, 0], [0, 0, 1], [0, 0, -1], [0, 1, 0], [0, -1, 0]]
     start, *ends = (int(np.argmax(spiked.V @ pole)) for pole in poles)
-    seam = piece.paths(piece.search(np.array([start]))[1], ends)
+    seam = piece.graph.path_edges(piece.graph.shortest_paths(np.array([start]))[1], ends)
     coarse = Levels.of(piece, CLUSTERED)
-    on = coarse.label(piece.on(seam))
-    u = log_scale(coarse.coarse, on, coarse.coarse.curvature)[coarse.label(np.arange(piece.n))]
+    on = coarse.label(piece.graph.boundary_nodes(seam))
+    u = log_scale(coarse.coarse, on, coarse.coarse.curvature)[coarse.label(np.arange(piece.graph.n))]
     more = seams_to_fine_tips(piece, seam, u, 6.0)
-    exact = seams_to_fine_tips(piece, seam, log_scale(piece, piece.on(seam), piece.curvature), 6.0)
+    exact = seams_to_fine_tips(
+        piece, seam, log_scale(piece, piece.graph.boundary_nodes(seam), piece.curvature), 6.0
+    )
     assert bool(len(more)) is bool(len(exact)) is bool(height)
     if height:
-        out = np.linalg.norm(piece.position, axis=1)
-        assert all(out[piece.ends[found]].max() > 0.95 * out.max() for found in (more, exact))
-        assert shape(piece, np.append(seam, more)) == shape(piece, seam) == (1, 0, 1)
+        out = np.linalg.norm(piece.graph.position, axis=1)
+        assert all(out[piece.graph.ends[found]].max() > 0.95 * out.max() for found in (more, exact))
+        assert piece.graph.topology_of(np.append(seam, more)) == piece.graph.topology_of(seam) == (1, 0, 1)
 
 
 @pytest.mark.parametrize("tip", [[0, 0, 1.0], [0.9, 0, 0.43], [0.97, 0, -0.24]])
