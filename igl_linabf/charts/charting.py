@@ -21,7 +21,7 @@ from ..measures import (
     quality_of_each,
 )
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
-from .atlas import Chart, flattened, on_part, sides_of_cleaned, with_width
+from .atlas import Chart, flatten_piece, open_slivers, sides_of_cleaned, uv_of_part
 from .features import extent
 from .options import MAX_SPLITS_FOR_STRETCH, Task
 from .seams import MEDIUM
@@ -97,7 +97,7 @@ def charts_of(pieces: list[Submesh], given: IntArray, task: Task) -> list[tuple[
     done: list[tuple[tuple[int, ...], Chart, Submesh]] = []
     while waiting:
         parts: list[_Part] = []
-        own = with_width([piece for _, piece, _ in waiting])
+        own = open_slivers([piece for _, piece, _ in waiting])
         waiting = [(key, piece, known) for (key, _, known), piece in zip(waiting, own, strict=True)]
         together = iter(_known_together([piece for _, piece, kept in waiting if kept is None], task.method))
         for key, piece, kept in waiting:
@@ -313,11 +313,11 @@ def _flattened(piece: Submesh, splits: int, task: Task) -> tuple[Flattening, Int
     method, tips = task.method, _SeamsToTips(piece, splits, task)
     if type(method) is LinABF and method.iterations == "auto" and task.may_find_seams:
         looks = tips if task.weighs_stretch and not splits else None
-        sketch = flattened(piece, Sketch(**vars(method), is_enough=looks))
+        sketch = flatten_piece(piece, Sketch(**vars(method), is_enough=looks))
         if len(tips.found) or not 0 < len(sketch.flipped) <= MANY_FLIPS * len(piece.F):
             return sketch, tips.found
     try:
-        return flattened(piece, method), tips.found
+        return flatten_piece(piece, method), tips.found
     except SingularSystemError as error:
         if isinstance(method, LinABF | ABF | Isometric):
             raise
@@ -326,7 +326,7 @@ def _flattened(piece: Submesh, splits: int, task: Task) -> tuple[Flattening, Int
             FallbackWarning,
             stacklevel=stack_level(),
         )
-        return flattened(piece, LinABF()), tips.found
+        return flatten_piece(piece, LinABF()), tips.found
 
 
 def _worth_of_map(piece: Submesh, stretch: float, change: MapMeasure, splits: int, task: Task) -> IntArray:
@@ -354,7 +354,7 @@ def _cut_to_tips(
 ) -> list[_Cut]:
     """A part of a piece; one that is to be flattened anew is cut to the tips that the piece's map shrinks."""
     if known is None and len(part.F) >= LITTLE * len(piece.F):
-        change = MapMeasure(part, on_part(result.uv, piece, part))
+        change = MapMeasure(part, uv_of_part(result.uv, piece, part))
         if change.stretch > REUSED_STRETCH and len(seams := _to_tips(part, change, splits, task)):
             return _anew(part.cut_along(seams))
     return [(part, known)]
@@ -410,4 +410,4 @@ def _flattened_without_flips(piece: Submesh, result: Flattening, task: Task) -> 
         FallbackWarning,
         stacklevel=stack_level(),
     )
-    return flattened(piece, surer)
+    return flatten_piece(piece, surer)

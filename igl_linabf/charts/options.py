@@ -7,7 +7,7 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..flattening import Isometric, Method
 from ..surface import Submesh
-from .atlas import BEYOND_USE, ROUNDING
+from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .seams import seams_of
 from .splitting import MAX_SPLITS
 
@@ -53,8 +53,8 @@ class Task:
     def most_stretch(self) -> float:
         """Of a chart, in L2, from which on it is cut further."""
         if self.max_stretch is not None:
-            return self.max_stretch * (1 + ROUNDING)
-        return BEYOND_USE if self.may_find_seams else np.inf
+            return self.max_stretch * (1 + STRETCH_ROUNDING)
+        return UNUSABLE_STRETCH if self.may_find_seams else np.inf
 
     @property
     def weighs_stretch(self) -> bool:

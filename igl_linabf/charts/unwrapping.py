@@ -19,29 +19,29 @@ from ..surface import Ragged, Submesh, cleaned_surface, complex_positions, signe
 from .atlas import (
     Atlas,
     Chart,
-    given_back,
-    in_polygons,
+    atlas_of_given_mesh,
+    atlas_of_polygons,
+    empty_atlas,
+    mark_diagonals,
     mask_of_triangles,
-    of_polygons,
+    repairs_of_polygons,
+    seams_and_mismatch,
     split_polygons,
-    textured_seams,
-    with_diagonals,
-    without_charts,
 )
 from .charting import CHARTS_END, SEAMS_END, charts_of, pieces_of
 from .cones import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
 from .features import Hiding, hiding
 from .options import Task
 from .packing import (
-    MOST_CHARTS,
+    MOST_TRIAL_CHARTS,
     PADDING,
-    Placed,
+    PackedChart,
     Wish,
     cut_for_fill,
     cut_to_fit,
     fill_of,
     pack_maps,
-    packed_quickly,
+    pack_quickly,
 )
 from .periodic import with_period
 from .seams import TRADE
@@ -210,14 +210,14 @@ def unwrap(
         cleaned = unrepaired(surface)
     else:
         cleaned, surface = cleaned_surface(V, F, weld)
-        cleaned = replace(cleaned, repairs=of_polygons(cleaned.repairs, split))
+        cleaned = replace(cleaned, repairs=repairs_of_polygons(cleaned.repairs, split))
     as_given, given = surface.vertices is cleaned.origin, np.asarray(F).astype(np.int64)
-    surface = with_diagonals(surface, cleaned, split)
+    surface = mark_diagonals(surface, cleaned, split)
     if cleaned.repairs:
         listed = "; ".join(map(str, cleaned.repairs))
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
     if not len(surface.F):
-        return in_polygons(without_charts(cleaned, given), split)
+        return atlas_of_polygons(empty_atlas(cleaned, given), split)
     finds = seams is None or complete
     face = np.arange(len(given)) if split is None else split.face
     hidden = hiding(surface, hide, face)
@@ -248,8 +248,8 @@ def unwrap(
                 atlas = with_period(surface, pack, pieces, period, gap)
     atlas = replace(atlas, max_stretch=max_stretch, cone_angles=made.angles, coned=cones is not None)
     if not as_given:
-        atlas = given_back(atlas, cleaned, given)
-    atlas = in_polygons(atlas, split)
+        atlas = atlas_of_given_mesh(atlas, cleaned, given)
+    atlas = atlas_of_polygons(atlas, split)
     for trouble in atlas.troubles:
         warnings.warn(trouble, OutcomeWarning, stacklevel=stack_level())
     return atlas
@@ -261,7 +261,7 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, task:
     Many charts mostly fill the gaps of each other, so their page is looked at first.
     """
     placed, moves = None, False
-    if len(done) > MOST_CHARTS:
+    if len(done) > MOST_TRIAL_CHARTS:
         placed = _placed(done, wish)
         if fill_of(placed) > SPARSE:
             return _packed(surface, done, wish, placed)
@@ -277,7 +277,7 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, task:
     # the page of uncut charts that is as good
     worth = 1 / fill_of(fuller) + (longer - shorter) / 2 / size / task.trade
     if placed is None and SURE * whole <= worth:
-        placed, moves = packed_quickly(_maps(done), wish)
+        placed, moves = pack_quickly(_maps(done), wish)
     if placed is None or 1 / fill_of(placed) > worth:
         return _packed(surface, parts, wish, fuller)
     return _packed(surface, done, wish, None if moves else placed)
@@ -293,7 +293,7 @@ def _maps(done: list[tuple[Chart, Submesh]]) -> list[tuple[FloatArray, IntArray]
     return [(chart.result.uv, piece.F) for chart, piece in done]
 
 
-def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[Placed]:
+def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[PackedChart]:
     """Charts on pages, with margins that leave room for so many."""
     most = float(np.sqrt(MARGINS / len(done)))
     closer = wish.spacing.at_most(most)
@@ -304,7 +304,7 @@ def _placed(done: list[tuple[Chart, Submesh]], wish: Wish) -> list[Placed]:
 
 
 def _packed(
-    surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, placed: list[Placed] | None = None
+    surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, placed: list[PackedChart] | None = None
 ) -> Atlas:
     """The atlas of charts on pages; where they are may be known."""
     if placed is None:
@@ -321,7 +321,7 @@ def _packed(
     TC, origin = np.concatenate([p.uv for p in placed]), np.concatenate([piece.vertices for _, piece in done])
     V = np.concatenate([piece.V for _, piece in done])
     overlaps = sum(chart.overlapping for chart, _ in done)  # in their places, charts are what they were
-    seams, mismatch = textured_seams(surface.topology, TC, FTC)
+    seams, mismatch = seams_and_mismatch(surface.topology, TC, FTC)
     return Atlas(
         TC=TC,
         FTC=FTC,

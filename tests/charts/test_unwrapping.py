@@ -28,7 +28,7 @@ from igl_linabf import (
 )
 from igl_linabf.charts import charting
 from igl_linabf.charts import options as task
-from igl_linabf.charts.atlas.pieces import cut_out, on_part
+from igl_linabf.charts.atlas.pieces import flattening_of_part, uv_of_part
 from igl_linabf.io import read_mesh, read_texture
 from igl_linabf.surface import Submesh, arrays, face_components
 
@@ -194,7 +194,7 @@ def test_only_a_part_that_has_flipped_triangles_is_flipped() -> None:
     piece = Submesh(V, F, np.arange(len(F)), np.arange(len(V)), len(V))
     near = np.isin(F, F[whole.flipped]).any(axis=1)
     parts = piece.divided(near)
-    made = [cut_out(whole, piece, part, on_part(whole.uv, piece, part)) for part in parts]
+    made = [flattening_of_part(whole, piece, part, uv_of_part(whole.uv, piece, part)) for part in parts]
     flips = [bool(near[part.faces].any()) for part in parts]
     assert any(flips) and not all(flips)
     assert [result.outcome is Outcome.FLIPPED for result in made] == flips

@@ -4,8 +4,21 @@ In: pieces of a surface, each flattened alone. Out: `Atlas` and `Chart`; the sea
 an atlas given back for the vertices and polygons that the caller has.
 """
 
-from .atlas import BEYOND_USE, ROUNDING, Atlas, Chart
-from .given_mesh import NO_QUALITY, given_back, sides_of_cleaned, without_charts
-from .pieces import cut_out, distortion, flattened, of_own_size, on_part, with_width
-from .polygons import in_polygons, mask_of_triangles, of_polygons, split_polygons, with_diagonals
-from .seam_edges import rows_between_textures, texture_seams, textured_seams
+from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH, Atlas, Chart
+from .given_mesh import NO_QUALITY, atlas_of_given_mesh, empty_atlas, sides_of_cleaned
+from .pieces import (
+    flatten_piece,
+    flattening_of_part,
+    open_slivers,
+    scaled_to_surface,
+    sketched_distortion,
+    uv_of_part,
+)
+from .polygons import (
+    atlas_of_polygons,
+    mark_diagonals,
+    mask_of_triangles,
+    repairs_of_polygons,
+    split_polygons,
+)
+from .seam_edges import rows_of_texture_seams, seams_and_mismatch, texture_seams

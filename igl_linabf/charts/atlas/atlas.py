@@ -17,8 +17,8 @@ from ...surface import Repair, Triangles, distinct_corners
 
 SHOWN = 20  # charts in a notebook
 LARGEST_LOG = 700.0  # the exponential of more overflows
-BEYOND_USE = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
-ROUNDING = 1e-9  # of the stretch
+UNUSABLE_STRETCH = 10.0  # L2 stretch: a texture is then ten times coarser than it could be
+STRETCH_ROUNDING = 1e-9  # of the stretch
 APART = 1e-4  # `seam_mismatch` of cones above which sides do not match
 
 
@@ -158,7 +158,7 @@ class Atlas:
         Beyond use is an L2 stretch of more than `max_stretch`, or than 10 where none was asked for.
         """
         said, more = [], "give more cones there" if self.coned else ""
-        most = BEYOND_USE if self.max_stretch is None else self.max_stretch * (1 + ROUNDING)
+        most = UNUSABLE_STRETCH if self.max_stretch is None else self.max_stretch * (1 + STRETCH_ROUNDING)
         for i, chart in enumerate(self.charts):
             stretched = not chart.quality.stretch_l2 <= most
             if chart.result.outcome.good and not chart.overlapping and not stretched:

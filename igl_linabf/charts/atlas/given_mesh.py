@@ -19,7 +19,7 @@ def sides_of_cleaned(mask: BoolArray, cleaned: Cleaned) -> BoolArray:
     return seam_mask(mask, cleaned.F, len(cleaned.V))  # on both sides of an edge that was welded
 
 
-def given_back(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
+def atlas_of_given_mesh(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
     """The atlas by the given vertices, with a row for each given face, in the given orientation."""
     FTC, chart = np.full(F.shape, -1), np.full(len(F), -1)
     FTC[cleaned.faces] = np.where(cleaned.turned[:, None], atlas.FTC[:, [0, 2, 1]], atlas.FTC)
@@ -38,7 +38,7 @@ def given_back(atlas: Atlas, cleaned: Cleaned, F: IntArray) -> Atlas:
     )
 
 
-def without_charts(cleaned: Cleaned, F: IntArray) -> Atlas:
+def empty_atlas(cleaned: Cleaned, F: IntArray) -> Atlas:
     """The atlas of faces none of which has an area: all in one point."""
     return Atlas(
         TC=np.full((1, 2), 0.5),

@@ -20,7 +20,7 @@ THIN = 1e-6  # height over the longest side, which thinner triangles get
 ROUNDING = 16 * np.finfo(float).eps  # and over their distance from the origin, if that is more
 
 
-def with_width(pieces: Sequence[Submesh]) -> list[Submesh]:
+def open_slivers(pieces: Sequence[Submesh]) -> list[Submesh]:
     """The pieces; of those that are one thin triangle, the vertex opposite to the longest side is moved away.
 
     No neighbour sees it, and a triangle so thin has no area to speak of.
@@ -60,7 +60,7 @@ def _across(vector: FloatArray, side: FloatArray) -> FloatArray:
     return vector
 
 
-def flattened(piece: Submesh, method: Method) -> Flattening:
+def flatten_piece(piece: Submesh, method: Method) -> Flattening:
     """Flatten a piece; faces and vertices of the result are numbered within the piece."""
     start, topology = perf_counter(), piece.topology
     if topology.genus or not topology.loops:
@@ -75,20 +75,20 @@ def flattened(piece: Submesh, method: Method) -> Flattening:
     return replace(made, seconds={"check": checked, **made.seconds, "total": perf_counter() - start})
 
 
-def on_part(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
+def uv_of_part(uv: FloatArray, piece: Submesh, part: Submesh) -> FloatArray:
     """The coordinates of a piece's map at the vertices of a part of it."""
     of = np.empty(len(part.V), dtype=np.int64)
     of[part.F.ravel()] = piece.F[np.searchsorted(piece.faces, part.faces)].ravel()
     return np.asarray(uv[of])
 
 
-def of_own_size(uv: FloatArray, piece: Submesh) -> FloatArray:
+def scaled_to_surface(uv: FloatArray, piece: Submesh) -> FloatArray:
     """The map of a piece, as large as the surface and turned and placed as every map is."""
     z = centred(piece.topology, complex_positions(uv), float(piece.measured[0].sum()) / 2)
     return coordinates(z)
 
 
-def cut_out(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:
+def flattening_of_part(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -> Flattening:
     """The map of a part of a flattened piece, which is the piece's map at some scale.
 
     Only a part that has flipped triangles is flipped.
@@ -111,7 +111,7 @@ def cut_out(result: Flattening, piece: Submesh, part: Submesh, uv: FloatArray) -
     return replace(made, outcome=Outcome.VALID, message="no triangle of this part of the map is flipped")
 
 
-def distortion(pieces: list[Submesh]) -> float:
+def sketched_distortion(pieces: list[Submesh]) -> float:
     """L2 stretch and mean conformal distortion of pieces that are flattened: 1 if they come out isometric.
 
     Infinite if a triangle flips.
@@ -119,7 +119,7 @@ def distortion(pieces: list[Submesh]) -> float:
     total, stretch, shear = 0.0, 0.0, 0.0
     for piece, known in zip(pieces, flatten_together([(p.V, p.F) for p in pieces], Sketch()), strict=True):
         try:
-            result = flattened(piece, Sketch()) if known is None else known
+            result = flatten_piece(piece, Sketch()) if known is None else known
         except SingularSystemError:
             return np.inf
         if len(result.flipped):

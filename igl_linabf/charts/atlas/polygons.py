@@ -67,7 +67,7 @@ def mask_of_triangles(seams: ArrayLike, split: Triangles, n: int) -> BoolArray:
     return np.asarray(mask & ~split.inner)
 
 
-def with_diagonals(surface: Submesh, cleaned: Cleaned, split: Triangles | None) -> Submesh:
+def mark_diagonals(surface: Submesh, cleaned: Cleaned, split: Triangles | None) -> Submesh:
     """The surface, with the sides named that no seam may take."""
     if split is None:
         return surface
@@ -75,7 +75,7 @@ def with_diagonals(surface: Submesh, cleaned: Cleaned, split: Triangles | None) 
     return replace(surface, inner=np.where(cleaned.turned[:, None], inner[:, ::-1], inner))
 
 
-def of_polygons(repairs: tuple[Repair, ...], split: Triangles | None) -> tuple[Repair, ...]:
+def repairs_of_polygons(repairs: tuple[Repair, ...], split: Triangles | None) -> tuple[Repair, ...]:
     """Repairs of triangles as those of the polygons that they are of."""
     if split is None:
         return repairs
@@ -85,7 +85,7 @@ def of_polygons(repairs: tuple[Repair, ...], split: Triangles | None) -> tuple[R
     )
 
 
-def in_polygons(atlas: Atlas, split: Triangles | None) -> Atlas:
+def atlas_of_polygons(atlas: Atlas, split: Triangles | None) -> Atlas:
     """The atlas of the triangles as one of the polygons."""
     if split is None:
         return atlas

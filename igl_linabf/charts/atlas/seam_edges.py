@@ -124,12 +124,12 @@ def _on_seam(polygons: Polygons, a: IntArray, s: IntArray) -> BoolArray:
     return mask
 
 
-def textured_seams(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
+def seams_and_mismatch(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[IntArray, float]:
     """`texture_seams` of a surface that is checked, by its own vertices; and how far their sides differ.
 
     That is the largest |log ratio| of the lengths of the two sides of a seam.
     """
-    between = rows_between_textures(topology, FTC)
+    between = rows_of_texture_seams(topology, FTC)
     start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
     halves = topology.sides[:, between]
     length = np.linalg.norm(TC[end[halves]] - TC[start[halves]], axis=-1)
@@ -138,7 +138,7 @@ def textured_seams(topology: Topology, TC: FloatArray, FTC: IntArray) -> tuple[I
     return topology.edges[between], float(np.nan_to_num(ratio, nan=0.0).max(initial=0.0))
 
 
-def rows_between_textures(topology: Topology, texture: IntArray) -> IntArray:
+def rows_of_texture_seams(topology: Topology, texture: IntArray) -> IntArray:
     """Rows of `topology.edges`."""
     inside = np.flatnonzero(topology.sides[1] >= 0)
     first, second = topology.sides[:, inside]

@@ -24,7 +24,7 @@ from ...flattening import (
 )
 from ...measures import overlapping_pairs_of_chart, quality_of
 from ...surface import Cleaned, Submesh, check_finite, planar_mesh_of
-from ..atlas import Chart, cut_out, on_part
+from ..atlas import Chart, flattening_of_part, uv_of_part
 from ..splitting import MAX_SPLITS, seams_of_overlaps
 from .finding import CONE_TRADE, ConePiece, angles_of, found_on
 from .moves import ConeMoves
@@ -316,7 +316,11 @@ def _split(cut: Submesh, result: Flattening) -> list[tuple[Chart, Submesh]]:
             parts = piece.cut_along(seams_of_overlaps([piece], piece.faces[pairs]))
             if len(parts) > 1:
                 waiting += [
-                    (part, cut_out(made, piece, part, on_part(made.uv, piece, part)), splits + 1)
+                    (
+                        part,
+                        flattening_of_part(made, piece, part, uv_of_part(made.uv, piece, part)),
+                        splits + 1,
+                    )
                     for part in reversed(parts)
                 ]
                 continue

@@ -10,7 +10,7 @@ import numpy as np
 from ..._core import lengths, narrowest_turns
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, centres, complex_positions, connected_labels, signed_double_areas
-from ..atlas import of_own_size, on_part
+from ..atlas import scaled_to_surface, uv_of_part
 from .outlines import Outline, extents
 
 OUTWARDS = np.stack((np.cos(np.pi / 16 * np.arange(32)), np.sin(np.pi / 16 * np.arange(32))))
@@ -99,7 +99,10 @@ class Flat:
         """
         piece = self.piece
         parts = sorted(piece.divided(side[piece.polygon_labels]), key=lambda part: int(part.faces[0]))
-        return [Flat(part, of_own_size(on_part(self.uv, piece, part), part), self.parent) for part in parts]
+        return [
+            Flat(part, scaled_to_surface(uv_of_part(self.uv, piece, part), part), self.parent)
+            for part in parts
+        ]
 
     def cells(self) -> "Cells":
         """All of them."""

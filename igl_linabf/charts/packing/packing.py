@@ -23,7 +23,7 @@ ALL_TURNS = np.exp(0.5j * np.pi * np.arange(1000) / 1000)  # of a quarter, for a
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class PackedChart:
     """A chart on its page: `ratio * (u + iv) + shift` of what it was.
 
     Attributes
@@ -54,7 +54,7 @@ def pack(
     padding: float = PADDING,
     texel_density: float | None = None,
     pages: int | None = None,
-) -> list[Placed]:
+) -> list[PackedChart]:
     """Pack charts into the unit square by similarities of one common scale, without mirroring.
 
     Parameters
@@ -72,7 +72,7 @@ def pack(
 
     Returns
     -------
-    list of Placed
+    list of PackedChart
         In the order of `charts`; the same for the same input.
 
     Raises
@@ -155,7 +155,7 @@ class Wish:
         return self if self.side is None else replace(self, side=self.side * length, unit=self.unit * length)
 
 
-def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[Placed]:
+def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[PackedChart]:
     """`pack` of charts that are checked; every vertex has a face."""
     if not maps:
         return []
@@ -174,17 +174,17 @@ def pack_maps(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> list[P
     bounds = pairwise(vertices.start.tolist())
     uv = coordinates(z)
     return [
-        Placed(by, to, uv[slice(*span)], size, on)
+        PackedChart(by, to, uv[slice(*span)], size, on)
         for span, (by, to, size, on) in zip(bounds, rows, strict=True)
     ]
 
 
-def packed_quickly(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> tuple[list[Placed], bool]:
+def pack_quickly(maps: Sequence[tuple[FloatArray, IntArray]], wish: Wish) -> tuple[list[PackedChart], bool]:
     """`pack_maps` by a search without moves; and whether a search has any for so many charts."""
     return pack_maps(maps, replace(wish, resolution=None)), len(maps) <= FEW
 
 
-def fill_of(placed: Sequence[Placed]) -> float:
+def fill_of(placed: Sequence[PackedChart]) -> float:
     """The share of the pages that charts cover."""
     return sum(chart.area for chart in placed) / (1 + max(chart.page for chart in placed))
 

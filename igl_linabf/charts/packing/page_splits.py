@@ -14,12 +14,12 @@ from ..._core import behind_least_cut, divisions, narrowest_turns
 from ..._types import BoolArray, FloatArray, IntArray
 from ...measures import Quality, overlapping_pairs_of_chart, quality_of_each
 from ...surface import Submesh, complex_positions
-from ..atlas import Chart, cut_out
+from ..atlas import Chart, flattening_of_part
 from .flat_charts import OUTWARDS, Cells, Flat, whole_outlines
 from .packing import Wish
 from .trial_pages import Drawn, TrialPage
 
-MOST_CHARTS, SMALL = 30, 1 / 400  # that are tried on a page; of more, those with this share of the area
+MOST_TRIAL_CHARTS, SMALL = 30, 1 / 400  # that are tried on a page; of more, those with this share of the area
 MOST_CUTS, MOST_IDLE = 8, 1  # of all cuts, and of those in a row that do not pay yet
 DIRECTIONS, OFFSETS = 8, 7  # of the lines that are tried
 TRIED, SOUGHT = 8, 3  # of them are packed, and of these shifted to the shortest seam
@@ -117,11 +117,11 @@ def _flat(done: Charts) -> list[Flat]:
 
 def _largest(charts: list[Flat]) -> tuple[list[Flat], list[Flat]]:
     """The largest charts, in their order, and the others."""
-    if len(charts) <= MOST_CHARTS:
+    if len(charts) <= MOST_TRIAL_CHARTS:
         return charts, []
     size = np.array([chart.piece.measured[0].sum() for chart in charts])
     is_large = np.zeros(len(charts), dtype=bool)
-    is_large[np.argsort(-size, kind="stable")[:MOST_CHARTS]] = True
+    is_large[np.argsort(-size, kind="stable")[:MOST_TRIAL_CHARTS]] = True
     is_large &= size > SMALL * size.sum()
     return [chart for chart in charts if is_large[chart.parent]], [
         chart for chart in charts if not is_large[chart.parent]
@@ -159,7 +159,7 @@ def _within(done: Charts, made: Charts, parts: list[Flat], most_stretch: float) 
 
 
 def _part_of(chart: Chart, piece: Submesh, part: Flat, quality: Quality) -> Chart:
-    result = cut_out(chart.result, piece, part.piece, part.uv)
+    result = flattening_of_part(chart.result, piece, part.piece, part.uv)
     result = replace(result, message=f"{result.message}; one of the parts that its map is cut into")
     return replace(
         chart, faces=part.piece.faces, result=result, quality=quality, overlapping=quality.overlaps

@@ -12,7 +12,7 @@ import numpy as np
 
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Submesh
-from ..atlas import distortion
+from ..atlas import sketched_distortion
 from ..cut_graphs import DIRECT, ClosedSurface, expected_stretch, handles_of_clusters, join_terminals
 from ..features import TIP, tips
 
@@ -203,11 +203,13 @@ class Nets:
         if not levels:
             return None
         left = cache(lambda level: self._left(level, parts, grown))
-        uncut = np.inf if gain is None else distortion(parts(seam[:0])) - gain
+        uncut = np.inf if gain is None else sketched_distortion(parts(seam[:0])) - gain
         expected = self.cost(seam)
         best, least = self._cheapest(levels, min(expected, uncut), left)
         if best is None or least > expected - CLEAR:  # less than that a map's stretch hardly is
-            best, _ = self._cheapest(levels, min(distortion(parts(seam)) + self._price(seam), uncut), left)
+            best, _ = self._cheapest(
+                levels, min(sketched_distortion(parts(seam)) + self._price(seam), uncut), left
+            )
         return best
 
     def _cheapest(
@@ -230,7 +232,7 @@ class Nets:
         net = self._net(level)
         if self.expected(net) > 1 + EXACT:
             net = grown(level)
-        return net, distortion(parts(net))
+        return net, sketched_distortion(parts(net))
 
     def _promising(self, seam: Seam, grown: Grown) -> list[int]:
         """The levels of nets that are exact, or with branches are expected to cost clearly less than a seam.

@@ -11,7 +11,7 @@ from ..._types import FloatArray
 from ...errors import MeshError, OutcomeWarning, some, stack_level
 from ...measures import quality_of
 from ...surface import Submesh
-from ..atlas import Atlas, Chart, textured_seams
+from ..atlas import Atlas, Chart, seams_and_mismatch
 from .shifted_maps import Shifted
 
 MOST_HALVINGS = 8  # of a period that is too long
@@ -68,7 +68,7 @@ def _shifted(surface: Submesh, atlas: Atlas, pieces: list[Submesh], period: floa
         raise MeshError(f"{flips}, as cones lie too near to each other for this period: {advice}")
     V = np.concatenate([piece.V for piece in pieces])
     whole = Submesh(V, atlas.FTC, surface.faces, atlas.origin, surface.n_given)
-    mismatch = textured_seams(surface.topology, TC, atlas.FTC)[1]
+    mismatch = seams_and_mismatch(surface.topology, TC, atlas.FTC)[1]
     return replace(
         atlas, TC=TC, charts=charts, period=period, seam_mismatch=mismatch, quality=quality_of(whole, TC)
     )

@@ -10,7 +10,7 @@ from scipy import sparse
 from ..._types import ComplexArray, IntArray
 from ...errors import MeshError, some
 from ...surface import NEXT, PREV, Submesh, connected_labels
-from ..atlas import rows_between_textures
+from ..atlas import rows_of_texture_seams
 
 TURNED = 1e-3  # by how much the sides of a seam edge may be off a multiple of 90 degrees
 
@@ -39,7 +39,7 @@ class SeamSides:
     @classmethod
     def of(cls, surface: Submesh, z: ComplexArray, FTC: IntArray) -> SeamSides:
         topology = surface.topology
-        rows = rows_between_textures(topology, FTC)
+        rows = rows_of_texture_seams(topology, FTC)
         start, end = FTC.T[NEXT].ravel(), FTC.T[PREV].ravel()
         one, other = topology.sides[:, rows]
         tail, head = surface.F.T[NEXT].ravel(), surface.F.T[PREV].ravel()

@@ -23,7 +23,7 @@ from ...surface import (
     flat_angles,
     signed_double_areas,
 )
-from ..atlas import of_own_size
+from ..atlas import scaled_to_surface
 from .small_charts import DENSE, LARGE, PRESSED, STRETCHED, WIDTHS
 
 RINGS = 3  # around faces that overlap, that are laid out with them where they alone find no room
@@ -145,7 +145,7 @@ class _Plan:
         corner = self._piece.topology.corner[:, self._moved]
         angles = result.angles.copy()
         angles[self._moved] = flat_angles(self._z, corner).T
-        uv = of_own_size(coordinates(self._z), self._piece)
+        uv = scaled_to_surface(coordinates(self._z), self._piece)
         number = np.count_nonzero(self._moved)
         message = f"{result.message}; {number:,} faces where it overlapped are laid out narrower"
         return replace(result, uv=uv, angles=angles, message=message)

@@ -11,7 +11,7 @@ from ...errors import MeshError, SingularSystemError
 from ...flattening import Flattening, Rough, flatten_together
 from ...measures import change_of, overlapping_pairs_of_chart
 from ...surface import NEXT, Submesh, cleaned_surface
-from ..atlas import flattened
+from ..atlas import flatten_piece
 from ..cut_graphs import SurfaceGraph
 from .crease_cuts import split_at_creases
 from .overlap_seams import MAX_SPLITS, split_overlaps
@@ -150,7 +150,7 @@ def _sketches(disks: list[Submesh]) -> list[Flattening | None]:
 
 def _sketch(disk: Submesh) -> Flattening | None:
     try:
-        return flattened(disk, Rough())
+        return flatten_piece(disk, Rough())
     except (MeshError, SingularSystemError):
         return None
 

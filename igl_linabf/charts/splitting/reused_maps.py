@@ -14,7 +14,7 @@ from ..._types import FloatArray, IntArray
 from ...flattening import Flattening
 from ...measures import Change, Quality, change_of, quality_of_each
 from ...surface import Ragged, Submesh, complex_positions, signed_double_areas
-from ..atlas import NO_QUALITY, cut_out, of_own_size, on_part
+from ..atlas import NO_QUALITY, flattening_of_part, scaled_to_surface, uv_of_part
 
 KEPT = 0.9  # share of its faces from which on the largest part keeps the map; others gain by a new one
 REUSED_STRETCH = 1.3  # L2 stretch up to which it does: of more, a new map has less, and fewer overlaps
@@ -70,7 +70,7 @@ def reuse_maps(
     apart[of[left[:, 0]]] = False
     large, even = size >= KEPT * len(piece.F), apart & (high <= EXACT**2 * low)
     asked = np.flatnonzero(large | even).tolist()
-    maps = [of_own_size(on_part(result.uv, piece, parts[k]), parts[k]) for k in asked]
+    maps = [scaled_to_surface(uv_of_part(result.uv, piece, parts[k]), parts[k]) for k in asked]
     own = [np.searchsorted(rows[k], left[of[left[:, 0]] == k]) for k in asked]
     table = [(parts[k], uv, len(over)) for k, uv, over in zip(asked, maps, own, strict=True)]
     whole = iter(quality_of_each([entry for k, entry in zip(asked, table, strict=True) if even[k]]))
@@ -78,7 +78,7 @@ def reuse_maps(
     for k, uv, over, quality in zip(asked, maps, own, measured, strict=True):
         exact = max(quality.stretch_l2, quality.conformal_distortion) <= EXACT
         if exact or keeps_map(int(size[k]), len(piece.F), quality.stretch_l2):
-            made = cut_out(result, piece, parts[k], uv)
+            made = flattening_of_part(result, piece, parts[k], uv)
             cut_off = f"a part of this map, {len(piece.F) - len(parts[k].F):,} faces were cut off"
             made = replace(made, message=f"{result.message}; {cut_off}")
             kept[k] = KnownMap(made, over, quality, without_tips)

@@ -21,7 +21,7 @@ from ...layouts import at_rest, energy_matrix, least_squares
 from ...linalg import NotPositiveDefiniteError, Solvers
 from ...measures import change_of, quality_of_each
 from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
-from ..atlas import Chart, of_own_size
+from ..atlas import Chart, scaled_to_surface
 
 FEW, LARGE = 16, 0.01  # faces of a small chart; and the share of the surface's area that it may have
 NEGLIGIBLE, MANY = 1e-3, 300  # the share of a chart that is small whatever its faces, up to so many
@@ -255,7 +255,7 @@ class _Host:
             piece.n_given,
             np.concatenate(inner)[order] if inner else None,
         )
-        flat = of_own_size(np.concatenate(uv), whole)
+        flat = scaled_to_surface(np.concatenate(uv), whole)
         place = np.empty(len(order), dtype=np.int64)
         place[order] = np.arange(len(order))
         number = len(whole.F) - len(piece.F)

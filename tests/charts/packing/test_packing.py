@@ -16,7 +16,7 @@ from igl_linabf.charts import pack
 from igl_linabf.charts.packing.flat_charts import Cells, Flat
 from igl_linabf.charts.packing.layout_search import largest_layout
 from igl_linabf.charts.packing.outlines import masks_of
-from igl_linabf.charts.packing.packing import Placed, Wish, _prepared
+from igl_linabf.charts.packing.packing import PackedChart, Wish, _prepared
 from igl_linabf.surface import Submesh, complex_positions, signed_double_areas
 
 Chart = tuple[np.ndarray, np.ndarray]
@@ -140,7 +140,7 @@ def test_the_scale_is_searched_finely() -> None:
     assert fill([box(side, side) for side in sides]) > 0.85
 
 
-def footprints(placed: list[Placed], charts: list[Chart], resolution: int) -> np.ndarray:
+def footprints(placed: list[PackedChart], charts: list[Chart], resolution: int) -> np.ndarray:
     """How many charts meet the bilinear kernel of each texel, by page."""
     count = np.zeros((max(new.page for new in placed) + 1, resolution, resolution), dtype=np.int64)
     for new, (_, F) in zip(placed, charts, strict=True):
@@ -194,7 +194,7 @@ def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
     assert atlas.scale * 128 == pytest.approx(density)
     charts = [(atlas.TC, atlas.FTC[atlas.chart == k]) for k in range(len(atlas.charts))]
     parts = [igl.remove_unreferenced(np.insert(uv, 2, 0.0, axis=1), F)[:2] for uv, F in charts]
-    placed = [Placed(1, 0, uv[:, :2], 0, page) for (uv, _), page in zip(parts, atlas.page, strict=True)]
+    placed = [PackedChart(1, 0, uv[:, :2], 0, page) for (uv, _), page in zip(parts, atlas.page, strict=True)]
     assert footprints(placed, parts, 128).max() == 1
     with pytest.raises(MeshError, match="fit on 2 pages"):
         unwrap(V, F, resolution=128, texel_density=density, pages=2)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from igl_linabf import flatten, unwrap
-from igl_linabf.charts.atlas.pieces import flattened
+from igl_linabf.charts.atlas.pieces import flatten_piece
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.cut_graphs.clusters import CLUSTERED, Levels
 from igl_linabf.charts.cut_graphs.stretch import log_scale
@@ -29,7 +29,7 @@ def test_overlaps_of_large_surfaces_are_predicted() -> None:
     for parted in (False, True):
         parts = surface.cut_along(seams.seams_of(surface, 6.0, part_overlaps=parted))
         assert all(not part.topology.genus and len(part.topology.loops) == 1 for part in parts)
-        overlapping += [sum(len(overlapping_pairs(flattened(p, Sketch()).uv, p.F)) for p in parts)]
+        overlapping += [sum(len(overlapping_pairs(flatten_piece(p, Sketch()).uv, p.F)) for p in parts)]
     assert len(parts) <= 4
     assert overlapping[1] <= overlapping[0] / 20
 
