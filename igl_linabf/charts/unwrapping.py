@@ -30,7 +30,7 @@ from .atlas import (
 )
 from .charting import CHARTS_END, SEAMS_END, charts_of, pieces_of
 from .cones import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
-from .features import Hiding, hiding
+from .features import Hiding, hiding_weights
 from .options import Task
 from .packing import (
     MOST_TRIAL_CHARTS,
@@ -220,7 +220,7 @@ def unwrap(
         return atlas_of_polygons(empty_atlas(cleaned, given), split)
     finds = seams is None or complete
     face = np.arange(len(given)) if split is None else split.face
-    hidden = hiding(surface, hide, face)
+    hidden = hiding_weights(surface, hide, face)
     task = Task(method_of(method), finds, trade, holes, bijective, max_stretch, hidden)
     with reporting(progress):
         if cones is None:

@@ -11,7 +11,7 @@ import numpy as np
 from ..._core import lengths
 from ..._types import FloatArray, IntArray
 from ...surface import Submesh, sum_by
-from ..features import Smoothing, all_bends, angle_noise, sharpness, shown, valleys
+from ..features import Smoothing, curvature_noise, dihedral_angles, hiding_factors, sharpness, valley_factors
 from .graph import SurfaceGraph
 from .laplacians import LARGEST_WEIGHT, SMALLEST_WEIGHT, SurfaceLaplacian
 
@@ -92,7 +92,7 @@ class ClosedSurface:
     ) -> ClosedSurface:
         """Contract the boundary loops of a surface in one piece.
 
-        `hidden` is as `hiding` returns it; `bend` are the `all_bends`, if they are known.
+        `hidden` is as `hiding_weights` returns it; `bend` are the `dihedral_angles`, if they are known.
         """
         V, topology = component.V, component.topology
         holes = len(topology.loops)
@@ -103,7 +103,7 @@ class ClosedSurface:
         node[node < 0] = np.arange(holes, n)
         cell, inside = component.polygon_labels, component.cuttable_edges
         edges, beside = topology.edges_inside, topology.faces_inside
-        every, bend = topology.inside, all_bends(component) if bend is None else bend
+        every, bend = topology.inside, dihedral_angles(component) if bend is None else bend
         if component.inner is not None:
             taken = np.searchsorted(every, inside)
             edges, beside, bend = edges[taken], cell[beside[taken]], bend[taken]
@@ -112,7 +112,11 @@ class ClosedSurface:
         double_area, dot = component.measured
         size = float(np.sqrt(double_area.sum() / 2))
         smoothing = cache(partial(Smoothing, component, edges, in_space))
-        seen = np.ones(len(edges)) if hidden is None else shown(component, edges, hidden, smoothing(), size)
+        seen = (
+            np.ones(len(edges))
+            if hidden is None
+            else hiding_factors(component, edges, hidden, smoothing(), size)
+        )
         vertex = np.empty(n, dtype=np.int64)
         vertex[node] = np.arange(len(V))
         cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
@@ -128,10 +132,10 @@ class ClosedSurface:
                 in_space,
                 seen,
                 sharpness(bend),
-                lambda: valleys(component, edges, in_space, bend, smoothing(), size),
+                lambda: valley_factors(component, edges, in_space, bend, smoothing(), size),
             ),
             curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
-            noise=angle_noise(component, every_length, node, n),
+            noise=curvature_noise(component, every_length, node, n),
             area=sum_by(node[topology.corner].ravel(), np.tile(double_area / 6, 3), n),
             laplacian=SurfaceLaplacian(n, node[topology.edges_inside], cotangent, weight),
             size=size,

@@ -3,20 +3,20 @@
 In: a surface. Out: dihedral angles, creases, curvature without noise; how visible each vertex is.
 """
 
-from .creased_surface import Creased
+from .creased_surface import CreasedSurface
 from .curvature import (
     NOISE,
     SHARP,
     TIP,
     Smoothing,
-    all_bends,
-    angle_noise,
+    apexes,
+    box_sides,
+    curvature_noise,
+    dihedral_angles,
     extent,
     face_normals,
     flat_share,
     flat_shares,
     sharpness,
-    sides_of_box,
-    tips,
 )
-from .visibility import HIDING, Hiding, hiding, shown, valleys
+from .visibility import HIDING, Hiding, hiding_factors, hiding_weights, valley_factors

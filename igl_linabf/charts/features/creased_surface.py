@@ -10,22 +10,22 @@ import numpy as np
 from ..._core import lengths
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Submesh, sum_by
-from .curvature import NOISE, SHARP, SOFT, all_bends, extents_of, flat_shares, tips
-from .visibility import shown_between
+from .curvature import NOISE, SHARP, SOFT, apexes, component_extents, dihedral_angles, flat_shares
+from .visibility import hiding_factor_between
 
 NEEDLE = 1e-12  # area over squared length, up to which no face may be a chart alone
 GAIN = 0.02  # sum of squared curvatures, in full turns, from which on a disk gains by a seam
 
 
 @dataclass(frozen=True, eq=False)
-class Creased:
+class CreasedSurface:
     """A surface of several components, its creases and its curvature.
 
     Attributes
     ----------
     surface : Submesh
     hidden : (#F',) float64 or None
-        How well each of the caller's faces hides a seam, as of `hiding`.
+        How well each of the caller's faces hides a seam, as of `hiding_weights`.
     """
 
     surface: Submesh
@@ -39,7 +39,7 @@ class Creased:
     @cached_property
     def extent(self) -> FloatArray:
         """Of each component."""
-        return extents_of(self.surface, self.label)
+        return component_extents(self.surface, self.label)
 
     @property
     def inside(self) -> IntArray:
@@ -62,7 +62,7 @@ class Creased:
         a, b = (3 * face + (corner + k) % 3 for k in (1, 2))
         return np.stack((a[0], b[0])), np.stack((b[1], a[1]))
 
-    def marked(self, rows: IntArray | BoolArray | slice) -> BoolArray:
+    def side_mask(self, rows: IntArray | BoolArray | slice) -> BoolArray:
         """The mask, (#F, 3), of the sides from corner k to k + 1 that are such edges."""
         surface = self.surface
         corner, face = np.divmod(surface.topology.sides[:, self.inside[rows]], len(surface.F))
@@ -71,9 +71,9 @@ class Creased:
         return sides
 
     @cached_property
-    def rim(self) -> BoolArray:
+    def boundary_sides(self) -> BoolArray:
         """The mask of the sides on the boundary."""
-        return ~self.marked(slice(None))
+        return ~self.side_mask(slice(None))
 
     @cached_property
     def length(self) -> FloatArray:
@@ -81,21 +81,21 @@ class Creased:
         return lengths(self.surface.V, self.ends)
 
     @cached_property
-    def shown_length(self) -> FloatArray:
+    def visible_length(self) -> FloatArray:
         """The same, as long as seams there look: shorter where the two faces hide them."""
         if self.hidden is None:
             return self.length
-        return np.asarray(self.length * shown_between(self.hidden[self.surface.faces[self.faces]]))
+        return np.asarray(self.length * hiding_factor_between(self.hidden[self.surface.faces[self.faces]]))
 
     @cached_property
-    def turned(self) -> FloatArray:
-        """`all_bends`, at these edges."""
-        return all_bends(self.surface, self.extent[self.label])
+    def dihedral(self) -> FloatArray:
+        """`dihedral_angles`, at these edges."""
+        return dihedral_angles(self.surface, self.extent[self.label])
 
     @cached_property
-    def bend(self) -> FloatArray:
+    def crease_angle(self) -> FloatArray:
         """The size of these; nothing at the diagonals of polygons."""
-        size = np.abs(self.turned)
+        size = np.abs(self.dihedral)
         if self.surface.inner is not None:
             size[~np.isin(self.inside, self.surface.cuttable_edges)] = 0.0
         return np.asarray(size)
@@ -103,7 +103,7 @@ class Creased:
     @cached_property
     def sharp(self) -> BoolArray:
         """Whether these are sharp creases."""
-        return np.asarray(self.bend >= SHARP)
+        return np.asarray(self.crease_angle >= SHARP)
 
     @cached_property
     def curvature(self) -> FloatArray:
@@ -111,12 +111,12 @@ class Creased:
         surface, n = self.surface, len(self.surface.V)
         size = np.abs(2 * np.pi - surface.angle_sums)
         size[np.concatenate([*surface.topology.loops, np.zeros(0, dtype=np.int64)])] = 0.0
-        turned = np.repeat(NOISE * self.extent_at_edges / np.maximum(self.length, np.finfo(float).tiny), 2)
+        turned = np.repeat(NOISE * self.edge_extent / np.maximum(self.length, np.finfo(float).tiny), 2)
         noise = np.bincount(self.ends.ravel(), turned, n)
         return np.where(size > noise, size, 0.0)
 
     @cached_property
-    def extent_at_edges(self) -> FloatArray:
+    def edge_extent(self) -> FloatArray:
         """That of the component of each edge."""
         return np.asarray(self.extent[self.label[self.faces[:, 0]]])
 
@@ -128,14 +128,14 @@ class Creased:
         return on_sharp
 
     @cached_property
-    def tip(self) -> BoolArray:
+    def is_apex(self) -> BoolArray:
         """Which are off these, and a tip, as a cone's apex is."""
         on_soft = np.zeros(len(self.surface.V), dtype=bool)
-        on_soft[self.ends[self.bend > SOFT]] = True
-        return tips(self.curvature, self.ends, self.on_sharp, on_soft)
+        on_soft[self.ends[self.crease_angle > SOFT]] = True
+        return apexes(self.curvature, self.ends, self.on_sharp, on_soft)
 
     @cached_property
-    def area(self) -> FloatArray:
+    def double_area(self) -> FloatArray:
         """Of each component, twice."""
         return sum_by(self.label, self.surface.measured[0], len(self.extent))
 
@@ -144,7 +144,7 @@ class Creased:
         """`flat_shares` of the components."""
         return flat_shares(self.surface, self.label)
 
-    def in_components(self, vertices: BoolArray, weight: FloatArray | None = None) -> FloatArray:
+    def per_component(self, vertices: BoolArray, weight: FloatArray | None = None) -> FloatArray:
         """How many of some vertices each component has, or the sum of their weights."""
         own = None if weight is None else weight[vertices]
         return np.asarray(np.bincount(self._of_vertex[vertices], own, len(self.extent)))
@@ -157,7 +157,7 @@ class Creased:
         return of
 
     @cached_property
-    def loops(self) -> IntArray:
+    def n_loops(self) -> IntArray:
         """How many boundary loops each component has."""
         first = np.array([loop[0] for loop in self.surface.topology.loops], dtype=np.int64)
         return np.asarray(np.bincount(self._of_vertex[first], minlength=len(self.extent)))
@@ -169,9 +169,9 @@ class Creased:
         A disk has to gain by seams, unless nothing is curved.
         """
         surface, everywhere = self.surface, np.ones(len(self.surface.V), dtype=bool)
-        gain = self.in_components(everywhere, (self.curvature / (2 * np.pi)) ** 2)
+        gain = self.per_component(everywhere, (self.curvature / (2 * np.pi)) ** 2)
         double_area, dot = surface.measured
         needle = double_area <= NEEDLE * (dot[NEXT] + dot[PREV]).max(axis=0)  # it has no map of its own
-        may = (self.loops != 1) | (gain == 0) | (gain > GAIN)
+        may = (self.n_loops != 1) | (gain == 0) | (gain > GAIN)
         may &= np.bincount(self.label[needle], minlength=len(self.extent)) == 0
         return np.asarray(may)

@@ -37,7 +37,7 @@ class Smoothing:
         return pairs if values.ndim > 1 else np.ascontiguousarray(pairs[:, 0])
 
 
-def turned_at(
+def mean_curvature(
     component: Submesh, edges: IntArray, length: FloatArray, bend: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Twice the mean curvature, integrated around each vertex, and the area there."""
@@ -58,10 +58,10 @@ OUTSTANDING = 4.0  # times the curvature of any neighbour: that of the apex of a
 
 def extent(V: FloatArray) -> float:
     """The longest side of the bounding box."""
-    return float(sides_of_box(V).max())
+    return float(box_sides(V).max())
 
 
-def sides_of_box(V: FloatArray) -> FloatArray:
+def box_sides(V: FloatArray) -> FloatArray:
     """Of the bounding box; a column at a time takes a tenth of the time."""
     return np.array([np.ptp(x) for x in V.T])
 
@@ -93,7 +93,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
     return np.asarray(normal)
 
 
-def all_bends(component: Submesh, size: FloatArray | None = None) -> FloatArray:
+def dihedral_angles(component: Submesh, size: FloatArray | None = None) -> FloatArray:
     """Angle between `face_normals` at each edge of two faces; negative where the surface is concave."""
     topology = component.topology
     return bends(component.V, topology.corner, topology.sides_inside, face_normals(component, size))
@@ -104,7 +104,7 @@ def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
 
     Faces that make up one triangle, as those of a subdivided mesh do, count as this one. A normal may turn
     by `STRAIGHT` along a way as long as the surface is large. On smooth surfaces, fine or coarse, that is
-    about a tenth of the area. `bend` are its `all_bends`, if they are known.
+    about a tenth of the area. `bend` are its `dihedral_angles`, if they are known.
     """
     return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
 
@@ -116,9 +116,9 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
     double_area = surface.measured[0]
     total = sum_by(of, double_area, number)
     length = lengths(surface.V, topology.edges_inside)
-    size = extents_of(surface, of)[of] if number > 1 else np.broadcast_to(extent(surface.V), m)
+    size = component_extents(surface, of)[of] if number > 1 else np.broadcast_to(extent(surface.V), m)
     if bend is None:
-        bend = all_bends(surface, size if number > 1 else None)
+        bend = dihedral_angles(surface, size if number > 1 else None)
     bend = np.abs(bend)
     facet = _facets(surface, sides, bend, size)
     area, (one, other), whole = double_area, sides, np.sqrt(total / 2)
@@ -164,7 +164,7 @@ def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArra
     return np.unique(np.where(triangle[plane], m + plane, np.arange(m)), return_inverse=True)[1]
 
 
-def extents_of(surface: Submesh, of: IntArray) -> FloatArray:
+def component_extents(surface: Submesh, of: IntArray) -> FloatArray:
     """The `extent` of each component; `of` is the component of each face."""
     if not of.any():
         return np.full(1, extent(surface.V))
@@ -179,7 +179,7 @@ def sharpness(bend: FloatArray) -> FloatArray:
     return np.asarray(np.clip((np.abs(bend) - SOFT) / (SHARP - SOFT), 0.0, 1.0))
 
 
-def angle_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) -> FloatArray:
+def curvature_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) -> FloatArray:
     """The curvature that rounding of coordinates makes at each node: long edges turn less than short ones.
 
     `length` is that of the topology's edges.
@@ -189,7 +189,7 @@ def angle_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) 
     return np.asarray(np.bincount(a, turned, minlength=n) + np.bincount(b, turned, minlength=n))
 
 
-def tips(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolArray) -> BoolArray:
+def apexes(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolArray) -> BoolArray:
     """Which vertices off sharp creases are a tip, as a cone's apex is.
 
     On a coarse ball all vertices are as curved, and on soft creases. There a tip stands out from its

@@ -12,7 +12,7 @@ import numpy as np
 from ..._core import lengths
 from ..._types import FloatArray
 from ...surface import Submesh
-from .curvature import Smoothing, all_bends, flat_share, turned_at
+from .curvature import Smoothing, dihedral_angles, flat_share, mean_curvature
 
 FINE, COARSE = 0.01, 0.05  # times the square root of the area: the two scales
 MAX_STEPS = 60  # of smoothing to the coarse one; the fine one then has as large a share
@@ -22,10 +22,10 @@ CLEAR = 0.1  # length of the mean normal, from which on it is clear where the fr
 UNCLEAR = 0.1  # share of that, up to which there is none
 
 
-def behind(component: Submesh) -> FloatArray:
+def facing_away(component: Submesh) -> FloatArray:
     """How far each face looks away from the front, from -1 to 1; all 0 if the body has none."""
     nowhere = np.zeros(len(component.F))
-    if len(component.F) < LEAST or flat_share(component, bend := all_bends(component)) > SMOOTH:
+    if len(component.F) < LEAST or flat_share(component, bend := dihedral_angles(component)) > SMOOTH:
         return nowhere
     double_area, salience = component.measured[0], _salience(component, bend)[component.F].sum(axis=1)
     a, b, c = component.V[component.F.T]
@@ -43,7 +43,7 @@ def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
     topology = component.topology
     edges = topology.edges[topology.sides[1] >= 0]
     length = lengths(component.V, edges)
-    turned = np.column_stack(turned_at(component, edges, length, bend))  # and the area
+    turned = np.column_stack(mean_curvature(component, edges, length, bend))  # and the area
     smoothing, size = Smoothing(component, edges, length), float(np.sqrt(turned[:, 1].sum()))
     coarse = smoothing.steps(COARSE * size, MAX_STEPS)
     fine = max(round(coarse * (FINE / COARSE) ** 2), 1)

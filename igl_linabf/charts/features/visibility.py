@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from ..._types import FloatArray, IntArray
 from ...errors import MeshError, MeshWarning, some, stack_level
 from ...surface import Submesh
-from .curvature import Smoothing, turned_at
-from .view_salience import behind
+from .curvature import Smoothing, mean_curvature
+from .view_salience import facing_away
 
 REACH = 0.02  # times the square root of the area: how far values are smoothed
 MAX_STEPS = 30  # of smoothing
@@ -26,7 +26,7 @@ LEAST_SHARE = 0.01  # of all triangles that a body has which is looked at
 Hiding = ArrayLike | Literal["back"]
 
 
-def hiding(surface: Submesh, hide: Hiding | None, face: IntArray) -> FloatArray | None:
+def hiding_weights(surface: Submesh, hide: Hiding | None, face: IntArray) -> FloatArray | None:
     """How well each triangle hides a seam, from -1 to 1; None if it does not matter.
 
     `hide` is a direction, (3,), the weights of the caller's faces, or "back"; `face` is each triangle's.
@@ -62,7 +62,7 @@ def _backs(surface: Submesh, hide: str, n_faces: int) -> FloatArray:
     made = np.zeros(n_faces)
     for part in surface.components():
         if len(part.F) >= LEAST_SHARE * len(surface.F):
-            made[part.faces] = GUESSED * behind(part)
+            made[part.faces] = GUESSED * facing_away(part)
     if not made.any():
         said = "no body has details that tell where its back is: seams lie anywhere; pass hide a direction"
         warnings.warn(said, MeshWarning, stacklevel=stack_level())
@@ -85,7 +85,7 @@ def _facing(surface: Submesh, direction: FloatArray) -> FloatArray:
     return facing
 
 
-def valleys(
+def valley_factors(
     component: Submesh,
     edges: IntArray,
     length: FloatArray,
@@ -95,13 +95,13 @@ def valleys(
 ) -> FloatArray:
     """What a seam's length is multiplied by at each edge: less than 1 in concave valleys."""
     steps = smoothing.steps(REACH * size, MAX_STEPS)
-    turned, area = smoothing.of(np.column_stack(turned_at(component, edges, length, bend)), steps).T
+    turned, area = smoothing.of(np.column_stack(mean_curvature(component, edges, length, bend)), steps).T
     depth = np.maximum(-turned / area * size, 0)
     depth = (depth[edges[:, 0]] + depth[edges[:, 1]]) / 2
     return np.asarray(1 - VALLEY_DISCOUNT * depth / (depth + VALLEY))
 
 
-def shown(
+def hiding_factors(
     component: Submesh, edges: IntArray, hidden: FloatArray, smoothing: Smoothing, size: float
 ) -> FloatArray:
     """What a seam's length is multiplied by at each edge, as `hidden` says of the caller's faces."""
@@ -110,9 +110,9 @@ def shown(
     area = np.bincount(corner, np.tile(double_area, 3), minlength=n)
     mean = np.bincount(corner, np.tile(double_area * hidden[component.faces], 3), minlength=n) / area
     mean = smoothing.of(mean, smoothing.steps(REACH * size, MAX_STEPS))
-    return shown_between(mean[edges])
+    return hiding_factor_between(mean[edges])
 
 
-def shown_between(hidden: FloatArray) -> FloatArray:
+def hiding_factor_between(hidden: FloatArray) -> FloatArray:
     """What a seam's length is multiplied by between two faces, or vertices, that hide it so well, (#E, 2)."""
     return np.asarray(HIDING ** -hidden.mean(axis=1))

@@ -14,7 +14,7 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Submesh
 from ..atlas import sketched_distortion
 from ..cut_graphs import DIRECT, ClosedSurface, expected_stretch, handles_of_clusters, join_terminals
-from ..features import TIP, tips
+from ..features import TIP, apexes
 
 Seam = IntArray
 LogScale = Callable[[Seam], FloatArray]
@@ -109,7 +109,7 @@ class Nets:
         """The nodes on sharp creases, and the tips."""
         on_soft = np.zeros(self.piece.graph.n, dtype=bool)
         on_soft[self.piece.graph.ends[self.piece.features.sharpness > 0]] = True
-        return self._on_sharp | tips(self._bent, self.piece.graph.ends, self._on_sharp, on_soft)
+        return self._on_sharp | apexes(self._bent, self.piece.graph.ends, self._on_sharp, on_soft)
 
     @cached_property
     def creased(self) -> bool:

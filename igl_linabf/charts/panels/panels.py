@@ -28,7 +28,7 @@ from ...surface import (
     sum_by,
 )
 from ..cut_graphs import ClosedSurface, join_terminals, open_handles
-from ..features import NOISE, TIP, Creased, sharpness
+from ..features import NOISE, TIP, CreasedSurface, sharpness
 from .nets import FLAT_SHARE_OF_NETS, NEAR_CREASED, SHARP_CREASE_PRICE
 
 FOLD = np.deg2rad(5.0)  # bend from which on an edge is a crease between panels
@@ -51,7 +51,7 @@ class Panels:
 
     Attributes
     ----------
-    creased : Creased
+    creased : CreasedSurface
     same : float
         Of the extent, and radians, up to which two motions bring creases together alike.
     opens_handles : bool
@@ -60,7 +60,7 @@ class Panels:
         Price of a component's seams, from which on they are sought in another way.
     """
 
-    creased: Creased
+    creased: CreasedSurface
     same: ClassVar[float] = SAME
     opens_handles: ClassVar[bool] = False
     dearest: ClassVar[float] = np.inf
@@ -68,7 +68,7 @@ class Panels:
     @cached_property
     def fold(self) -> BoolArray:
         """Whether edges part panels."""
-        return np.asarray(self.creased.bend >= FOLD)
+        return np.asarray(self.creased.crease_angle >= FOLD)
 
     @cached_property
     def opened(self) -> BoolArray:
@@ -77,7 +77,7 @@ class Panels:
 
     def fits(self, rows: IntArray | BoolArray) -> FloatArray:
         """By how much the two sides of such edges may miss each other when they are joined."""
-        return np.asarray(FITS * self.creased.extent_at_edges[rows])
+        return np.asarray(FITS * self.creased.edge_extent[rows])
 
     def depths(self, z: ComplexArray) -> FloatArray:
         """By how much the faces, laid flat, may reach into each other; negative for slivers."""
@@ -90,24 +90,24 @@ class Panels:
         """
         creased, bent = self.creased, self.creased.curvature
         smooth = (bent > 0) & ~creased.on_sharp
-        made = np.asarray(creased.in_components(smooth & (bent <= TIP)) == 0)
+        made = np.asarray(creased.per_component(smooth & (bent <= TIP)) == 0)
         if made.any():
-            made &= creased.in_components(smooth & ~creased.tip) == 0
+            made &= creased.per_component(smooth & ~creased.is_apex) == 0
         if not made.any():
             return made
         # no tree through what is curved costs less: each node has an edge, and an edge has two nodes
         least = np.full(len(bent), np.inf)
-        price = creased.shown_length * np.where(creased.sharp, SHARP_CREASE_PRICE, 1.0)
+        price = creased.visible_length * np.where(creased.sharp, SHARP_CREASE_PRICE, 1.0)
         np.minimum.at(least, creased.ends.ravel(), np.repeat(price, 2))
-        cheap = self.price(creased.in_components(bent > 0, least) / 2, trade) < NEAR_CREASED
+        cheap = self.price(creased.per_component(bent > 0, least) / 2, trade) < NEAR_CREASED
         if not cheap[made].all():
             cheap |= creased.flat_share >= FLAT_SHARE_OF_NETS
         made &= cheap & creased.may_fall_apart
-        return made & ((creased.loops > 0) | (creased.in_components(creased.on_sharp) > 0))
+        return made & ((creased.n_loops > 0) | (creased.per_component(creased.on_sharp) > 0))
 
     def price(self, length: FloatArray, trade: float) -> FloatArray:
         """What seams on sharp creases cost, of which this length counts in each component."""
-        length = length / np.sqrt(self.creased.area / 2)
+        length = length / np.sqrt(self.creased.double_area / 2)
         return np.asarray(np.maximum(0.0, length - SHARP_CREASE_PRICE * trade) / trade)
 
 
@@ -123,7 +123,7 @@ def panel_seams(panels: Panels, trade: float) -> tuple[IntArray, BoolArray]:
     if seam.any():
         seam |= _slits(panels, seam)[0]
     body = creased.label[creased.faces[:, 0]]
-    length = sum_by(body[seam], creased.shown_length[seam], len(creased.extent))
+    length = sum_by(body[seam], creased.visible_length[seam], len(creased.extent))
     dear = panels.price(SHARP_CREASE_PRICE * length, trade) > panels.dearest
     dear[creased.label[handles]] = True
     left = dear[creased.label]
@@ -156,9 +156,9 @@ def _slits(panels: Panels, cut: BoolArray) -> tuple[BoolArray, IntArray]:
     """Edges that open the parts of a cut surface to disks without tips; the faces of parts with handles."""
     creased, surface = panels.creased, panels.creased.surface
     slit, handles = np.zeros(len(cut), dtype=bool), np.zeros(0, dtype=np.int64)
-    sides = creased.marked(cut)
+    sides = creased.side_mask(cut)
     F, origin = cut_faces(surface.F, len(surface.V), surface.topology.sides, sides)
-    n, sides = len(origin), sides | creased.rim
+    n, sides = len(origin), sides | creased.boundary_sides
     label = face_components(F, n)
     of_vertex, tip = np.empty(n, dtype=np.int64), panels.opened[origin]
     of_vertex[F], tip[F[sides]], tip[F[:, NEXT][sides]] = label[:, None], False, False
@@ -204,7 +204,7 @@ def _opening(part: Submesh, tip: BoolArray, hidden: FloatArray | None) -> IntArr
     return part.vertices[piece.edges[seam]]
 
 
-def _laid_flat(creased: Creased, joined: BoolArray) -> ComplexArray:
+def _laid_flat(creased: CreasedSurface, joined: BoolArray) -> ComplexArray:
     """The corners of the faces, (#F, 3), each panel in a plane of its own, unfolded across these edges."""
     m = len(creased.surface.F)
     z, plane = _in_planes(creased, joined)
@@ -227,16 +227,16 @@ def _laid_flat(creased: Creased, joined: BoolArray) -> ComplexArray:
     return np.asarray(by[:, None] * z + to[:, None])
 
 
-def in_one_plane(creased: Creased) -> BoolArray:
+def in_one_plane(creased: CreasedSurface) -> BoolArray:
     """The edges whose two faces lie in one plane, as far as coordinates tell."""
     double_area, dot = creased.surface.measured
     longest = np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
     height = np.minimum(*(double_area / longest)[creased.faces.T])
-    noise = NOISE * creased.extent_at_edges / height
-    return np.asarray(creased.bend <= np.minimum(np.maximum(EVEN, 4 * noise), STEEP))
+    noise = NOISE * creased.edge_extent / height
+    return np.asarray(creased.crease_angle <= np.minimum(np.maximum(EVEN, 4 * noise), STEEP))
 
 
-def _in_planes(creased: Creased, joined: BoolArray) -> tuple[ComplexArray, IntArray]:
+def _in_planes(creased: CreasedSurface, joined: BoolArray) -> tuple[ComplexArray, IntArray]:
     """The corners of the faces in the planes that they lie in, and the plane of each face."""
     surface, m = creased.surface, len(creased.surface.F)
     double_area = surface.measured[0]
@@ -280,7 +280,7 @@ def _upright(z: ComplexArray, order: IntArray, panel: IntArray) -> ComplexArray:
     return np.asarray(longest[last].conj() / np.abs(longest[last]))
 
 
-def _longest(creased: Creased, z: ComplexArray, panel: IntArray) -> FloatArray:
+def _longest(creased: CreasedSurface, z: ComplexArray, panel: IntArray) -> FloatArray:
     """The longest panel of each component, as it lies across."""
     order = np.argsort(panel, kind="stable")
     panels = Ragged(np.searchsorted(panel[order], np.arange(int(panel.max()) + 2)))
@@ -329,8 +329,10 @@ def _hinges(panels: Panels, panel: IntArray, z: ComplexArray, trade: float) -> _
     back = pairs[:, 0] > pairs[:, 1]
     pairs[back] = pairs[back, ::-1]
     turn, shift = _motions(np.where(back, other, one), np.where(back, one, other))
-    length = creased.shown_length[rows] * (1 - (1 - SHARP_CREASE_PRICE) * sharpness(creased.bend[rows]))
-    step = panels.same * creased.extent_at_edges[rows]
+    length = creased.visible_length[rows] * (
+        1 - (1 - SHARP_CREASE_PRICE) * sharpness(creased.crease_angle[rows])
+    )
+    step = panels.same * creased.edge_extent[rows]
     rounded = (np.round(part) for part in (turn / panels.same, shift / step))
     keys = (*pairs.T, *(part for values in rounded for part in (values.real, values.imag)))
     order = np.lexsort((-length, *keys))

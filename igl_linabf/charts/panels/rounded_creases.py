@@ -51,7 +51,7 @@ class RoundedPanels(Panels):
         creased, plane = self.creased, self._plane
         number = int(plane.max()) + 1
         area, whole = sum_by(plane, creased.surface.measured[0], number), np.empty(number)
-        whole[plane] = creased.area[creased.label]
+        whole[plane] = creased.double_area[creased.label]
         pairs = plane[creased.faces[~creased.sharp]]
         pairs, beside = pairs[pairs[:, 0] != pairs[:, 1]], np.zeros(number)
         for one, other in (pairs.T, pairs[:, ::-1].T):
@@ -66,7 +66,7 @@ class RoundedPanels(Panels):
         """
         creased, smooth = self.creased, ~self.creased.sharp
         m, faces = len(creased.surface.F), self.creased.faces
-        way = creased.bend[smooth] + LEVEL * creased.length[smooth] / creased.extent_at_edges[smooth]
+        way = creased.crease_angle[smooth] + LEVEL * creased.length[smooth] / creased.edge_extent[smooth]
         indptr, indices, edge = shortest_pairs(faces[smooth], way, m)
         everywhere = np.ones(m, dtype=bool)
         _, _, source = nearest_sources(
@@ -80,7 +80,7 @@ class RoundedPanels(Panels):
         return np.asarray(self.creased.curvature > TIP)
 
     def fits(self, rows: IntArray | BoolArray) -> FloatArray:
-        extent = self.creased.extent_at_edges[rows]
+        extent = self.creased.edge_extent[rows]
         return np.maximum(FITS * extent, np.minimum(PLAY * extent, AWRY * self.creased.length[rows]))
 
     def depths(self, z: ComplexArray) -> FloatArray:
@@ -96,7 +96,7 @@ class RoundedPanels(Panels):
         made = creased.may_fall_apart & (creased.hidden is None)
         if made.any():
             large = np.where(self._large, creased.surface.measured[0], 0.0)
-            made &= sum_by(creased.label, large, len(made)) >= PLANAR * creased.area
+            made &= sum_by(creased.label, large, len(made)) >= PLANAR * creased.double_area
         if made.any():
             made &= np.bincount(creased.label[creased.faces[self.fold, 0]], minlength=len(made)) > 0
         return made

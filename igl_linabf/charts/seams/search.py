@@ -18,7 +18,7 @@ from ..cut_graphs import (
     log_scale,
     slide_into_valleys,
 )
-from ..features import Creased, Hiding, all_bends, flat_share, flat_shares, hiding
+from ..features import CreasedSurface, Hiding, dihedral_angles, flat_share, flat_shares, hiding_weights
 from ..panels import (
     FLAT_SHARE_OF_LARGE_NETS,
     FLAT_SHARE_OF_NETS,
@@ -167,7 +167,7 @@ def find_seams(
     (3, 2)
     """
     surface = Submesh.checked_manifold(V, F)
-    hidden = hiding(surface, hide, np.arange(len(surface.F)))
+    hidden = hiding_weights(surface, hide, np.arange(len(surface.F)))
     isometric = isinstance(method_of(method), Isometric)
     return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
 
@@ -187,7 +187,7 @@ def seams_of(
     """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
 
     A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
-    `hidden` as of `hiding`.
+    `hidden` as of `hiding_weights`.
     `isometric`: for maps that keep lengths; the small ones among many are found as for others.
     `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
     `panels`: so are those that are made of panels; with rounded creases only if no seams are to be hidden.
@@ -196,11 +196,11 @@ def seams_of(
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
     found, known = [np.zeros((0, 2), dtype=np.int64)], None
     if panels and trade > 0 and not holes:
-        of_panels, creased = _of_panels(Creased(surface, hidden), trade)
+        of_panels, creased = _of_panels(CreasedSurface(surface, hidden), trade)
         found += of_panels
         if creased is None:
             return np.concatenate(found)
-        surface, known = creased.surface, creased.turned
+        surface, known = creased.surface, creased.dihedral
     small = []
     shapes = _shapes(surface)
     for (component, loops, genus), is_small in zip(shapes, _are_small(surface, shapes), strict=True):
@@ -209,7 +209,7 @@ def seams_of(
             if is_small:
                 small.append(component.faces)
             else:
-                bend = all_bends(component) if known is None or component is not surface else known
+                bend = dihedral_angles(component) if known is None or component is not surface else known
                 closed = ClosedSurface.of(component, hidden, isometric, bend)
                 is_part = len(shapes) > 1 and len(surface.F) >= LARGE
                 direct = DIRECT_HANDLES if is_part else DIRECT
@@ -223,7 +223,7 @@ def seams_of(
     return np.concatenate(found)
 
 
-def _of_panels(creased: Creased, trade: float) -> tuple[list[IntArray], Creased | None]:
+def _of_panels(creased: CreasedSurface, trade: float) -> tuple[list[IntArray], CreasedSurface | None]:
     """The seams of the components that are made of panels; and the other components, if there are any."""
     found = list[IntArray]()
     for kind in (Panels, RoundedPanels):
@@ -232,14 +232,14 @@ def _of_panels(creased: Creased, trade: float) -> tuple[list[IntArray], Creased 
         if not made.any():
             continue
         surface, rows = creased.surface, np.flatnonzero(made)
-        own = panels if made.all() else kind(Creased(surface.of_faces(rows), creased.hidden))
+        own = panels if made.all() else kind(CreasedSurface(surface.of_faces(rows), creased.hidden))
         seams, left = panel_seams(own, trade)
         found.append(seams)
         made[rows[left]] = False
         if made.all():
             return found, None
         if made.any():
-            creased = Creased(surface.of_faces(np.flatnonzero(~made)), creased.hidden)
+            creased = CreasedSurface(surface.of_faces(np.flatnonzero(~made)), creased.hidden)
     return found, creased
 
 

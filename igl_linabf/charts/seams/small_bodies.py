@@ -38,7 +38,7 @@ class SmallBodies:
     log_scale : callable
         The logarithm of the scale that takes away a curvature, and is zero at some nodes.
     hidden : (#F,) float64, optional
-        As `hiding` returns it.
+        As `hiding_weights` returns it.
     """
 
     def __init__(self, surface: Submesh, log_scale: LogScale, hidden: FloatArray | None = None) -> None:

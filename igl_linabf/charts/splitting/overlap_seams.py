@@ -12,7 +12,7 @@ from ..._core import lengths, overlap_sheets, shortest_odd_walk, shortest_pairs,
 from ..._types import BoolArray, IntArray
 from ...errors import MeshError, some
 from ...surface import Submesh, check_planar, face_components
-from ..features import sides_of_box
+from ..features import box_sides
 
 BARRIER_COST = 1e3  # times its length costs an edge inside of a sheet
 PART_COST = 0.1  # of the bounding box's diagonal: the length of seam that one part less is worth
@@ -175,7 +175,7 @@ class _Search:
         rim = np.concatenate(topology.loops)
         loop = np.repeat(np.arange(len(topology.loops)), [len(vertices) for vertices in topology.loops])
         ends = np.concatenate((edges, np.column_stack((rim, topology.n + loop))))
-        spoke = PART_COST * np.linalg.norm(sides_of_box(part.V)) / 2
+        spoke = PART_COST * np.linalg.norm(box_sides(part.V)) / 2
         self._cost = np.append(lengths(part.V, edges), np.full(len(rim), spoke))
         self._graph = shortest_pairs(ends, self._cost, topology.n + len(topology.loops))
 

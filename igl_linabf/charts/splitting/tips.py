@@ -8,7 +8,7 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...measures import Change
 from ...surface import Submesh, connected_labels
 from ..cut_graphs import CREASE_DISCOUNT, MAX_LOG_SCALE, ClosedSurface, expected_stretch, seam_lengths
-from ..features import HIDING, Smoothing, face_normals, shown
+from ..features import HIDING, Smoothing, face_normals, hiding_factors
 
 STILL, MOST_STEPS = 0.06, 40  # change of a log scale that is the last one, and steps at most
 
@@ -191,5 +191,5 @@ def _edges_near(piece: Submesh, near: BoolArray, hidden: FloatArray | None) -> t
     if hidden is not None:
         every = topology.edges[piece.cuttable_edges]
         size = float(np.sqrt(piece.measured[0].sum() / 2))
-        length *= shown(piece, ends, hidden, Smoothing(piece, every, lengths(piece.V, every)), size)
+        length *= hiding_factors(piece, ends, hidden, Smoothing(piece, every, lengths(piece.V, every)), size)
     return ends, length
