@@ -29,7 +29,7 @@ from .atlas import (
     split_polygons,
 )
 from .charting import CHARTS_END, SEAMS_END, charts_of, pieces_of
-from .cones import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
+from .cones import NO_CONES, ConeAngles, ConeCharts, ConeOptions, GivenCones, charts_with_cones
 from .features import Hiding, hiding_weights
 from .options import Task
 from .packing import (
@@ -226,10 +226,10 @@ def unwrap(
         if cones is None:
             with progress_part("seams", SEAMS_END):
                 pieces, kept = pieces_of(surface, cleaned, seams, given, task)
-            made = Coned(charts_of(pieces, kept, task), *NO_CONES)
+            made = ConeCharts(charts_of(pieces, kept, task), *NO_CONES)
         else:
-            wanted = Cones.checked(cones, cone_angles, surface, cleaned)
-            made = coned(surface, wanted, task.method, (SEAMS_END, CHARTS_END))
+            wanted = ConeOptions.checked(cones, cone_angles, surface, cleaned)
+            made = charts_with_cones(surface, wanted, task.method, (SEAMS_END, CHARTS_END))
         with progress_part("packing", 1.0):
             wish = replace(wish.in_units(2.0**cleaned.power), upright=cone_angles is not None)
             may_cut = resolution is not None and task.may_find_seams and cones is None

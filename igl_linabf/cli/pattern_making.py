@@ -8,7 +8,7 @@ from .._runtime import progress_part
 from ..charts import unwrap
 from ..errors import OutcomeWarning
 from ..flattening import METHODS
-from ..patterns import PAPERS, PATTERN_SUFFIXES, UNITS, drawn, pattern_of
+from ..patterns import PAPERS, PATTERN_SUFFIXES, UNITS, pattern_of, writing_pattern
 from .arguments import choice, format_of, shared, value, written_to
 from .commands import Command
 from .jobs import COMPUTED, given_mesh
@@ -24,7 +24,9 @@ def _pattern(options: argparse.Namespace) -> int:
         atlas = unwrap(mesh.V, mesh.F, None, options.method, trade=options.trade)
     pattern = pattern_of(mesh.V, mesh.F, atlas, options.units, options.crease, options.grain)
     figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern}
-    hand_out(options, str(pattern), figures, write=partial(drawn, pattern=pattern, paper=options.paper))
+    hand_out(
+        options, str(pattern), figures, write=partial(writing_pattern, pattern=pattern, paper=options.paper)
+    )
     return judged(options, atlas.good, atlas.troubles)
 
 

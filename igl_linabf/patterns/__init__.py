@@ -8,6 +8,6 @@ from .pieces import MILLIMETRES, Pattern
 from .pieces import pattern_of as pattern_of
 from .seam_pairs import PatternSeam
 from .writing import PAPERS, PATTERN_SUFFIXES, write_pattern
-from .writing import drawn as drawn
+from .writing import writing_pattern as writing_pattern
 
 UNITS = tuple(MILLIMETRES)

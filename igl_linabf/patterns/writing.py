@@ -129,12 +129,12 @@ def write_pattern(
     if paper not in PAPERS:
         raise ValueError(f"paper is {paper!r}: use one of {', '.join(PAPERS)}")
     pattern = pattern_of(V, F, atlas, units, crease, grain)
-    with drawn(path, pattern, paper):
+    with writing_pattern(path, pattern, paper):
         return pattern
 
 
 @contextmanager
-def drawn(path: str | os.PathLike[str], pattern: Pattern, paper: str) -> Iterator[None]:
+def writing_pattern(path: str | os.PathLike[str], pattern: Pattern, paper: str) -> Iterator[None]:
     """Write a pattern; the file takes its place when the block succeeds. The suffix chooses the format."""
     with replacing(path) as temporary:
         WRITERS[Path(path).suffix.lower()](temporary, _sheet_of(pattern), PAPERS[paper])

@@ -4,5 +4,5 @@ In: a surface. Out: cones with their angles, a seam through them, and the charts
 The conformal scale is that of Ben-Chen, Gotsman, Bunin 2008.
 """
 
-from .coned_charts import NO_CONES, ConeAngles, Coned, Cones, GivenCones, coned
-from .finding import find_cones
+from .cone_charts import NO_CONES, ConeAngles, ConeCharts, ConeOptions, GivenCones, charts_with_cones
+from .placement import find_cones

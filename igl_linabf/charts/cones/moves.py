@@ -10,8 +10,8 @@ import numpy as np
 from ..._types import FloatArray, IntArray
 from ...angles import HolonomyAngles
 from ..cut_graphs import MAX_LOG_SCALE
-from .finding import WIDE, ConePiece
-from .quarter_turns import FIDELITY, QUARTER, QuarterTurns, nearest_quarters
+from .placement import WIDE, ConeComponent
+from .quantisation import FIDELITY, QUARTER_TURN, QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 
 BENT = 200.0  # growth of the log stretch as bad as one of F/3nt by one: missing turns bend needles
@@ -48,7 +48,7 @@ class Arrangement:
 
     @cached_property
     def log_scale(self) -> FloatArray:
-        return self.scale.log_scale_of(np.asarray(self.k * QUARTER))
+        return self.scale.log_scale_of(np.asarray(self.k * QUARTER_TURN))
 
     @cached_property
     def _powers(self) -> tuple[FloatArray, FloatArray]:
@@ -139,15 +139,15 @@ class ConeMoves:
 
     Attributes
     ----------
-    place : ConePiece
-    quarters : QuarterTurns
+    place : ConeComponent
+    quarters : QuantisedCurvatures
         Of the cones where they were found.
     turnings : Turnings
         There; `by_vertex` is of all nodes.
     """
 
-    place: ConePiece
-    quarters: QuarterTurns
+    place: ConeComponent
+    quarters: QuantisedCurvatures
     holonomy: HolonomyAngles
 
     def best(self) -> Arrangement | None:
@@ -155,7 +155,7 @@ class ConeMoves:
         fixed = self._exchanged(self.holonomy.cost)
         if fixed.log_stretch > LARGEST or self._cost(fixed) < fixed.log_stretch + LITTLE:
             return None
-        free = self._exchanged(self._softened / FIDELITY / QUARTER**2)
+        free = self._exchanged(self._softened / FIDELITY / QUARTER_TURN**2)
         starts = [fixed] if np.array_equal(free.k, fixed.k) else [fixed, free]
         now = min((self._further(start) for start in starts), key=self._cost)
         for _ in range(ROUNDS - 1):
@@ -175,17 +175,17 @@ class ConeMoves:
 
     @cached_property
     def _found(self) -> Arrangement:
-        return Arrangement(self.quarters.scale, self.quarters.for_stretch, self.holonomy.angle / QUARTER)
+        return Arrangement(self.quarters.scale, self.quarters.for_stretch, self.holonomy.angle / QUARTER_TURN)
 
     def _cost(self, now: Arrangement) -> float:
         """The log stretch, and what missing turns cost."""
-        missing = now.turned - nearest_quarters(now.turned[None], self._stiff)[0]
+        missing = now.turned - quantise_holonomy(now.turned[None], self._stiff)[0]
         return now.log_stretch + float(missing @ self._stiff @ missing)
 
     @cached_property
     def _stiff(self) -> FloatArray:
         """What missing quarter turns cost in log stretch, (#paths, #paths)."""
-        cost = self.holonomy.cost * QUARTER**2
+        cost = self.holonomy.cost * QUARTER_TURN**2
         least = ROUNDING * np.trace(cost) * np.eye(len(cost))
         return BENT * _in_series(cost + least, np.eye(len(cost)) / NEEDLES)
 
@@ -207,7 +207,7 @@ class ConeMoves:
         balls = self._balls(now)
         if not balls:
             return now
-        missing = (now.turned - nearest_quarters(now.turned[None], self._softened)[0]) @ self._root
+        missing = (now.turned - quantise_holonomy(now.turned[None], self._softened)[0]) @ self._root
         slopes = np.concatenate([ball.slopes for ball in balls])
         turns = slopes[:, :-1] @ self._root
         stiff = np.repeat([2 * ball.stiffness * np.log(4 / BALL) for ball in balls], 3)
@@ -247,7 +247,7 @@ class ConeMoves:
         others = np.delete(scale.nodes, i)
         gap = ((at[others] - at[c]) ** 2).sum(axis=1).min(initial=np.inf)
         fits = ((at[nodes] - at[c]) ** 2).sum(axis=1) < APART**2 * gap
-        fits &= (4 - k) * QUARTER <= WIDE * self.place.valence[nodes]
+        fits &= (4 - k) * QUARTER_TURN <= WIDE * self.place.valence[nodes]
         nodes = nodes[fits & (nodes >= piece.graph.n_holes) & (nodes != c)]
         nodes = np.append(c, nodes[:: max(1, -(-len(nodes) // CANDIDATES))])
         way = (at[nodes] - at[c]) / np.sqrt(size)
@@ -256,8 +256,8 @@ class ConeMoves:
         change = self.holonomy.by_vertex[nodes] - self.holonomy.by_vertex[c]
         turned = -k * (change - np.round(change))
         density = max(2.0, size * float(sum(share[c] for share in now.shares)) / piece.area[c])
-        stiffness = density * (k * QUARTER) ** 2 / (2 * np.pi)
-        slope = k * QUARTER * (now.slope[nodes] - now.slope[c])
+        stiffness = density * (k * QUARTER_TURN) ** 2 / (2 * np.pi)
+        slope = k * QUARTER_TURN * (now.slope[nodes] - now.slope[c])
         square = radius**2 * np.log(2 / np.maximum(radius, np.finfo(float).tiny))
         return Ball(i, nodes, way, turned, turned @ self._root, slope, stiffness, slope + stiffness * square)
 

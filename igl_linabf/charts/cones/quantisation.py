@@ -10,7 +10,7 @@ from ...angles import HolonomyAngles
 from ..cut_graphs import MAX_LOG_SCALE, expected_stretch
 from .scale import ConeScale
 
-QUARTER = np.pi / 2
+QUARTER_TURN = np.pi / 2
 SAMPLES = 4000  # nodes from which the stretch of rounded curvatures is told
 MAX_EXCHANGES = 500  # of quarter turns between cones
 WORTH = 0.999  # share of the squared stretch down to which an exchange has to bring it
@@ -22,7 +22,7 @@ TOLD = 150  # of all exchanges, how many have their stretch told exactly
 
 
 @dataclass(frozen=True, eq=False)
-class QuarterTurns:
+class QuantisedCurvatures:
     """Curvatures of cones in quarter turns.
 
     What one cone gets another one gives, so the sum stays what Gauss-Bonnet asks. On a surface with a
@@ -60,13 +60,13 @@ class QuarterTurns:
         scale = self.scale
         sample = np.arange(0, scale.piece.graph.n, -(-scale.piece.graph.n // SAMPLES))
         weight = scale.piece.area[sample] / scale.piece.area[sample].sum()
-        green = np.concatenate((np.zeros((1, len(sample))), scale.green[:, sample])) * QUARTER
+        green = np.concatenate((np.zeros((1, len(sample))), scale.green[:, sample])) * QUARTER_TURN
         return weight, scale.bare[sample], green
 
     @cached_property
     def for_stretch(self) -> IntArray:
         """The curvature of each node: nearest multiples, exchanged as long as the expected stretch falls."""
-        exact, least = self.scale.curvature / QUARTER, self.least
+        exact, least = self.scale.curvature / QUARTER_TURN, self.least
         k = np.clip(np.round(exact).astype(np.int64), least, self.most)
         if not self._bounded:
             while beyond := int(k.sum()) - round(float(exact.sum())):  # change those that round worst
@@ -92,7 +92,7 @@ class QuarterTurns:
     @property
     def log_stretch(self) -> float:
         """The logarithm of the stretch that is expected with these."""
-        curvature: FloatArray = np.asarray(self.for_stretch * QUARTER)
+        curvature: FloatArray = np.asarray(self.for_stretch * QUARTER_TURN)
         return float(np.log(expected_stretch(self.scale.piece, self.scale.log_scale_of(curvature))))
 
     def for_paths(self, holonomy: HolonomyAngles) -> tuple[IntArray, FloatArray]:
@@ -121,14 +121,14 @@ class QuarterTurns:
 
         # one quarter more of curvature is one less of the angle sum
         by_change = self._of_nodes(changed) @ holonomy.by_vertex
-        turned = holonomy.angle / QUARTER - by_change[i] - by_change[j]
-        missing = FIDELITY * distortion(turned, nearest_quarters(turned, holonomy.cost), holonomy.cost)
+        turned = holonomy.angle / QUARTER_TURN - by_change[i] - by_change[j]
+        missing = FIDELITY * distortion(turned, quantise_holonomy(turned, holonomy.cost), holonomy.cost)
         one = self._log_squared(base + changed)
         mixed = 4 * changed @ self._variance[1] @ changed.T  # of the quadratic form
         squared = one[i] + one[j] - one[0] + 2 * mixed[i, j]
         best = np.argsort(missing + squared / 2, kind="stable")[:TOLD]
         chosen = best[np.argmin(missing[best] + self._log_stretch(base + both[best]))]
-        return self._of_nodes(base + both[chosen]), nearest_quarters(turned[[chosen]], holonomy.cost)[0]
+        return self._of_nodes(base + both[chosen]), quantise_holonomy(turned[[chosen]], holonomy.cost)[0]
 
     def _in_slots(self, k: IntArray) -> IntArray:
         return np.append(0, k) if self._bounded else k
@@ -155,7 +155,7 @@ class QuarterTurns:
         return np.asarray(np.log((scaled @ weight) * ((1 / scaled) @ weight)) / 2)
 
 
-def nearest_quarters(turned: FloatArray, cost: FloatArray) -> FloatArray:
+def quantise_holonomy(turned: FloatArray, cost: FloatArray) -> FloatArray:
     """Whole quarters near what paths turn by, (n, #paths) quarters, for which the cost is low.
 
     They are rounded one after another, with regard to what is missing to those before (Babai 1986).
@@ -170,5 +170,5 @@ def nearest_quarters(turned: FloatArray, cost: FloatArray) -> FloatArray:
 
 def distortion(turned: FloatArray, quarters: FloatArray, cost: FloatArray) -> FloatArray:
     """What turning by quarters costs instead, (n,), for (n, #paths) quarters."""
-    missing = (quarters - turned) * QUARTER
+    missing = (quarters - turned) * QUARTER_TURN
     return np.asarray(((missing @ cost) * missing).sum(axis=1))

@@ -26,9 +26,9 @@ from ...measures import overlapping_pairs_of_chart, quality_of
 from ...surface import Cleaned, Submesh, check_finite, planar_mesh_of
 from ..atlas import Chart, flattening_of_part, uv_of_part
 from ..splitting import MAX_SPLITS, seams_of_overlaps
-from .finding import CONE_TRADE, ConePiece, angles_of, found_on
 from .moves import ConeMoves
-from .quarter_turns import QUARTER, QuarterTurns, nearest_quarters
+from .placement import CONE_TRADE, ConeComponent, cone_angles_of, find_on_component
+from .quantisation import QUARTER_TURN, QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 from .seams import seam_through
 
@@ -45,7 +45,7 @@ NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angles
 
 
 @dataclass(frozen=True, eq=False)
-class Cones:
+class ConeOptions:
     """The cones that are asked for.
 
     Attributes
@@ -60,7 +60,9 @@ class Cones:
     angles: FloatArray | Literal["quarter"] | None
 
     @classmethod
-    def checked(cls, cones: GivenCones, angles: ConeAngles, surface: Submesh, cleaned: Cleaned) -> Cones:
+    def checked(
+        cls, cones: GivenCones, angles: ConeAngles, surface: Submesh, cleaned: Cleaned
+    ) -> ConeOptions:
         """Check what the caller gives; its vertices become those of the repaired surface.
 
         Raises
@@ -96,47 +98,47 @@ class Cones:
             return cls(vertex, wanted[cone])
         return cls(vertex, "quarter" if quarter else None)
 
-    def on(self, component: Submesh) -> Placed:
+    def on(self, component: Submesh) -> ComponentCones:
         """The cones on a component."""
-        place = ConePiece(component)
+        place = ConeComponent(component)
         if self.vertices is None or isinstance(self.vertices, int):
-            own = found_on(place, self.vertices, CONE_TRADE)
+            own = find_on_component(place, self.vertices, CONE_TRADE)
             assert not isinstance(self.angles, np.ndarray)
-            return _settled(Placed(place, own, *angles_of(place, own, self.angles)))
+            return _settled(ComponentCones(place, own, *cone_angles_of(place, own, self.angles)))
         here = np.flatnonzero(np.isin(self.vertices, component.vertices))
         own = np.searchsorted(component.vertices, self.vertices[here])
         wanted = self.angles[here] if isinstance(self.angles, np.ndarray) else self.angles
-        return Placed(place, own, *angles_of(place, own, wanted))
+        return ComponentCones(place, own, *cone_angles_of(place, own, wanted))
 
 
 @dataclass(frozen=True, eq=False)
-class Placed:
+class ComponentCones:
     """Cones on a component.
 
     Attributes
     ----------
-    place : ConePiece
+    place : ConeComponent
     own : (#C,) int64
         The component's vertices.
     sums : (#C,) float64
         Their angle sums.
     scale : ConeScale or None
         What these follow from, if there are cones and their sums are not given.
-    quarters : QuarterTurns or None
+    quarters : QuantisedCurvatures or None
         Those, if they are in quarter turns that may be exchanged.
     columns : SchurColumns or None
         The columns of the closing rows of `place.paths`, if they are known.
     """
 
-    place: ConePiece
+    place: ConeComponent
     own: IntArray
     sums: FloatArray
     scale: ConeScale | None
-    quarters: QuarterTurns | None
+    quarters: QuantisedCurvatures | None
     columns: SchurColumns | None = None
 
 
-def _settled(found: Placed) -> Placed:
+def _settled(found: ComponentCones) -> ComponentCones:
     """Quarter cones where they were found, or moved so that closed paths turn by nearly whole quarters."""
     place, quarters = found.place, found.quarters
     component, piece = place.component, place.piece
@@ -157,10 +159,12 @@ def _settled(found: Placed) -> Placed:
     if best is None:
         return found
     own = place.vertices(best.scale.nodes)
-    return Placed(place, own, np.asarray(2 * np.pi - best.k * QUARTER), best.scale, None, columns)
+    return ComponentCones(
+        place, own, np.asarray(2 * np.pi - best.k * QUARTER_TURN), best.scale, None, columns
+    )
 
 
-def _asked(chosen: Placed) -> FloatArray:
+def _asked(chosen: ComponentCones) -> FloatArray:
     """The angle sums of the component's vertices; NaN at its boundary."""
     sums = np.where(chosen.place.component.topology.interior, 2 * np.pi, np.nan)
     sums[chosen.own] = chosen.sums
@@ -209,7 +213,7 @@ def _where(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple[IntArra
 
 
 @dataclass(frozen=True, eq=False)
-class Coned:
+class ConeCharts:
     """What became of the components of a surface with cones.
 
     Attributes
@@ -226,7 +230,9 @@ class Coned:
     angles: FloatArray
 
 
-def coned(surface: Submesh, cones: Cones, method: Method, ends: tuple[float, float]) -> Coned:
+def charts_with_cones(
+    surface: Submesh, cones: ConeOptions, method: Method, ends: tuple[float, float]
+) -> ConeCharts:
     """Cut each component along a seam through its cones, and flatten it.
 
     `ends` are the fractions of the progress at which cones are placed, and all is flat.
@@ -244,10 +250,12 @@ def coned(surface: Submesh, cones: Cones, method: Method, ends: tuple[float, flo
             charts += _split(cut, result)
         names.append(component.vertices[chosen.own])
         angles.append(sums)
-    return Coned(charts, np.concatenate(names), np.concatenate(angles))
+    return ConeCharts(charts, np.concatenate(names), np.concatenate(angles))
 
 
-def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, Flattening, FloatArray]:
+def _flattened(
+    chosen: ComponentCones, quarter: bool, method: Method
+) -> tuple[Submesh, Flattening, FloatArray]:
     """The component cut along its seam, its map, and the angle sums of its cones there."""
     start, place = perf_counter(), chosen.place
     component, piece = place.component, place.piece
@@ -260,12 +268,12 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
     def quarters(holonomy: HolonomyAngles) -> tuple[FloatArray, FloatArray, FloatArray | None]:
         nonlocal angles
         if chosen.quarters is None:
-            whole = nearest_quarters(holonomy.angle[None] / QUARTER, holonomy.cost)[0]
-            return angles, whole * QUARTER, None
+            whole = quantise_holonomy(holonomy.angle[None] / QUARTER_TURN, holonomy.cost)[0]
+            return angles, whole * QUARTER_TURN, None
         k, whole = chosen.quarters.for_paths(holonomy)
-        curvature: FloatArray = np.asarray(k * QUARTER)
+        curvature: FloatArray = np.asarray(k * QUARTER_TURN)
         angles = 2 * np.pi - curvature
-        return angles, whole * QUARTER, chosen.quarters.scale.log_scale_of(curvature)[piece.node]
+        return angles, whole * QUARTER_TURN, chosen.quarters.scale.log_scale_of(curvature)[piece.node]
 
     checked = perf_counter() - start
     turned = Turned(chosen.own, quarters) if quarter and paths else None
@@ -284,7 +292,7 @@ def _flattened(chosen: Placed, quarter: bool, method: Method) -> tuple[Submesh, 
     return cut, replace(made, seconds=seconds), angles
 
 
-def _none_found(chosen: Placed, quarter: bool, why: str) -> str:
+def _none_found(chosen: ComponentCones, quarter: bool, why: str) -> str:
     """The message: no map has these cones."""
     other = "leave out cone_angles='quarter'" if quarter else "cut along seams instead"
     return (
@@ -293,7 +301,7 @@ def _none_found(chosen: Placed, quarter: bool, why: str) -> str:
     )
 
 
-def _known(chosen: Placed) -> KnownLaplacian | None:
+def _known(chosen: ComponentCones) -> KnownLaplacian | None:
     """The Laplacian that gave the cones their angles."""
     if chosen.scale is None:
         return None

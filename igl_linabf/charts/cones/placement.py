@@ -15,7 +15,7 @@ from ...angles import ClosedPath
 from ...errors import MeshError, is_number, some
 from ...surface import Submesh
 from ..cut_graphs import ClosedSurface
-from .quarter_turns import QUARTER, QuarterTurns
+from .quantisation import QUARTER_TURN, QuantisedCurvatures
 from .scale import ConeScale
 from .seams import along_handles, paths_across, seam_through
 
@@ -83,13 +83,14 @@ def find_cones(V: ArrayLike, F: ArrayLike, n: int | None = None, *, trade: float
         raise ValueError(f"n is {n!r}: give a whole number of cones, or None for as many as pay")
     surface = Submesh.checked_manifold(V, F)
     found = [
-        component.vertices[found_on(ConePiece(component), n, trade)] for component in surface.components()
+        component.vertices[find_on_component(ConeComponent(component), n, trade)]
+        for component in surface.components()
     ]
     return np.concatenate(found)
 
 
 @dataclass(frozen=True, eq=False)
-class ConePiece:
+class ConeComponent:
     """A component on which cones are placed."""
 
     component: Submesh
@@ -147,7 +148,7 @@ class ConePiece:
         return self.inner[nodes - self.piece.graph.n_holes]
 
 
-def found_on(place: ConePiece, n: int | None, trade: float) -> IntArray:
+def find_on_component(place: ConeComponent, n: int | None, trade: float) -> IntArray:
     """Cones on a component; its own vertices."""
     if not is_number(trade, 0, above=True):
         raise ValueError(f"trade is {trade!r}: use a positive number of cones")
@@ -164,7 +165,7 @@ def found_on(place: ConePiece, n: int | None, trade: float) -> IntArray:
     return place.vertices(_grown(place, n, trade))
 
 
-def _grown(place: ConePiece, n: int | None, trade: float) -> IntArray:
+def _grown(place: ConeComponent, n: int | None, trade: float) -> IntArray:
     """Add cones one by one; return the nodes of those of least cost, or the first `n`."""
     if n is not None:
         return _first(place, n)
@@ -186,7 +187,7 @@ def _grown(place: ConePiece, n: int | None, trade: float) -> IntArray:
     return best if np.isfinite(least) else _first(place, len(scale.nodes))
 
 
-def _first(place: ConePiece, n: int) -> IntArray:
+def _first(place: ConeComponent, n: int) -> IntArray:
     """The nodes of the first `n` cones, which can have angles of one scale, or quarter turns.
 
     Raises
@@ -199,14 +200,14 @@ def _first(place: ConePiece, n: int) -> IntArray:
     beyond = np.flatnonzero(~_within(angle, place.valence[scale.nodes]))
     if len(beyond):
         turns = _quarters_of(place, scale).for_stretch
-        if not _within(np.asarray(2 * np.pi - turns * QUARTER), place.valence[scale.nodes]).all():
+        if not _within(np.asarray(2 * np.pi - turns * QUARTER_TURN), place.valence[scale.nodes]).all():
             more = _growing(place, max(place.enough, 2 * n))
             enough = (len(s.nodes) for s in more if len(s.nodes) > n and _possible(place, s))
             raise MeshError(_too_few(place, scale, beyond[0], next(enough, None)))
     return scale.nodes
 
 
-def _too_few(place: ConePiece, scale: ConeScale, beyond: int, enough: int | None) -> str:
+def _too_few(place: ConeComponent, scale: ConeScale, beyond: int, enough: int | None) -> str:
     """The message: a cone's angle is beyond what its triangles can have, and how many cones would do."""
     angle, around = 2 * np.pi - scale.curvature[beyond], place.valence[scale.nodes[beyond]]
     (vertex,) = place.component.vertices[place.vertices(scale.nodes[[beyond]])]
@@ -218,7 +219,7 @@ def _too_few(place: ConePiece, scale: ConeScale, beyond: int, enough: int | None
     )
 
 
-def _growing(place: ConePiece, most: int) -> Iterator[ConeScale]:
+def _growing(place: ConeComponent, most: int) -> Iterator[ConeScale]:
     """With the fewest cones, and then with one or more further ones at a time, up to a number of them."""
     scale = ConeScale.of(place.piece)
     while True:
@@ -230,7 +231,7 @@ def _growing(place: ConePiece, most: int) -> Iterator[ConeScale]:
         scale = scale.with_cones(further)
 
 
-def _further(place: ConePiece, scale: ConeScale, most: int) -> IntArray:
+def _further(place: ConeComponent, scale: ConeScale, most: int) -> IntArray:
     """The node at which another cone helps most; if there are many cones, several far from each other."""
     far = np.abs(scale.log_scale)
     far[scale.nodes] = 0.0
@@ -265,17 +266,17 @@ def _apart(piece: ClosedSurface, nodes: IntArray, distance: FloatArray) -> IntAr
     return kept
 
 
-def _price(place: ConePiece, scale: ConeScale) -> float:
+def _price(place: ConeComponent, scale: ConeScale) -> float:
     """What strained cones cost: as much as usable stretch; or all, if no triangles have such angles."""
     if not _possible(place, scale):
         return np.inf
     return USABLE if (_strain(place, scale) > 0).any() else 0.0
 
 
-def _possible(place: ConePiece, scale: ConeScale) -> bool:
+def _possible(place: ConeComponent, scale: ConeScale) -> bool:
     """Whether triangles can have the angles of one scale at all cones; and quarter turns, too."""
     total, around = place.closed_curvature, place.valence[scale.nodes]
-    room = total is None or least_quarters(around).sum() <= round(total / QUARTER)
+    room = total is None or least_quarters(around).sum() <= round(total / QUARTER_TURN)
     return bool(room and _within(2 * np.pi - scale.curvature, around).all())
 
 
@@ -290,10 +291,10 @@ def least_quarters(around: IntArray, of_triangle: float = QUARTERS_OF_TRIANGLE) 
     return np.asarray(np.minimum(least, MOST_QUARTERS))
 
 
-def _quarters_of(place: ConePiece, scale: ConeScale) -> QuarterTurns:
+def _quarters_of(place: ConeComponent, scale: ConeScale) -> QuantisedCurvatures:
     """The cones in quarter turns, with triangles as wide as little stretch asks for."""
     around = place.valence[scale.nodes]
-    turns = QuarterTurns(scale, least_quarters(around), MOST_QUARTERS)
+    turns = QuantisedCurvatures(scale, least_quarters(around), MOST_QUARTERS)
     enough = np.log(scale.stretch) + STRETCHED
     if turns.log_stretch <= enough:
         return turns
@@ -301,15 +302,15 @@ def _quarters_of(place: ConePiece, scale: ConeScale) -> QuarterTurns:
     return wider if wider.log_stretch < turns.log_stretch - STRETCHED else turns
 
 
-def _strain(place: ConePiece, scale: ConeScale) -> FloatArray:
+def _strain(place: ConeComponent, scale: ConeScale) -> FloatArray:
     """By how much each cone's angle is too narrow, or too wide for the faces at it; radians."""
     angle = 2 * np.pi - scale.curvature
     return np.maximum(NARROW - angle, angle - WIDE * place.valence[scale.nodes])
 
 
-def angles_of(
-    place: ConePiece, cones: IntArray, wanted: str | FloatArray | None
-) -> tuple[FloatArray, ConeScale | None, QuarterTurns | None]:
+def cone_angles_of(
+    place: ConeComponent, cones: IntArray, wanted: str | FloatArray | None
+) -> tuple[FloatArray, ConeScale | None, QuantisedCurvatures | None]:
     """Angle sums of the cones of a component: as they are given, of one scale, or in quarter turns.
 
     Also returns the scale that they follow from, and the quarter turns, which may be exchanged afterwards.
@@ -347,7 +348,7 @@ def angles_of(
         curvature: FloatArray = scale.curvature
         if wanted == "quarter":
             quarters = _quarters_of(place, scale)
-            curvature = np.asarray(quarters.for_stretch * QUARTER)
+            curvature = np.asarray(quarters.for_stretch * QUARTER_TURN)
         angle = 2 * np.pi - curvature
     bad = np.flatnonzero(~_within(angle, around))
     if len(bad):
