@@ -25,7 +25,7 @@ from pages import DOCS, put
 
 from igl_linabf import ABF, Flattening, LinABF, flatten
 from igl_linabf.flattening import methods
-from igl_linabf.flattening.fallbacks.attempts import Problem, posed
+from igl_linabf.flattening.fallbacks import Problem, initial_problem
 from igl_linabf.surface import planar_mesh
 
 HARD = ("optcuts_golf", "flipfree_deer", "optcuts_male_body_i_f10000")
@@ -48,16 +48,16 @@ def from_solution(V: np.ndarray, F: np.ndarray, method: ABF | LinABF, solution: 
     given = np.ascontiguousarray(solution.angles.T)
 
     def started(*args, **options) -> Problem:
-        problem = posed(*args, **options)
+        problem = initial_problem(*args, **options)
         return Started(
             **{name: getattr(problem, name) for name in Problem.__annotations__}, angles_given=given
         )
 
-    methods.posed = started
+    methods.initial_problem = started
     try:
         return method.run(planar_mesh(V, F), None)
     finally:
-        methods.posed = posed
+        methods.initial_problem = initial_problem
 
 
 def seconds(call: Callable[[], object]) -> float:

@@ -37,10 +37,9 @@ from ..surface import (
     shape_is_pinned,
     signed_double_areas,
 )
-from .fallbacks import Candidate, Problem, Tried, drawn
+from .constants import SCP_SIZE
+from .fallbacks import Problem, StageResult, StageResults, with_layout
 from .result import Flattening, Hole, Outcome, Residuals
-
-SCP_SIZE = 1 / 32  # root of the area, in the midst of those at which igl finds the eigenvector
 
 
 def lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
@@ -50,8 +49,8 @@ def lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
     try:
         uv, _ = igl.lscm(mesh.V, mesh.faces, b, bc)
     except RuntimeError:
-        raise _failed(mesh, "igl.lscm") from None
-    return _report("lscm", mesh, complex_positions(uv), "igl.lscm", start, pinned)
+        raise _singular(mesh, "igl.lscm") from None
+    return _result_of_map("lscm", mesh, complex_positions(uv), "igl.lscm", start, pinned)
 
 
 def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
@@ -66,7 +65,7 @@ def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
         scale = 2.0 ** np.round(np.log2(SCP_SIZE / np.sqrt(area)))
         z = complex_positions(igl.spectra.lscm(scale * mesh.V, mesh.faces))
     except RuntimeError:
-        raise _failed(mesh, "igl.spectra.lscm") from None
+        raise _singular(mesh, "igl.spectra.lscm") from None
     # the eigenvector's sign and igl's order of the coordinates leave the orientation open
     backwards = len(flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
     z = z.conj() if backwards else z
@@ -74,7 +73,7 @@ def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
     z = z * np.sqrt(area / covered) if covered > 0 else z
     if pinned is not None:
         z = move_to_pins(z, pinned)
-    return _report("scp", mesh, z, "igl.spectra.lscm", start, pinned)
+    return _result_of_map("scp", mesh, z, "igl.spectra.lscm", start, pinned)
 
 
 def dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flattening:
@@ -89,11 +88,11 @@ def dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flattening:
     try:
         z, name = least_squares(mesh.topology, cot, b, complex_positions(bc), Solvers(solver))
     except NotPositiveDefiniteError:
-        raise _failed(mesh, "DNCP") from None
-    return _report("dncp", mesh, z, name, start, pinned)
+        raise _singular(mesh, "DNCP") from None
+    return _result_of_map("dncp", mesh, z, name, start, pinned)
 
 
-def newton_step(problem: Problem, tried: Tried) -> Candidate:
+def newton_step(problem: Problem, earlier: StageResults) -> StageResult:
     """A single Newton step of ABF++ (Sheffer et al. 2005), the non-linear problem in angles.
 
     At multipliers of zero the Hessian is diag(2 / alpha_0^2), so that the step is the least norm
@@ -113,11 +112,11 @@ def newton_step(problem: Problem, tried: Tried) -> Candidate:
         try:
             errors = least_norm(A, alpha, problem.angles.solvers)
         except NotPositiveDefiniteError:
-            raise _failed(problem.mesh, "the Newton step of ABF++") from None
+            raise _singular(problem.mesh, "the Newton step of ABF++") from None
         e = errors(np.concatenate((b.vertex, 1 / half - half, b.triangle)))
         at = problem.angles.at(alpha + e.reshape(-1, 3).T)
         state = replace(state, at=at, steps=(Step("step", 0, 0, at.residual.largest),))
-    return drawn(problem, "linear step", state, converged=False)
+    return with_layout(problem, StageResult("linear step", state))
 
 
 def far_pins(mesh: Mesh) -> Pins:
@@ -133,13 +132,13 @@ def bare_lscm(mesh: Mesh) -> Callable[[], object]:
     return lambda: igl.lscm(mesh.V, faces, b, bc)
 
 
-def _report(
+def _result_of_map(
     method: str, mesh: Mesh, z: ComplexArray, solver: str, start: float, pinned: Pins | None
 ) -> Flattening:
     """The result of a method without target angles: the angles of its map take their place."""
     topology, constraints = mesh.topology, constraints_of(mesh.topology)
     if not np.isfinite(z).all():
-        raise _failed(mesh, solver)
+        raise _singular(mesh, solver)
     if pinned is None:
         z = centred(topology, z, mesh.area)
     seconds = {"layout": perf_counter() - start}
@@ -165,7 +164,7 @@ def _report(
     )
 
 
-def _failed(mesh: Mesh, solver: str) -> SingularSystemError:
+def _singular(mesh: Mesh, solver: str) -> SingularSystemError:
     alpha = corner_angles(mesh)
     thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
     return SingularSystemError(

@@ -1,4 +1,4 @@
-"""What the boundary of a map is to be: free, a circle, a rectangle, or angles to order."""
+"""What the boundary of a map is to be: free, a circle, a rectangle, or prescribed angles."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
@@ -11,11 +11,10 @@ from .._types import FloatArray, IntArray
 from ..angles import inscribed_sums
 from ..errors import MeshError, some
 from ..surface import Mesh, Topology, chords_of, vertex_indices
+from .constants import CORNER_WINDOW, GAUSS_BONNET_TOL
 
 BoundaryName = Literal["free", "circle", "circles", "rectangle"]
 
-WINDOW = 0.02  # of the loop's length, to either side, over which a corner's turning counts
-EXACT = 1e-6  # radians by which given angles may miss what Gauss-Bonnet asks for
 NO_CORNERS = np.empty(0, dtype=np.int64)
 HELP = "igl_linabf.split_chords(V, F) splits these edges at their midpoints"
 
@@ -133,8 +132,8 @@ def _four_corners(mesh: Mesh) -> IntArray:
     # the turning within the window around each vertex, by sums over three rounds of the loop
     rounds = np.concatenate((arc - total, arc, arc + total))
     before = np.concatenate(([0.0], np.cumsum(np.tile(turning, 3))))
-    first = np.searchsorted(rounds, arc - WINDOW * total, "left")
-    last = np.searchsorted(rounds, arc + WINDOW * total, "right")
+    first = np.searchsorted(rounds, arc - CORNER_WINDOW * total, "left")
+    last = np.searchsorted(rounds, arc + CORNER_WINDOW * total, "right")
     turned, chosen = before[last] - before[first], []
     open_ = np.ones(len(rim), dtype=bool)
     for left in range(4, 0, -1):
@@ -143,7 +142,7 @@ def _four_corners(mesh: Mesh) -> IntArray:
         around = around[open_[around]]
         i = int(around[np.argmax(turning[around])])
         chosen.append(i)
-        near = np.abs((arc - arc[i] + total / 2) % total - total / 2) <= WINDOW * total
+        near = np.abs((arc - arc[i] + total / 2) % total - total / 2) <= CORNER_WINDOW * total
         if np.count_nonzero(open_ & ~near) < left - 1:
             near = np.arange(len(rim)) == i  # too few vertices for windows
         open_ &= ~near
@@ -165,7 +164,7 @@ def _check(mesh: Mesh, shape: Shape) -> None:
             "of a flat map is positive"
         )
     _check_total(mesh, shape, faces)
-    if len(bad := np.flatnonzero(sums >= np.pi * faces - EXACT)):
+    if len(bad := np.flatnonzero(sums >= np.pi * faces - GAUSS_BONNET_TOL)):
         first = bad[0]
         raise MeshError(
             f"the angles at vertices {some(vertices[bad])} cannot be so large (at vertex {vertices[first]} "
@@ -193,7 +192,7 @@ def _check_total(mesh: Mesh, shape: Shape, faces: IntArray) -> None:
         wanted = (m + 2 if i else m - 2) * np.pi
         given, left, where = float(np.nansum(asked)), int(free.sum()), f"vertex {mesh.vertices[loop[0]]}"
         around = f"{'hole' if i else 'outer loop'} of {m} vertices through {where}"
-        if not left and abs(given - wanted) > EXACT:
+        if not left and abs(given - wanted) > GAUSS_BONNET_TOL:
             raise MeshError(
                 f"the angles asked for at the {around} sum to {given:.6f} rad, and those of a flat map to "
                 f"({m} {'+' if i else '-'} 2) pi = {wanted:.6f}: add {(wanted - given) / m:+.6f} to each, or "
@@ -220,5 +219,5 @@ def _cut_off(topology: Topology, sums: FloatArray) -> Iterator[tuple[int, int]]:
     i, j = ends.T
     one = before[j] - before[i + 1]
     other = before[-1] - before[j + 1] + before[i]
-    for a, b in rim[ends[np.minimum(one, other) <= EXACT]]:
+    for a, b in rim[ends[np.minimum(one, other) <= GAUSS_BONNET_TOL]]:
         yield int(a), int(b)

@@ -16,7 +16,8 @@ from ..layouts import LayoutName
 from ..linalg import SolverName
 from ..surface import Mesh, pins, planar_mesh, scatter, shape_is_pinned
 from .boundary_shapes import BoundaryName, shape_of
-from .methods import ABF, ABF_TOL, TOL, Iterations, LinABF, Method, method_of
+from .constants import ABF_TOL, TOL
+from .methods import ABF, Iterations, LinABF, Method, method_of
 from .result import Flattening, Guarantee, Outcome
 
 

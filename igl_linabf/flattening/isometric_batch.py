@@ -20,12 +20,12 @@ from ..surface import (
 )
 from .fallbacks import by_newton
 from .methods import Isometric
-from .result import Attempt, Flattening, Residuals, Status, judge
+from .result import Attempt, Findings, Flattening, Residuals, Status, judge
 
 Arrays = tuple[FloatArray, IntArray]
 
 
-def lengthened(
+def isometric_maps(
     meshes: Sequence[Arrays], results: Sequence[Flattening], method: Isometric
 ) -> Iterator[tuple[int, Flattening]]:
     """The isometric maps of disks from their maps, and their places; those that need more are left out."""
@@ -48,8 +48,10 @@ def lengthened(
     for k in np.flatnonzero(good).tolist():
         linear = results[found[k]]
         how = by_newton(int(steps[k]), f"the map of the {linear.attempts[-1].name}", float(energy[k]))
-        families, none = Residuals(*after[k].tolist()), linear.flipped
-        outcome, message = judge(float(ratio[k]), "isometric", how, none, families.largest, none)
+        residuals = Residuals(*after[k].tolist())
+        outcome, message = judge(
+            Findings("isometric", how, float(ratio[k]), linear.flipped, residuals.largest)
+        )
         share = seconds["isometric"] * float(faces.sizes[k] / faces.start[-1])
         yield (
             int(found[k]),
@@ -60,8 +62,8 @@ def lengthened(
                 method=method.name,
                 outcome=outcome,
                 message=message,
-                attempts=(*linear.attempts, Attempt("isometric", Status.GOOD, 0, families.largest, "")),
-                after=families,
+                attempts=(*linear.attempts, Attempt("isometric", Status.GOOD, 0, residuals.largest, "")),
+                after=residuals,
                 layout="isometric",
                 layout_solver=how,
                 seconds={**linear.seconds, "isometric": share, "total": linear.seconds["total"] + share},

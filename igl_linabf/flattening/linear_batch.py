@@ -20,7 +20,7 @@ from ..angles import (
 from ..layouts import develop_boundary, harmonic
 from ..linalg import Solvers
 from ..surface import Disks, bounded_ratio, coordinates, signed_double_areas
-from .fallbacks import ONE_SYSTEM_RTOL
+from .fallbacks import STEP_AND_CHORD_RTOL
 from .methods import LinABF
 
 
@@ -69,7 +69,7 @@ def linear_batch(disks: Disks, method: LinABF) -> LinearBatch:
     with timed("assembly"):
         constraints = constraints_of(topology)
         problem = AngleProblem(constraints, estimate, solvers, side_by_side=DiskBlocks.of(constraints, disks))
-    stepped = step_and_chord(State(problem, problem.start), method.rtol or ONE_SYSTEM_RTOL, method.tol)
+    stepped = step_and_chord(State(problem, problem.start), method.rtol or STEP_AND_CHORD_RTOL, method.tol)
     at, lin = stepped.state.at, stepped.state.lin
     with (
         timed("layout"),

@@ -17,14 +17,14 @@ from ..errors import MeshError, SingularSystemError
 from ..linalg import NotPositiveDefiniteError
 from ..surface import face_array, sound_disks, vertex_array
 from .boundary_shapes import BoundaryName
+from .constants import LARGEST_TOGETHER
 from .functions import flatten
-from .isometric_batch import lengthened
+from .isometric_batch import isometric_maps
 from .linear_batch import LinearBatch, linear_batch
 from .methods import STAGES, Isometric, LinABF, Method, method_of
-from .result import Attempt, Flattening, Residuals, Status, judge
+from .result import Attempt, Findings, Flattening, Residuals, Status, judge
 
-LARGE = 10_000  # triangles from which a mesh is flattened alone: in company it would take as long
-AT_ONCE = 40_000  # triangles in company: fewer calls from Python, and still in the processor's caches
+TOGETHER = 4 * LARGEST_TOGETHER  # triangles in one system: few calls from Python, and still in the caches
 
 Arrays = tuple[FloatArray, IntArray]
 
@@ -119,7 +119,7 @@ def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattenin
         for group in _groups(meshes):
             found = [(i, result) for i in group if (result := linear[i]) is not None]
             chosen = [meshes[i] for i, _ in found]
-            for k, result in lengthened(chosen, [result for _, result in found], method):
+            for k, result in isometric_maps(chosen, [result for _, result in found], method):
                 made[found[k][0]] = result
         return made
     plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
@@ -137,10 +137,10 @@ def _groups(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
     group: list[int] = []
     faces = 0
     for i, (_, F) in enumerate(meshes):
-        if len(F) <= LARGE:
+        if len(F) <= LARGEST_TOGETHER:
             group.append(i)
             faces += len(F)
-            if faces >= AT_ONCE:
+            if faces >= TOGETHER:
                 yield group
                 group, faces = [], 0
     if group:
@@ -184,7 +184,7 @@ def _results(
             steps = Step("step", inner[k][0], 0, residual[k][1]), Step("chord", inner[k][1], 0, last)
         own, triangles = slice(vertices[k], vertices[k + 1]), slice(faces[k], faces[k + 1])
         solver, reached = batch.solver if rows[k] else "none", last <= method.tol
-        outcome, message = judge(ratio[k], "boundary", solver, nothing, last, nothing, converged=reached)
+        outcome, message = judge(Findings("boundary", solver, ratio[k], nothing, last, converged=reached))
         share = (faces[k + 1] - faces[k]) / faces[-1]
         result = Flattening(
             uv=batch.uv[own],

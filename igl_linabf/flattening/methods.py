@@ -5,7 +5,8 @@ from __future__ import annotations
 import operator
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from typing import Any, ClassVar, Literal
+from functools import partial
+from typing import ClassVar, Literal
 
 from .._runtime import stopwatch
 from .._types import FloatArray
@@ -15,32 +16,30 @@ from ..linalg import SolverName
 from ..surface import Mesh, Pins
 from . import baselines
 from .boundary_shapes import FREE, Shape
+from .constants import ABF_TOL, AREA_WEIGHT, MAX_AREA_WEIGHT, ROUGH_GAP, TOL
 from .fallbacks import (
     ACTIVE_SET_RTOL,
+    STEP_AND_CHORD_RTOL,
+    ProblemOptions,
     Stage,
     anchored,
-    climb,
+    build_result,
     continued,
     feasible,
+    initial_problem,
     injective_map,
     isometric_map,
     iterated,
-    linear_instead,
-    looked_at,
+    linear_fallback,
     one_system,
-    posed,
     prescribed,
-    report,
+    preview,
+    run_stages,
 )
 from .result import Flattening, Guarantee
 
 Iterations = int | Literal["auto"]
 
-ON_CIRCLE_RTOL = 0.1  # and each step to circles, whose sums change by more than that from step to step
-TOL = 1e-8  # residual of the constraints below which nothing is left to do
-ROUGH_GAP = 0.2  # relative, of the boundary that a rough sketch draws
-ABF_TOL = 1e-4  # tolerance of converged ABF below which F/3nt keeps its first five digits
-AREA_WEIGHT, MAX_WEIGHT = 1.5, 8.0  # of areas against angles in the isometric energy
 STAGES = ("estimate", "layout", "assembly", "analysis", "factor", "solve")
 
 
@@ -101,7 +100,10 @@ class LinABF(Method):
     solver: SolverName = "auto"
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "iterations", _count(self.iterations))
+        if not (isinstance(self.iterations, str) and self.iterations == "auto"):
+            if not (is_number(self.iterations, 1) and hasattr(self.iterations, "__index__")):
+                raise ValueError(f"iterations is {self.iterations!r}: use 'auto' or a positive integer")
+            object.__setattr__(self, "iterations", operator.index(self.iterations))
         _check(self.guarantee, self.layout, self.threshold)
         if self.rtol is not None and not is_number(self.rtol, 0, above=True):
             raise ValueError(f"rtol is {self.rtol!r}: use a positive number")
@@ -109,14 +111,19 @@ class LinABF(Method):
             raise ValueError(f"tol is {self.tol!r}: use a number, 0 or larger")
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
-        rtol = self.rtol or (ON_CIRCLE_RTOL if shape.circles else ACTIVE_SET_RTOL)
-        if self.iterations == "auto" and shape.sums is not None:
-            stages = [prescribed(rtol, self.tol), anchored(ABF_TOL, self.tol), feasible(ABF_TOL, self.tol)]
-        elif self.iterations == "auto":
-            stages = _automatic(self.rtol, self.tol)
+        rtol = self.rtol or (STEP_AND_CHORD_RTOL if shape.circles else ACTIVE_SET_RTOL)
+        stages: list[Stage]
+        if self.iterations != "auto":
+            stages = [partial(iterated, rtol=rtol, tol=self.tol, max_steps=self.iterations)]
+        elif shape.sums is None:
+            stages = _default_stages(self.rtol, self.tol)
         else:
-            stages = [iterated(rtol, self.tol, self.iterations)]
-        return _climbed(self, mesh, pinned, shape, stages, self.safeguard)
+            stages = [
+                partial(prescribed, rtol=rtol, tol=self.tol),
+                partial(anchored, tol=ABF_TOL, residual_tol=self.tol),
+                partial(feasible, tol=ABF_TOL, residual_tol=self.tol),
+            ]
+        return _run_stages_of(self, mesh, pinned, shape, stages, self.safeguard)
 
 
 @dataclass(frozen=True)
@@ -133,10 +140,10 @@ class Sketch(LinABF):
     is_enough: Callable[[FloatArray], bool] | None = None
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
-        stages = _automatic(None, self.tol)[:2]
+        stages = _default_stages(None, self.tol)[:2]
         if self.is_enough is not None and pinned is None:
-            stages.insert(1, looked_at(self.is_enough, ROUGH_GAP))
-        return _climbed(self, mesh, pinned, shape, stages)
+            stages.insert(1, partial(preview, is_enough=self.is_enough, largest_gap=ROUGH_GAP))
+        return _run_stages_of(self, mesh, pinned, shape, stages)
 
 
 @dataclass(frozen=True)
@@ -148,8 +155,11 @@ class Rough(Sketch):
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         if len(mesh.topology.loops) > 1:
             return super().run(mesh, pinned, shape)
-        stages = [one_system(None, self.tol, self.gap), continued(None, self.tol)]
-        return _climbed(replace(self, layout="boundary"), mesh, pinned, shape, stages)
+        stages: list[Stage] = [
+            partial(one_system, rtol=None, tol=self.tol, largest_gap=self.gap),
+            partial(continued, rtol=None, tol=self.tol),
+        ]
+        return _run_stages_of(replace(self, layout="boundary"), mesh, pinned, shape, stages)
 
 
 @dataclass(frozen=True)
@@ -190,11 +200,11 @@ class ABF(Method):
             raise ValueError(f"tol is {self.tol!r}: use a positive number, at least 1e-10")
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
-        stages = [anchored(self.tol), feasible(self.tol)]
+        stages: list[Stage] = [partial(anchored, tol=self.tol), partial(feasible, tol=self.tol)]
         if shape.sums is not None:
-            rtol = ON_CIRCLE_RTOL if shape.circles else ACTIVE_SET_RTOL
-            stages.append(linear_instead(prescribed(rtol, TOL)))
-        return _climbed(self, mesh, pinned, shape, stages)
+            rtol = STEP_AND_CHORD_RTOL if shape.circles else ACTIVE_SET_RTOL
+            stages.append(partial(linear_fallback, linear=partial(prescribed, rtol=rtol, tol=TOL)))
+        return _run_stages_of(self, mesh, pinned, shape, stages)
 
 
 @dataclass(frozen=True)
@@ -236,21 +246,21 @@ class Isometric(Method):
     solver: SolverName = "auto"
 
     def __post_init__(self) -> None:
-        if not is_number(self.weight, 0, MAX_WEIGHT):
+        if not is_number(self.weight, 0, MAX_AREA_WEIGHT):
             raise ValueError(
                 f"weight is {self.weight!r}: use a number from 0 (angles) over 1 (symmetric Dirichlet) "
-                f"to {MAX_WEIGHT:g} (areas)"
+                f"to {MAX_AREA_WEIGHT:g} (areas)"
             )
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         with stopwatch(*STAGES) as seconds:
-            problem = posed(mesh, None, "auto", LinABF.threshold, self.solver)
-            tried = climb(problem, [*_automatic(None, TOL), injective_map])
-            made = isometric_map(problem, tried, self.weight, pinned)
+            problem = initial_problem(mesh, ProblemOptions(solver=self.solver))
+            results = run_stages(problem, [*_default_stages(None, TOL), injective_map])
+            made = isometric_map(problem, results, self.weight, pinned)
             if made is not None:
                 # the maps before do not know of the pins
-                tried = (made,) if pinned is not None else (*tried, made)
-            return report(problem, self.name, tried, seconds)
+                results = (made,) if pinned is not None else (*results, made)
+            return build_result(problem, self.name, results, seconds)
 
 
 @dataclass(frozen=True)
@@ -275,9 +285,9 @@ class OneStepABFpp(Method):
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         with stopwatch(*STAGES) as seconds:
-            problem = posed(mesh, pinned, self.layout, self.threshold, self.solver, safeguard=False)
-            tried = climb(problem, [baselines.newton_step])
-            return report(problem, self.name, tried, seconds)
+            options = ProblemOptions(self.layout, self.threshold, self.solver, safeguard=False)
+            problem = initial_problem(mesh, options, pinned)
+            return build_result(problem, self.name, run_stages(problem, [baselines.newton_step]), seconds)
 
 
 @dataclass(frozen=True)
@@ -343,7 +353,7 @@ def guaranteed(method: Method) -> Method | None:
     return replace(method, guarantee="injective")
 
 
-def _climbed(
+def _run_stages_of(
     method: LinABF | ABF,
     mesh: Mesh,
     pinned: Pins | None,
@@ -354,13 +364,19 @@ def _climbed(
     if method.guarantee:
         stages = [*stages, injective_map]
     with stopwatch(*STAGES) as seconds:
-        problem = posed(mesh, pinned, method.layout, method.threshold, method.solver, safeguard, shape=shape)
-        return report(problem, method.name, climb(problem, stages), seconds)
+        options = ProblemOptions(method.layout, method.threshold, method.solver, safeguard)
+        problem = initial_problem(mesh, options, pinned, shape)
+        return build_result(problem, method.name, run_stages(problem, stages), seconds)
 
 
-def _automatic(rtol: float | None, tol: float) -> list[Stage]:
+def _default_stages(rtol: float | None, tol: float) -> list[Stage]:
     """What linear ABF tries in turn."""
-    return [one_system(rtol, tol), continued(rtol, tol), anchored(ABF_TOL, tol), feasible(ABF_TOL, tol)]
+    return [
+        partial(one_system, rtol=rtol, tol=tol),
+        partial(continued, rtol=rtol, tol=tol),
+        partial(anchored, tol=ABF_TOL, residual_tol=tol),
+        partial(feasible, tol=ABF_TOL, residual_tol=tol),
+    ]
 
 
 def _check(guarantee: str | None, layout: LayoutName, threshold: float) -> None:
@@ -369,11 +385,3 @@ def _check(guarantee: str | None, layout: LayoutName, threshold: float) -> None:
         raise ValueError(f"guarantee is {guarantee!r}: use 'injective' or None")
     if not is_number(threshold, 0):
         raise ValueError(f"threshold is {threshold!r}: use a number of radians, 0 or larger")
-
-
-def _count(iterations: Any) -> Iterations:
-    if isinstance(iterations, str) and iterations == "auto":
-        return "auto"
-    if not (is_number(iterations, 1) and hasattr(iterations, "__index__")):
-        raise ValueError(f"iterations is {iterations!r}: use 'auto' or a positive integer")
-    return operator.index(iterations)

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
@@ -30,33 +31,30 @@ from ..angles import (
 )
 from ..linalg import Factor, NotPositiveDefiniteError, Solvers
 from ..surface import Mesh, Topology
+from .constants import ABF_TOL, LARGEST_SCALED_ANGLE, TOL, WIDER
 from .fallbacks import (
     ACTIVE_SET_RTOL,
-    MAX_ACTIVE_SET,
-    Candidate,
+    MAX_ACTIVE_SET_STEPS,
     Problem,
+    ProblemOptions,
     Stage,
-    Tried,
+    StageResult,
+    StageResults,
     anchored,
-    climb,
-    drawn,
+    build_result,
     feasible,
+    initial_problem,
     injective_map,
     iterated,
-    posed,
-    report,
+    run_stages,
+    with_layout,
 )
-from .methods import ABF, ABF_TOL, STAGES, LinABF, Method
+from .methods import ABF, STAGES, LinABF, Method
 from .result import Flattening
-
-SEAM_TOL = 1e-8  # residual of the angles of converged ABF at which the sides of the seams match
-MORE_STEPS = 3  # to that
-LEAST_SINE = 1e-75  # of an angle of a collapsed triangle
-OBTUSE, WIDER = 2.0, 0.2  # largest angle of a triangle scaled conformally; or more than its own by so much
 
 
 class AstrayError(ArithmeticError):
-    """Steps lead away from all angles with these sums and turnings."""
+    """Steps lead away from all angles with these sums and holonomy."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,8 +130,8 @@ def flatten_with_cones(
     ValueError
         Another method.
     AstrayError
-        Turnings are prescribed, and steps lead away from them. What is tried elsewhere after such steps would
-        take far longer, and lead nowhere.
+        Holonomy angles are prescribed, and steps lead away from them. What is tried elsewhere after such steps
+        would take far longer, and lead nowhere.
     """
     if not isinstance(method, LinABF | ABF):
         raise ValueError(f"method is {method.name!r}: cones need one that finds angles, 'linabf' or 'abf'")
@@ -143,15 +141,15 @@ def flatten_with_cones(
         safeguard = method.safeguard if isinstance(method, LinABF) else True
         known = known if Solvers(method.solver).shared else None
         asked = constraints_of(uncut, sums, paths, left_out=None if known is None else known.left_out)
-        problem = posed(cut, None, method.layout, method.threshold, method.solver, safeguard, asked)
+        options = ProblemOptions(method.layout, method.threshold, method.solver, safeguard)
+        problem = initial_problem(cut, options, uncut=asked)
         begun = problem.start
         if known is not None and (known.even or turned is not None):
             begun = replace(begun, lin=_preconditioned(problem.angles, known))
         if turned is not None:
             problem, begun = _turned(problem, begun, turned)
-        return report(
-            problem, method.name, climb(problem, _stages(method, begun, turned is not None)), seconds
-        )
+        results = run_stages(problem, _stages(method, begun, turned is not None))
+        return build_result(problem, method.name, results, seconds)
 
 
 def holonomy_angles_of(
@@ -189,9 +187,9 @@ def _preconditioned(angles: AngleProblem, known: KnownLaplacian) -> Linearised |
 
 
 def _turned(problem: Problem, begun: State, turned: Turned) -> tuple[Problem, State]:
-    """The problem with prescribed turnings along its paths, and a state to go on from.
+    """The problem with prescribed holonomy angles along its paths, and a state to go on from.
 
-    Turnings change angles least where the surface is flat already. So the first step starts from its angles
+    Holonomy changes angles least where the surface is flat already. So the first step starts from its angles
     scaled conformally, and goes to those of least change from the surface itself. Right at cones much is
     missing all the same. So patches around these are flattened first.
     """
@@ -212,7 +210,7 @@ def _turned(problem: Problem, begun: State, turned: Turned) -> tuple[Problem, St
 def _asking(
     angles: AngleProblem, turned: Turned, holonomy: HolonomyAngles
 ) -> tuple[AngleProblem, FloatArray | None]:
-    """The problem with the sums and the turnings that are chosen, and the logarithm of its scale."""
+    """The problem with the sums and the holonomy that are chosen, and the logarithm of its scale."""
     sums, wanted, log_scale = turned.chosen(holonomy)
     asked = angles.constraints.sums.copy()
     changed = np.full(len(asked), np.nan)
@@ -238,51 +236,50 @@ def _scaled(angles: AngleProblem, surface: FloatArray, u: FloatArray | None, lin
             assert lin.inverse is not None
             sums = constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))
             u = np.append(-lin.inverse.solve(constraints.target - sums), 0.0)[constraints.row]
-        sine = np.maximum(np.sin(surface), LEAST_SINE)  # the sides, up to their scale
+        sine = np.maximum(np.sin(surface), np.finfo(np.float64).tiny ** 0.25)  # the sides, up to their scale
         alpha, bad = rescaled(constraints.topology, sine, u)
-        bad |= alpha.max(axis=0) > np.maximum(OBTUSE, surface.max(axis=0) + WIDER)
+        bad |= alpha.max(axis=0) > np.maximum(LARGEST_SCALED_ANGLE, surface.max(axis=0) + WIDER)
         at = angles.at(np.where(bad, angles.estimate, alpha))
     return State(angles, at, lin=lin)
 
 
 def _stages(method: LinABF | ABF, begun: State, turned: bool) -> list[Stage]:
+    stages: list[Stage]
     if isinstance(method, LinABF) and method.iterations != "auto":
-        stages = [iterated(method.rtol or ACTIVE_SET_RTOL, method.tol, method.iterations)]
+        rtol = method.rtol or ACTIVE_SET_RTOL
+        stages = [partial(iterated, rtol=rtol, tol=method.tol, max_steps=method.iterations)]
     else:
-        first, tols = list[Stage](), [method.tol]
+        stages, tol, residual_tol = [], method.tol, 0.0
         if isinstance(method, LinABF):
-            first, tols = (
-                [_exact(begun, method.rtol, method.tol, turned and not method.guarantee)],
-                [ABF_TOL, method.tol],
-            )
-        stages = [*first, *(_settled(make(*tols), method.tol) for make in (anchored, feasible))]
+            only = turned and not method.guarantee
+            stages = [partial(_continued, begun=begun, rtol=method.rtol, tol=method.tol, only=only)]
+            tol, residual_tol = ABF_TOL, method.tol
+        for form in (anchored, feasible):
+            stage = partial(form, tol=tol, residual_tol=residual_tol)
+            stages.append(partial(_with_matching_sides, stage=stage, tol=method.tol))
     return [*stages, injective_map] if method.guarantee else stages
 
 
-def _exact(begun: State, rtol: float | None, tol: float, only: bool) -> Stage:
+def _continued(
+    problem: Problem, earlier: StageResults, begun: State, rtol: float | None, tol: float, only: bool
+) -> StageResult:
     """Active-set iterations until both sides of the seam agree; or, if `only` they may, an error."""
-
-    def stage(problem: Problem, tried: Tried) -> Candidate:
-        state = iterate_with_corrections(begun, rtol, tol, MAX_ACTIVE_SET)
-        if only and diverges(state):
-            raise AstrayError(f"steps lead to angle sums {state.at.residual.largest:.2g} away from them")
-        reached = state.at.residual.largest <= tol
-        note = "" if reached else f"the iterations did not converge within {MAX_ACTIVE_SET} steps"
-        return drawn(problem, "active set", state, converged=reached, note=note)
-
-    return stage
+    state = iterate_with_corrections(begun, rtol, tol, MAX_ACTIVE_SET_STEPS)
+    if only and diverges(state):
+        raise AstrayError(f"steps lead to angle sums {state.at.residual.largest:.2g} away from them")
+    reached = state.at.residual.largest <= tol
+    note = "" if reached else f"the iterations did not converge within {MAX_ACTIVE_SET_STEPS} steps"
+    return with_layout(problem, StageResult("active set", state, converged=reached, note=note))
 
 
-def _settled(stage: Stage, tol: float) -> Stage:
-    """A stage, and then active-set steps from where it ends until both sides of the seam agree."""
-
-    def settled(problem: Problem, tried: Tried) -> Candidate | None:
-        made = stage(problem, tried)
-        if made is None or made.layout is None or made.state.at.residual.largest <= SEAM_TOL:
-            return made
-        state = active_set(made.state, ACTIVE_SET_RTOL, SEAM_TOL, MORE_STEPS)
-        converged = made.converged and state.at.residual.largest <= tol
-        exact = drawn(problem, made.stage, state, converged=converged, note=made.note, remark=made.remark)
-        return made if len(exact.flipped) > len(made.flipped) else exact
-
-    return settled
+def _with_matching_sides(
+    problem: Problem, earlier: StageResults, stage: Stage, tol: float
+) -> StageResult | None:
+    """What a stage makes, after active-set steps until both sides of the seam agree."""
+    made = stage(problem, earlier)
+    if made is None or made.layout is None or made.state.at.residual.largest <= TOL:
+        return made
+    state = active_set(made.state, ACTIVE_SET_RTOL, TOL, MAX_ACTIVE_SET_STEPS)
+    converged = made.converged and state.at.residual.largest <= tol
+    matching = with_layout(problem, replace(made, state=state, converged=converged))
+    return made if len(matching.flipped) > len(made.flipped) else matching

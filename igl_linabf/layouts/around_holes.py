@@ -10,8 +10,7 @@ import numpy as np
 from .._types import ComplexArray, FloatArray, IntArray, Solve
 from ..angles import Constraints, HolonomyResidual
 from ..surface import Ragged, complex_positions, coordinates
-
-LITTLE = 3e-5  # conformal energy over the map's area up to which two changes of the loops are enough
+from .constants import RELAXED_ENERGY
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,7 +141,7 @@ class Loops:
         return np.asarray(self._parts.repeat(self._parts.sum(values) / self._parts.sizes))
 
 
-def drawn(loops: Loops, holonomy: HolonomyResidual, outer: ComplexArray) -> Harmonic:
+def draw_loops(loops: Loops, holonomy: HolonomyResidual, outer: ComplexArray) -> Harmonic:
     """Both coordinates harmonic between loops that have the shapes drawn from angles.
 
     The outer loop stays as it is drawn. Each hole's is drawn up to a similarity, z = a_h s + c_h: a_h and c_h
@@ -174,7 +173,7 @@ def drawn(loops: Loops, holonomy: HolonomyResidual, outer: ComplexArray) -> Harm
     return z
 
 
-def relaxed(loops: Loops, z: Harmonic) -> Harmonic | None:
+def relax_loops(loops: Loops, z: Harmonic) -> Harmonic | None:
     """The map of nearly the least conformal energy, from one whose loops are nearly those of that map.
 
     Relative to L, the energy's matrix has eigenvalues near 0, of holomorphic maps, and near 2, of the
@@ -194,4 +193,4 @@ def relaxed(loops: Loops, z: Harmonic) -> Harmonic | None:
         for share, change, slope in zip(shares, changes, slopes, strict=True):
             z, g = z.plus(share, change), g + share * slope
     energy, area = loops.energy(z)
-    return z if energy <= LITTLE * area else None
+    return z if energy <= RELAXED_ENERGY * area else None

@@ -9,7 +9,7 @@ from .._types import ComplexArray, FloatArray, IntArray
 from ..angles import Constraints, Iterate, Residual, central_angles, with_identity
 from ..linalg import Analysis, Solvers
 from ..surface import complex_positions, flipped_faces
-from .around_holes import Loops, drawn, relaxed
+from .around_holes import Loops, draw_loops, relax_loops
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,13 +73,12 @@ def harmonic(
         return z, "none"
     weight = topology.sum_at_edges(at.cot)
     weight /= 2
-    lower = with_identity(
-        pattern.laplacian(weight), n
-    )  # a boundary vertex with a prescribed sum has a row, too
+    # a boundary vertex with a prescribed sum has a row, too
+    lower = with_identity(pattern.laplacian(weight), n)
     factored = (laplacian or pattern.analysis(solvers)).factor(lower.data)
     if topology.holes:
         loops = Loops(constraints, weight, factored.solve)
-        return loops.positions(drawn(loops, at.residual.holonomy, boundary.z)), factored.name
+        return loops.positions(draw_loops(loops, at.residual.holonomy, boundary.z)), factored.name
     rhs = pattern.pull(weight, z)
     rhs[n:] = 0.0
     z[topology.interior] = complex_positions(factored.solve(rhs)[:n])
@@ -100,7 +99,7 @@ def by_relaxed_loops(
     analysis = laplacian or pattern.analysis(solvers)
     factored = analysis.factor(lower.data)
     loops = Loops(constraints, weight, factored.solve)
-    made = relaxed(loops, drawn(loops, at.residual.holonomy, boundary.z))
+    made = relax_loops(loops, draw_loops(loops, at.residual.holonomy, boundary.z))
     if made is None or len(flipped_faces(z := loops.positions(made), topology.corner)):
         return None
     return z, factored.name

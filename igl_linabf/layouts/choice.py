@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._types import ComplexArray, FloatArray, IntArray
-from ..angles import Constraints, Iterate, Residual, constraints_of
+from ..angles import Constraints, Iterate, constraints_of
 from ..errors import MeshError, SingularSystemError, some
 from ..linalg import Analysis, NotPositiveDefiniteError, SolverName, Solvers
 from ..surface import (
@@ -32,17 +32,13 @@ from ..surface import (
 )
 from .boundary import Boundary, by_relaxed_loops, develop_boundary, harmonic
 from .conformal_energy import far_apart, least_squares
+from .constants import FLAT_RESIDUAL, GAP, LARGEST_HOLE_GAP, MAX_DRAWN_HOLES
 from .greedy import greedy, one_by_one
 
 LayoutName = Literal["auto", "boundary", "least-squares", "greedy"]
 
-GAP = 2.5e-3  # relative gap of the developed boundary up to which "auto" trusts it
-FLAT = 1e-4  # residual of the constraints up to which it draws the loops of holes, too
-NEARLY_CLOSED = 0.1  # relative gap of loops up to which it changes those to the ones of the least squares
-MOST_HOLES = 12  # where it does: each takes one more solve
 
-
-def placed(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
+def place_map(topology: Topology, z: ComplexArray, area: float, pinned: Pins | None) -> ComplexArray:
     """The map moved to its pins; without pins, scaled to `area`, centred and turned to its axes."""
     return centred(topology, z, area) if pinned is None else move_to_pins(z, pinned)
 
@@ -57,90 +53,106 @@ class Layout:
     solver: str
 
 
+@dataclass(frozen=True, eq=False)
+class LayoutOptions:
+    """How angles become coordinates, and where the map comes to be.
+
+    Attributes
+    ----------
+    method : {"auto", "boundary", "least-squares", "greedy"}
+    pinned : Pins or None
+    area : float
+        Of the map, without pins.
+    side : (2,) or (0,) int64
+        Without pins, the second vertex is put to the right of the first.
+    one_by_one : bool
+        Whether angles that are flat to nearly all digits are laid out triangle after triangle, without a
+        system.
+    """
+
+    method: LayoutName = "auto"
+    pinned: Pins | None = None
+    area: float = 1.0
+    side: IntArray | None = None
+    one_by_one: bool = False
+
+
 def lay_out(
     constraints: Constraints,
     at: Iterate,
-    method: LayoutName,
-    pinned: Pins | None,
-    area: float,
+    options: LayoutOptions,
     solvers: Solvers,
     laplacian: Analysis | None = None,
-    along: IntArray | None = None,
     boundary: Boundary | None = None,
-    in_turn: bool = False,
 ) -> Layout:
     """Lay out triangles' angles.
 
-    `laplacian` is the analysis of the constraints' pattern, if it is known already. Where angle sums of
-    the outer loop are prescribed, it is drawn with them, and stays as it is drawn. Without pins, the
-    second vertex of `along` is put to the right of the first. `boundary` is that loop, if known. If
-    `in_turn`, angles that are flat to nearly all digits are laid out without a system.
+    `laplacian` is the analysis of the constraints' pattern, and `boundary` the drawn outer loop, if they are
+    known already. Where angle sums of the outer loop are prescribed, it is drawn with them, and stays so.
     """
+    method, pinned = options.method, options.pinned
     check_pins(method, pinned)
-    topology, alpha, cot = constraints.topology, at.alpha, at.cot
+    topology, cot, holes = constraints.topology, at.cot, len(constraints.topology.holes)
     boundary = boundary or develop_boundary(constraints, at.residual)
     rim = topology.loops[0]
     prescribed = not np.isnan(constraints.sums[rim]).all()
-    solver, made = "none", method
-    holes, relaxes, found = len(topology.holes), False, None
+    solver, relaxes, relaxed = "none", False, None
     if method == "auto":
         held = shape_is_pinned(pinned)
-        drawn = boundary.gap <= GAP or prescribed
+        draws = boundary.gap <= GAP or prescribed
         if holes:
-            may_draw = _may_draw_holes(constraints)
-            drawn = drawn and may_draw and at.residual.largest <= FLAT
-            relaxes = may_draw and not prescribed and not held and _nearly_closed(boundary, at.residual)
-        made = "boundary" if drawn and not held else "least-squares"
+            # their loops may be drawn if each has a row, and there are few
+            may_draw = (
+                constraints.wheels == constraints.n and not constraints.paths and holes <= MAX_DRAWN_HOLES
+            )
+            draws = draws and may_draw and at.residual.largest <= FLAT_RESIDUAL
+            gap = max(boundary.gap, float(np.abs(at.residual.holonomy.gap).max()))
+            relaxes = may_draw and not prescribed and not held and gap <= LARGEST_HOLE_GAP
+        method = "boundary" if draws and not held else "least-squares"
     elif method == "boundary" and holes:
         raise MeshError(
             f"the mesh has {len(topology.loops)} boundary loops, and layout='boundary' draws one: use "
             "layout='least-squares' or 'auto'"
         )
     try:
-        if made == "boundary":
-            exact = one_by_one(boundary, at, topology) if in_turn else None
+        if method == "boundary":
+            exact = one_by_one(boundary, at, topology) if options.one_by_one else None
             if exact is not None:
                 z, solver = exact, "triangles one by one"
             else:
                 z, solver = harmonic(boundary, at, constraints, laplacian, solvers)
             if holes and len(flipped_faces(z, topology.corner)):
-                made, relaxes = "least-squares", False
-        if made == "least-squares" and relaxes:
-            found = by_relaxed_loops(boundary, at, constraints, laplacian, solvers)
-        if found is not None:
-            z, solver = found
-        elif made == "least-squares":
+                method, relaxes = "least-squares", False
+        if method == "least-squares" and relaxes:
+            relaxed = by_relaxed_loops(boundary, at, constraints, laplacian, solvers)
+        if relaxed is not None:
+            z, solver = relaxed
+        elif method == "least-squares":
             ends = slice(None) if prescribed else far_apart(coordinates(boundary.z))
             index, position = rim[ends], boundary.z[ends]
             if pinned is not None and not prescribed:
                 index, position = pinned[0], complex_positions(pinned[1])
             z, solver = least_squares(topology, cot, index, position, solvers)
-        elif made == "greedy":
-            z = greedy(topology, alpha)
+        elif method == "greedy":
+            z = greedy(topology, at.alpha)
     except NotPositiveDefiniteError:
-        thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
-        raise SingularSystemError(
-            f"the {made} layout is singular in double precision; the thinnest target triangles are faces "
-            f"{some(thin)} (smallest angle {alpha[:, thin[0]].min():.1e} rad): remove degenerate faces, "
-            "cut the mesh, or use layout='greedy'"
-        ) from None
-    if pinned is None or found is not None or made != "least-squares" or prescribed:
-        z = placed(topology, z, area, pinned)
-    if pinned is None and along is not None and len(along):
-        side = z[along[1]] - z[along[0]]
+        raise SingularSystemError(_thinnest(method, at.alpha)) from None
+    if pinned is None or relaxed is not None or method != "least-squares" or prescribed:
+        z = place_map(topology, z, options.area, pinned)
+    if pinned is None and options.side is not None and len(options.side):
+        side = z[options.side[1]] - z[options.side[0]]
         z = z * (abs(side) / side)
-    return Layout(z, made, boundary.gap, solver)
+    return Layout(z, method, boundary.gap, solver)
 
 
-def _may_draw_holes(constraints: Constraints) -> bool:
-    """Whether the loops of holes may be drawn: each has a row, and there are few."""
-    rows = constraints.wheels == constraints.n and not constraints.paths
-    return rows and len(constraints.topology.holes) <= MOST_HOLES
-
-
-def _nearly_closed(boundary: Boundary, b: Residual) -> bool:
-    """Whether the drawn loops are nearly those of the least squares."""
-    return max(boundary.gap, float(np.abs(b.holonomy.gap).max())) <= NEARLY_CLOSED
+def _thinnest(method: str, alpha: FloatArray) -> str:
+    """What is wrong with a singular layout."""
+    thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
+    return (
+        f"the {method} layout is singular in double precision; the thinnest target triangles are faces "
+        f"{some(thin)} (smallest angle {alpha[:, thin[0]].min():.1e} rad): remove degenerate faces, "
+        "cut the mesh, or use layout='greedy'"
+    )
 
 
 def layout(
@@ -210,7 +222,8 @@ def layout(
     alpha = checked_angles(angles, len(faces))
     pinned = pins(b, bc, vertices, n)
     constraints = constraints_of(topology)
-    made = lay_out(constraints, Iterate.of(constraints, alpha), method, pinned, 1.0, Solvers(solver))
+    at, options = Iterate.of(constraints, alpha), LayoutOptions(method, pinned)
+    made = lay_out(constraints, at, options, Solvers(solver))
     return scatter(coordinates(made.z), vertices, n)
 
 

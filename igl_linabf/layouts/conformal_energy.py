@@ -61,7 +61,7 @@ def energy_matrix(corner: IntArray, n: int, cot: FloatArray, width: float) -> Co
     return matrix
 
 
-def at_rest(matrix: ComplexArray, z: ComplexArray, free: BoolArray) -> ComplexArray | None:
+def least_energy_positions(matrix: ComplexArray, z: ComplexArray, free: BoolArray) -> ComplexArray | None:
     """The places, of which the `free` ones are those of least energy by its `energy_matrix`.
 
     None where triangles are too thin for that.

@@ -9,10 +9,7 @@ from .._types import BoolArray, ComplexArray, IntArray
 from ..angles import Pattern
 from ..linalg import NotPositiveDefiniteError, Solvers
 from ..surface import Topology, planar_topology, signed_double_areas
-
-DECAYS = (0.5, 1.0, 0.25, 0.0)  # of the weights, by exp(-decay) each edge further inside
-EXPONENT = 600.0  # of all of it at most: double precision ends at exp(-700)
-RINGS = (1, 2, 4, 8, 16, 32)  # of a patch around flipped triangles
+from .constants import DECAYS, MAX_EXPONENT, PATCH_WIDTHS
 
 
 def on_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArray]:
@@ -49,7 +46,7 @@ def patched(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iterator[C
     near = np.zeros(topology.n, dtype=bool)
     near[topology.corner[:, bad]] = True
     rings = 0
-    for wanted in RINGS:
+    for wanted in PATCH_WIDTHS:
         while rings < wanted - 1:
             near[topology.corner[:, near[topology.corner].any(axis=0)]] = True
             rings += 1
@@ -76,7 +73,7 @@ def _combined(
     """
     a, b = topology.edges.T
     depth = _depth(topology, np.flatnonzero(~free))
-    rate = min(decay, EXPONENT / max(2 * float(depth.max()), 1.0))
+    rate = min(decay, MAX_EXPONENT / max(2 * float(depth.max()), 1.0))
     weight = np.exp(-rate * (depth[a] + depth[b]))
     row = np.full(topology.n, -1)
     n_free = int(np.count_nonzero(free))

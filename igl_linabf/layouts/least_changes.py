@@ -14,24 +14,27 @@ from .._runtime import advance
 from .._types import BoolArray, ComplexArray, FloatArray
 from ..linalg import Factor, NotPositiveDefiniteError, Solvers
 from ..surface import Topology
+from .constants import (
+    BOUND_SHARE,
+    BOUND_TOL,
+    CURVED_CHANGE,
+    CURVED_PATCH_RINGS,
+    LARGEST_PATCHES,
+    LONGEST_TRIAL,
+    MAX_BOUNDS,
+    MAX_CORRECTIONS,
+    MAX_HALVINGS,
+    MAX_PATCH_STEPS,
+    MAX_PLANE_STEPS,
+    PATCH_GAIN,
+    PLANE_DAMPING,
+    SHORTEST_TRIAL,
+    SUFFICIENT_DECREASE,
+    TELLING_SCALE,
+    ZIGZAG_GAIN,
+)
 from .isometry import Hessians
-from .plane_steps import MOST_BOUNDS, BoundedStep, Linear, Plane, bounded_step
-
-SLOW = 0.3  # share of the last step's gain, above which the steps zigzag along a valley
-MAX_STEPS, MAX_IN_PATCHES = 60, 24
-KEPT = 0.9  # share of its bound below which rounding and curvature may let no angle fall
-LESS = 0.9  # of what is missing to a bound may be left by a step that lets the objective rise
-AT_BOUND = 1e-4  # share of its bound that may be missing to an angle
-SUFFICIENT = 1e-4  # share of the promised fall that a step has to bring (Armijo)
-HALVINGS = 25
-CORRECTIONS = 2  # of each trial's angles at their bounds
-FAR = 0.5  # scale of a step from which its gain tells of the next ones
-SHORTEST, LONGEST = 0.1, 0.5  # share of a step's length that may be tried next
-DAMPING = 1e-14  # of the diagonal: two springs hold the map, and far parts may be very small
-CURVED = 0.1  # relative change of an angle by a step, from which a patch is laid around its triangle
-RINGS = 4  # of triangles around such ones
-LARGEST = 1 / 8  # share of all vertices that patches may have
-FINER = 0.1  # times the gain that may be left to further steps is left in patches
+from .plane_steps import BoundedStep, Linear, Plane, bounded_step
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,27 +110,27 @@ def _descended(
     hessians, last = Hessians(plane.corner, len(z), solvers, plane.free), np.inf
     past: list[ComplexArray] = []
     at = _Place(z, *plane.measured(z), np.zeros(plane.estimate.shape, dtype=bool))
-    most = MAX_STEPS if whole else MAX_IN_PATCHES
+    most = MAX_PLANE_STEPS if whole else MAX_PATCH_STEPS
     for k in range(most + 1):
         here = Linear.of(plane, at.z, at.alpha)
         if here.rounding() > enough * at.value:
             return None
         try:
-            factor = hessians.factored(here.rows / plane.estimate[:, None], here.springs(), DAMPING)
+            factor = hessians.factored(here.rows / plane.estimate[:, None], here.springs(), PLANE_DAMPING)
             step = bounded_step(here, hessians, factor, at.held)
         except NotPositiveDefiniteError:
             return None
         promised = -float((here.gradient * step.e).sum())  # half the slope: what the model falls by
         done = LeastChange(at.z, at.alpha, step.held, k, promised / at.value)
         broken = plane.broken(at.alpha)  # a step that brings angles back to their bounds may go uphill
-        if k == most or (promised <= enough * at.value and broken <= AT_BOUND):
+        if k == most or (promised <= enough * at.value and broken <= BOUND_TOL):
             return done
         found = _searched(here, step, factor, at.value, promised, broken)
         if found is None:
             return done
         past, before = [at.z, *past][:2], at.value
         at, scale = found
-        if len(past) > 1 and before - at.value > SLOW * last:
+        if len(past) > 1 and before - at.value > ZIGZAG_GAIN * last:
             at = _further(plane, at, at.z - past[1])
         if whole:
             at = _within_patches(plane, at, here.alpha, enough, solvers)
@@ -136,7 +139,7 @@ def _descended(
         # the gains fall like a geometric series: what is left of it is foreseen
         foreseen = gain**2 / (last - gain) if 0 < gain < last < np.inf else np.inf
         last = gain
-        if foreseen <= enough * at.value and scale >= FAR:
+        if foreseen <= enough * at.value and scale >= TELLING_SCALE:
             return LeastChange(at.z, at.alpha, at.held, k + 1, foreseen / at.value)
     return done
 
@@ -150,14 +153,14 @@ def _searched(
     """
     plane, scale = here.plane, 1.0
     least = np.minimum(plane.bound, here.alpha)
-    for _ in range(HALVINGS):
+    for _ in range(MAX_HALVINGS):
         z = here.z + scale * step.dz
         alpha, after = plane.measured(z)
-        for _ in range(CORRECTIONS):
+        for _ in range(MAX_CORRECTIONS):
             # angles stray from their bounds by the square of the step, also of those that it does not meet
-            below = np.flatnonzero(alpha < (1 - AT_BOUND) * least)
+            below = np.flatnonzero(alpha < (1 - BOUND_TOL) * least)
             more = np.setdiff1d(below, step.index, assume_unique=True)
-            if not (alpha > 0).all() or len(more) + len(step.index) > MOST_BOUNDS:
+            if not (alpha > 0).all() or len(more) + len(step.index) > MAX_BOUNDS:
                 break
             if len(more):
                 step = step.with_more(more)
@@ -169,24 +172,24 @@ def _searched(
             except NotPositiveDefiniteError:
                 break
             alpha, after = plane.measured(z)
-            if (alpha >= (1 - AT_BOUND) * least).all():
+            if (alpha >= (1 - BOUND_TOL) * least).all():
                 break
-        valid = bool((alpha > KEPT * least).all())
-        falls = after <= value - SUFFICIENT * scale * 2 * promised and promised > 0
+        valid = bool((alpha > BOUND_SHARE * least).all())
+        falls = after <= value - SUFFICIENT_DECREASE * scale * 2 * promised and promised > 0
         left = plane.broken(alpha)
-        falls = falls and left <= max(broken, AT_BOUND)
-        if valid and (falls or (broken > AT_BOUND and left <= LESS * broken)):
+        falls = falls and left <= max(broken, BOUND_TOL)
+        if valid and (falls or (broken > BOUND_TOL and left <= BOUND_SHARE * broken)):
             return _Place(z, alpha, after, step.held), scale
-        shorter = LONGEST
+        shorter = LONGEST_TRIAL
         if valid:  # where the parabola through both has its minimum
             shorter = scale * promised / (after - value + 2 * scale * promised)
-        scale *= min(max(shorter, SHORTEST), LONGEST)
+        scale *= min(max(shorter, SHORTEST_TRIAL), LONGEST_TRIAL)
     return None
 
 
 def _further(plane: Plane, at: _Place, way: ComplexArray) -> _Place:
     """As far along the way of the last two steps as the objective falls (parallel tangents)."""
-    length, start, least = 1.0, at.z, (1 - AT_BOUND) * np.minimum(plane.bound, at.alpha)
+    length, start, least = 1.0, at.z, (1 - BOUND_TOL) * np.minimum(plane.bound, at.alpha)
     while True:
         z = start + length * way
         alpha, value = plane.measured(z)
@@ -212,13 +215,13 @@ def _within_patches(plane: Plane, at: _Place, before: FloatArray, enough: float,
         As for `least_change`.
     """
     corner, inside = plane.corner, np.zeros(len(at.z), dtype=bool)
-    curved = (np.abs(at.alpha - before) > CURVED * np.minimum(at.alpha, before)).any(axis=0)
+    curved = (np.abs(at.alpha - before) > CURVED_CHANGE * np.minimum(at.alpha, before)).any(axis=0)
     if not curved.any():
         return at
     inside[corner[:, curved]] = True
-    for _ in range(RINGS):
+    for _ in range(CURVED_PATCH_RINGS):
         inside[corner[:, inside[corner].any(axis=0)]] = True
-        if np.count_nonzero(inside) > LARGEST * len(at.z):
+        if np.count_nonzero(inside) > LARGEST_PATCHES * len(at.z):
             return at
     faces = np.flatnonzero(inside[corner].any(axis=0))
     rim = np.zeros_like(inside)
@@ -227,12 +230,12 @@ def _within_patches(plane: Plane, at: _Place, before: FloatArray, enough: float,
     number = np.empty(len(at.z), dtype=np.int64)
     number[used] = np.arange(len(used))
     patch = plane.part(faces, number[corner[:, faces]], int(np.count_nonzero(inside)), at.alpha, at.value)
-    made = _descended(patch, at.z[used], FINER * enough, solvers, whole=False)
+    made = _descended(patch, at.z[used], PATCH_GAIN * enough, solvers, whole=False)
     if made is None:
         return at
     z, held = at.z.copy(), at.held.copy()
     z[used], held[:, faces] = made.z, made.held
     after = _Place(z, *plane.measured(z), held)
     missing = plane.broken(at.alpha)
-    repaired = missing > AT_BOUND and plane.broken(after.alpha) <= LESS * missing
+    repaired = missing > BOUND_TOL and plane.broken(after.alpha) <= BOUND_SHARE * missing
     return after if after.value < at.value or repaired else at

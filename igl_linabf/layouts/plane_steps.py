@@ -11,13 +11,10 @@ import scipy
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..linalg import Factor, NotPositiveDefiniteError
 from ..surface import NEXT, PREV
+from .constants import BOUND_DAMPING, MAX_BOUND_ROUNDS, MAX_BOUNDS, SHORT_OF_COLLAPSE
 from .isometry import Hessians, Springs
 
-REACH = 0.9  # share of the way to a vanishing angle that a step may go
-MOST_BOUNDS = 200  # angles at most that a step keeps from falling further; for others it is shortened
-ROUNDS = 4  # in which these are found
-REGULAR = 1e-12  # of the diagonal of the bounds' system: they may depend on each other
-EPSILON = 2.0**-52
+EPSILON = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -230,13 +227,13 @@ def bounded_step(here: Linear, hessians: Hessians, factor: Factor, held: BoolArr
     NotPositiveDefiniteError
         In double precision some bounds are one.
     """
-    least = np.maximum(-REACH * here.alpha, here.plane.bound - here.alpha).ravel()
+    least = np.maximum(-SHORT_OF_COLLAPSE * here.alpha, here.plane.bound - here.alpha).ravel()
     free = -factor.solve(hessians.slope((here.gradient[:, None] * here.rows).sum(axis=0), None, here.z))
     free_e = here.change(complex_of(free)).ravel()
     pushes, force = Pushes.none(here, factor), np.empty(0)
     x, e, more = free, free_e, np.flatnonzero(held)
     more = more if len(more) else _broken(e, least, more)
-    for _ in range(ROUNDS):
+    for _ in range(MAX_BOUND_ROUNDS):
         if not len(more):
             break
         pushes = pushes.with_more(more)
@@ -254,7 +251,7 @@ def _broken(e: FloatArray, least: FloatArray, known: IntArray) -> IntArray:
     """The bounds that a step breaks, the worst first where they are too many."""
     broken = np.flatnonzero(e < least - 1e-6 * np.abs(least))
     broken = np.setdiff1d(broken, known, assume_unique=True)
-    most = MOST_BOUNDS - len(known)
+    most = MAX_BOUNDS - len(known)
     if len(broken) > most:
         broken = np.sort(broken[np.argsort(e[broken] - least[broken], kind="stable")[:most]])
     return broken
@@ -275,7 +272,9 @@ def _lower(system: FloatArray) -> FloatArray:
     """The Cholesky factor of the forces' system."""
     system = (system + system.T) / 2
     try:
-        return np.asarray(np.linalg.cholesky(system + REGULAR * np.diag(np.diag(system))), dtype=np.float64)
+        return np.asarray(
+            np.linalg.cholesky(system + BOUND_DAMPING * np.diag(np.diag(system))), dtype=np.float64
+        )
     except np.linalg.LinAlgError:
         raise NotPositiveDefiniteError(len(system)) from None
 

@@ -127,7 +127,7 @@ def test_threads_change_no_bit_and_an_error_ends_them_all(monkeypatch: pytest.Mo
     meshes = [bumps(60 + 7 * k, k, 0.3) for k in range(24)]
     thin = bumps(300)
     meshes[3] = meshes[20] = (thin[0] * [1, 0.02, 1], thin[1])  # with slivers, which go together
-    monkeypatch.setattr("igl_linabf.flattening.many_meshes.AT_ONCE", 1000)
+    monkeypatch.setattr("igl_linabf.flattening.many_meshes.TOGETHER", 1000)
     made = []
     for threads in "1", "3":
         monkeypatch.setenv("OMP_NUM_THREADS", threads)

@@ -9,7 +9,7 @@ from conftest import best_fit_distance, load
 from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, linabf, quality
 from igl_linabf.angles.steps import iterations
 from igl_linabf.angles.system import reduced_system as reduced
-from igl_linabf.flattening.fallbacks.attempts import ONE_SYSTEM_RTOL
+from igl_linabf.flattening.fallbacks import STEP_AND_CHORD_RTOL
 from igl_linabf.linalg import Cholesky, NotPositiveDefiniteError, conjugate_gradients, has_cholmod, solvers
 
 NAMES = ["auto", "direct", *["cholmod"] * has_cholmod()]
@@ -106,7 +106,7 @@ def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkey
 def test_the_chord_ends_early_unless_rtol_is_given(monkeypatch) -> None:
     V, F = load("disk__igl_camelhead.off")
     monkeypatch.setattr(iterations, "MOST_OF_CHORD", 2)
-    early, asked = flatten(V, F), flatten(V, F, LinABF(rtol=ONE_SYSTEM_RTOL))
+    early, asked = flatten(V, F), flatten(V, F, LinABF(rtol=STEP_AND_CHORD_RTOL))
     assert [step.kind for step in early.steps] == [step.kind for step in asked.steps] == ["step", "chord"]
     assert early.steps[0] == asked.steps[0]
     assert early.steps[1].inner_steps == 2 < asked.steps[1].inner_steps

@@ -12,7 +12,7 @@ import numpy as np
 from ..._core import lie_over
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...flattening import Flattening
-from ...layouts import at_rest, energy_matrix
+from ...layouts import energy_matrix, least_energy_positions
 from ...measures import change_of
 from ...surface import (
     Submesh,
@@ -101,7 +101,7 @@ class _Plan:
         within[faces] = True
 
         def laid_out(width: float) -> ComplexArray | None:
-            z = at_rest(energy_matrix(F.T, len(used), cot, width), before, free)
+            z = least_energy_positions(energy_matrix(F.T, len(used), cot, width), before, free)
             if z is None or not signed_double_areas(z, F.T).min() > 0:
                 return None
             rest = self._z[piece.F[self._near(z) & ~within]]

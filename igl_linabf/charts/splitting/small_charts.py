@@ -17,7 +17,7 @@ import numpy as np
 
 from ..._core import lie_over
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from ...layouts import at_rest, energy_matrix, least_squares
+from ...layouts import energy_matrix, least_energy_positions, least_squares
 from ...linalg import NotPositiveDefiniteError, Solvers
 from ...measures import change_of, quality_of_each
 from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
@@ -169,7 +169,7 @@ class _Candidate:
             self._matrices[width] = energy_matrix(topology.corner, topology.n, self._cot, width)
         z, free = np.zeros(topology.n, dtype=np.complex128), np.ones(topology.n, dtype=bool)
         z[fixed], free[fixed] = position, False
-        return at_rest(self._matrices[width], z, free)
+        return least_energy_positions(self._matrices[width], z, free)
 
 
 class _Host:

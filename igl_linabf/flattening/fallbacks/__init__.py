@@ -4,24 +4,25 @@ In: a problem at its initial estimate. Out: the attempts that were made, and the
 """
 
 from .attempts import (
-    ACTIVE_SET_RTOL,
-    MAX_ACTIVE_SET,
-    ONE_SYSTEM_RTOL,
-    Candidate,
     Problem,
+    ProblemOptions,
     Stage,
-    Tried,
+    StageResult,
+    StageResults,
+    build_result,
+    initial_problem,
+    run_stages,
+)
+from .constants import ACTIVE_SET_RTOL, MAX_ACTIVE_SET_STEPS, STEP_AND_CHORD_RTOL
+from .injective import by_newton, injective_map, isometric_map
+from .stages import (
     anchored,
-    climb,
     continued,
-    drawn,
     feasible,
     iterated,
+    linear_fallback,
     one_system,
-    posed,
     prescribed,
+    preview,
+    with_layout,
 )
-from .injective import by_newton, injective_map, isometric_map
-from .linear import linear_instead
-from .preview import looked_at
-from .reports import report

@@ -1,8 +1,4 @@
-"""Fallbacks: stages of increasing cost, tried until a map has no flipped triangle.
-
-A stage takes the problem and the candidates so far, and returns a `Candidate`. `climb` stops at the first
-good one. The result is the candidate with the fewest flipped triangles.
-"""
+"""Attempts at a map: the problem, what each stage makes of it, and the best map as a `Flattening`."""
 
 import warnings
 from collections.abc import Callable, Sequence
@@ -10,45 +6,37 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..._runtime import advance, timed
+from ..._runtime import timed
 from ..._types import IntArray
 from ...angles import (
     CAP_ANGLE,
-    AbfResult,
     AngleProblem,
     Constraints,
-    Iterate,
     State,
-    active_set,
     constraints_of,
-    converge,
-    converge_feasibly,
     corner_angles,
     initial_estimate,
-    iterate_to_prescribed_sums,
-    iterate_with_corrections,
-    linear_step,
     open_caps,
-    step_and_chord,
 )
-from ...errors import FallbackWarning, MeshWarning, SingularSystemError, some, stack_level
-from ...layouts import GAP, Boundary, Layout, LayoutName, check_pins, develop_boundary, lay_out
+from ...errors import MeshWarning, SingularSystemError, some, stack_level
+from ...layouts import Layout, LayoutName, check_pins
 from ...linalg import SolverName, Solvers, check_memory, factor_bytes
-from ...surface import Mesh, Pins, area_scale_ratio, chords_of, flipped_faces, shape_is_pinned
-from ..boundary_shapes import FREE, HELP, Shape, shape_of
-from ..result import Attempt, StageName, Status
+from ...surface import Mesh, Pins, area_scale_ratio, coordinates, flipped_faces, shape_is_pinned
+from ..boundary_shapes import FREE, Shape, shape_of
+from ..result import Attempt, Findings, Flattening, Hole, Residuals, StageName, Status, judge
 from .ears import Ears
-from .plane_abf import converge_in_plane
 
-ONE_SYSTEM_RTOL = 0.1  # relative residual to which "auto" solves a step and its chord
-ACTIVE_SET_RTOL = 0.01  # relative residual to which a step without a chord is solved
-CONTINUED_RTOL = 0.03  # and one that corrections follow
-MAX_ACTIVE_SET = 12  # re-anchored iterations after which "auto" gives up
-MAX_PRESCRIBED = 25  # steps to prescribed sums after which converged ABF takes over
-ON_CIRCLE = 1e-6  # residual at which the steps to a circle end; the loop is on it to all digits
-HOLE_GAP = 0.1  # relative gap of a hole's loop up to which "auto" leaves it to the least squares
-FEW_DIGITS = 1e28  # span of areas above which fewer than two digits are left of some lengths
 NO_FACES = np.empty(0, dtype=np.int64)
+
+
+@dataclass(frozen=True)
+class ProblemOptions:
+    """Options of the methods that find angles; see `igl_linabf.linabf`."""
+
+    layout: LayoutName = "auto"
+    threshold: float = 1.0
+    solver: SolverName = "auto"
+    safeguard: bool = True
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +50,11 @@ class Problem:
     layout : str
         How angles become coordinates.
     angles : AngleProblem
-        With the initial estimate.
+        With the initial estimate. Its constraints are `own`, or those of the surface before `mesh` was cut.
     repaired : (#caps,) int64
         Faces with an angle so close to pi that it was changed before flattening.
-    cut : Constraints or None
-        Of `mesh`, where the angles are those of the surface that `mesh` was cut from.
+    own : Constraints
+        Of `mesh`.
     shape : Shape
         What is asked of the boundary.
     ears : Ears or None
@@ -78,7 +66,7 @@ class Problem:
     layout: LayoutName
     angles: AngleProblem
     repaired: IntArray
-    cut: Constraints | None = None
+    own: Constraints
     shape: Shape = FREE
     ears: Ears | None = None
 
@@ -89,17 +77,17 @@ class Problem:
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
-    """Result of a stage.
+class StageResult:
+    """What a stage made.
 
     Attributes
     ----------
     stage : str
+    state : State
+        Its angles, and all steps so far.
     status : Status
     detail : str
         The status in words; "" if it is good.
-    state : State
-        Its angles, and all steps so far.
     converged : bool
         Whether its angles satisfy the constraints to the method's tolerance.
     note : str
@@ -112,35 +100,27 @@ class Candidate:
     """
 
     stage: StageName
-    status: Status
-    detail: str
     state: State
+    status: Status = Status.GOOD
+    detail: str = ""
     converged: bool = False
     note: str = ""
     remark: str = ""
     layout: Layout | None = None
     flipped: IntArray = field(default_factory=lambda: NO_FACES)
 
-    @property
-    def summary(self) -> Attempt:
-        """Its summary in the result."""
-        flips = None if self.layout is None else len(self.flipped)
-        return Attempt(self.stage, self.status, flips, self.state.at.residual.largest, self.detail)
+
+StageResults = tuple[StageResult, ...]
+Stage = Callable[[Problem, StageResults], StageResult | None]
+"""From the problem and the results of the stages before; None if there is nothing for it to do."""
 
 
-Tried = tuple[Candidate, ...]
-Stage = Callable[[Problem, Tried], Candidate | None]
-
-
-def posed(
+def initial_problem(
     mesh: Mesh,
-    pinned: Pins | None,
-    layout: LayoutName,
-    threshold: float,
-    solver: SolverName,
-    safeguard: bool = True,
-    uncut: Constraints | None = None,
+    options: ProblemOptions,
+    pinned: Pins | None = None,
     shape: Shape = FREE,
+    uncut: Constraints | None = None,
 ) -> Problem:
     """The problem at its initial estimate (section 4.2).
 
@@ -156,20 +136,21 @@ def posed(
     MeshWarning
         Some faces have an angle too near pi.
     """
-    solvers, ears = Solvers(solver), None
+    ears = None
     with timed("estimate"):
-        check_pins(layout, pinned)
+        check_pins(options.layout, pinned)
         if shape.circles:
             ears = Ears.of(mesh, pinned)
         if ears is not None:
             mesh, pinned = ears.rest, None
             shape = shape_of(mesh, shape.name, None)
-        held = shape_is_pinned(pinned)
-        least_squares = layout == "least-squares" or len(mesh.topology.loops) > 1 or held
+        least_squares = (
+            options.layout == "least-squares" or len(mesh.topology.loops) > 1 or shape_is_pinned(pinned)
+        )
         check_memory(len(mesh.double_area), factor_bytes(mesh.topology.n, 2) if least_squares else 0)
     with timed("assembly"):
         own = constraints_of(mesh.topology, shape.sums, circles=shape.circles)
-        asked = own if uncut is None else uncut
+        constraints = own if uncut is None else uncut
     with timed("estimate"):
         alpha, caps = open_caps(corner_angles(mesh))
         if len(caps):
@@ -181,24 +162,26 @@ def posed(
                 stacklevel=stack_level(),
             )
     with timed("assembly"):
-        estimate = initial_estimate(asked.topology, alpha, threshold, safeguard, asked.sums)
-        angles = AngleProblem(asked, estimate, solvers, safeguard)
-        return Problem(mesh, pinned, layout, angles, caps, None if uncut is None else own, shape, ears)
+        estimate = initial_estimate(
+            constraints.topology, alpha, options.threshold, options.safeguard, constraints.sums
+        )
+        angles = AngleProblem(constraints, estimate, Solvers(options.solver), options.safeguard)
+        return Problem(mesh, pinned, options.layout, angles, caps, own, shape, ears)
 
 
-def climb(problem: Problem, stages: Sequence[Stage]) -> Tried:
-    """Run the stages in order until one is good; return all candidates."""
-    tried: Tried = ()
+def run_stages(problem: Problem, stages: Sequence[Stage]) -> StageResults:
+    """Run stages of increasing cost until one is good; return all results."""
+    results: StageResults = ()
     for stage in stages:
-        made = stage(problem, tried)
+        made = stage(problem, results)
         if made is not None:
-            tried = (*tried, made)
+            results = (*results, made)
             if made.status is Status.GOOD:
                 break
-    return tried
+    return results
 
 
-def best_of(tried: Tried) -> tuple[Candidate, Layout]:
+def best_of(results: StageResults) -> tuple[StageResult, Layout]:
     """The map with the fewest flips; among equals the latest, which has the smallest residual.
 
     Raises
@@ -206,201 +189,63 @@ def best_of(tried: Tried) -> tuple[Candidate, Layout]:
     SingularSystemError
         There is none.
     """
-    best: tuple[Candidate, Layout] | None = None
-    for made in tried:
+    best: tuple[StageResult, Layout] | None = None
+    for made in results:
         if made.layout is not None and (best is None or len(made.flipped) <= len(best[0].flipped)):
             best = made, made.layout
     if best is None:
-        raise SingularSystemError(tried[-1].detail)
+        raise SingularSystemError(results[-1].detail)
     return best
 
 
-def drawn(
-    problem: Problem,
-    stage: StageName,
-    state: State,
-    *,
-    converged: bool,
-    note: str = "",
-    remark: str = "",
-    boundary: Boundary | None = None,
-    layout: Layout | None = None,
-) -> Candidate:
-    """Lay out the angles of a state; `boundary` is their outer loop, `layout` their map, if it is known."""
-    mesh, angles, at = problem.mesh, problem.angles, state.at
-    with timed("layout"):
-        constraints = angles.constraints if problem.cut is None else problem.cut
-        alpha, invalid = at.alpha, angles.invalid(at)
-        if invalid.any():
-            warnings.warn(
-                f"the target angles of faces {some(np.flatnonzero(invalid))} are not within (0, pi): "
-                "the layout uses their initial angles instead",
-                FallbackWarning,
-                stacklevel=stack_level(),
-            )
-            alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
-        same = problem.cut is None and not invalid.any()
-        try:
-            layout = layout or lay_out(
-                constraints,
-                at if same else Iterate.of(constraints, alpha),
-                problem.layout,
-                problem.pinned,
-                mesh.area,
-                angles.solvers,
-                None if state.lin is None or problem.cut is not None else state.lin.laplacian,
-                problem.shape.corners[:2],
-                boundary if same else None,
-                in_turn=problem.cut is not None,  # the steps across the seam go on to convergence
-            )
-        except SingularSystemError as error:
-            if problem.layout != "auto":  # a layout that is asked for is not replaced
-                raise
-            return Candidate(stage, Status.SINGULAR, str(error), state)
-    advance("layout", 0.5)
-    flipped = flipped_faces(layout.z, mesh.topology.corner)
-    flips = len(flipped)
-    status, detail = Status.GOOD, ""
-    if flips:
-        status, detail = Status.FLIPPED, f"{flips} flipped triangle{'s' * (flips > 1)}"
-    return Candidate(stage, status, detail, state, converged, note, remark, layout, flipped)
-
-
-def one_system(rtol: float | None, tol: float, most: float = GAP) -> Stage:
-    """The linear step and a second solve with its system; with holes, the second solve is a step.
-
-    Both are to the relative residual `rtol`; without one, a fine mesh's second solve may end before. A loop
-    with a relative gap of at most `most` is drawn.
-    """
-    enough = rtol or ONE_SYSTEM_RTOL
-
-    def stage(problem: Problem, tried: Tried) -> Candidate:
-        state, holes = problem.start, len(problem.mesh.topology.loops) > 1
-        boundary: Boundary | None = None
-        if state.at.residual.largest > tol:
-            if not holes:
-                state = step_and_chord(state, enough, tol, quick=rtol is None).state
-            else:
-                state = linear_step(state, enough, close=False, first_rtol=enough**2)
-                if not state.steps[-1].limited:  # least squares lays out, which draws no loop
-                    state = linear_step(state, enough, same_factor=True)
-            if state.steps and not state.steps[0].limited:
-                if holes:
-                    gap, allowed = float(np.abs(state.at.residual.holonomy.gap).max()), HOLE_GAP
-                else:
-                    boundary = develop_boundary(problem.angles.constraints, state.at.residual)
-                    gap, allowed = boundary.gap, most
-                state = state.without_factors()
-                if gap > allowed:
-                    detail = f"a boundary loop fails to close by {gap:.1%} of its length"
-                    return Candidate("linear step", Status.OPEN_LOOP, detail, state)
-            if state.steps and (limited := state.steps[-1].limited):
-                detail = f"a full step would make an angle of {limited} triangles zero or negative"
-                return Candidate("linear step", Status.CUT_SHORT, detail, state.without_factors())
-        reached = state.at.residual.largest <= tol
-        return drawn(problem, "linear step", state, converged=reached, boundary=boundary)
-
-    return stage
-
-
-def prescribed(rtol: float, tol: float) -> Stage:
-    """Steps to the angle sums that are prescribed at the boundary."""
-
-    def stage(problem: Problem, tried: Tried) -> Candidate:
-        # the outer loop is drawn on its circle anyway, but small errors move those of holes a lot
-        enough = {"circle": max(tol, ON_CIRCLE), "circles": tol / 10}.get(problem.shape.name, tol)
-        state = iterate_to_prescribed_sums(problem.start, rtol, enough, MAX_PRESCRIBED).without_factors()
-        reached = state.at.residual.largest <= enough
-        note = "" if reached else f"the iterations did not converge within {MAX_PRESCRIBED} steps"
-        whole = problem.mesh if problem.ears is None else problem.ears.whole
-        if not reached and len(chords := chords_of(whole.topology)):
-            note += f" with {len(chords)} edges across, between boundary vertices: {HELP}"
-        return drawn(problem, "active set", state, converged=reached, note=note)
-
-    return stage
-
-
-def iterated(rtol: float, tol: float, most: int) -> Stage:
-    """Active-set iterations from the start (section 6)."""
-
-    def stage(problem: Problem, tried: Tried) -> Candidate:
-        state = active_set(problem.start, rtol, tol, most).without_factors()
-        name: StageName = "active set" if len(state.steps) > 1 else "linear step"
-        return drawn(problem, name, state, converged=state.at.residual.largest <= tol)
-
-    return stage
-
-
-def continued(rtol: float | None, tol: float) -> Stage:
-    """Active-set iterations from where the last stage ended; without an `rtol`, the last are corrections."""
-
-    def stage(problem: Problem, tried: Tried) -> Candidate:
-        state = tried[-1].state
-        if problem.angles.safeguard:
-            state = iterate_with_corrections(
-                state, rtol, tol, MAX_ACTIVE_SET, CONTINUED_RTOL
-            ).without_factors()
-        else:
-            state = active_set(state, rtol or ACTIVE_SET_RTOL, tol, MAX_ACTIVE_SET).without_factors()
-        reached = state.at.residual.largest <= tol
-        failed = f"the iterations did not converge within {MAX_ACTIVE_SET} steps"
-        said = "further iterations flip more triangles" if reached else failed
-        return drawn(problem, "active set", state, converged=reached, note=said)
-
-    return stage
-
-
-def anchored(tol: float, residual_tol: float = 0.0) -> Stage:
-    """Converged ABF by anchored steps."""
-
-    def stage(problem: Problem, tried: Tried) -> Candidate | None:
-        if not problem.angles.safeguard:
-            return None
-        if tried and tried[-1].converged and area_scale_ratio(problem.mesh, best_of(tried)[1].z) > FEW_DIGITS:
-            return None  # no angles help where lengths differ by nearly all digits
-        result = converge(tried[-1].state.back_to_start() if tried else problem.start, tol)
-        if not result.converged:
-            return Candidate("converged ABF", Status.DIVERGED, "the iterations do not converge", result.state)
-        return _abf_drawn(problem, "converged ABF", result, residual_tol)
-
-    return stage
-
-
-def feasible(tol: float, residual_tol: float = 0.0) -> Stage:
-    """Converged ABF in its feasible form, where anchored steps diverged."""
-
-    def stage(problem: Problem, tried: Tried) -> Candidate | None:
-        # flips of converged angles are those of rounding
-        if tried[-1].status is not Status.DIVERGED or any(made.converged for made in tried):
-            return None
-        state = tried[-1].state
-        own = problem.angles.constraints if problem.cut is None else problem.cut
-        try:
-            in_plane = converge_in_plane(problem.mesh, own, state, problem.pinned, tol)
-            if in_plane is not None:
-                result, layout = in_plane
-                return _abf_drawn(problem, "feasible ABF", result, residual_tol, layout)
-            result = converge_feasibly(state, tol)
-        except SingularSystemError as error:
-            return Candidate("feasible ABF", Status.SINGULAR, str(error), state)
-        return _abf_drawn(problem, "feasible ABF", result, residual_tol)
-
-    return stage
-
-
-def _abf_drawn(
-    problem: Problem, stage: StageName, result: AbfResult, residual_tol: float, layout: Layout | None = None
-) -> Candidate:
-    if problem.layout != "auto" or shape_is_pinned(problem.pinned):
-        layout = None
-    held = np.flatnonzero(result.held.any(axis=0))
-    remark = f"; some angles of faces {some(held)} are held at a hundredth of their initial value"
-    return drawn(
-        problem,
-        stage,
-        result.state,
-        converged=result.converged or result.state.at.residual.largest <= residual_tol,
-        note="converged ABF did not converge in its feasible form",
-        remark=remark if len(held) else "",
-        layout=layout,
+def build_result(
+    problem: Problem, method: str, results: StageResults, seconds: dict[str, float]
+) -> Flattening:
+    """The best map with its residuals, steps and outcome, and all attempts."""
+    best, layout = best_of(results)
+    at, angles, ears = best.state.at, problem.angles, problem.ears
+    mesh, z, alpha, flipped = problem.mesh, layout.z, at.alpha, best.flipped
+    if ears is not None:
+        mesh, z = ears.whole, ears.add_to_map(z)
+        alpha, flipped = ears.add_to_angles(alpha, z), flipped_faces(z, mesh.topology.corner)
+    note, attempts = best.note, list[Attempt]()
+    for made in results:
+        flips = None if made.layout is None else len(made.flipped)
+        attempts.append(Attempt(made.stage, made.status, flips, made.state.at.residual.largest, made.detail))
+        if best.stage not in ("injective", "isometric"):  # where these start from does not matter
+            note = note or made.note
+    outcome, message = judge(
+        Findings(
+            layout.method,
+            layout.solver,
+            area_scale_ratio(mesh, z),
+            flipped,
+            at.residual.largest,
+            np.flatnonzero(angles.invalid(at)),
+            best.converged,
+            note,
+            0 if problem.pinned is None else len(problem.pinned[0]),
+        )
+    )
+    return Flattening(
+        uv=coordinates(z),
+        F=mesh.faces,
+        angles=np.ascontiguousarray(alpha.T),
+        method=method,
+        outcome=outcome,
+        message=message + best.remark,
+        flipped=flipped,
+        repaired=problem.repaired,
+        attempts=tuple(attempts),
+        steps=results[-1].state.steps,
+        before=Residuals.of(angles.start.residual),
+        after=Residuals.of(at.residual),
+        holes=Hole.all_of(problem.mesh, at.residual),
+        gap=layout.gap,
+        layout=layout.method,
+        solver=results[-1].state.how,
+        layout_solver=layout.solver,
+        seconds=seconds,
+        boundary=problem.shape.name,
+        corners=problem.mesh.vertices[problem.shape.corners],
     )

@@ -8,11 +8,10 @@ import numpy as np
 
 from ..._core import signed_double_areas
 from ..._types import ComplexArray, FloatArray, IntArray
-from ...layouts import placed
+from ...layouts import place_map
 from ...surface import Mesh, Pins, Topology, compact, flat_angles, topology_of, with_outer_loop
 
-EPS = float(np.finfo(np.float64).eps)
-OUTWARD = 2.0 ** np.arange(10)  # roundings by which an apex is moved until its triangle has an area
+EPSILON = float(np.finfo(np.float64).eps)
 
 
 @dataclass(frozen=True, eq=False)
@@ -68,7 +67,7 @@ class Ears:
         )
         return cls(mesh, rest, vertices, faces, layers, pinned)
 
-    def laid(self, rest: ComplexArray) -> ComplexArray:
+    def add_to_map(self, rest: ComplexArray) -> ComplexArray:
         """The map of all vertices from that of the rest, (#rest V,), whose outer loop is on a circle.
 
         An apex divides the arc such that its two edges have the ratio of lengths that they have on the
@@ -87,17 +86,17 @@ class Ears:
             # half the arc to the apex: sin a / sin(half - a) is the ratio
             a = np.arctan2(ratio * np.sin(half), 1 + ratio * np.cos(half))
             z[apex] = z[before] + (z[before] - centre) * (2j * np.sin(a) * np.exp(1j * a))
-        z = placed(self.whole.topology, z, self.whole.area, self.pinned)
+        z = place_map(self.whole.topology, z, self.whole.area, self.pinned)
         before, apex, after = np.concatenate(self.layers).T
         outward, size = -1j * (z[after] - z[before]), float(np.abs(z).max())
         outward /= np.maximum(np.abs(outward), np.finfo(np.float64).tiny)
         flat = z[apex]
-        for roundings in OUTWARD:
+        for roundings in 2.0 ** np.arange(10):
             thin = ~(signed_double_areas(z, np.stack((before, apex, after))) > 0)
-            z[apex[thin]] = flat[thin] + outward[thin] * (roundings * EPS * size)
+            z[apex[thin]] = flat[thin] + outward[thin] * (roundings * EPSILON * size)
         return z
 
-    def angles(self, rest: FloatArray, z: ComplexArray) -> FloatArray:
+    def add_to_angles(self, rest: FloatArray, z: ComplexArray) -> FloatArray:
         """The angles of all faces, (3, #F): those of the rest, and of the ears as they are in the map."""
         corner, ears = self.whole.topology.corner, np.ones(len(self.whole.double_area), dtype=bool)
         ears[self.faces] = False

@@ -5,20 +5,20 @@ from typing import Any
 
 from ..._runtime import timed
 from ..._types import ComplexArray
-from ...layouts import at_pins, embedded_inside, injective, isometric, placed
+from ...layouts import at_pins, embedded_inside, injective, isometric, place_map
 from ...surface import Pins, flat_angles, flipped_faces, shape_is_pinned
 from ..result import Status
-from .attempts import Candidate, Problem, Tried, best_of
+from .attempts import Problem, StageResult, StageResults, best_of
 
 
-def injective_map(problem: Problem, tried: Tried) -> Candidate:
+def injective_map(problem: Problem, earlier: StageResults) -> StageResult:
     """A map without flipped triangles from the best one so far, by SLIM."""
-    mesh, last, pinned = problem.mesh, tried[-1], problem.pinned
-    _, layout = best_of(tried)
+    mesh, last, pinned = problem.mesh, earlier[-1], problem.pinned
+    _, layout = best_of(earlier)
     held = shape_is_pinned(pinned)
 
     def place(z: ComplexArray) -> ComplexArray:
-        return placed(mesh.topology, z, mesh.area, None if held else pinned)
+        return place_map(mesh.topology, z, mesh.area, None if held else pinned)
 
     if problem.shape.sums is not None:
         circle, solvers = problem.shape.name == "circle", problem.angles.solvers
@@ -26,29 +26,31 @@ def injective_map(problem: Problem, tried: Tried) -> Candidate:
             found = embedded_inside(mesh, layout.z, circle, place, solvers)
         if found is None:
             detail = "no embedding without flipped triangles inside this boundary was found"
-            return Candidate("injective", Status.NO_VALID_START, detail, last.state)
+            return StageResult("injective", last.state, Status.NO_VALID_START, detail)
         z, how = found
         state = replace(last.state, at=problem.angles.at(flat_angles(z, mesh.topology.corner)))
         inside = replace(layout, z=z, method="embedding", solver=how)
-        return Candidate("injective", Status.GOOD, "", state, layout=inside)
+        return StageResult("injective", state, layout=inside)
     with timed("injective"):
         made = injective(mesh, layout.z, place, problem.angles.solvers)
     if made is None:
         detail = "no embedding without flipped triangles was found in double precision"
-        return Candidate("injective", Status.NO_VALID_START, detail, last.state)
+        return StageResult("injective", last.state, Status.NO_VALID_START, detail)
     z, missed = made.z, 0.0
     if pinned is not None and held:
         z, missed = at_pins(mesh, made.z, 0.0, pinned, problem.angles.solvers)
     how = f"igl's SLIM, {made.iterations} iterations from {made.start}"
     state = replace(last.state, at=problem.angles.at(flat_angles(z, mesh.topology.corner)))
     slim = replace(layout, z=z, method="SLIM", solver=how)
-    return replace(Candidate("injective", Status.GOOD, "", state, layout=slim), **_missed(missed))
+    return replace(StageResult("injective", state, layout=slim), **_missed(missed))
 
 
-def isometric_map(problem: Problem, tried: Tried, weight: float, pinned: Pins | None) -> Candidate | None:
+def isometric_map(
+    problem: Problem, earlier: StageResults, weight: float, pinned: Pins | None
+) -> StageResult | None:
     """The isometric map from the best one so far; None if that has flipped triangles."""
-    mesh, last = problem.mesh, tried[-1]
-    best, layout = best_of(tried)
+    mesh, last = problem.mesh, earlier[-1]
+    best, layout = best_of(earlier)
     if len(best.flipped):
         return None
     with timed("isometric"):
@@ -59,12 +61,12 @@ def isometric_map(problem: Problem, tried: Tried, weight: float, pinned: Pins | 
     how = by + by_newton(made.newton, start, made.energy)
     state = replace(last.state, at=problem.angles.at(flat_angles(made.z, mesh.topology.corner)))
     note = "" if made.stalled else f"the energy still falls after {made.newton} steps"
-    drawn = replace(layout, z=made.z, method="isometric", solver=how)
-    candidate = Candidate("isometric", Status.GOOD, "", state, note=note, layout=drawn, flipped=flipped)
+    placed = replace(layout, z=made.z, method="isometric", solver=how)
+    result = StageResult("isometric", state, note=note, layout=placed, flipped=flipped)
     if len(flipped):
         detail = f"{len(flipped)} triangles are too small for double precision"
-        return replace(candidate, status=Status.FLIPPED, detail=detail)
-    return replace(candidate, **_missed(made.missed))
+        return replace(result, status=Status.FLIPPED, detail=detail)
+    return replace(result, **_missed(made.missed))
 
 
 def by_newton(steps: int, start: str, energy: float) -> str:
@@ -73,7 +75,7 @@ def by_newton(steps: int, start: str, energy: float) -> str:
 
 
 def _missed(missed: float) -> dict[str, Any]:
-    """What a candidate says of pins that it misses by so much of the map's size."""
+    """What a result says of pins that it misses by so much of the map's size."""
     if not missed:
         return {}
     detail = f"pins are missed by up to {missed:.1e} of the map's size"

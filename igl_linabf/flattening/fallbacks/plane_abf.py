@@ -7,11 +7,9 @@ from dataclasses import replace
 from ..._runtime import timed
 from ...angles import LEAST_SHARE, ROUGH_RTOL, AbfResult, Constraints, State, Step, iterate_with_corrections
 from ...errors import SingularSystemError
-from ...layouts import Layout, lay_out, least_change, placed
+from ...layouts import FLAT_RESIDUAL, Layout, LayoutOptions, lay_out, least_change, place_map
 from ...surface import Mesh, Pins, flipped_faces, shape_is_pinned
-
-FORESEEN = 1e-3  # relative gain of the objective that may be left to further steps, times the tolerance
-FLAT, STEPS_TO_FLAT = 1e-4, 12  # residual of the angles that a map is drawn from, and steps to it at most
+from .constants import MAX_ACTIVE_SET_STEPS, PLANE_ABF_GAIN
 
 
 def converge_in_plane(
@@ -43,27 +41,27 @@ def converge_in_plane(
         return None
     for begin in (state, state.back_to_start()):
         try:
-            flat = iterate_with_corrections(begin, None, FLAT, STEPS_TO_FLAT, ROUGH_RTOL)
+            flat = iterate_with_corrections(begin, None, FLAT_RESIDUAL, MAX_ACTIVE_SET_STEPS, ROUGH_RTOL)
         except SingularSystemError:
             continue
-        start = _drawn(mesh, flat)
+        start = _map_without_flips(mesh, flat)
         if start is not None:
             break
     else:
         return None
     with timed("solve"):
-        bound = LEAST_SHARE * problem.estimate
-        made = least_change(mesh.topology, problem.estimate, bound, start.z, FORESEEN * tol, problem.solvers)
-    if made is None or made.gain > FORESEEN * tol:
+        bound, gain = LEAST_SHARE * problem.estimate, PLANE_ABF_GAIN * tol
+        made = least_change(mesh.topology, problem.estimate, bound, start.z, gain, problem.solvers)
+    if made is None or made.gain > gain:
         return None
     at = problem.at(made.angles)
     step = Step("feasible", 0, int(made.held.any(axis=0).sum()), at.residual.largest)
     state = replace(flat, at=at, steps=(*flat.steps, *(made.steps * (step,))))
-    z = placed(mesh.topology, made.z, mesh.area, None if shape_is_pinned(pinned) else pinned)
+    z = place_map(mesh.topology, made.z, mesh.area, None if shape_is_pinned(pinned) else pinned)
     return AbfResult(state.without_factors(), True, made.held), replace(start, z=z)
 
 
-def _drawn(mesh: Mesh, state: State) -> Layout | None:
+def _map_without_flips(mesh: Mesh, state: State) -> Layout | None:
     """A map of the angles of a state; None if it has flipped triangles."""
     problem, lin = state.problem, state.lin
     with timed("layout"):
@@ -71,9 +69,7 @@ def _drawn(mesh: Mesh, state: State) -> Layout | None:
             layout = lay_out(
                 problem.constraints,
                 state.at,
-                "auto",
-                None,
-                mesh.area,
+                LayoutOptions(area=mesh.area),
                 problem.solvers,
                 None if lin is None else lin.laplacian,
             )

@@ -18,9 +18,7 @@ import numpy as np
 
 from ..._types import Array, ComplexArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged
-
-THIN = 1e-6  # height over the longest side, up to which triangles are opened at rest
-OPENED = 1e-6  # of the area of their chart: by how much at most, all together
+from .constants import OPENING
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,11 +42,12 @@ class Rest:
     def of(cls, corner: IntArray, double_area: FloatArray, dot: FloatArray, faces: Ragged) -> Rest:
         """Triangles as a `Mesh` has them, of charts side by side, scaled so that each has the area one.
 
-        Those too thin for the derivatives' digits are opened by a hair.
+        Triangles too thin for the derivatives' digits are open_caps: to `OPENING` times their longest side in
+        height, as far as `OPENING` times the chart's area is enough for all of them.
         """
         area = faces.repeat(faces.sum(double_area) / 2)
         longest = (dot[NEXT] + dot[PREV]).max(axis=0)  # squared
-        room = np.minimum(THIN * longest - double_area, 2 * OPENED * area / faces.repeat(faces.sizes))
+        room = np.minimum(OPENING * longest - double_area, 2 * OPENING * area / faces.repeat(faces.sizes))
         double_area = double_area + np.maximum(room, 0)
         top = dot.argmin(axis=0)  # opposite to the longest side, whose length has no cancellation
         left, right = (top + 1) % 3, (top + 2) % 3

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import igl
 import numpy as np
@@ -11,18 +11,19 @@ from ..._core import centred
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Solvers
 from ...surface import Disks, Mesh, Pins, Ragged, complex_positions, shape_is_pinned, signed_double_areas
-from ..choice import placed
+from ..choice import place_map
+from .constants import (
+    FAR_FROM_ISOMETRY,
+    MAX_PINNED_STEPS,
+    PINS_MET,
+    SLIM_CHUNK_FAR,
+    SLIM_SLOW_FALL,
+    SOFT_SPRINGS,
+    STIFFNESSES,
+)
 from .energy import Rest
-from .newton import Charts, Hessians, Springs, descend
+from .newton import Hessians, IsometricEnergy, Springs, descend
 from .slim import slim, upright
-
-FAR = 2.0  # energy from which SLIM comes first: Newton's method takes many short steps there
-CHUNK = 2  # SLIM's iterations at a time
-NEAR = 0.02  # relative fall in a chunk below which Newton's method is faster
-STIFFNESS = 10.0 ** np.arange(0, 11, 2)  # of the springs to the pins, one after the other
-SOFT = 100.0  # stiffness up to which the energy may hold them back
-STEPS_EACH = 40
-PINS_MET = 1e-6  # distance of a vertex from its pin, relative to the map's size, from which it is put there
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,19 +60,18 @@ def isometric(
     as in the layouts of angles. With more of them the surface has the scale at which the free map fits the
     pins best, and stiffer and stiffer springs draw the vertices to their pins.
     """
-    field = _Field.of(mesh, solvers)
+    energy, hessians = _energy_of(mesh, weight, solvers)
     corner = mesh.topology.corner
     z = start / np.sqrt(signed_double_areas(start, corner).sum() / 2)
-    z, slimmed = _unfolded(mesh, field.charts, z, weight)
-    z, (steps,), (stalled,) = descend(field.charts, z, weight, field.hessians)
+    z, slimmed = _nearer_to_isometry(mesh, energy, z)
+    z, (steps,), (stalled,) = descend(energy, z, hessians)
     missed = 0.0
     if shape_is_pinned(pinned):
-        made, z, more, missed = _drawn_to_pins(field, z, weight, pinned)
+        made, z, more, missed = _drawn_to_pins(energy, hessians, z, pinned)
         steps += more
     else:
-        made = placed(mesh.topology, z, mesh.area, pinned)
-    energy = float(field.charts.energy(z, weight)[0])
-    return IsometricMap(made, slimmed, int(steps), bool(stalled), energy, missed)
+        made = place_map(mesh.topology, z, mesh.area, pinned)
+    return IsometricMap(made, slimmed, int(steps), bool(stalled), float(energy.of_charts(z)[0]), missed)
 
 
 def isometric_together(
@@ -83,15 +83,16 @@ def isometric_together(
     those that began near an isometry and stalled.
     """
     corner, vertices, faces = disks.topology.corner, disks.vertices, disks.faces
-    charts = Charts(Rest.of(corner, disks.double_area, disks.dot, faces), vertices, faces)
+    rest = Rest.of(corner, disks.double_area, disks.dot, faces)
+    energy = IsometricEnergy(rest, vertices, faces, weight)
     z = z / vertices.repeat(np.sqrt(faces.sum(signed_double_areas(z, corner)) / 2))
-    near = charts.energy(z, weight) <= FAR
-    z, steps, stalled = descend(charts, z, weight, Hessians(corner, len(z), solvers))
-    energy = charts.energy(z, weight)
+    near = energy.of_charts(z) <= FAR_FROM_ISOMETRY
+    z, steps, stalled = descend(energy, z, Hessians(corner, len(z), solvers))
+    value = energy.of_charts(z)
     double = np.abs(signed_double_areas(z, corner))
     z = centred(z, corner, double, disks.area, vertices.start, faces.start)
     sound = ~faces.any(~(signed_double_areas(z, corner) > 0))
-    return z, energy, steps, near & sound & stalled
+    return z, value, steps, near & sound & stalled
 
 
 def at_pins(
@@ -99,44 +100,38 @@ def at_pins(
 ) -> tuple[ComplexArray, float]:
     """A map without flipped triangles drawn to more than two pins, and how far it misses them."""
     z = start / np.sqrt(signed_double_areas(start, mesh.topology.corner).sum() / 2)
-    made, _, _, missed = _drawn_to_pins(_Field.of(mesh, solvers), z, weight, pinned)
+    energy, hessians = _energy_of(mesh, weight, solvers)
+    made, _, _, missed = _drawn_to_pins(energy, hessians, z, pinned)
     return made, missed
 
 
-@dataclass(frozen=True, eq=False)
-class _Field:
-    """The energy of one mesh."""
-
-    charts: Charts
-    hessians: Hessians
-
-    @classmethod
-    def of(cls, mesh: Mesh, solvers: Solvers) -> _Field:
-        corner, n = mesh.topology.corner, mesh.topology.n
-        faces = Ragged.of_sizes([corner.shape[1]])
-        charts = Charts(Rest.of(corner, mesh.double_area, mesh.dot, faces), Ragged.of_sizes([n]), faces)
-        return cls(charts, Hessians(corner, n, solvers))
+def _energy_of(mesh: Mesh, weight: float, solvers: Solvers) -> tuple[IsometricEnergy, Hessians]:
+    """The energy of a single chart, and the pattern of its Hessian."""
+    corner, n = mesh.topology.corner, mesh.topology.n
+    faces = Ragged.of_sizes([corner.shape[1]])
+    rest = Rest.of(corner, mesh.double_area, mesh.dot, faces)
+    return IsometricEnergy(rest, Ragged.of_sizes([n]), faces, weight), Hessians(corner, n, solvers)
 
 
-def _unfolded(mesh: Mesh, charts: Charts, z: ComplexArray, weight: float) -> tuple[ComplexArray, int]:
+def _nearer_to_isometry(mesh: Mesh, energy: IsometricEnergy, z: ComplexArray) -> tuple[ComplexArray, int]:
     """The map that SLIM makes of one that is far from an isometry, and its iterations."""
-    reached = float(charts.energy(z, weight)[0])
-    if reached <= FAR:
+    reached = float(energy.of_charts(z)[0])
+    if reached <= FAR_FROM_ISOMETRY:
         return z, 0
     iterations = 0
-    for at in slim(mesh, z, igl.MappingEnergyType.SYMMETRIC_DIRICHLET, CHUNK):
-        energy = float(charts.energy(at, weight)[0])
-        if not (energy < reached and upright(at, mesh.topology.corner)):
+    for at in slim(mesh, z, igl.MappingEnergyType.SYMMETRIC_DIRICHLET, SLIM_CHUNK_FAR):
+        value = float(energy.of_charts(at)[0])
+        if not (value < reached and upright(at, mesh.topology.corner)):
             break
-        slow = energy > (1 - NEAR) * reached
-        z, reached, iterations = at, energy, iterations + CHUNK
+        slow = value > (1 - SLIM_SLOW_FALL) * reached
+        z, reached, iterations = at, value, iterations + SLIM_CHUNK_FAR
         if slow:
             break
     return z, iterations
 
 
 def _drawn_to_pins(
-    field: _Field, z: ComplexArray, weight: float, pinned: Pins
+    energy: IsometricEnergy, hessians: Hessians, z: ComplexArray, pinned: Pins
 ) -> tuple[ComplexArray, ComplexArray, int, float]:
     """The map at its pins, the same where the surface has area one, steps, and the largest distance left."""
     index, position = pinned[0], complex_positions(pinned[1])
@@ -148,17 +143,20 @@ def _drawn_to_pins(
     to = z.copy()
     to[index] = wanted / scale + mean
     steps, missed = 0, np.inf
-    for stiffness in STIFFNESS:
+    for stiffness in STIFFNESSES:
         pull = np.zeros(len(z))
         pull[index] = stiffness
-        z, (more,), _ = descend(field.charts, z, weight, field.hessians, Springs(pull, to), STEPS_EACH)
+        pulled = replace(energy, springs=Springs(pull, to))
+        z, (more,), _ = descend(pulled, z, hessians, MAX_PINNED_STEPS)
         before, missed, steps = missed, float(np.abs(z - to)[index].max()), steps + more
-        if stiffness > SOFT and missed > before / 2:  # out of reach, as a spring that rules brings a tenth
+        if (
+            stiffness > SOFT_SPRINGS and missed > before / 2
+        ):  # out of reach, as a spring that rules brings a tenth
             break
     made = (z - mean) * scale + middle
     if missed <= PINS_MET:
         exact = made.copy()
         exact[index] = position
-        if upright(exact, field.charts.rest.corner):
+        if upright(exact, energy.rest.corner):
             return exact, z, steps, 0.0
     return made, z, steps, missed

@@ -10,36 +10,9 @@ from ..._runtime import advance
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, NotPositiveDefiniteError, Solvers
 from ...surface import NEXT, PREV, Ragged
+from ..constants import MAX_HALVINGS, SHORT_OF_COLLAPSE, SUFFICIENT_DECREASE
+from .constants import DAMPING, MAX_NEWTON_STEPS, NEGLIGIBLE_FALL, STALLED_FALL
 from .energy import Rest
-
-MAX_STEPS = 200
-STALL = 1e-6  # fall of the energy, as a share of it, that a step has to bring
-PROMISE = 1e-9  # and that it has to promise
-SHORT_OF_FLIP = 0.9  # of the way to the first collapsed triangle
-SUFFICIENT = 1e-4  # share of the promised fall that a step has to bring (Armijo)
-HALVINGS = 40
-DAMPING = 1e-9  # of the diagonal: the energy does not change when a map is moved or turned
-
-
-@dataclass(frozen=True, eq=False)
-class Charts:
-    """Charts side by side, whose energies do not depend on each other.
-
-    Attributes
-    ----------
-    rest : Rest
-    vertices, faces : Ragged
-        Those of each chart.
-    """
-
-    rest: Rest
-    vertices: Ragged
-    faces: Ragged
-
-    def energy(self, z: ComplexArray, weight: float, springs: Springs | None = None) -> FloatArray:
-        """Of each chart; 1 for an isometry, infinite where a triangle is not upright."""
-        energy = np.asarray(self.faces.sum(self.rest.energy(z, weight)))
-        return energy if springs is None else energy + self.vertices.sum(springs.energy(z))
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,6 +25,33 @@ class Springs:
     def energy(self, z: ComplexArray) -> FloatArray:
         d = z - self.to
         return np.asarray(self.stiffness * (d.real**2 + d.imag**2))
+
+
+@dataclass(frozen=True, eq=False)
+class IsometricEnergy:
+    """The energy of charts side by side, which do not depend on each other.
+
+    Attributes
+    ----------
+    rest : Rest
+        Their triangles.
+    vertices, faces : Ragged
+        Those of each chart.
+    weight : float
+        Of areas against angles.
+    springs : Springs or None
+    """
+
+    rest: Rest
+    vertices: Ragged
+    faces: Ragged
+    weight: float
+    springs: Springs | None = None
+
+    def of_charts(self, z: ComplexArray) -> FloatArray:
+        """(#charts,): 1 for an isometry, infinite where a triangle is not upright."""
+        energy = np.asarray(self.faces.sum(self.rest.energy(z, self.weight)))
+        return energy if self.springs is None else energy + self.vertices.sum(self.springs.energy(z))
 
 
 class Hessians:
@@ -116,12 +116,7 @@ class Hessians:
 
 
 def descend(
-    charts: Charts,
-    z: ComplexArray,
-    weight: float,
-    hessians: Hessians,
-    springs: Springs | None = None,
-    most: int = MAX_STEPS,
+    energy: IsometricEnergy, z: ComplexArray, hessians: Hessians, max_steps: int = MAX_NEWTON_STEPS
 ) -> tuple[ComplexArray, IntArray, BoolArray]:
     """The map at which the energy of every chart stalls, its steps, and whether it does within them.
 
@@ -134,54 +129,52 @@ def descend(
     NotPositiveDefiniteError
         Double precision holds no step of one of several charts.
     """
-    energy = charts.energy(z, weight, springs)
-    steps, moving = np.zeros(len(charts.faces), dtype=np.int64), np.ones(len(charts.faces), dtype=bool)
-    for _ in range(most):
-        by_corner, rows = charts.rest.expanded(z, weight)
-        slope = hessians.slope(by_corner, springs, z)
+    value, n = energy.of_charts(z), len(energy.faces)
+    steps, moving = np.zeros(n, dtype=np.int64), np.ones(n, dtype=bool)
+    for _ in range(max_steps):
+        by_corner, rows = energy.rest.expanded(z, energy.weight)
+        slope = hessians.slope(by_corner, energy.springs, z)
         try:
-            x = -hessians.factored(rows, springs).solve(slope)
+            x = -hessians.factored(rows, energy.springs).solve(slope)
         except NotPositiveDefiniteError:
-            if len(moving) > 1:
+            if n > 1:
                 raise
             break
-        promised = -charts.vertices.sum((slope * x).reshape(-1, 2).sum(axis=1))
-        moving &= promised > PROMISE * energy
+        promised = -energy.vertices.sum((slope * x).reshape(-1, 2).sum(axis=1))
+        moving &= promised > NEGLIGIBLE_FALL * value
         if not moving.any():
             break
-        z, reached = _searched(charts, z, x[0::2] + 1j * x[1::2], weight, springs, energy, promised, moving)
+        z, reached = _search_lengths(energy, z, x[0::2] + 1j * x[1::2], value, promised, moving)
         advance("isometric", 0.1)
         steps[moving] += 1
-        moving &= energy - reached > STALL * energy
-        energy = reached
+        moving &= value - reached > STALLED_FALL * value
+        value = reached
         if not moving.any():
             break
     return z, steps, ~moving
 
 
-def _searched(
-    charts: Charts,
+def _search_lengths(
+    energy: IsometricEnergy,
     z: ComplexArray,
     direction: ComplexArray,
-    weight: float,
-    springs: Springs | None,
-    energy: FloatArray,
+    value: FloatArray,
     promised: FloatArray,
     moving: BoolArray,
 ) -> tuple[ComplexArray, FloatArray]:
     """The map and its energies after a step along `direction`, of each chart for itself."""
-    first = charts.faces.min(_collapse(charts.rest, z, direction))
-    length = np.where(moving, np.minimum(1.0, SHORT_OF_FLIP * first), 0.0)
-    for _ in range(HALVINGS):
-        tried = z + charts.vertices.repeat(length) * direction
-        reached = charts.energy(tried, weight, springs)
-        short = ~(reached <= energy - SUFFICIENT * length * promised)
+    first = energy.faces.min(_collapse(energy.rest, z, direction))
+    length = np.where(moving, np.minimum(1.0, SHORT_OF_COLLAPSE * first), 0.0)
+    for _ in range(MAX_HALVINGS):
+        tried = z + energy.vertices.repeat(length) * direction
+        reached = energy.of_charts(tried)
+        short = ~(reached <= value - SUFFICIENT_DECREASE * length * promised)
         if not short.any():
             return tried, reached
         length[short] /= 2
     length[short] = 0.0
-    tried = z + charts.vertices.repeat(length) * direction
-    return tried, np.where(short, energy, reached)
+    tried = z + energy.vertices.repeat(length) * direction
+    return tried, np.where(short, value, reached)
 
 
 def _collapse(rest: Rest, z: ComplexArray, direction: ComplexArray) -> FloatArray:

@@ -23,15 +23,13 @@ from ...surface import (
     signed_double_areas,
 )
 from ..convex import on_circle, patched
-
-CHUNK, CHUNKS = 5, 60  # SLIM's iterations at a time, and how many times at most
-GAIN = 2e-3  # relative fall of F/3nt in a chunk below which SLIM is at its end
+from .constants import MAX_SLIM_CHUNKS, SLIM_CHUNK, SLIM_STALLED_FALL
 
 Place = Callable[[ComplexArray], ComplexArray]
 
 
 @dataclass(frozen=True, eq=False)
-class Injective:
+class InjectiveMap:
     """A map without flipped triangles.
 
     Attributes
@@ -51,7 +49,7 @@ class Injective:
     distortion: float
 
 
-def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> Injective | None:
+def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> InjectiveMap | None:
     """Make a map without flipped triangles from one that has some.
 
     First a valid start is found. A patch around the flipped triangles is embedded anew, wider and
@@ -72,7 +70,7 @@ def injective(mesh: Mesh, z: ComplexArray, place: Place, solvers: Solvers) -> In
         for start in starts:
             at = place(start)
             if upright(at, corner):
-                made = _descend(mesh, start, Injective(at, name, 0, _distortion(mesh, at)), place)
+                made = _lower_by_slim(mesh, start, InjectiveMap(at, name, 0, _distortion(mesh, at)), place)
                 best = made if best is None or made.distortion < best.distortion else best
                 break
         # where the ratio is larger, rounding ends SLIM early
@@ -100,16 +98,16 @@ def embedded_inside(
     return None
 
 
-def _descend(mesh: Mesh, start: ComplexArray, best: Injective, place: Place) -> Injective:
+def _lower_by_slim(mesh: Mesh, start: ComplexArray, best: InjectiveMap, place: Place) -> InjectiveMap:
     """SLIM from a valid map, until F/3nt no longer falls or rounding flips a triangle."""
-    for chunk, made in enumerate(slim(mesh, start, igl.MappingEnergyType.CONFORMAL, CHUNK), start=1):
+    for chunk, made in enumerate(slim(mesh, start, igl.MappingEnergyType.CONFORMAL, SLIM_CHUNK), start=1):
         at = place(made)
         if not upright(at, mesh.topology.corner):
             break
         reached, least = _distortion(mesh, at), best.distortion
         if reached < least:
-            best = Injective(at, best.start, CHUNK * chunk, reached)
-        if chunk > 1 and not reached < (1 - GAIN) * least:
+            best = InjectiveMap(at, best.start, SLIM_CHUNK * chunk, reached)
+        if chunk > 1 and not reached < (1 - SLIM_STALLED_FALL) * least:
             break
     return best
 
@@ -128,7 +126,7 @@ def slim(
         np.zeros((0, 2), order="F"),
         0.0,
     )
-    for _ in range(CHUNKS):
+    for _ in range(MAX_SLIM_CHUNKS):
         made = complex_positions(igl.slim_solve(data, chunk))
         advance("SLIM", 0.1)
         yield made

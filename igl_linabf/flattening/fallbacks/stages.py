@@ -1,0 +1,247 @@
+"""The stages of linear and converged ABF, each of which makes a map from what the ones before have reached.
+
+Their first two arguments are those of a `Stage`; `functools.partial` gives the others.
+"""
+
+import warnings
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+
+from ..._runtime import advance, timed
+from ..._types import FloatArray
+from ...angles import (
+    AbfResult,
+    Iterate,
+    active_set,
+    converge,
+    converge_feasibly,
+    iterate_to_prescribed_sums,
+    iterate_with_corrections,
+    linear_step,
+    step_and_chord,
+)
+from ...errors import FallbackWarning, SingularSystemError, some, stack_level
+from ...layouts import GAP, LARGEST_HOLE_GAP, Boundary, Layout, LayoutOptions, develop_boundary, lay_out
+from ...surface import area_scale_ratio, chords_of, coordinates, flipped_faces, shape_is_pinned
+from ..boundary_shapes import HELP
+from ..result import StageName, Status
+from .attempts import Problem, Stage, StageResult, StageResults, best_of
+from .constants import (
+    ACTIVE_SET_RTOL,
+    CIRCLE_TOL,
+    CONTINUED_RTOL,
+    MAX_ACTIVE_SET_STEPS,
+    MAX_STEPS_TO_SUMS,
+    PREVIEW_RESIDUAL,
+    STEP_AND_CHORD_RTOL,
+    TWO_DIGIT_SPAN,
+)
+from .plane_abf import converge_in_plane
+
+NO_ABF_MAP = "converged ABF has no map in double precision: this is the map of linear ABF"
+
+
+def with_layout(
+    problem: Problem, made: StageResult, boundary: Boundary | None = None, layout: Layout | None = None
+) -> StageResult:
+    """The result with a map of its angles; `boundary` is their outer loop, `layout` the map, if known."""
+    mesh, angles, at, lin = problem.mesh, problem.angles, made.state.at, made.state.lin
+    cut = problem.own is not angles.constraints
+    with timed("layout"):
+        alpha, invalid = at.alpha, angles.invalid(at)
+        if invalid.any():
+            warnings.warn(
+                f"the target angles of faces {some(np.flatnonzero(invalid))} are not within (0, pi): "
+                "the layout uses their initial angles instead",
+                FallbackWarning,
+                stacklevel=stack_level(),
+            )
+            alpha = np.where(invalid, np.pi * angles.estimate / angles.estimate.sum(axis=0), alpha)
+        same = not cut and not invalid.any()
+        try:
+            layout = layout or lay_out(
+                problem.own,
+                at if same else Iterate.of(problem.own, alpha),
+                LayoutOptions(
+                    problem.layout,
+                    problem.pinned,
+                    mesh.area,
+                    problem.shape.corners[:2],
+                    one_by_one=cut,  # steps across the seam go on to convergence
+                ),
+                angles.solvers,
+                None if lin is None or cut else lin.laplacian,
+                boundary if same else None,
+            )
+        except SingularSystemError as error:
+            if problem.layout != "auto":  # a layout that is asked for is not replaced
+                raise
+            return StageResult(made.stage, made.state, Status.SINGULAR, str(error))
+    advance("layout", 0.5)
+    flipped = flipped_faces(layout.z, mesh.topology.corner)
+    flips = len(flipped)
+    status, detail = Status.GOOD, ""
+    if flips:
+        status, detail = Status.FLIPPED, f"{flips} flipped triangle{'s' * (flips > 1)}"
+    return replace(made, status=status, detail=detail, layout=layout, flipped=flipped)
+
+
+def one_system(
+    problem: Problem, earlier: StageResults, rtol: float | None, tol: float, largest_gap: float = GAP
+) -> StageResult:
+    """The linear step and a second solve with its system; with holes, the second solve is a step.
+
+    Both are to the relative residual `rtol`; without one, a fine mesh's second solve may end before. A loop
+    with a relative gap of at most `largest_gap` is drawn.
+    """
+    enough = rtol or STEP_AND_CHORD_RTOL
+    state, holes = problem.start, len(problem.mesh.topology.loops) > 1
+    boundary: Boundary | None = None
+    if state.at.residual.largest > tol:
+        if not holes:
+            state = step_and_chord(state, enough, tol, quick=rtol is None).state
+        else:
+            state = linear_step(state, enough, close=False, first_rtol=enough**2)
+            if not state.steps[-1].limited:  # least squares lays out, which draws no loop
+                state = linear_step(state, enough, same_factor=True)
+        if state.steps and not state.steps[0].limited:
+            if holes:
+                gap, allowed = float(np.abs(state.at.residual.holonomy.gap).max()), LARGEST_HOLE_GAP
+            else:
+                boundary = develop_boundary(problem.angles.constraints, state.at.residual)
+                gap, allowed = boundary.gap, largest_gap
+            state = state.without_factors()
+            if gap > allowed:
+                detail = f"a boundary loop fails to close by {gap:.1%} of its length"
+                return StageResult("linear step", state, Status.OPEN_LOOP, detail)
+        if state.steps and (limited := state.steps[-1].limited):
+            detail = f"a full step would make an angle of {limited} triangles zero or negative"
+            return StageResult("linear step", state.without_factors(), Status.CUT_SHORT, detail)
+    reached = state.at.residual.largest <= tol
+    return with_layout(problem, StageResult("linear step", state, converged=reached), boundary)
+
+
+def preview(
+    problem: Problem, earlier: StageResults, is_enough: Callable[[FloatArray], bool], largest_gap: float
+) -> StageResult | None:
+    """The map of a disk after the linear step, before further steps close its boundary, if it is enough.
+
+    It has no flips, and its boundary a relative gap of at most `largest_gap`. A surface without steep tips
+    has nothing to show.
+    """
+    state = earlier[-1].state
+    residual = state.at.residual
+    if len(problem.mesh.topology.loops) > 1 or residual.at_vertices < PREVIEW_RESIDUAL:
+        return None
+    boundary = develop_boundary(problem.angles.constraints, residual)
+    if boundary.gap > largest_gap:
+        return None
+    try:
+        made = with_layout(replace(problem, layout="boundary"), StageResult("linear step", state), boundary)
+    except SingularSystemError:  # later stages have other angles
+        return None
+    shows = made.layout is not None and not len(made.flipped) and is_enough(coordinates(made.layout.z))
+    return made if shows else None
+
+
+def iterated(problem: Problem, earlier: StageResults, rtol: float, tol: float, max_steps: int) -> StageResult:
+    """Active-set iterations from the start (section 6)."""
+    state = active_set(problem.start, rtol, tol, max_steps).without_factors()
+    name: StageName = "active set" if len(state.steps) > 1 else "linear step"
+    return with_layout(problem, StageResult(name, state, converged=state.at.residual.largest <= tol))
+
+
+def continued(problem: Problem, earlier: StageResults, rtol: float | None, tol: float) -> StageResult:
+    """Active-set iterations from where the last stage ended; without an `rtol`, the last are corrections."""
+    state, most = earlier[-1].state, MAX_ACTIVE_SET_STEPS
+    if problem.angles.safeguard:
+        state = iterate_with_corrections(state, rtol, tol, most, CONTINUED_RTOL)
+    else:
+        state = active_set(state, rtol or ACTIVE_SET_RTOL, tol, most)
+    state = state.without_factors()
+    reached = state.at.residual.largest <= tol
+    failed = f"the iterations did not converge within {most} steps"
+    note = "further iterations flip more triangles" if reached else failed
+    return with_layout(problem, StageResult("active set", state, converged=reached, note=note))
+
+
+def prescribed(problem: Problem, earlier: StageResults, rtol: float, tol: float) -> StageResult:
+    """Steps to the angle sums that are prescribed at the boundary."""
+    # the outer loop is drawn on its circle anyway, but small errors move those of holes a lot
+    enough = {"circle": max(tol, CIRCLE_TOL), "circles": tol / 10}.get(problem.shape.name, tol)
+    state = iterate_to_prescribed_sums(problem.start, rtol, enough, MAX_STEPS_TO_SUMS).without_factors()
+    reached = state.at.residual.largest <= enough
+    note = "" if reached else f"the iterations did not converge within {MAX_STEPS_TO_SUMS} steps"
+    whole = problem.mesh if problem.ears is None else problem.ears.whole
+    if not reached and len(chords := chords_of(whole.topology)):
+        note += f" with {len(chords)} edges across, between boundary vertices: {HELP}"
+    return with_layout(problem, StageResult("active set", state, converged=reached, note=note))
+
+
+def anchored(
+    problem: Problem, earlier: StageResults, tol: float, residual_tol: float = 0.0
+) -> StageResult | None:
+    """Converged ABF by anchored steps."""
+    if not problem.angles.safeguard:
+        return None
+    if (
+        earlier
+        and earlier[-1].converged
+        and area_scale_ratio(problem.mesh, best_of(earlier)[1].z) > TWO_DIGIT_SPAN
+    ):
+        return None  # no angles help where lengths differ by nearly all digits
+    result = converge(earlier[-1].state.back_to_start() if earlier else problem.start, tol)
+    if not result.converged:
+        failed = "the iterations do not converge"
+        return StageResult("converged ABF", result.state, Status.DIVERGED, failed)
+    return _with_abf_layout(problem, "converged ABF", result, residual_tol)
+
+
+def feasible(
+    problem: Problem, earlier: StageResults, tol: float, residual_tol: float = 0.0
+) -> StageResult | None:
+    """Converged ABF in its feasible form, where anchored steps diverged."""
+    # flips of converged angles are those of rounding
+    if earlier[-1].status is not Status.DIVERGED or any(made.converged for made in earlier):
+        return None
+    state = earlier[-1].state
+    try:
+        in_plane = converge_in_plane(problem.mesh, problem.own, state, problem.pinned, tol)
+        if in_plane is not None:
+            result, layout = in_plane
+            return _with_abf_layout(problem, "feasible ABF", result, residual_tol, layout)
+        result = converge_feasibly(state, tol)
+    except SingularSystemError as error:
+        return StageResult("feasible ABF", state, Status.SINGULAR, str(error))
+    return _with_abf_layout(problem, "feasible ABF", result, residual_tol)
+
+
+def linear_fallback(problem: Problem, earlier: StageResults, linear: Stage) -> StageResult | None:
+    """The map of a stage of linear ABF, where no stage of converged ABF has one in double precision.
+
+    Prescribed angle sums can press triangles so flat that the system of their minimum is singular. Steps of
+    linear ABF also end there, at angles that can be laid out.
+    """
+    if any(made.layout is not None for made in earlier):
+        return None
+    made = linear(problem, earlier)
+    return None if made is None else replace(made, converged=False, note=NO_ABF_MAP)
+
+
+def _with_abf_layout(
+    problem: Problem, stage: StageName, result: AbfResult, residual_tol: float, layout: Layout | None = None
+) -> StageResult:
+    if problem.layout != "auto" or shape_is_pinned(problem.pinned):
+        layout = None
+    held = np.flatnonzero(result.held.any(axis=0))
+    remark = f"; some angles of faces {some(held)} are held at a hundredth of their initial value"
+    made = StageResult(
+        stage,
+        result.state,
+        converged=result.converged or result.state.at.residual.largest <= residual_tol,
+        note="converged ABF did not converge in its feasible form",
+        remark=remark if len(held) else "",
+    )
+    return with_layout(problem, made, layout=layout)
