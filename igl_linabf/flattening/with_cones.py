@@ -130,7 +130,7 @@ def flatten_with_cones(
     ValueError
         Another method.
     AstrayError
-        Holonomy angles are prescribed, and steps lead away from them. What is tried elsewhere after such steps
+        Holonomy angles are prescribed, and steps lead away from them. What is tried elsewhere after them
         would take far longer, and lead nowhere.
     """
     if not isinstance(method, LinABF | ABF):
