@@ -36,10 +36,12 @@ from .steps import (
     step_with_known_factor,
 )
 from .system import (
+    SMALLEST_SINE,
     ClosedPath,
     Constraints,
     HolonomyConstraints,
     HolonomyResidual,
+    HolonomyRows,
     Pattern,
     Residual,
     SchurColumns,

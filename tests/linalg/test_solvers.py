@@ -8,7 +8,7 @@ from conftest import best_fit_distance, load
 
 from igl_linabf import FallbackWarning, LinABF, MeshError, flatten, linabf, quality
 from igl_linabf.angles.steps import iterations
-from igl_linabf.angles.system import reduced_system as reduced
+from igl_linabf.angles.system import preconditioner
 from igl_linabf.flattening.fallbacks import STEP_AND_CHORD_RTOL
 from igl_linabf.linalg import Cholesky, NotPositiveDefiniteError, conjugate_gradients, has_cholmod, solvers
 
@@ -68,7 +68,7 @@ def test_the_pattern_is_analysed_once_however_many_iterations(monkeypatch) -> No
 
     monkeypatch.setattr(Cholesky, "__init__", counted_analysis)
     monkeypatch.setattr(Cholesky, "factor", counted_factor)
-    monkeypatch.setattr(reduced, "SMALL", 0)  # from where slivers are corrected for
+    monkeypatch.setattr(preconditioner, "LARGE_SYSTEM", 0)  # from where slivers are corrected for
     flatten(V, F)
     # the Laplacian, and the small system of the slivers; step and chord share one factor of each
     n, slivers = analysed

@@ -14,7 +14,7 @@ from ...linalg import NotPositiveDefiniteError
 from ..system import HolonomyConstraints, System, conformal_inverse, laplacian_inverse
 from .acceleration import shares_of
 from .iterations import State
-from .linearisation import Linearised, direct, errors, linearise, solve
+from .linearisation import Linearised, errors, exact_direction, linearise, solve
 from .local_elimination import eliminate_locally
 
 SMALL = 0.12  # residual below which they begin: F/3nt stays the same within a thousandth
@@ -115,8 +115,7 @@ def step_with_known_factor(state: State, rtol: float, *, close: bool = False) ->
         state.problem,
         state.at,
         reuse=state.lin,
-        close=close,
-        close_paths=close,
+        close="all" if close else "none",
         same_factor=same,
         same_slivers=state.problem.constraints.n < LARGE or not _turned(state),
     )
@@ -212,10 +211,10 @@ def _corrected(
     The errors are linear in the multipliers, as are those that led here: `gone` are their sum so far.
     """
     assert conformal.precondition is not None
-    b, holonomy = conformal.problem.constraints.ahead(state.at.residual), conformal.holonomy
+    b, holonomy = conformal.problem.constraints.predict(state.at.residual), conformal.holonomy
     rhs = np.column_stack((b.vertex, b.wheel)).ravel()  # after a step, each triangle's angles sum to pi
     if holonomy is not None:
-        rhs = np.concatenate((rhs, -holonomy.gap(b.holonomy, b.vertex)))
+        rhs = np.concatenate((rhs, -holonomy.rows.gap(b.holonomy, b.vertex)))
     with timed("solve"):
         taken = conformal.precondition(rhs)
         reached = gone + taken
@@ -223,7 +222,7 @@ def _corrected(
         for share, visit in zip(shares, earlier if shares else (), strict=True):
             taken += share * (visit.reached - reached)
     with timed("assembly"):
-        direction = direct(errors(conformal, taken, conformal=True), taken, conformal)
+        direction = exact_direction(errors(conformal, taken, conformal=True), taken, conformal)
     return state.advanced(direction, "conformal"), Visit(rhs, reached, taken)
 
 
@@ -238,7 +237,8 @@ def conformal_system(state: State) -> Linearised | None:
     with timed("assembly"):
         system = System(constraints, at.alpha, cot=at.cot, scaled=False)
         open_by = at.residual.holonomy
-        holonomy = HolonomyConstraints(system, open_by, conformal=True) if open_by.asked.any() else None
+        closed = open_by.constrained.any()
+        holonomy = HolonomyConstraints(system, open_by, conformal=True) if closed else None
         lower = system.laplacian()
     try:
         with timed("factor"):

@@ -68,11 +68,11 @@ class HolonomyAngles:
         with timed("factor"):
             columns = None if known is None else known.columns
             if columns is None:
-                columns, _ = holonomy.conformal(inverse.solve)
+                columns = holonomy.conformal_columns(inverse.solve)
             schur = columns.schur
             b, rows = at.residual, asked.row[vertices]
-            change = columns.onto(np.column_stack((b.vertex, b.wheel)).ravel())
-            gap = holonomy.gap(b.holonomy, b.vertex) + change
+            change = columns.transposed_times(np.column_stack((b.vertex, b.wheel)).ravel())
+            gap = holonomy.rows.gap(b.holonomy, b.vertex) + change
             scale, turn = slice(0, None, 2), slice(1, None, 2)
             closed = np.linalg.solve(schur[scale, scale], schur[scale, turn])  # turning as the scale closes
             size, axes = np.linalg.eigh(schur[turn, turn] - schur[turn, scale] @ closed)

@@ -33,19 +33,10 @@ class DiskBlocks:
     faces: Ragged
 
     @classmethod
-    def one(cls, constraints: Constraints) -> DiskBlocks:
-        """All of it is one disk."""
-        m = constraints.topology.corner.shape[1]
-        return cls(Ragged(np.array([0, constraints.n])), Ragged(np.array([0, m])))
-
-    @classmethod
     def of(cls, constraints: Constraints, disks: Disks) -> DiskBlocks:
         """Disks side by side: rows are those of interior vertices, which come in their order."""
         before = np.concatenate(([0], np.cumsum(disks.topology.interior)))
         return cls(Ragged(before[disks.vertices.start]), disks.faces)
-
-    def __len__(self) -> int:
-        return len(self.faces)
 
     def residuals(self, b: Residual) -> FloatArray:
         """The largest absolute residual of each disk: of vertices, triangles and wheels, (3, #disks)."""
@@ -78,7 +69,10 @@ class AngleProblem:
     @cached_property
     def disks(self) -> DiskBlocks:
         """Those side by side, or the only one."""
-        return self.side_by_side or DiskBlocks.one(self.constraints)
+        if self.side_by_side is not None:
+            return self.side_by_side
+        m = self.constraints.topology.corner.shape[1]
+        return DiskBlocks(Ragged(np.array([0, self.constraints.n])), Ragged(np.array([0, m])))
 
     @cached_property
     def start(self) -> Iterate:

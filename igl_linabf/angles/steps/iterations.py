@@ -9,7 +9,7 @@ import numpy as np
 from ..._runtime import timed
 from ..._types import BoolArray, FloatArray, IntArray
 from .iterates import AngleProblem, Iterate, Kind, Step
-from .linearisation import Direction, Linearised, advance, linearise, solve
+from .linearisation import Closed, Direction, Linearised, advance, linearise, solve
 
 KINDS: tuple[Kind, Kind] = "step", "chord"
 MOST_OF_CHORD = 12  # inner steps of a chord: ten more change F/3nt by less than a hundredth
@@ -65,7 +65,8 @@ def linear_step(
 
     With `same_factor`, the factor of the last system is the preconditioner. `first_rtol` as of `solve`.
     """
-    lin = linearise(state.problem, state.at, reuse=state.lin, close=close, same_factor=same_factor)
+    closed: Closed = "all" if close else "paths"
+    lin = linearise(state.problem, state.at, reuse=state.lin, close=closed, same_factor=same_factor)
     return state.advanced(solve(lin, state.at, rtol, first_rtol=first_rtol), "step")
 
 
@@ -110,9 +111,9 @@ def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False
     residuals = [disks.residuals(start.at.residual)]
     moving = residuals[0].max(axis=0) > tol
     good = ~moving | (disks.rows.sizes > 0)
-    inner_steps = np.zeros((2, len(disks)), dtype=np.int64)
+    inner_steps = np.zeros((2, len(good)), dtype=np.int64)
     if (moving & good).any():
-        lin = linearise(problem, start.at, reuse=start.lin, close=False, fall_back=len(disks) == 1)
+        lin = linearise(problem, start.at, reuse=start.lin, close="paths")
         for k, kind in enumerate(KINDS):
             most = MOST_OF_CHORD if kind == "chord" and quick else None
             first_rtol = rtol**2 if kind == "step" else None

@@ -4,13 +4,14 @@
     direction = solve(lin, at, rtol)        # the errors e
     at, step = advance(problem, at, direction, "step")
 
-All of these are immutable. A chord is another `solve` with the same `lin`.
+All of these are immutable. A chord, a simplified Newton step, is another `solve` with the same `lin`.
 """
 
 from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 
@@ -23,16 +24,18 @@ from ...linalg import MAX_CG_STEPS, Analysis, Factor, NotPositiveDefiniteError, 
 from ..system import (
     HolonomyConstraints,
     SchurColumns,
-    SliverRows,
+    Slivers,
     Symmetric,
     System,
     conformal_inverse,
-    corrected,
+    correct_at_slivers,
     laplacian_inverse,
 )
 from .iterates import REACH, AngleProblem, Iterate, Kind, Step
 
-NO_ROWS = Symmetric((np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))))
+Closed = Literal["all", "paths", "none"]
+
+EMPTY_MATRIX = Symmetric((np.zeros(1, dtype=np.int64), np.empty(0, dtype=np.int64), np.empty((0, 4))))
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,17 +49,17 @@ class Linearised:
     S : Symmetric
         The reduced matrix.
     closing : HolonomyConstraints or None
-        The rows that close the loops of holes, and closed paths.
+        Those that close the loops of holes, and closed paths.
     laplacian : Analysis or None
         Analysis of the Laplacians over the problem's pattern, which the layout uses, too.
     inverse : Factor or None
-        The preconditioner's diag(L_s+, L_s)^-1, for one or several pairs of right-hand sides.
+        The preconditioner's diag(L_s+, L_s)^-1, as `laplacian_inverse` has it.
     columns : SchurColumns or None
-        The columns of the closing rows that `inverse` was solved for.
-    slivers : SliverRows or None
-        The rows of slivers, for the correction of the preconditioner.
+        Of the holonomy constraints, by `inverse`.
+    slivers : Slivers or None
+        For the correction of the preconditioner.
     precondition : callable or None
-        That, or diag(L_s, L_s)^-1, bordered and corrected.
+        The whole preconditioner: `inverse`, bordered and corrected.
     whole : Factor or None
         The factor of S, if it was factored as a whole.
     how : str
@@ -72,7 +75,7 @@ class Linearised:
     laplacian: Analysis | None = None
     inverse: Factor | None = None
     columns: SchurColumns | None = None
-    slivers: SliverRows | None = None
+    slivers: Slivers | None = None
     precondition: Solve | None = None
     whole: Factor | None = None
     how: str = "none"
@@ -87,18 +90,18 @@ class Linearised:
         inverse: Factor,
         columns: SchurColumns | None = None,
     ) -> Linearised:
-        """Not solved with itself: what preconditions a first step."""
-        return cls(problem, system, NO_ROWS, None, laplacian=laplacian, inverse=inverse, columns=columns)
+        """A factor and Schur columns for the preconditioner of a first step; this is not solved itself."""
+        return cls(problem, system, EMPTY_MATRIX, None, laplacian=laplacian, inverse=inverse, columns=columns)
 
     @property
     def without_factors(self) -> Linearised:
-        """The same without what only its own solves need; columns of closing rows may serve others."""
-        return replace(self.without_matrix, inverse=None)
+        """The same without the matrix and the factors, which take most of the memory; the analyses stay."""
+        return replace(self, S=EMPTY_MATRIX, precondition=None, whole=None, inverse=None)
 
     @property
     def without_matrix(self) -> Linearised:
-        """The same without what only its own solves need but the preconditioner's factor."""
-        return replace(self, S=NO_ROWS, precondition=None, whole=None)
+        """The same without what only its own solves need; the preconditioner's factor stays."""
+        return replace(self, S=EMPTY_MATRIX, precondition=None, whole=None)
 
     def product(self, x: FloatArray) -> FloatArray:
         """The system's matrix times x."""
@@ -108,7 +111,7 @@ class Linearised:
         """Multipliers of the vertex and the wheel constraint whose fan each corner is in, (2, 3, #F)."""
         topology, n = self.problem.constraints.topology, 2 * self.problem.constraints.n
         at_vertices = self.system.at_vertices(x[:n].reshape(-1, 2))
-        of_sites = np.zeros((topology.n, 2)) if self.holonomy is None else self.holonomy.at_sites(x[n:])
+        of_sites = np.zeros((topology.n, 2)) if self.holonomy is None else self.holonomy.rows.at_sites(x[n:])
         # far faster than by an index
         at_corners = (at_vertices + of_sites[: topology.n]).T.take(topology.corner, axis=1)
         if self.holonomy is not None:
@@ -153,11 +156,9 @@ def linearise(
     weights: FloatArray | None = None,
     reuse: Linearised | None = None,
     *,
-    close: bool = True,
-    close_paths: bool = True,
+    close: Closed = "all",
     same_factor: bool = False,
     same_slivers: bool = True,
-    fall_back: bool = True,
 ) -> Linearised:
     """Linearise the constraints at some angles, and prepare to solve for errors weighed by `weights`.
 
@@ -169,32 +170,29 @@ def linearise(
         The w of sum e^2 / w; by default alpha^2 (eq. 11).
     reuse : Linearised, optional
         An earlier system, whose analyses are reused.
-    close : bool
-        Include the rows that close the loops of holes.
-    close_paths : bool
-        Include those of closed paths, also without those of holes.
+    close : {"all", "paths", "none"}
+        Which holonomy constraints there are: of loops of holes and of closed paths, of paths alone, or none.
     same_factor : bool
         Use the factor of `reuse` as the preconditioner.
     same_slivers : bool
-        Reuse the sliver rows of `reuse`.
-    fall_back : bool
-        Factor the whole system where the preconditioner is singular.
+        Correct the preconditioner at the slivers of `reuse`.
 
     Raises
     ------
     SingularSystemError
     NotPositiveDefiniteError
-        The preconditioner is singular, and there is no falling back.
+        The preconditioner of one of several disks is singular. That of a single disk falls back to the factor
+        of the whole system.
     """
     with timed("assembly"):
         system = System(problem.constraints, at.alpha, weights, at.cot)
-        S = system.matrix() if problem.constraints.n else NO_ROWS
+        S = system.matrix() if problem.constraints.n else EMPTY_MATRIX
         open_by, paths = at.residual.holonomy, problem.constraints.paths
-        if not close and len(open_by.asked):
-            open_by = open_by.of_paths(len(paths) if close_paths else 0)
-        holonomy = HolonomyConstraints(system, open_by) if open_by.asked.any() else None
+        if close != "all" and len(open_by.constrained):
+            open_by = open_by.of_paths(len(paths) if close == "paths" else 0)
+        holonomy = HolonomyConstraints(system, open_by) if open_by.constrained.any() else None
     lin = Linearised(problem, system, S, holonomy)
-    if problem.constraints.empty:
+    if not problem.constraints.n and not paths:
         return lin  # the estimate is flat
     if reuse is not None:
         slivers = reuse.slivers if same_slivers else None
@@ -211,13 +209,13 @@ def linearise(
     try:
         return _preconditioned(lin)
     except NotPositiveDefiniteError:
-        if not fall_back:
+        if len(problem.disks.faces) > 1:
             raise
         return _fallen_back(lin, at, "the preconditioner is singular in double precision")
 
 
 def _preconditioned(lin: Linearised) -> Linearised:
-    """Add the preconditioner: diag(L_s, L_s)^-1, bordered by the closing rows, corrected on sliver rows."""
+    """Add the preconditioner: diag(L_s, L_s)^-1, bordered by holonomy constraints, corrected at slivers."""
     solvers, laplacian, inverse = lin.problem.solvers, lin.laplacian, lin.inverse
     if inverse is None:
         with timed("assembly"):
@@ -228,8 +226,8 @@ def _preconditioned(lin: Linearised) -> Linearised:
             inverse = laplacian_inverse(lin.system, laplacian, lower)
     with timed("factor"):
         precondition, columns = conformal_inverse(lin.system, lin.holonomy, inverse.solve, lin.S, lin.columns)
-        slivers = lin.slivers or SliverRows.of(lin.system, lin.S, solvers)
-        precondition = corrected(precondition, slivers, lin.S, lin.holonomy)
+        slivers = lin.slivers or Slivers.of(lin.system, lin.S, solvers)
+        precondition = correct_at_slivers(precondition, slivers, lin.S, lin.holonomy)
     return replace(
         lin,
         laplacian=laplacian,
@@ -296,12 +294,12 @@ def solve(
     start : float64 array, optional
         Multipliers to start from; `rtol` is then relative to the residual there.
     most : int, optional
-        Steps of conjugate gradients after which what they reached is enough.
+        Steps of conjugate gradients after which their residual is enough, however large.
     first_rtol : float, optional
-        Relative residual to which a single one is.
+        Relative residual that is enough after a single one.
     """
-    if lin.problem.constraints.empty:
-        return direct(np.zeros_like(at.alpha), np.empty(0), lin)
+    if lin.precondition is None and lin.whole is None:
+        return exact_direction(np.zeros_like(at.alpha), np.empty(0), lin)
     with timed("assembly"):
         b, system = at.residual, lin.system
         e0 = _particular(system, at, gradient)
@@ -310,9 +308,11 @@ def solve(
             np.subtract(sums, own, out=own)
         rhs = rows.ravel()
         if lin.holonomy is not None:
-            rhs = np.concatenate((rhs, -lin.holonomy.gap(b.holonomy, b.vertex) - lin.holonomy.rows(e0)))
+            rhs = np.concatenate(
+                (rhs, -lin.holonomy.rows.gap(b.holonomy, b.vertex) - lin.holonomy.rows.times(e0))
+            )
         if start is not None:
-            start = np.append(start, np.zeros(len(rhs) - len(start)))  # where the closing rows are new
+            start = np.append(start, np.zeros(len(rhs) - len(start)))  # where holonomy constraints are new
             rhs -= lin.product(start)
         del e0  # its memory is for conjugate gradients
     with timed("solve"):
@@ -344,9 +344,9 @@ def errors(lin: Linearised, x: FloatArray, *, conformal: bool = False) -> FloatA
     return e
 
 
-def direct(e: FloatArray, x: FloatArray, lin: Linearised) -> Direction:
-    """A direction that took no inner steps."""
-    disks = len(lin.problem.disks)
+def exact_direction(e: FloatArray, x: FloatArray, lin: Linearised) -> Direction:
+    """A direction that took no inner steps, as the system was factored."""
+    disks = len(lin.problem.disks.faces)
     return Direction(e, x, lin, np.zeros(disks, dtype=np.int64), np.ones(disks, dtype=bool))
 
 
@@ -354,7 +354,7 @@ def _multipliers(
     lin: Linearised, at: Iterate, rhs: FloatArray, rtol: float, most: int | None, first_rtol: float | None
 ) -> Direction:
     """The multipliers that solve a linearised system, as a direction without errors yet."""
-    none, disks = np.empty((3, 0)), lin.problem.disks
+    none, rows = np.empty((3, 0)), lin.problem.disks.rows
     if lin.whole is None:
         assert lin.precondition is not None
         x, each, converged = conjugate_gradients(
@@ -364,10 +364,10 @@ def _multipliers(
             rtol,
             *(() if most is None else (most,)),
             first_rtol=first_rtol,
-            start=2 * disks.rows.start if len(disks) > 1 else None,
+            start=2 * rows.start if len(rows) > 1 else None,
         )
         finite = np.isfinite(x).all()
-        if len(disks) > 1 or (finite and (converged.all() or most is not None)):
+        if len(rows) > 1 or (finite and (converged.all() or most is not None)):
             return Direction(none, x, lin, each, converged)
         lin = _fallen_back(lin, at, f"conjugate gradients did not converge within {MAX_CG_STEPS} steps")
         assert lin.whole is not None
@@ -376,14 +376,14 @@ def _multipliers(
         try:
             by_factor = lin.holonomy.solver(lin.whole.solve)
         except NotPositiveDefiniteError:
-            raise _singular(lin.problem, at, lin.holonomy.vertices) from None
-    return direct(none, by_factor(rhs), lin)
+            raise _singular(lin.problem, at, lin.holonomy.rows.vertices) from None
+    return exact_direction(none, by_factor(rhs), lin)
 
 
 def advance(
     problem: AngleProblem, at: Iterate, direction: Direction, kind: Kind
 ) -> tuple[Iterate, Step, BoolArray]:
-    """Add the errors, scaled down in each triangle so that its angles stay positive; which were scaled."""
+    """Add the errors, limited in each triangle so that its angles stay positive; which were limited."""
     e, limited = direction.e, np.zeros(at.alpha.shape[1], dtype=bool)
     with timed("assembly"):
         if problem.safeguard:

@@ -11,7 +11,7 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import SingularSystemError
 from ...linalg import Solvers
 from ...surface import Topology, compact
-from ..system import Constraints
+from ..system import Constraints, Pattern
 from .iterates import AngleProblem, Step
 from .iterations import State
 from .linearisation import advance, linearise, solve
@@ -92,5 +92,6 @@ def _problem(state: State, inside: BoolArray) -> tuple[IntArray, AngleProblem]:
     own = np.where(inside[used], np.searchsorted(rows, row[used]), -1)
     wheels = int(np.searchsorted(rows, constraints.wheels))
     target = constraints.target_at(state.at.residual.log_ratio)[rows]
-    here = Constraints(topology, own, target, constraints.sums[used], wheels)
+    pattern = Pattern(topology, own, len(target))
+    here = Constraints(topology, own, target, constraints.sums[used], wheels, pattern)
     return faces, AngleProblem(here, state.at.alpha[:, faces], Solvers("direct"))

@@ -99,7 +99,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     for k in range(MAX_ANCHORED):
         at, weights = state.at, np.where(held, HELD * free, free) if held.any() else free
         try:
-            lin = linearise(problem, at, weights, lin, close=k > 0, same_factor=k > 0)
+            lin = linearise(problem, at, weights, lin, close="all" if k else "paths", same_factor=k > 0)
             raw = solve(lin, at, rtol, _gradient(state), x)
         except SingularSystemError:
             break  # it left what double precision solves; the feasible form keeps away from there

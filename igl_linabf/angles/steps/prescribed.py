@@ -34,12 +34,12 @@ def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int)
             break
         first = not state.steps
         slow = not first and state.steps[-1].inner_steps >= SLOW
-        at = state.at if first else replace(state.at, residual=constraints.ahead(state.at.residual))
+        at = state.at if first else replace(state.at, residual=constraints.predict(state.at.residual))
         lin = linearise(
             state.problem,
             at,
             reuse=state.lin,
-            close=not first,
+            close="paths" if first else "all",
             same_factor=not (first or slow),
             same_slivers=False,
         )

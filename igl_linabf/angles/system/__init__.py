@@ -4,6 +4,7 @@ In: a topology and angles. Out: residuals (eq. 5-10); matrices whose solutions a
 """
 
 from .circles import central_angles, inscribed_sums
+from .constants import LARGE_SYSTEM, SMALLEST_SINE
 from .constraints import (
     ClosedPath,
     Constraints,
@@ -14,8 +15,8 @@ from .constraints import (
     largest_magnitude,
     residual,
 )
-from .holonomy import HolonomyConstraints
+from .holonomy import HolonomyConstraints, HolonomyRows
 from .patterns import Pattern, Symmetric, with_identity
-from .preconditioner import SliverRows, conformal_inverse, corrected, laplacian_inverse
+from .preconditioner import Slivers, conformal_inverse, correct_at_slivers, laplacian_inverse
 from .reduced_system import System
 from .schur_columns import SchurColumns

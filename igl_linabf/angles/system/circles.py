@@ -6,9 +6,7 @@ import numpy as np
 import scipy
 
 from ..._types import FloatArray
-
-MODES = 32  # of the waves along a loop that are foreseen; the k-th has 1 / k to do with the lengths
-SAMPLES = 4  # sides that a wave takes, at least
+from .constants import MOST_WAVES, SIDES_PER_WAVE
 
 
 def central_angles(log_ratio: FloatArray) -> FloatArray:
@@ -46,7 +44,7 @@ def inscribed_sums(log_ratio: FloatArray, hole: bool) -> FloatArray:
     return np.asarray(np.pi + turning if hole else np.pi - turning)
 
 
-def foreseen(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> FloatArray:
+def predicted_change(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> FloatArray:
     """How much more the sums of a circle change while a loop's angles change to them.
 
     With the angles change the lengths, and with these the sums of the circle. In a conformal map of the unit
@@ -65,7 +63,7 @@ def foreseen(log_ratio: FloatArray, turning: FloatArray, hole: bool) -> FloatArr
     share, at = (centre + np.roll(centre, 1)) / 2, np.concatenate(([0.0], np.cumsum(centre)[:-1]))
     missing = turning + share if hole else turning - share
     mean = (centre**2).sum() / (2 * np.pi)  # of the central angles, over the circle
-    k = np.arange(1.0, 1 + min(MODES, int(2 * np.pi / (SAMPLES * mean))))
+    k = np.arange(1.0, 1 + min(MOST_WAVES, int(2 * np.pi / (SIDES_PER_WAVE * mean))))
     wave = np.cumprod(np.broadcast_to(np.exp(1j * at), (len(k), len(at))), axis=0)
     gain = -1 / (k + 1) if hole else np.where(k > 1, 1 / np.maximum(k - 1, 1), 0.0)
     more = share * ((gain * (wave.conj() @ missing)) @ wave).real / np.pi

@@ -1,21 +1,21 @@
 """The constraints on the angles of a mesh with prescribed angle sums (eq. 5, 6, 10), and their residuals.
 
-Around holes and along closed paths, the angles draw a loop that has to close.
+Around a hole and along a closed path, edges that are drawn from the angles have to come back to their start.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 
 from ... import _core
-from ..._core import angle_sums, cotangents
 from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ...surface import Ragged, Topology
-from .circles import foreseen, inscribed_sums
+from .circles import inscribed_sums, predicted_change
+from .constants import SMALLEST_SINE
 from .patterns import Pattern
 
 
@@ -46,23 +46,23 @@ class ClosedPath:
 class HolonomyResidual:
     """By how much loops and closed paths drawn from the angles fail to close (docs/holes.md).
 
-    Loops of holes: first the exterior angles are shifted to sum to -2 pi, and the logarithms of the
-    length ratios to sum to 0, evenly over a loop. The derivative is averaged over all starting
-    vertices, so the result does not depend on the start.
+    Before a hole's loop is drawn, its exterior angles are shifted to sum to -2 pi, and the logarithms of its
+    length ratios to sum to 0, evenly over the loop. The derivative is the mean over all starting vertices, so
+    it does not depend on the start.
 
     Attributes
     ----------
     gap : (#holes + #paths,) complex128
-        For each hole tau: vector from the start to the end of its loop, in units of its length. For
-        each path the sum of the logarithms + i (sum of the exterior angles - `turning`).
+        Of each hole tau: the vector from the start to the end of its loop, over the loop's length. Of each
+        path: sum of the logarithms + i (sum of the exterior angles - `turning`).
     site, row : (#L,) int64
-        The *sites* of all these, and the entry of `gap` that each adds to. Site v is vertex v; after
-        the vertices come the paths.
+        The *sites* of all loops and paths, and the entry of `gap` that each adds to. Site v is vertex v;
+        after the vertices come the paths, each a site.
     q : (#L,) complex128
         Derivative of the gap with respect to log_ratio + i turning at the site. At a hole's vertex it
         is the vector from the vertex to the loop's end, minus its mean over the loop; at a path it
         is 1.
-    asked : (#holes + #paths, 2) bool
+    constrained : (#holes + #paths, 2) bool
         Whether the real and the imaginary part of each gap is to vanish.
     """
 
@@ -70,13 +70,13 @@ class HolonomyResidual:
     site: IntArray
     row: IntArray
     q: ComplexArray
-    asked: BoolArray
+    constrained: BoolArray
 
     def of_paths(self, n: int) -> HolonomyResidual:
-        """Only that of the paths, the last `n`."""
-        asked = self.asked.copy()
-        asked[: len(asked) - n] = False
-        return replace(self, asked=asked)
+        """The same with the last `n` gaps constrained alone, those of paths."""
+        constrained = self.constrained.copy()
+        constrained[: len(constrained) - n] = False
+        return replace(self, constrained=constrained)
 
 
 def holonomy_residual(
@@ -84,40 +84,45 @@ def holonomy_residual(
     turning: FloatArray,
     log_ratio: FloatArray,
     paths: tuple[ClosedPath, ...] = (),
-    drawn: ComplexArray | None = None,
+    fan_sums: ComplexArray | None = None,
 ) -> HolonomyResidual:
-    """Draw each hole's loop; `turning` and `log_ratio` as in `Residual`.
+    """Draw the loops of holes, and compare what paths come back with to what they are to.
 
-    `drawn` has the sum of the logarithms + i angles over the left fans of each path.
+    Parameters
+    ----------
+    topology : Topology
+    turning, log_ratio : (#V,) float64
+        As in `Residual`.
+    paths : tuple of ClosedPath
+    fan_sums : (#paths,) complex128, optional
+        Sum of the logarithms + i angles over the left fans of each path.
     """
     holes = topology.holes
     if not holes and not paths:
         none, nowhere = np.empty(0, dtype=np.complex128), np.empty(0, dtype=np.int64)
         return HolonomyResidual(none, nowhere, nowhere, none, np.empty((0, 2), dtype=bool))
-    parts = Ragged.of_sizes([len(loop) for loop in holes])
+    loops = Ragged.of_sizes([len(loop) for loop in holes])
     site = np.concatenate((*holes, topology.n + np.arange(len(paths))))
-    gap, q = _core.drawn_loops(site[: parts.start[-1]], parts.start, turning, log_ratio)
-    asked = np.ones((len(holes) + len(paths), 2), dtype=bool)
+    gap, q = _core.drawn_loops(site[: loops.start[-1]], loops.start, turning, log_ratio)
+    constrained = np.ones((len(holes) + len(paths), 2), dtype=bool)
     if paths:
-        assert drawn is not None
+        assert fan_sums is not None
         wanted = np.array([path.size * np.pi - path.turning for path in paths])
-        asked[len(holes) :, 1] = ~np.isnan(wanted)
-        beyond = np.where(np.isnan(wanted), 0.0, wanted - drawn.imag)
-        gap = np.concatenate((gap, drawn.real + 1j * beyond))
+        constrained[len(holes) :, 1] = ~np.isnan(wanted)
+        beyond = np.where(np.isnan(wanted), 0.0, wanted - fan_sums.imag)
+        gap = np.concatenate((gap, fan_sums.real + 1j * beyond))
         q = np.append(q, np.ones(len(paths)))
-    row = np.repeat(np.arange(len(gap)), np.append(parts.sizes, np.ones(len(paths), dtype=np.int64)))
-    return HolonomyResidual(gap, site, row, q, asked)
-
-
-SMALLEST_SINE = 1e-75  # of an angle of 0, as in a collapsed triangle; the core's sums go by the same
+    row = np.repeat(np.arange(len(gap)), np.append(loops.sizes, np.ones(len(paths), dtype=np.int64)))
+    return HolonomyResidual(gap, site, row, q, constrained)
 
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
     """The vertex and wheel constraints of a surface (eq. 5 and 10); a row has one of each.
 
-    The last rows have a vertex constraint only. Where all constraints of a kind depend on each other,
-    one of them is left out: it holds with the others.
+    The last rows have a vertex constraint only. On a closed surface, and where all sums of the outer loop are
+    prescribed, the constraints of a kind depend on each other. One of them is left out there: it holds with
+    the others.
 
     Attributes
     ----------
@@ -130,9 +135,11 @@ class Constraints:
         Target angle sum of each row: that prescribed at a vertex, (m + 2) pi around a hole of m
         vertices.
     sums : (#V,) float64
-        The angle sum that is asked for at each vertex; NaN where none is.
+        The angle sum that is prescribed at each vertex, 2 pi inside by default; NaN where none is.
     wheels : int
         The first so many rows have a wheel constraint, too.
+    pattern : Pattern
+        The graph of the rows.
     paths : tuple of ClosedPath
         Closed paths whose scale, and maybe turning, is to come back: one constraint or two each.
     circles : tuple of int
@@ -145,6 +152,7 @@ class Constraints:
     target: FloatArray
     sums: FloatArray
     wheels: int
+    pattern: Pattern
     paths: tuple[ClosedPath, ...] = ()
     circles: tuple[int, ...] = ()
 
@@ -154,24 +162,14 @@ class Constraints:
         return len(self.target)
 
     @property
-    def empty(self) -> bool:
-        """Whether nothing is constrained: every vertex is on the boundary, and nothing is to close."""
-        return not self.n and not self.paths
-
-    @property
     def prescribes_sums(self) -> bool:
-        """Whether other sums are asked for than 2 pi inside."""
+        """Whether other sums are prescribed than 2 pi inside."""
         return bool((self.sums[~np.isnan(self.sums)] != 2 * np.pi).any())
 
     @property
     def plain(self) -> bool:
-        """Whether nothing is asked for but a flat map."""
+        """Whether nothing is prescribed but a flat map."""
         return not (self.prescribes_sums or self.paths or self.circles)
-
-    @cached_property
-    def pattern(self) -> Pattern:
-        """The graph of the rows."""
-        return Pattern(self.topology, self.row, self.n)
 
     def with_prescribed(
         self, sums: FloatArray | None = None, turnings: FloatArray | None = None
@@ -185,7 +183,6 @@ class Constraints:
         if turnings is not None:
             both = zip(self.paths, turnings.tolist(), strict=True)
             made = replace(made, paths=tuple(replace(path, turning=turning) for path, turning in both))
-        made.__dict__["pattern"] = self.pattern  # that of the same rows
         return made
 
     def sum_at_rows(self, values: FloatArray) -> FloatArray:
@@ -204,12 +201,6 @@ class Constraints:
         vertex[self.row[inside]] = inside
         return vertex
 
-    def sum_at_wheels(self, values: FloatArray) -> FloatArray:
-        """`sum_at_rows`, zero where the row has no wheel constraint."""
-        total = self.sum_at_rows(values)
-        total[self.wheels :] = 0.0
-        return total
-
     def target_at(self, log_ratio: FloatArray) -> FloatArray:
         """Target angle sum of each row where the loops' edges have the ratios `log_ratio`, (#V,)."""
         if not self.circles:
@@ -217,20 +208,20 @@ class Constraints:
         target = self.target.copy()
         for i in self.circles:
             loop = self.topology.loops[i]
-            asked = self.row[loop] >= 0
-            target[self.row[loop[asked]]] = inscribed_sums(log_ratio[loop], i > 0)[asked]
+            has_row = self.row[loop] >= 0
+            target[self.row[loop[has_row]]] = inscribed_sums(log_ratio[loop], i > 0)[has_row]
         return target
 
-    def ahead(self, b: Residual) -> Residual:
-        """The residual with the change of sums that leads to circles, whose sums change on the way."""
+    def predict(self, b: Residual) -> Residual:
+        """The residual to the sums that circles will have after the step: they change with the lengths."""
         if not self.circles:
             return b
         vertex = b.vertex.copy()
         for i in self.circles:
             loop = self.topology.loops[i]
-            asked = self.row[loop] >= 0
-            more = foreseen(b.log_ratio[loop], b.turning[loop], i > 0)[asked]
-            vertex[self.row[loop[asked]]] += more
+            has_row = self.row[loop] >= 0
+            change = predicted_change(b.log_ratio[loop], b.turning[loop], i > 0)[has_row]
+            vertex[self.row[loop[has_row]]] += change
         return replace(b, vertex=vertex)
 
 
@@ -261,26 +252,31 @@ def constraints_of(
         On a closed surface, the vertex whose rows are left out; by default the one of most curvature.
     """
     if sums is None and not paths:
-        return topology.once("constraints", lambda: _constraints(topology, None, (), (), None))
+        return topology.once("constraints", partial(_constraints, topology))
     return _constraints(topology, sums, paths, circles, left_out)
 
 
 def _constraints(
     topology: Topology,
-    sums: FloatArray | None,
-    paths: Sequence[ClosedPath],
-    circles: Sequence[int],
-    ground: int | None,
+    sums: FloatArray | None = None,
+    paths: Sequence[ClosedPath] = (),
+    circles: Sequence[int] = (),
+    ground: int | None = None,
 ) -> Constraints:
     inside = topology.interior
     sums = np.full(topology.n, np.nan) if sums is None else sums
     sums = np.where(inside & np.isnan(sums), 2 * np.pi, sums)
     given = ~np.isnan(sums)
-    virtual = [loop for loop in topology.holes if not given[loop].any()]
-    around = [_path_of(topology, loop, given) for loop in topology.holes if given[loop].any()]
+    virtual: list[IntArray] = []
+    around: list[ClosedPath] = []
+    for loop in topology.holes:
+        if given[loop].any():
+            around.append(_path_of(topology, loop, given))
+        else:
+            virtual.append(loop)
     left_out = np.zeros(topology.n, dtype=bool)
     if not topology.loops:
-        # the wheel constraints sum to zero, angle by angle, and the vertex constraints as below
+        # the wheel constraints sum to zero, angle by angle; the vertex constraints as below
         left_out[np.argmax(np.abs(sums - 2 * np.pi)) if ground is None else ground] = True
     elif given[topology.loops[0]].all() and topology.n_outer == 1:
         # the angles of all vertices sum to those of all triangles (Gauss-Bonnet); holes turn anyway
@@ -288,15 +284,16 @@ def _constraints(
     inner, rim = inside & ~left_out, given & ~inside & ~left_out
     row = np.where(inner, np.cumsum(inner) - 1, -1)
     n_inner = int(np.count_nonzero(inner))
-    for i, loop in enumerate(virtual):
-        row[loop] = n_inner + i
     wheels = n_inner + len(virtual)
-    row[rim] = wheels + np.arange(np.count_nonzero(rim))
     target = np.full(wheels, 2 * np.pi)
     target[:n_inner] = sums[inner]
-    target[n_inner:] += [np.pi * len(loop) for loop in virtual]
+    for i, loop in enumerate(virtual, n_inner):
+        row[loop] = i
+        target[i] += np.pi * len(loop)
+    row[rim] = wheels + np.arange(np.count_nonzero(rim))
     target = np.concatenate((target, sums[rim]))
-    return Constraints(topology, row, target, sums, wheels, (*around, *paths), tuple(circles))
+    pattern = Pattern(topology, row, len(target))
+    return Constraints(topology, row, target, sums, wheels, pattern, (*around, *paths), tuple(circles))
 
 
 def _path_of(topology: Topology, loop: IntArray, given: BoolArray) -> ClosedPath:
@@ -321,7 +318,7 @@ class Residual:
         At a vertex of a boundary loop, the mesh on the left: the exterior angle, and the
         logarithm of the next edge's length over the last one's.
     holonomy : HolonomyResidual
-        The holes' loops drawn from these, and the closed paths.
+        Of the holes' loops drawn from these, and of the closed paths.
     """
 
     vertex: FloatArray
@@ -338,7 +335,7 @@ class Residual:
 
     @cached_property
     def at_vertices(self) -> float:
-        """The largest of those but the holonomy's."""
+        """The largest of the vertex, wheel and triangle constraints alone."""
         families = (self.vertex, self.wheel, self.triangle)
         return max(map(largest_magnitude, families))
 
@@ -348,28 +345,27 @@ def largest_magnitude(values: FloatArray) -> float:
     return float(max(values.max(initial=0.0), -values.min(initial=0.0)))  # no array of absolute values
 
 
-def _log_sines(alpha: FloatArray) -> FloatArray:
-    return np.asarray(np.log(np.maximum(np.abs(np.sin(alpha)), SMALLEST_SINE)))
-
-
 def residual(constraints: Constraints, alpha: FloatArray, cot: FloatArray | None = None) -> Residual:
     """Residuals of the angle constraints at `alpha`, (3, #F) radians, whose cotangents may be known."""
     topology, paths = constraints.topology, constraints.paths
-    cot = cotangents(alpha) if cot is None else cot
-    total, log_ratio = angle_sums(topology.corner, alpha, cot, topology.n)  # eq. 7: logarithms of sines
+    cot = _core.cotangents(alpha) if cot is None else cot
+    total, log_ratio = _core.angle_sums(topology.corner, alpha, cot, topology.n)  # eq. 7: logarithms of sines
     turning, triangle = np.pi - total, alpha.sum(axis=0)
     np.subtract(np.pi, triangle, out=triangle)
-    drawn = None
+    fan_sums = None
     if paths:
         k, t = np.divmod(np.concatenate([path.corner for path in paths]), alpha.shape[1])
-        ratio = _log_sines(alpha[(k + 2) % 3, t]) - _log_sines(alpha[(k + 1) % 3, t])
+        sine = np.abs(np.sin(alpha[[(k + 2) % 3, (k + 1) % 3], t]))
+        right, left = np.log(np.maximum(sine, SMALLEST_SINE))
         start = np.cumsum([0, *(len(path.corner) for path in paths[:-1])])
-        drawn = np.add.reduceat(ratio + 1j * alpha[k, t], start)
+        fan_sums = np.add.reduceat(right - left + 1j * alpha[k, t], start)
+    wheel = constraints.sum_at_rows(log_ratio)  # eq. 8-10
+    wheel[constraints.wheels :] = 0.0
     return Residual(
         vertex=constraints.target_at(log_ratio) - constraints.sum_at_rows(total),  # eq. 5
-        wheel=constraints.sum_at_wheels(log_ratio),  # eq. 8-10
+        wheel=wheel,
         triangle=triangle,  # eq. 6
         turning=turning,
         log_ratio=log_ratio,
-        holonomy=holonomy_residual(topology, turning, log_ratio, paths, drawn),
+        holonomy=holonomy_residual(topology, turning, log_ratio, paths, fan_sums),
     )

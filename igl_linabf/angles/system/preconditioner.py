@@ -1,4 +1,4 @@
-"""The preconditioner of the reduced system: a scalar Laplacian, closing rows, a local correction."""
+"""The preconditioner of the reduced system: a Laplacian, holonomy constraints, a correction at slivers."""
 
 from __future__ import annotations
 
@@ -8,10 +8,12 @@ from functools import partial
 import numpy as np
 from scipy import sparse
 
+from ... import _core
 from ..._types import FloatArray, Solve
 from ...linalg import Analysis, Factor, Solvers
+from .constants import LARGE_SYSTEM, SLIVER, SLIVER_OF_SMALL_SYSTEM
 from .holonomy import HolonomyConstraints
-from .patterns import Rows, Symmetric, by_pairs
+from .patterns import RowSubset, Symmetric, solve_pairs, with_identity
 from .reduced_system import System
 from .schur_columns import SchurColumns
 
@@ -25,7 +27,7 @@ def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_arr
     vertex = laplacian.factor(lower.data)
     if system.constraints.wheels == system.constraints.n:
         return vertex
-    wheel = laplacian.factor(system.wheel_laplacian(lower).data)
+    wheel = laplacian.factor(with_identity(lower, system.constraints.wheels).data)
 
     def both(pairs: FloatArray) -> FloatArray:
         k = pairs.shape[1] // 2
@@ -41,58 +43,74 @@ def conformal_inverse(
     S: Symmetric | None = None,
     known: SchurColumns | None = None,
 ) -> tuple[Solve, SchurColumns | None]:
-    """diag(L_s+, L_s)^-1 from `laplacian_inverse`; with closing rows, that of the bordered system.
+    """diag(L_s+, L_s)^-1 from `laplacian_inverse`; with holonomy constraints, that of the bordered system.
 
-    With `S` these have the paper's metric, and else that of K alone. Also returns the border's columns, which
+    With `S` these have the paper's metric, and else that of K alone. Also returns their Schur columns, which
     may be `known` of an earlier system.
     """
     if holonomy is None:
-        return partial(by_pairs, inverse), None
+        return partial(solve_pairs, inverse), None
     return holonomy.preconditioner(system, inverse, S, known)
 
 
 @dataclass(frozen=True, eq=False)
-class SliverRows:
-    """The rows at slivers, where P_t and s_t K_t differ a lot, and the analysis of their small system.
+class Slivers:
+    """The rows of S at slivers, where P_t and s_t K_t differ a lot, and the analysis of their small system.
 
     Attributes
     ----------
-    rows : Rows or None
-        These rows of S; None if there are no slivers.
+    rows : RowSubset or None
+        None if there are no slivers.
     analysis : Analysis or None
     """
 
-    rows: Rows | None = None
+    rows: RowSubset | None = None
     analysis: Analysis | None = None
 
     @classmethod
-    def of(cls, system: System, S: Symmetric, solvers: Solvers) -> SliverRows:
-        pairs = system.sliver_rows()
+    def of(cls, system: System, S: Symmetric, solvers: Solvers) -> Slivers:
+        """The slivers that it pays to correct for.
+
+        A triangle is one where the ratio of the eigenvalues of P_t and s_t K_t is large: the more inner steps
+        there are to save, the smaller.
+        """
+        constraints, corner = system.constraints, system.topology.corner
+        largest = SLIVER
+        if constraints.n < LARGE_SYSTEM * max(system.topology.n_outer, 1):
+            largest = SLIVER_OF_SMALL_SYSTEM
+        elif constraints.prescribes_sums:
+            largest = SLIVER / 2  # many steps reach such sums, with one correction
+        faces = np.flatnonzero(_core.disparity(system.w, system.d, system.cot) > largest + 1 / largest)
+        rows = constraints.row[corner[:, faces]]
+        pairs = np.unique(rows[rows >= 0])
         if not len(pairs):
             return cls()
-        rows = Rows(S, pairs)
-        return cls(rows, solvers.analyse(rows.indptr, rows.indices, 2))
+        subset = RowSubset(S, pairs)
+        return cls(subset, solvers.analyse(subset.indptr, subset.indices, 2))
 
 
-def corrected(
-    conformal: Solve, slivers: SliverRows, S: Symmetric, holonomy: HolonomyConstraints | None
+def correct_at_slivers(
+    conformal: Solve, slivers: Slivers, S: Symmetric, holonomy: HolonomyConstraints | None
 ) -> Solve:
-    """The `conformal` preconditioner with S^-1 on the rows of slivers before and after it (Schwarz)."""
+    """The `conformal` preconditioner with S^-1 on the rows of slivers before and after it.
+
+    That is a symmetric multiplicative Schwarz method of two subspaces.
+    """
     if slivers.rows is None or slivers.analysis is None:
         return conformal
-    beside, pairs = slivers.rows.of(S), slivers.rows.pairs  # S is symmetric: its columns as well
-    local = slivers.analysis.factor(beside.values()).solve
+    blocks, pairs = slivers.rows.of(S), slivers.rows.pairs  # S is symmetric: its columns as well
+    local = slivers.analysis.factor(blocks.values()).solve
     index, n = (2 * pairs[:, None] + np.arange(2)).ravel(), S.size
-    border = None if holonomy is None else holonomy.B.at(index)
+    border = None if holonomy is None else holonomy.B.row_subset(index)
 
     def apply(r: FloatArray) -> FloatArray:
         first = local(r[index])
-        left = beside.taken_off(first, r)
+        left = blocks.minus_transposed(r, first)
         if border is not None:
             left[n:] -= border.T @ first
         z = conformal(left)
         z[index] += first
-        rest = beside.left(r, z)
+        rest = blocks.residual(r, z)
         if border is not None:
             rest -= border @ z[n:]
         z[index] += local(rest)

@@ -7,12 +7,7 @@ from ... import _core
 from ..._types import FloatArray, IntArray
 from ...surface import NEXT, PREV
 from .constraints import Constraints
-from .patterns import Symmetric, with_identity
-
-SLIVER = 10.0  # eigenvalue ratio of a triangle's P and s K, above which it is corrected for
-SLIVER_OF_MANY_STEPS = 5.0  # and where sums are prescribed, which takes many steps with one correction
-SMALL = 5_000  # rows of a disk, below which the inner steps that this saves take less time than it
-SLIVER_OF_SMALL = 1000.0  # and so the ratio there
+from .patterns import Symmetric
 
 
 class System:
@@ -38,7 +33,7 @@ class System:
         *,
         scaled: bool = True,
     ) -> None:
-        """With `scaled`, the conformal metric is s_t K_t, and else K_t alone."""
+        """With `scaled`, the conformal metric is s_t K_t, else K_t."""
         self.constraints, self.topology, self.pattern = constraints, constraints.topology, constraints.pattern
         self._scaled = scaled
         self.w = alpha**2 if w is None else w
@@ -104,15 +99,19 @@ class System:
     def rows(self, e: FloatArray) -> FloatArray:
         """M e: (#rows, 2) sums of (3, #F) angles."""
         sums = _core.row_sums(self.topology.corner, self.cot, e, self.topology.n)
-        vertex = self.constraints.sum_at_rows(sums[0])  # eq. 5
-        wheel = self.constraints.sum_at_wheels(sums[1])  # eq. 8-10
-        made = np.empty((len(vertex), 2))
-        made[:, 0], made[:, 1] = vertex, wheel
+        made = np.empty((self.constraints.n, 2))
+        made[:, 0] = self.constraints.sum_at_rows(sums[0])  # eq. 5
+        made[:, 1] = self.constraints.sum_at_rows(sums[1])  # eq. 8-10
+        made[self.constraints.wheels :, 1] = 0.0
         return made
 
     def matrix(self) -> Symmetric:
         """S, (2 #rows, 2 #rows)."""
-        return self.pattern.system(self.constraints.wheels, self.w, self.d, self.cot)
+        topology, pattern, wheels = self.topology, self.pattern, self.constraints.wheels
+        graph = pattern.indptr, pattern.indices
+        edges, faces = (pattern.slot, pattern.ends, topology.sides), (topology.corner, pattern.row)
+        block = _core.system_blocks(*graph, *edges, *faces, wheels, self.w, self.d, self.cot)
+        return Symmetric((*graph, block))
 
     def laplacian(self) -> sparse.csc_array:
         """Lower triangle of L_s = sum_t s_t K_t, K_t the cotangent element matrix.
@@ -123,16 +122,3 @@ class System:
         eigenvalue ratios of P_t and K_t.
         """
         return self.pattern.laplacian(self.topology.sum_at_edges(self._conformal(self.w, self.d, self.cot)))
-
-    def wheel_laplacian(self, lower: sparse.csc_array) -> sparse.csc_array:
-        """Lower triangle of L_s over the rows with a wheel constraint, the identity on the others."""
-        return with_identity(lower, self.constraints.wheels)
-
-    def sliver_rows(self) -> IntArray:
-        """Rows of the triangles in which P_t and s_t K_t differ so much that a correction saves time."""
-        small = self.constraints.n < SMALL * max(self.topology.n_outer, 1)
-        many_steps = self.constraints.prescribes_sums
-        largest = SLIVER_OF_SMALL if small else SLIVER_OF_MANY_STEPS if many_steps else SLIVER
-        faces = np.flatnonzero(_core.disparity(self.w, self.d, self.cot) > largest + 1 / largest)
-        rows = self.constraints.row[self.topology.corner[:, faces]]
-        return np.unique(rows[rows >= 0])

@@ -1,35 +1,34 @@
-"""Matrices with one column for each closing row, and what the Laplacians' inverse makes of them."""
+"""Schur columns: the inverse of the Laplacians times the border of the holonomy constraints."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TypeAlias
 
 import numpy as np
 from scipy import sparse
 
-from ..._types import BoolArray, ComplexArray, FloatArray, IntArray
-from .constraints import HolonomyResidual
-from .patterns import Symmetric
+from ..._types import ComplexArray, FloatArray, IntArray, Solve
+from .constants import FEW_COLUMNS, LOOP_CHANGE
+from .constraints import Constraints, HolonomyResidual
+from .patterns import Symmetric, solve_pairs
 
-Tall: TypeAlias = "FloatArray | sparse.csr_array"
-
-ALIKE = 0.1  # relative difference of loops up to which one's columns serve for the other
-DENSE = 64  # columns up to which their entries are kept dense, for quick products
+NarrowMatrix: TypeAlias = "FloatArray | sparse.csr_array"
 
 
-def tall(values: FloatArray, row: IntArray, column: IntArray, shape: tuple[int, int]) -> Tall:
-    """A matrix of few columns from its entries, dense or sparse; those of the same place are added."""
-    if shape[1] > DENSE:
+def narrow_matrix(
+    values: FloatArray, row: IntArray, column: IntArray, shape: tuple[int, int]
+) -> NarrowMatrix:
+    """A matrix from its entries, dense if it has few columns; entries of the same place are added."""
+    if shape[1] > FEW_COLUMNS:
         return sparse.csr_array((values, (row, column)), shape=shape)
     return np.bincount(row * shape[1] + column, values, shape[0] * shape[1]).reshape(shape)
 
 
 @dataclass(frozen=True, eq=False)
 class Border:
-    """A matrix B with few rows that are not zero.
+    """A matrix B of 2 n rows, of which few are not zero.
 
     Attributes
     ----------
@@ -40,36 +39,37 @@ class Border:
     """
 
     pairs: IntArray
-    values: Tall
+    values: NarrowMatrix
 
     @cached_property
     def rows(self) -> IntArray:
-        """The numbers of these rows."""
+        """The indices of these rows."""
         return (2 * self.pairs[:, None] + np.arange(2)).ravel()
 
     @cached_property
-    def transposed(self) -> Tall:
+    def transposed(self) -> NarrowMatrix:
+        """These rows, transposed."""
         return self.values.T
 
-    def onto(self, x: FloatArray) -> FloatArray:
+    def transposed_times(self, x: FloatArray) -> FloatArray:
         """B^T x."""
         return np.asarray(self.transposed @ x[self.rows])
 
-    def whole(self, n: int) -> FloatArray:
-        """All `n` rows, dense."""
-        made = np.zeros((n, self.values.shape[1]))
+    def dense(self, n: int) -> FloatArray:
+        """All 2 n rows."""
+        made = np.zeros((2 * n, self.values.shape[1]))
         made[self.rows] = self.values if isinstance(self.values, np.ndarray) else self.values.toarray()
         return made
 
-    def second(self, n: int, columns: IntArray) -> FloatArray:
-        """The second row of each of `n` pairs, dense, of some columns only."""
+    def wheel_rows(self, n: int, columns: IntArray) -> FloatArray:
+        """The second row of each of the n pairs, dense, in some columns."""
         made = np.zeros((n, len(columns)))
         own = self.values[1::2][:, columns]
         made[self.pairs] = own if isinstance(own, np.ndarray) else own.toarray()
         return made
 
-    def at(self, index: IntArray) -> sparse.csr_array:
-        """The rows of some numbers."""
+    def row_subset(self, index: IntArray) -> sparse.csr_array:
+        """Rows by their indices."""
         place = np.minimum(np.searchsorted(self.rows, index), len(self.rows) - 1)
         found = np.flatnonzero(self.rows[place] == index)
         shape = len(index), len(self.rows)
@@ -78,112 +78,115 @@ class Border:
 
 
 @dataclass(frozen=True, eq=False)
-class Columns:
+class DenseColumns:
     """A dense matrix C.
 
     Attributes
     ----------
-    each : (size, 2 #rows) float64
-        Its columns.
-    holonomy : HolonomyResidual
-        What they were made for.
+    columns : (size, 2 #rows) float64
+        The columns of C.
+    drawn : HolonomyResidual
+        The loops and paths of their constraints.
     schur : (size, size) float64
         D - B^T C in the metric of C.
     """
 
-    each: FloatArray
-    holonomy: HolonomyResidual
+    columns: FloatArray
+    drawn: HolonomyResidual
     schur: FloatArray
 
-    def serves(self, holonomy: HolonomyResidual) -> bool:
-        """Whether these loops are drawn nearly as those that the columns were made for."""
-        return alike(holonomy, self.holonomy)
+    def serves(self, drawn: HolonomyResidual) -> bool:
+        """Whether the columns also serve for these loops."""
+        return nearly_same_loops(drawn, self.drawn)
 
-    def along(self, y: FloatArray) -> FloatArray:
+    def times(self, y: FloatArray) -> FloatArray:
         """C y."""
-        return np.asarray(y @ self.each)
+        return np.asarray(y @ self.columns)
 
-    def onto(self, r: FloatArray) -> FloatArray:
+    def transposed_times(self, r: FloatArray) -> FloatArray:
         """C^T r."""
-        return np.asarray(self.each @ r)
+        return np.asarray(self.columns @ r)
 
-    def onto_border(self, B: Border) -> FloatArray:
+    def transposed_times_border(self, B: Border) -> FloatArray:
         """C^T B."""
-        return np.asarray((B.transposed @ self.each[:, B.rows].T).T)
+        return np.asarray((B.transposed @ self.columns[:, B.rows].T).T)
 
-    def within(self, S: Symmetric) -> FloatArray:
+    def galerkin(self, S: Symmetric) -> FloatArray:
         """C^T S C."""
-        return np.array([self.onto(S.matvec(c)) for c in self.each])
+        return np.array([self.transposed_times(S.matvec(column)) for column in self.columns])
 
     def vertex_rows(self, rows: IntArray) -> FloatArray:
-        """Some rows of C, those of vertex constraints."""
-        return self.each[:, 2 * rows].T
+        """The rows of C of some vertex constraints, (#rows, size)."""
+        return self.columns[:, 2 * rows].T
 
 
 @dataclass(frozen=True, eq=False)
-class ColumnsOfGaps:
-    """The same where vertex rows and wheel rows have one inverse: two columns of a gap are a complex one.
+class ComplexColumns:
+    """`DenseColumns` where vertex rows and wheel rows have one inverse: two columns are a complex one.
 
     A column has vertex rows for its real parts, and wheel rows for its imaginary ones. That of a gap's
-    imaginary part is `of_gap`, and that of its real part is i times it.
+    imaginary part is in `of_gap`, and that of its real part is i times it.
 
     Attributes
     ----------
     of_gap : (#gaps, #rows) complex128
-    holonomy : HolonomyResidual
+    drawn : HolonomyResidual
     schur : (size, size) float64
     """
 
     of_gap: ComplexArray
-    holonomy: HolonomyResidual
+    drawn: HolonomyResidual
     schur: FloatArray
 
-    @cached_property
-    def _asked(self) -> BoolArray:
-        return self.holonomy.asked.ravel()
+    def serves(self, drawn: HolonomyResidual) -> bool:
+        """Whether the columns also serve for these loops."""
+        return nearly_same_loops(drawn, self.drawn)
 
-    def _parts(self, products: ComplexArray) -> FloatArray:
-        """Products with all columns from those of `of_gap`, conjugate, (#gaps, ...)."""
-        both = np.stack((products.imag, products.real), axis=1)
-        return np.asarray(both.reshape(-1, *products.shape[1:])[self._asked])
+    def times(self, y: FloatArray) -> FloatArray:
+        """C y."""
+        both = np.zeros(self.drawn.constrained.size)
+        both[self.drawn.constrained.ravel()] = y
+        return np.asarray((both[1::2] + 1j * both[0::2]) @ self.of_gap).view(np.float64)
 
-    def serves(self, holonomy: HolonomyResidual) -> bool:
-        return alike(holonomy, self.holonomy)
+    def transposed_times(self, r: FloatArray) -> FloatArray:
+        """C^T r."""
+        return self._constrained_parts((self.of_gap @ r.view(np.complex128).conj()).conj())
 
-    def along(self, y: FloatArray) -> FloatArray:
-        every = np.zeros(len(self._asked))
-        every[self._asked] = y
-        return np.asarray((every[1::2] + 1j * every[0::2]) @ self.of_gap).view(np.float64)
-
-    def onto(self, r: FloatArray) -> FloatArray:
-        return self._parts((self.of_gap @ r.view(np.complex128).conj()).conj())
-
-    def onto_border(self, B: Border) -> FloatArray:
+    def transposed_times_border(self, B: Border) -> FloatArray:
+        """C^T B."""
         border = B.values[0::2] + 1j * B.values[1::2]
-        return self._parts(np.asarray((border.T @ self.of_gap[:, B.pairs].conj().T).T))
+        return self._constrained_parts(np.asarray((border.T @ self.of_gap[:, B.pairs].conj().T).T))
+
+    def galerkin(self, S: Symmetric) -> FloatArray:
+        """C^T S C."""
+        products = []
+        for column, constrained in zip(self.of_gap, self.drawn.constrained, strict=True):
+            for part in np.flatnonzero(constrained):
+                real = (column if part else 1j * column).view(np.float64)
+                products.append(self.transposed_times(S.matvec(real)))
+        return np.array(products)
 
     def vertex_rows(self, rows: IntArray) -> FloatArray:
+        """The rows of C of some vertex constraints, (#rows, size)."""
         chosen = self.of_gap[:, rows]
-        return np.stack((-chosen.imag, chosen.real), axis=1).reshape(-1, len(rows))[self._asked].T
+        both = np.stack((-chosen.imag, chosen.real), axis=1).reshape(-1, len(rows))
+        return both[self.drawn.constrained.ravel()].T
 
-    def within(self, S: Symmetric) -> FloatArray:
-        return np.array([self.onto(S.matvec(c)) for c in self._each()])
-
-    def _each(self) -> Iterator[FloatArray]:
-        for column, asked in zip(self.of_gap, self.holonomy.asked, strict=True):
-            for part in np.flatnonzero(asked):
-                yield (column if part else 1j * column).view(np.float64)
+    def _constrained_parts(self, products: ComplexArray) -> FloatArray:
+        """Products with all columns, (size, ...), from the conjugate ones with `of_gap`, (#gaps, ...)."""
+        both = np.stack((products.imag, products.real), axis=1)
+        return np.asarray(both.reshape(-1, *products.shape[1:])[self.drawn.constrained.ravel()])
 
 
 @dataclass(frozen=True, eq=False)
-class ColumnsOfPaths:
-    """The same of closed paths alone: a column for the scale of a path is one for its turning, too.
+class PathColumns:
+    """`DenseColumns` of closed paths alone: a column for the scale of a path is one for its turning, too.
 
     Attributes
     ----------
     scale : (#rows, #paths) float64
     path, kind : (size,) int64
-        Of each column the path, and 0 if it is for vertex rows, 1 if it is for wheel rows.
+        Of each column the path, and 0 if it has vertex rows, 1 if it has wheel rows.
     schur : (size, size) float64
         D - B^T C in the conformal metric of C.
     """
@@ -193,37 +196,74 @@ class ColumnsOfPaths:
     kind: IntArray
     schur: FloatArray
 
-    def serves(self, holonomy: HolonomyResidual) -> bool:
-        """Whether these are the columns of all that is asked for."""
-        path, part = np.nonzero(holonomy.asked)
+    def serves(self, drawn: HolonomyResidual) -> bool:
+        """Whether these are the columns of all that is constrained."""
+        path, part = np.nonzero(drawn.constrained)
         return np.array_equal(path, self.path) and np.array_equal(1 - part, self.kind)
 
-    def along(self, y: FloatArray) -> FloatArray:
+    def times(self, y: FloatArray) -> FloatArray:
+        """C y."""
         both = np.zeros((self.scale.shape[1], 2))
         both[self.path, self.kind] = y
         return np.asarray(self.scale @ both).ravel()
 
-    def onto(self, r: FloatArray) -> FloatArray:
+    def transposed_times(self, r: FloatArray) -> FloatArray:
+        """C^T r."""
         return np.asarray((self.scale.T @ r.reshape(-1, 2))[self.path, self.kind])
 
-    def onto_border(self, B: Border) -> FloatArray:
+    def transposed_times_border(self, B: Border) -> FloatArray:
+        """C^T B."""
         scale = self.scale[B.pairs]
         both = np.stack([np.asarray(B.values[k::2].T @ scale).T for k in range(2)], axis=1)
         return np.asarray(both[self.path, self.kind])
 
-    def vertex_rows(self, rows: IntArray) -> FloatArray:
-        return np.where(self.kind == 0, self.scale[rows][:, self.path], 0.0)
-
-    def within(self, S: Symmetric) -> FloatArray:
-        upper = S.upper_within(self.scale)[self.kind[:, None], self.path[:, None], self.kind, self.path]
+    def galerkin(self, S: Symmetric) -> FloatArray:
+        """C^T S C."""
+        upper = S.upper_galerkin(self.scale)[self.kind[:, None], self.path[:, None], self.kind, self.path]
         return np.asarray(upper + upper.T)
 
+    def vertex_rows(self, rows: IntArray) -> FloatArray:
+        """The rows of C of some vertex constraints, (#rows, size)."""
+        return np.where(self.kind == 0, self.scale[rows][:, self.path], 0.0)
 
-SchurColumns = Columns | ColumnsOfGaps | ColumnsOfPaths
+
+SchurColumns = DenseColumns | ComplexColumns | PathColumns
 
 
-def alike(holonomy: HolonomyResidual, known: HolonomyResidual) -> bool:
-    """Whether two of them constrain the same of loops that are drawn nearly alike."""
-    q = holonomy.q
-    same = np.array_equal(holonomy.asked, known.asked)
-    return same and float(np.abs(q - known.q).max()) <= ALIKE * float(np.abs(q).max())
+def nearly_same_loops(drawn: HolonomyResidual, known: HolonomyResidual) -> bool:
+    """Whether two residuals have the same constraints, of loops that are drawn nearly alike."""
+    same = np.array_equal(drawn.constrained, known.constrained)
+    return same and float(np.abs(drawn.q - known.q).max()) <= LOOP_CHANGE * float(np.abs(drawn.q).max())
+
+
+def solve_border(inner: Solve, B: Border, n: int, drawn: HolonomyResidual, D: FloatArray) -> DenseColumns:
+    """A^-1 B from the `inner` solve of A, both of 2 n rows."""
+    columns = DenseColumns(np.ascontiguousarray(inner(B.dense(n)).T), drawn, D)
+    return replace(columns, schur=D - columns.transposed_times_border(B))
+
+
+def solve_columns(
+    inverse: Solve, constraints: Constraints, drawn: HolonomyResidual, B: Border, D: FloatArray
+) -> SchurColumns:
+    """diag(L_s, L_s)^-1 B in the conformal metric, by one right-hand side a column.
+
+    What a column has in vertex rows and in wheel rows are real and imaginary part of one complex number, and
+    the other part of the gap has i times that.
+    """
+    n, constrained = constraints.n, drawn.constrained
+    columns: SchurColumns
+    if constraints.wheels < n:
+        return solve_border(lambda r: solve_pairs(inverse, r), B, n, drawn, D)
+    if len(constraints.paths) == len(constrained):
+        path, part = np.nonzero(constrained)
+        wheel = B.wheel_rows(n, np.flatnonzero(part == 0))
+        columns = PathColumns(inverse(wheel), path, 1 - part, D)
+    else:
+        of_gap = np.zeros((len(constrained), n), dtype=np.complex128)
+        number = np.cumsum(constrained.ravel()).reshape(-1, 2) - 1
+        for first in range(0, len(constrained), FEW_COLUMNS):
+            some = slice(first, first + FEW_COLUMNS)
+            made = of_gap[some].view(np.float64).reshape(-1, n, 2).transpose(0, 2, 1)
+            made[constrained[some]] = inverse(B.wheel_rows(n, number[some][constrained[some]])).T
+        columns = ComplexColumns(of_gap, drawn, D)
+    return replace(columns, schur=D - columns.transposed_times_border(B))

@@ -86,7 +86,7 @@ def test_the_rows_of_the_border_are_the_derivative_of_the_gap() -> None:
     h = 1e-6
     gaps = [residual(constraints, alpha + d * e).holonomy.gap for d in (h, -h)]
     numeric = (gaps[0] - gaps[1]) / (2 * h)
-    exact = border.rows(e).reshape(-1, 2) @ [1, 1j]
+    exact = border.rows.times(e).reshape(-1, 2) @ [1, 1j]
     # they differ where the loop does not close: by its length's change, and by where drawing begins
     slack = 3 * np.abs(holonomy.gap) * np.abs(e).max() * max(map(len, topology.loops[1:]))
     assert (np.abs(numeric - exact) <= 1e-6 + slack).all()
@@ -115,9 +115,9 @@ def bordered() -> Linearised:
 def test_the_bordered_system_is_its_definition() -> None:
     lin = bordered()
     system, border = lin.system, lin.holonomy
-    z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.size)
+    z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.rows.size)
     e = system.projected(system.at_corners(lin.at_corners(z)))
-    expected = np.concatenate((system.rows(e).ravel(), border.rows(e)))
+    expected = np.concatenate((system.rows(e).ravel(), border.rows.times(e)))
     assert np.abs(lin.product(z) - expected).max() <= 1e-10 * np.abs(expected).max()
 
 
@@ -126,10 +126,10 @@ def test_in_the_conformal_metric_the_bordered_system_is_solved_exactly() -> None
     constraints, alpha = lin.problem.constraints, np.sqrt(lin.system.w)
     system = System(constraints, alpha, scaled=False)
     border = HolonomyConstraints(system, residual(constraints, alpha).holonomy, conformal=True)
-    z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.size)
+    z = np.random.default_rng(1).normal(size=2 * lin.problem.constraints.n + border.rows.size)
     y = system.at_corners(lin.at_corners(z))
     e = np.einsum("tij,jt->it", system.conformal(np.arange(y.shape[1])), y)
-    r = np.concatenate((system.rows(e).ravel(), border.rows(e)))
+    r = np.concatenate((system.rows(e).ravel(), border.rows.times(e)))
     L = Solvers().factor(system.laplacian())
     solve, _ = border.preconditioner(system, L.solve, None)
     assert np.abs(solve(r) - z).max() <= 1e-7 * np.abs(z).max()
