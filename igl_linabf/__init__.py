@@ -11,7 +11,7 @@ from importlib import import_module
 # and libigl are there, and importing the package costs nothing. Type checkers read __init__.pyi.
 _NAMES = {
     "batch_runs": "batch",
-    "charts": "Atlas Chart cut find_cones find_seams pack_together texture_seams unwrap",
+    "charts": "Atlas Chart Cones Packing Seams cut find_cones find_seams pack_together texture_seams unwrap",
     "errors": "FallbackWarning MemoryLimitError MeshError MeshWarning OutcomeWarning SingularSystemError",
     "flattening": "ABF DNCP LSCM SCP Comparison Flattener Flattening Hole Isometric LinABF OneStepABFpp "
     "Outcome Residuals abf compare flatten flatten_many linabf linabf_angles lscm",

@@ -3,6 +3,9 @@ from . import io as io
 from .batch_runs import batch as batch
 from .charts import Atlas as Atlas
 from .charts import Chart as Chart
+from .charts import Cones as Cones
+from .charts import Packing as Packing
+from .charts import Seams as Seams
 from .charts import cut as cut
 from .charts import find_cones as find_cones
 from .charts import find_seams as find_seams

@@ -23,7 +23,7 @@ from ..measures import (
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
 from .atlas import Chart, flatten_piece, open_slivers, sides_of_cleaned, uv_of_part
 from .features import extent
-from .options import MAX_SPLITS_FOR_STRETCH, Task
+from .options import MAX_SPLITS_FOR_STRETCH, ChartOptions
 from .seams import MEDIUM
 from .splitting import (
     REUSED_STRETCH,
@@ -56,7 +56,7 @@ _NO_SEAM = np.zeros((0, 2), dtype=np.int64)
 
 
 def pieces_of(
-    surface: Submesh, cleaned: Cleaned, seams: ArrayLike | None, F: IntArray, task: Task
+    surface: Submesh, cleaned: Cleaned, seams: ArrayLike | None, F: IntArray, options: ChartOptions
 ) -> tuple[list[Submesh], IntArray]:
     """The surface cut along the seams that are given, and those that are found; and the ends of the given."""
     pieces, given = [surface], _NO_SEAM
@@ -68,18 +68,20 @@ def pieces_of(
         face, k = np.nonzero(mask)
         given = surface.F_given[face[:, None], np.column_stack((k, (k + 1) % 3))]
         pieces = surface.cut(mask)
-    if not task.may_find_seams:
+    if not options.may_find_seams:
         return pieces, given
-    return [part for piece in pieces for part in piece.cut_along(_seams_worth(piece, task))], given
+    return [part for piece in pieces for part in piece.cut_along(_seams_worth(piece, options))], given
 
 
-def _seams_worth(piece: Submesh, task: Task) -> IntArray:
+def _seams_worth(piece: Submesh, options: ChartOptions) -> IntArray:
     """The seams that its components need, and those that their stretch is worth; of disks, too."""
-    if not task.holes:
-        return task.seams_of(piece, disks=True, gain=DISK_GAIN, part_overlaps=True, panels=True)
+    if not options.holes:
+        return options.seams_of(piece, disks=True, gain=DISK_GAIN, part_overlaps=True, panels=True)
     parts = piece.components()
     disks = [len(part.topology.loops) == 1 for part in parts]  # others keep their holes as they are
-    found = [task.seams_of(part, disks=disk, gain=DISK_GAIN) for part, disk in zip(parts, disks, strict=True)]
+    found = [
+        options.seams_of(part, disks=disk, gain=DISK_GAIN) for part, disk in zip(parts, disks, strict=True)
+    ]
     return np.concatenate(found)
 
 
@@ -87,7 +89,7 @@ _Cut = tuple[Submesh, KnownMap | None]  # a piece, and its map, if it has one
 _Part = tuple[tuple[int, ...], Submesh, KnownMap | None]  # its place among the pieces, too
 
 
-def charts_of(pieces: list[Submesh], given: IntArray, task: Task) -> list[tuple[Chart, Submesh]]:
+def charts_of(pieces: list[Submesh], given: IntArray, options: ChartOptions) -> list[tuple[Chart, Submesh]]:
     """Flatten the pieces, and the parts of those that are cut further; all that wait at once.
 
     No two charts are joined at edges that are `given` as seams.
@@ -99,21 +101,23 @@ def charts_of(pieces: list[Submesh], given: IntArray, task: Task) -> list[tuple[
         parts: list[_Part] = []
         own = open_slivers([piece for _, piece, _ in waiting])
         waiting = [(key, piece, known) for (key, _, known), piece in zip(waiting, own, strict=True)]
-        together = iter(_known_together([piece for _, piece, kept in waiting if kept is None], task.method))
+        together = iter(
+            _known_together([piece for _, piece, kept in waiting if kept is None], options.method)
+        )
         for key, piece, kept in waiting:
             known = next(together) if kept is None else kept
             reached += len(piece.F) if not splits else 0
             upto = SEAMS_END + (CHARTS_END - SEAMS_END) * reached / total
             with progress_part("charts", upto) if known is None else nullcontext():
-                made = _chart(piece, splits, task, known)
+                made = _chart(piece, splits, options, known)
             if isinstance(made, Chart):
                 done.append((key, made, piece))
             else:
                 parts += [((*key, k), *smaller) for k, smaller in enumerate(made)]
         waiting, splits = parts, splits + 1
     done.sort(key=lambda entry: entry[0])  # parts stand where the piece was
-    if task.may_find_seams:
-        done = merge_small_charts(done, task.most_stretch, given)
+    if options.may_find_seams:
+        done = merge_small_charts(done, options.most_stretch, given)
     return _measured([(chart, piece) for _, chart, piece in done])
 
 
@@ -188,18 +192,18 @@ class _Mapped:
         return replace(self, result=result, pairs=pairs, change=change, quality=None, cost=cost)
 
 
-def _chart(piece: Submesh, splits: int, task: Task, known: KnownMap | None) -> Chart | list[_Cut]:
+def _chart(piece: Submesh, splits: int, options: ChartOptions, known: KnownMap | None) -> Chart | list[_Cut]:
     """The flattened piece; or its parts, if it has to be cut further."""
-    made = _mapped(piece, splits, task, known)
+    made = _mapped(piece, splits, options, known)
     if isinstance(made, _Mapped) and len(made.pairs):
-        made = _without_overlaps(piece, made, splits, task)
+        made = _without_overlaps(piece, made, splits, options)
     if not isinstance(made, _Mapped):
         return made
     stretch = made.change.stretch if made.quality is None else made.quality.stretch_l2
-    weighed = task.weighs_stretch and not made.without_tips
-    if weighed and len(seams := _worth_of_map(piece, stretch, made.change, splits, task)):
+    weighed = options.weighs_stretch and not made.without_tips
+    if weighed and len(seams := _worth_of_map(piece, stretch, made.change, splits, options)):
         return _anew(piece.cut_along(seams))
-    if stretch > task.most_stretch and (parts := _less_stretched(piece, splits, task)):
+    if stretch > options.most_stretch and (parts := _less_stretched(piece, splits, options)):
         return _anew(parts)
     quality = made.quality
     if quality is None:
@@ -207,20 +211,22 @@ def _chart(piece: Submesh, splits: int, task: Task, known: KnownMap | None) -> C
     return Chart(piece.faces, made.result, quality, splits, len(made.pairs), made.cost)
 
 
-def _mapped(piece: Submesh, splits: int, task: Task, known: KnownMap | None) -> _Mapped | list[_Cut]:
+def _mapped(
+    piece: Submesh, splits: int, options: ChartOptions, known: KnownMap | None
+) -> _Mapped | list[_Cut]:
     """The piece's map; or its parts, if a seam is worth it, or if double precision does not hold the map."""
     try:
-        result, seams = _flattened(piece, splits, task) if known is None else (known.result, _NO_SEAM)
+        result, seams = _flattened(piece, splits, options) if known is None else (known.result, _NO_SEAM)
     except SingularSystemError:  # faces of no size beside others of the chart
         if parts := bisect(piece):
             return _anew(parts)
         raise
     if len(seams):
         return _anew(piece.cut_along(seams))
-    if len(result.flipped) and task.may_find_seams:
-        if parts := _less_flipped(piece, len(result.flipped), splits, task):
+    if len(result.flipped) and options.may_find_seams:
+        if parts := _less_flipped(piece, len(result.flipped), splits, options):
             return _anew(parts)
-        result, known = _flattened_without_flips(piece, result, task), None
+        result, known = _flattened_without_flips(piece, result, options), None
     if known is None:
         check_finite(result.uv, piece.vertices, "uv")
     if _is_needle(piece, result) and (parts := bisect(piece)):
@@ -230,19 +236,21 @@ def _mapped(piece: Submesh, splits: int, task: Task, known: KnownMap | None) -> 
     return _Mapped.of(piece, known)
 
 
-def _without_overlaps(piece: Submesh, made: _Mapped, splits: int, task: Task) -> _Mapped | list[_Cut]:
+def _without_overlaps(
+    piece: Submesh, made: _Mapped, splits: int, options: ChartOptions
+) -> _Mapped | list[_Cut]:
     """A map in which parts are moved apart or laid narrower; else the piece's parts; else the same map."""
     result, pairs = made.result, made.pairs
     few = len(np.unique(pairs)) < LITTLE * len(piece.F)
-    if task.bijective and not result.holes and (apart := _moved_apart(piece, made, few)) is not None:
+    if options.bijective and not result.holes and (apart := _moved_apart(piece, made, few)) is not None:
         return apart
-    if splits >= task.most_splits:
+    if splits >= options.most_splits:
         parts = bisect(piece)
         return _anew(parts) if parts else made
     if result.holes:  # first to a disk
-        return _anew(_disks(piece, task))
-    made = replace(made, without_tips=task.weighs_stretch and few)
-    if made.without_tips and len(seams := _to_tips(piece, made.change, splits, task)):
+        return _anew(_disks(piece, options))
+    made = replace(made, without_tips=options.weighs_stretch and few)
+    if made.without_tips and len(seams := _to_tips(piece, made.change, splits, options)):
         return _anew(piece.cut_along(seams))
     if few:
         narrower, left = _narrower(piece, result, pairs)
@@ -250,7 +258,7 @@ def _without_overlaps(piece: Submesh, made: _Mapped, splits: int, task: Task) ->
             made = made.moved(piece, narrower, left)
         if not len(left):
             return made
-    return _cut_apart(piece, made, few, splits, task) or made
+    return _cut_apart(piece, made, few, splits, options) or made
 
 
 def _moved_apart(piece: Submesh, made: _Mapped, few: bool) -> _Mapped | None:
@@ -273,21 +281,21 @@ def _narrower(piece: Submesh, result: Flattening, pairs: IntArray) -> tuple[Flat
     return relayout_locally(piece, result, pairs)
 
 
-def _cut_apart(piece: Submesh, made: _Mapped, few: bool, splits: int, task: Task) -> list[_Cut]:
+def _cut_apart(piece: Submesh, made: _Mapped, few: bool, splits: int, options: ChartOptions) -> list[_Cut]:
     """The parts of a piece, cut where its map overlaps itself; nothing if it cannot be cut there.
 
     `few` says whether few of its faces overlap: then its tips have been looked at.
     """
     result, pairs = made.result, made.pairs
-    parts = [disk for part in split_at_creases(piece, result.uv, pairs) for disk in _disks(part, task)]
+    parts = [disk for part in split_at_creases(piece, result.uv, pairs) for disk in _disks(part, options)]
     parts = parts or split_overlaps(piece, piece.faces[pairs])
     if len(parts) <= 1:
         return []
     cuts = list(zip(parts, reuse_maps(piece, result, parts, pairs, made.without_tips), strict=True))
-    if not task.weighs_stretch or few or not result.outcome.good:
+    if not options.weighs_stretch or few or not result.outcome.good:
         return cuts
     return [
-        tipped for part, known in cuts for tipped in _cut_to_tips(piece, result, part, known, splits, task)
+        tipped for part, known in cuts for tipped in _cut_to_tips(piece, result, part, known, splits, options)
     ]
 
 
@@ -297,22 +305,22 @@ class _SeamsToTips:
 
     piece: Submesh
     splits: int
-    task: Task
+    options: ChartOptions
     found: IntArray = field(default_factory=lambda: _NO_SEAM)
 
     def __call__(self, uv: FloatArray) -> bool:
-        self.found = _to_tips(self.piece, MapMeasure(self.piece, uv), self.splits, self.task)
+        self.found = _to_tips(self.piece, MapMeasure(self.piece, uv), self.splits, self.options)
         return len(self.found) > 0
 
 
-def _flattened(piece: Submesh, splits: int, task: Task) -> tuple[Flattening, IntArray]:
+def _flattened(piece: Submesh, splits: int, options: ChartOptions) -> tuple[Flattening, IntArray]:
     """Its map, and seams that are worth it by a rough one, which then is the map.
 
     If many faces flip it is a sketch, as the piece is then cut further.
     """
-    method, tips = task.method, _SeamsToTips(piece, splits, task)
-    if type(method) is LinABF and method.iterations == "auto" and task.may_find_seams:
-        looks = tips if task.weighs_stretch and not splits else None
+    method, tips = options.method, _SeamsToTips(piece, splits, options)
+    if type(method) is LinABF and method.iterations == "auto" and options.may_find_seams:
+        looks = tips if options.weighs_stretch and not splits else None
         sketch = flatten_piece(piece, Sketch(**vars(method), is_enough=looks))
         if len(tips.found) or not 0 < len(sketch.flipped) <= MANY_FLIPS * len(piece.F):
             return sketch, tips.found
@@ -329,33 +337,40 @@ def _flattened(piece: Submesh, splits: int, task: Task) -> tuple[Flattening, Int
         return flatten_piece(piece, LinABF()), tips.found
 
 
-def _worth_of_map(piece: Submesh, stretch: float, change: MapMeasure, splits: int, task: Task) -> IntArray:
+def _worth_of_map(
+    piece: Submesh, stretch: float, change: MapMeasure, splits: int, options: ChartOptions
+) -> IntArray:
     """Seams that the stretch of a map is worth, beyond what was expected of it."""
-    if splits < task.most_splits and len(piece.F) <= MEDIUM:
+    if splits < options.most_splits and len(piece.F) <= MEDIUM:
         seams = _NO_SEAM
         if not splits and stretch > SMALL_STRETCH:  # it was one of many
-            seams = task.seams_of(piece, disks=True, gain=DISK_GAIN)
+            seams = options.seams_of(piece, disks=True, gain=DISK_GAIN)
         elif splits and stretch > TIP_STRETCH:  # a part of a chart, whose seams were not for it
-            seams = _seams_worth(piece, task)
+            seams = _seams_worth(piece, options)
         if len(seams):
             return seams
-    return _to_tips(piece, change, splits, task) if stretch > TIP_STRETCH else _NO_SEAM
+    return _to_tips(piece, change, splits, options) if stretch > TIP_STRETCH else _NO_SEAM
 
 
-def _to_tips(piece: Submesh, change: MapMeasure, splits: int, task: Task) -> IntArray:
+def _to_tips(piece: Submesh, change: MapMeasure, splits: int, options: ChartOptions) -> IntArray:
     """Seams to tips that the map shrinks, for some rounds."""
     if splits >= MAX_TIP_ROUNDS:
         return _NO_SEAM
-    return seams_to_tips(piece, change.at_triangles, task.trade, task.hidden)
+    return seams_to_tips(piece, change.at_triangles, options.trade, options.hidden)
 
 
 def _cut_to_tips(
-    piece: Submesh, result: Flattening, part: Submesh, known: KnownMap | None, splits: int, task: Task
+    piece: Submesh,
+    result: Flattening,
+    part: Submesh,
+    known: KnownMap | None,
+    splits: int,
+    options: ChartOptions,
 ) -> list[_Cut]:
     """A part of a piece; one that is to be flattened anew is cut to the tips that the piece's map shrinks."""
     if known is None and len(part.F) >= LITTLE * len(piece.F):
         change = MapMeasure(part, uv_of_part(result.uv, piece, part))
-        if change.stretch > REUSED_STRETCH and len(seams := _to_tips(part, change, splits, task)):
+        if change.stretch > REUSED_STRETCH and len(seams := _to_tips(part, change, splits, options)):
             return _anew(part.cut_along(seams))
     return [(part, known)]
 
@@ -370,38 +385,38 @@ def _anew(parts: list[Submesh]) -> list[_Cut]:
     return [(part, None) for part in parts]
 
 
-def _disks(piece: Submesh, task: Task) -> list[Submesh]:
+def _disks(piece: Submesh, options: ChartOptions) -> list[Submesh]:
     """The piece with its holes joined by the shortest seams."""
     if len(piece.topology.loops) == 1:
         return [piece]
-    return piece.cut_along(replace(task, trade=0.0, holes=False).seams_of(piece))
+    return piece.cut_along(replace(options, trade=0.0, holes=False).seams_of(piece))
 
 
-def _less_flipped(piece: Submesh, flips: int, splits: int, task: Task) -> list[Submesh]:
+def _less_flipped(piece: Submesh, flips: int, splits: int, options: ChartOptions) -> list[Submesh]:
     """The piece cut further, and after some rounds halved; nothing where no seam is found."""
     if splits < (MAX_LEAF_ROUNDS if flips <= MANY_FLIPS * len(piece.F) else FEW_ROUNDS):
-        leaves = _more_leaves(piece, task)
+        leaves = _more_leaves(piece, options)
         return piece.cut_along(leaves) if len(leaves) else []
-    return bisect(piece) if splits < task.most_splits else []
+    return bisect(piece) if splits < options.most_splits else []
 
 
-def _less_stretched(piece: Submesh, splits: int, task: Task) -> list[Submesh]:
+def _less_stretched(piece: Submesh, splits: int, options: ChartOptions) -> list[Submesh]:
     """The piece cut further, and from some number of cuts on halved; nothing where that cannot be."""
-    if splits < MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, task)):
+    if splits < MAX_LEAF_ROUNDS and len(leaves := _more_leaves(piece, options)):
         return piece.cut_along(leaves)
     return bisect(piece) if splits < MAX_SPLITS_FOR_STRETCH else []
 
 
-def _more_leaves(piece: Submesh, task: Task) -> IntArray:
+def _more_leaves(piece: Submesh, options: ChartOptions) -> IntArray:
     """More seams for a piece with flips: `trade` is doubled until `find_seams` finds some."""
-    trades = max(task.trade, 1.0) * 2.0 ** np.arange(TRADE_DOUBLINGS)
-    found = (replace(task, trade=t).seams_of(piece, disks=True) for t in trades)
+    trades = max(options.trade, 1.0) * 2.0 ** np.arange(TRADE_DOUBLINGS)
+    found = (replace(options, trade=t).seams_of(piece, disks=True) for t in trades)
     return next((seams for seams in found if len(seams)), np.zeros((0, 2), dtype=np.int64))
 
 
-def _flattened_without_flips(piece: Submesh, result: Flattening, task: Task) -> Flattening:
+def _flattened_without_flips(piece: Submesh, result: Flattening, options: ChartOptions) -> Flattening:
     """The map with guarantee='injective', for a piece that no seam keeps from flipping."""
-    surer = guaranteed(task.method)
+    surer = guaranteed(options.method)
     if surer is None:
         return result
     warnings.warn(

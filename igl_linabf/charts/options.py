@@ -1,22 +1,110 @@
-"""What is asked of the charts of a surface."""
+"""What is asked of the seams and charts of a surface."""
 
-from dataclasses import dataclass
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from .._types import FloatArray, IntArray
+from ..errors import is_number
 from ..flattening import Isometric, Method
 from ..surface import Submesh
 from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH
-from .seams import seams_of
+from .cones import Cones, GivenCones
+from .features import Hiding
+from .seams import TRADE, check_trade, seams_of
 from .splitting import MAX_SPLITS
 
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
 
 
+@dataclass(frozen=True, eq=False)
+class Seams:
+    """Where `unwrap` cuts, and what for; `seams=edges` is short for `Seams(edges)`.
+
+    Attributes
+    ----------
+    at : (#E, 2) int or (#F, 3) bool, optional
+        The edges to cut, as `cut` takes them; a mask has the shape of `F`. By default `find_seams`
+        finds them. If a chart has flipped faces, its seams are extended; if that does not help,
+        `guarantee="injective"` is used.
+    trade : float
+        As in `find_seams`: larger allows longer seams for less stretch.
+    hide : (3,) or (#F,) float, or "back", optional
+        As in `find_seams`: a direction, as `[0, -1, 0]` for what looks back if the front looks to +y, or
+        a weight for each face, or "back" of a head or figure. The seams that are found prefer the faces
+        of that side.
+    holes : bool
+        Leave holes uncut, if the edges are not given.
+    complete : bool
+        The given edges are a beginning: the others that handles, closed pieces and stretch need are found.
+    max_stretch : float, optional
+        Cut or split charts, beyond given edges, too, until the L2 stretch of each is at most this.
+        At least 1; by default stretch is only weighed against seam length.
+    bijective : bool
+        If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting
+        it. The chart's `cost` is the increase of F/3nt. Charts with holes are split, and those for
+        which that takes too long or would stretch them by more than a fifth.
+
+    Raises
+    ------
+    ValueError
+        `trade` or `max_stretch` is out of its range, or there is nothing to complete.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> short, long = (igl_linabf.unwrap(V, F, Seams(trade=trade)).seam_length for trade in (0, 30))
+    >>> short < long
+    True
+    """
+
+    at: ArrayLike | None = None
+    _: KW_ONLY
+    trade: float = TRADE
+    hide: Hiding | None = None
+    holes: bool = False
+    complete: bool = False
+    max_stretch: float | None = None
+    bijective: bool = False
+
+    def __post_init__(self) -> None:
+        check_trade(self.trade)
+        if self.max_stretch is not None and not is_number(self.max_stretch, 1):
+            raise ValueError(f"max_stretch is {self.max_stretch!r}: give an L2 stretch from 1 (none) upwards")
+        if self.complete and self.at is None:
+            raise ValueError("complete is for seams that are a beginning: give their edges, or leave it out")
+
+    @property
+    def are_found(self) -> bool:
+        """Whether seams are found, all or beyond the given ones."""
+        return self.at is None or self.complete
+
+
+def asked_for(
+    seams: Seams | ArrayLike | None, cones: Cones | GivenCones | None
+) -> tuple[Seams, Cones | None]:
+    """The objects that short forms stand for.
+
+    Raises
+    ------
+    ValueError
+        Both seams and cones are given.
+    """
+    if cones is not None and seams is not None:
+        raise ValueError(
+            "cones= does not go together with seams=, as seams run through the cones: leave out one of them"
+        )
+    asked = seams if isinstance(seams, Seams) else Seams(seams)
+    return asked, cones if cones is None or isinstance(cones, Cones) else Cones(cones)
+
+
 @dataclass(frozen=True)
-class Task:
-    """Arguments of `unwrap`, and whether more seams may be found."""
+class ChartOptions:
+    """What `unwrap` asks of charts, and whether more seams may be found."""
 
     method: Method
     may_find_seams: bool
@@ -25,6 +113,13 @@ class Task:
     bijective: bool
     max_stretch: float | None
     hidden: FloatArray | None
+
+    @classmethod
+    def of(cls, method: Method, seams: Seams, hidden: FloatArray | None) -> ChartOptions:
+        """Of a call of `unwrap`; `hidden` as of `hiding_weights`."""
+        return cls(
+            method, seams.are_found, seams.trade, seams.holes, seams.bijective, seams.max_stretch, hidden
+        )
 
     def seams_of(
         self,
@@ -35,7 +130,7 @@ class Task:
         part_overlaps: bool = False,
         panels: bool = False,
     ) -> IntArray:
-        """`seams_of` a piece, as the task wants them; `part_overlaps` only if overlapping maps are cut."""
+        """`seams_of` a piece, as these options want; `part_overlaps` only if overlapping maps are cut."""
         isometric = isinstance(self.method, Isometric)
         return seams_of(
             piece,

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from .._core import lengths
 from .._runtime import Progress, progress_part, reporting
 from .._types import FloatArray, IntArray
-from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, is_number, stack_level
+from ..errors import FallbackWarning, MeshWarning, OutcomeWarning, stack_level
 from ..flattening import Method, method_of
 from ..measures import Quality, quality_of
 from ..surface import Ragged, Submesh, cleaned_surface, complex_positions, signed_double_areas, unrepaired
@@ -29,13 +29,13 @@ from .atlas import (
     split_polygons,
 )
 from .charting import CHARTS_END, SEAMS_END, charts_of, pieces_of
-from .cones import NO_CONES, ConeAngles, ConeCharts, ConeOptions, GivenCones, charts_with_cones
-from .features import Hiding, hiding_weights
-from .options import Task
+from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, charts_with_cones
+from .features import hiding_weights
+from .options import ChartOptions, Seams, asked_for
 from .packing import (
     MOST_TRIAL_CHARTS,
-    PADDING,
     PackedChart,
+    Packing,
     Wish,
     cut_for_fill,
     cut_to_fit,
@@ -44,7 +44,6 @@ from .packing import (
     pack_quickly,
 )
 from .periodic import with_period
-from .seams import TRADE
 
 MARGINS = 0.64  # share of the square that margins around all charts may take
 SURE = 0.88  # of the page that a trial takes is what a search among more places hardly goes below
@@ -54,23 +53,11 @@ SPARSE = 0.57  # of a page is what many charts take of it where one of them may 
 def unwrap(
     V: ArrayLike,
     F: ArrayLike,
-    seams: ArrayLike | None = None,
+    seams: Seams | ArrayLike | None = None,
     method: str | Method = "linabf",
     *,
-    cones: GivenCones | None = None,
-    cone_angles: ConeAngles = None,
-    trade: float = TRADE,
-    holes: bool = False,
-    bijective: bool = False,
-    margin: float = 0.005,
-    resolution: int | None = None,
-    padding: float = PADDING,
-    texel_density: float | None = None,
-    pages: int | None = None,
-    period: float | None = None,
-    max_stretch: float | None = None,
-    complete: bool = False,
-    hide: Hiding | None = None,
+    cones: Cones | GivenCones | None = None,
+    packing: Packing | None = None,
     weld: float | None = None,
     strict: bool = False,
     progress: Progress = None,
@@ -84,57 +71,18 @@ def unwrap(
     F : (#F, 3) or (#F, k) int, or list of lists of int
         Any triangles, quadrangles or polygons. Those that are no clean oriented manifold are made one, as
         `clean` does. Seams run along the edges of polygons, never along the diagonals that split them.
-    seams : (#E, 2) int or (#F, 3) bool, optional
-        Where to cut, as `cut` takes them; a mask has the shape of `F`. By default `find_seams`
-        finds them. If a chart has flipped faces, its seams are extended; if that does not help,
-        `guarantee="injective"` is used.
+    seams : Seams, (#E, 2) int or (#F, 3) bool, optional
+        Where to cut, as `cut` takes edges and masks, or `Seams` with options: how long seams may be for less
+        stretch (`Seams(trade=30)`), where they hide, and what happens to holes, stretch and overlaps. By
+        default `find_seams` finds them.
     method : str or method object
         As in `flatten`.
-    cones : (#C,) int, int or "auto", optional
-        Interior vertices that keep all curvature, or how many `find_cones` is to find on each
-        component; "auto" is as many as pay. The seam is then a tree through them and the holes,
-        with loops that open the handles, and in the map both sides of each seam edge are equally
-        long (docs/cones.md). Needs "linabf" or "abf". Not with `seams`, `holes`,
-        `bijective`, `max_stretch`, `complete`.
-    cone_angles : (#C,) float or "quarter", optional
-        Angle sums at the cones, radians. By default those of the conformal map that has one scale
-        at all cones and the boundary. "quarter": multiples of 90 degrees that need little stretch.
-        Then both sides of a seam also differ by turns of multiples of 90 degrees.
-    trade : float
-        As in `find_seams`: larger allows longer seams for less stretch.
-    holes : bool
-        Leave holes uncut, if `seams` is not given.
-    bijective : bool
-        If a chart overlaps itself, move its parts apart with `make_bijective` instead of splitting
-        it. The chart's `cost` is the increase of F/3nt. Charts with holes are split, and those for
-        which that takes too long or would stretch them by more than a fifth.
-    margin : float
-        Distance between charts, and to the border, as a share of the unit square's side. If there are
-        too many charts for it, a smaller one is used, with a warning.
-    resolution : int, optional
-        Texels along a page's side. Distances are then given by `padding`, not by `margin`, and charts of
-        many limbs are cut further where a fuller page is worth the seam, as `trade` says.
-    padding : float
-        Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
-        charts share a texel of a bilinear lookup. Needs `resolution`.
-    texel_density : float, optional
-        Texels per unit of length of V, on average over a chart; needs `resolution`. Charts that are larger
-        than a page are cut, unless `seams` are given. By default charts are as large as the pages hold.
-    pages : int, optional
-        Pages to use; with `texel_density` at most, and by default as many as it takes. Page k is the
-        unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
-    period : float, optional
-        That of a texture, as a share of the page's side, for cones in quarter turns: all seams then shift it
-        by whole periods, so that it goes on across them. The map moves by about half a period.
-    max_stretch : float, optional
-        Cut or split charts, beyond given `seams`, too, until the L2 stretch of each is at most this.
-        At least 1; by default stretch is only weighed against seam length.
-    complete : bool
-        `seams` are a beginning: the others that handles, closed pieces and stretch need are found.
-    hide : (3,) or (#F,) float, or "back", optional
-        As in `find_seams`: a direction, as `[0, -1, 0]` for what looks back if the front looks to +y, or
-        a weight for each face, or "back" of a head or figure. The seams that are found prefer the faces
-        of that side.
+    cones : Cones, (#C,) int, int or "auto", optional
+        Vertices that keep all curvature, or how many are to be found on each component, or `Cones` with
+        their angles and the period of a texture. Needs "linabf" or "abf". Not with `seams`.
+    packing : Packing, optional
+        The texture's resolution, distances between charts, texel density and pages. By default charts fill
+        one page with a margin.
     weld : float, optional
         As in `clean`.
     strict : bool
@@ -154,11 +102,10 @@ def unwrap(
         A cone is no interior vertex, or the cones are too few, or their angles do not obey
         Gauss-Bonnet; the message has the numbers that do. The period is too long for the distances of
         the cones; the message has one that is not. With `strict`, also: the surface is no
-        oriented manifold, or a face has no area. With `texel_density`, also: the charts do not fit on the
+        oriented manifold, or a face has no area. With a texel density, also: the charts do not fit on the
         pages.
     ValueError
-        `trade`, `margin`, `period`, `max_stretch`, `weld` or a number of the packing is out of its range, or
-        options do not go together.
+        `weld` is out of its range, or options do not go together.
 
     Warns
     -----
@@ -174,9 +121,7 @@ def unwrap(
     >>> atlas = unwrap(V, F)
     >>> len(atlas.charts), atlas.good, atlas.FTC.shape
     (1, True, (20, 3))
-    >>> atlas = unwrap(V, F, cones=4, cone_angles="quarter")
-    >>> bool(atlas.seam_mismatch < 1e-6), float(atlas.cone_angles.sum() / np.pi)  # 4 x 2 pi, less 4 pi
-    (True, 4.0)
+    >>> atlas = unwrap(V, F, packing=Packing(resolution=1024, padding=2))
 
     A cube of quadrangles comes back as quadrangles:
 
@@ -185,26 +130,13 @@ def unwrap(
     >>> unwrap(V, F).FTC.shape
     (6, 4)
     """
-    if cones is None and cone_angles is not None:
-        raise ValueError("cone_angles are those of cones: give cones=, their vertices or a number of them")
-    if cones is not None:
-        asked = {"seams": seams is not None, "holes": holes, "bijective": bijective, "complete": complete}
-        asked["max_stretch"] = max_stretch is not None
-        if any(asked.values()):
-            listed = ", ".join(name for name, given in asked.items() if given)
-            raise ValueError(f"cones= does not go together with {listed}: its seams run through the cones")
-    of_cones = cones is not None and cone_angles is not None
-    if period is not None and not (of_cones and is_number(period, 0, 0.5, above=True)):
-        raise ValueError(
-            f"period is {period!r}: give a share of the page's side, above 0 and at most a half, with "
-            'cones and cone_angles="quarter"'
-        )
-    if max_stretch is not None and not is_number(max_stretch, 1):
-        raise ValueError(f"max_stretch is {max_stretch!r}: give an L2 stretch from 1 (none) upwards")
-    wish = Wish.of(margin, resolution, padding, texel_density, pages)
+    asked, wanted = asked_for(seams, cones)
+    wish, given_seams = Wish.of(packing), asked.at
     split = split_polygons(V, F)
     if split is not None:
-        F, seams = split.F, None if seams is None else mask_of_triangles(seams, split, len(np.asarray(V)))
+        F = split.F
+        if given_seams is not None:
+            given_seams = mask_of_triangles(given_seams, split, len(np.asarray(V)))
     if strict:
         surface = Submesh.checked_manifold(V, F)
         cleaned = unrepaired(surface)
@@ -218,24 +150,23 @@ def unwrap(
         warnings.warn(f"the mesh is repaired: {listed}", MeshWarning, stacklevel=stack_level())
     if not len(surface.F):
         return atlas_of_polygons(empty_atlas(cleaned, given), split)
-    finds = seams is None or complete
     face = np.arange(len(given)) if split is None else split.face
-    hidden = hiding_weights(surface, hide, face)
-    task = Task(method_of(method), finds, trade, holes, bijective, max_stretch, hidden)
+    options = ChartOptions.of(method_of(method), asked, hiding_weights(surface, asked.hide, face))
     with reporting(progress):
-        if cones is None:
+        if wanted is None:
             with progress_part("seams", SEAMS_END):
-                pieces, kept = pieces_of(surface, cleaned, seams, given, task)
-            made = ConeCharts(charts_of(pieces, kept, task), *NO_CONES)
+                pieces, kept = pieces_of(surface, cleaned, given_seams, given, options)
+            made = ConeCharts(charts_of(pieces, kept, options), *NO_CONES)
         else:
-            wanted = ConeOptions.checked(cones, cone_angles, surface, cleaned)
-            made = charts_with_cones(surface, wanted, task.method, (SEAMS_END, CHARTS_END))
+            placed = SurfaceCones.of(wanted, surface, cleaned)
+            made = charts_with_cones(surface, placed, options.method, (SEAMS_END, CHARTS_END))
         with progress_part("packing", 1.0):
-            wish = replace(wish.in_units(2.0**cleaned.power), upright=cone_angles is not None)
-            may_cut = resolution is not None and task.may_find_seams and cones is None
+            upright, period = (False, None) if wanted is None else (wanted.angles is not None, wanted.period)
+            wish = replace(wish.in_units(2.0**cleaned.power), upright=upright)
+            may_cut = wish.resolution is not None and options.may_find_seams and wanted is None
             charts = cut_to_fit(made.charts, wish) if may_cut and wish.side is not None else made.charts
             if may_cut and wish.side is None:
-                atlas = _full(surface, charts, wish, task)
+                atlas = _full(surface, charts, wish, options)
             elif period is None:
                 atlas = replace(_packed(surface, charts, wish), cones=made.cones)
             else:
@@ -246,7 +177,7 @@ def unwrap(
                     return replace(_packed(surface, charts, roomy), cones=made.cones)
 
                 atlas = with_period(surface, pack, pieces, period, gap)
-    atlas = replace(atlas, max_stretch=max_stretch, cone_angles=made.angles, coned=cones is not None)
+    atlas = replace(atlas, max_stretch=asked.max_stretch, cone_angles=made.angles, coned=wanted is not None)
     if not as_given:
         atlas = atlas_of_given_mesh(atlas, cleaned, given)
     atlas = atlas_of_polygons(atlas, split)
@@ -255,7 +186,7 @@ def unwrap(
     return atlas
 
 
-def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, task: Task) -> Atlas:
+def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, options: ChartOptions) -> Atlas:
     """The atlas, with charts of many limbs cut further if the fuller page is worth its seams.
 
     Many charts mostly fill the gaps of each other, so their page is looked at first.
@@ -265,7 +196,7 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, task:
         placed = _placed(done, wish)
         if fill_of(placed) > SPARSE:
             return _packed(surface, done, wish, placed)
-    parts, whole = cut_for_fill(done, wish, task.trade, task.most_stretch)
+    parts, whole = cut_for_fill(done, wish, options.trade, options.most_stretch)
     if len(parts) == len(done):
         return _packed(surface, done, wish, placed)
     fuller = _placed(parts, wish)
@@ -275,7 +206,7 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, task:
     )
     size = np.sqrt(sum(float(piece.measured[0].sum()) / 2 for _, piece in done))
     # the page of uncut charts that is as good
-    worth = 1 / fill_of(fuller) + (longer - shorter) / 2 / size / task.trade
+    worth = 1 / fill_of(fuller) + (longer - shorter) / 2 / size / options.trade
     if placed is None and SURE * whole <= worth:
         placed, moves = pack_quickly(_maps(done), wish)
     if placed is None or 1 / fill_of(placed) > worth:

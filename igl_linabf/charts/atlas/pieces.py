@@ -66,7 +66,9 @@ def flatten_piece(piece: Submesh, method: Method) -> Flattening:
     if topology.genus or not topology.loops:
         what = f"has {topology.genus} handle{'s' * (topology.genus > 1)}" if topology.loops else "is closed"
         which = f"the chart of faces {some(piece.faces)} {what}"
-        raise MeshError(f"{which}: give more seams, or complete=True, and unwrap finds the others")
+        raise MeshError(
+            f"{which}: give more seams, or Seams(edges, complete=True), and unwrap finds the others"
+        )
     n = len(piece.V)
     mesh = replace(planar_mesh_of(piece), vertices=np.arange(n), n_given=n)
     checked = perf_counter() - start

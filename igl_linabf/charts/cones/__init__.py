@@ -4,5 +4,6 @@ In: a surface. Out: cones with their angles, a seam through them, and the charts
 The conformal scale is that of Ben-Chen, Gotsman, Bunin 2008.
 """
 
-from .cone_charts import NO_CONES, ConeAngles, ConeCharts, ConeOptions, GivenCones, charts_with_cones
+from .cone_charts import NO_CONES, ConeCharts, SurfaceCones, charts_with_cones
+from .options import Cones, GivenCones
 from .placement import find_cones

@@ -7,7 +7,6 @@ from time import perf_counter
 from typing import Literal
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from ..._runtime import advance, progress_part
 from ..._types import FloatArray, IntArray
@@ -27,14 +26,11 @@ from ...surface import Cleaned, Submesh, check_finite, planar_mesh_of
 from ..atlas import Chart, flattening_of_part, uv_of_part
 from ..splitting import MAX_SPLITS, seams_of_overlaps
 from .moves import ConeMoves
+from .options import Cones
 from .placement import CONE_TRADE, ConeComponent, cone_angles_of, find_on_component
 from .quantisation import QUARTER_TURN, QuantisedCurvatures, quantise_holonomy
 from .scale import ConeScale
 from .seams import seam_through
-
-GivenCones = Literal["auto"] | ArrayLike
-ConeAngles = Literal["quarter"] | ArrayLike | None
-
 
 FEW_THIN = 0.15  # share of edges across which cotangents are negative
 COARSE = 1_000  # nodes below which there are hardly any to move to
@@ -45,8 +41,8 @@ NO_CONES = (np.zeros(0, dtype=np.int64), np.zeros(0))  # vertices and angles
 
 
 @dataclass(frozen=True, eq=False)
-class ConeOptions:
-    """The cones that are asked for.
+class SurfaceCones:
+    """The cones that are asked for, on a surface.
 
     Attributes
     ----------
@@ -60,43 +56,25 @@ class ConeOptions:
     angles: FloatArray | Literal["quarter"] | None
 
     @classmethod
-    def checked(
-        cls, cones: GivenCones, angles: ConeAngles, surface: Submesh, cleaned: Cleaned
-    ) -> ConeOptions:
-        """Check what the caller gives; its vertices become those of the repaired surface.
+    def of(cls, cones: Cones, surface: Submesh, cleaned: Cleaned) -> SurfaceCones:
+        """What the caller gives; its vertices become those of the repaired surface.
 
         Raises
         ------
         MeshError
-            A cone is no vertex of the surface, or on its boundary, or twice there; or the angles do not fit.
+            A cone is no vertex of the surface, or on its boundary, or twice there.
         """
-        given = np.asarray(cones)
-        quarter = isinstance(angles, str)
-        if quarter and angles != "quarter":
-            raise ValueError(f"cone_angles is {angles!r}: use 'quarter', an angle sum for each cone, or None")
+        given, angles = np.asarray(cones.at), cones.angles
         if given.ndim == 0:
-            found = isinstance(cones, str) and cones == "auto"
-            if not found and (given.dtype.kind not in "iu" or given < 0):
-                raise MeshError(f"cones is {cones!r}: give 'auto', a number of cones, or their vertices")
-            if angles is not None and not quarter:
-                raise MeshError(
-                    "cone_angles has angles for cones that are yet to be found: give their vertices"
-                )
-            return cls(None if found else int(given), "quarter" if quarter else None)
-        if given.ndim != 1 or (given.dtype.kind not in "iu" and given.size):
-            raise MeshError(
-                f"cones has the shape {given.shape} and the dtype {given.dtype}: give a number of cones, or "
-                "the indices of their vertices"
-            )
+            return cls(None if cones.at == "auto" else int(given), None if angles is None else "quarter")
         given = given.astype(np.int64)
         outside = (given < 0) | (given >= len(cleaned.merged))
         if outside.any():
             raise MeshError(f"cones {some(given[outside])} are not within 0..{len(cleaned.merged) - 1}")
-        wanted = None if angles is None or quarter else _sums(angles, len(given))
         cone, vertex = _where(given, surface, cleaned)
-        if wanted is not None:
-            return cls(vertex, wanted[cone])
-        return cls(vertex, "quarter" if quarter else None)
+        if angles is None or isinstance(angles, str):
+            return cls(vertex, None if angles is None else "quarter")
+        return cls(vertex, np.asarray(angles, dtype=np.float64)[cone])
 
     def on(self, component: Submesh) -> ComponentCones:
         """The cones on a component."""
@@ -171,23 +149,6 @@ def _asked(chosen: ComponentCones) -> FloatArray:
     return sums
 
 
-def _sums(angles: ArrayLike, n: int) -> FloatArray:
-    """Angle sums of `n` cones, checked."""
-    array = np.asarray(angles)
-    if array.shape != (n,) or array.dtype.kind not in "iuf":
-        raise MeshError(
-            f"cone_angles has the shape {array.shape} for {n} cones: give a number of radians for each"
-        )
-    sums = array.astype(np.float64)
-    bad = np.flatnonzero(~(np.isfinite(sums) & (sums > 0)))
-    if len(bad):
-        raise MeshError(
-            f"cone_angles {some(bad)} are not positive (the first: {sums[bad[0]]:g}): an angle sum is "
-            "above zero; a cone of curvature k has 2 pi - k"
-        )
-    return sums
-
-
 def _where(given: IntArray, surface: Submesh, cleaned: Cleaned) -> tuple[IntArray, IntArray]:
     """For each vertex of the repaired surface that a cone became, which cone it was, and the vertex."""
     own = cleaned.merged[cleaned.origin]  # which vertex the caller may mean by each of the surface's
@@ -231,7 +192,7 @@ class ConeCharts:
 
 
 def charts_with_cones(
-    surface: Submesh, cones: ConeOptions, method: Method, ends: tuple[float, float]
+    surface: Submesh, cones: SurfaceCones, method: Method, ends: tuple[float, float]
 ) -> ConeCharts:
     """Cut each component along a seam through its cones, and flatten it.
 
@@ -294,7 +255,7 @@ def _flattened(
 
 def _none_found(chosen: ComponentCones, quarter: bool, why: str) -> str:
     """The message: no map has these cones."""
-    other = "leave out cone_angles='quarter'" if quarter else "cut along seams instead"
+    other = "leave out angles='quarter'" if quarter else "cut along seams instead"
     return (
         f"no map with the {len(chosen.own)} cones {some(chosen.place.component.vertices[chosen.own])} was "
         f"found: give more cones, or {other} ({why})"

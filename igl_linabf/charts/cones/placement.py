@@ -328,7 +328,7 @@ def cone_angles_of(
         if total is not None and not abs((2 * np.pi - angle).sum() - total) < 1e-6:
             right = 2 * np.pi * len(cones) - total
             raise MeshError(
-                f"cone_angles at vertices {some(names)} sum to {angle.sum():.6g} rad; on a closed surface of "
+                f"the angles of cones at vertices {some(names)} sum to {angle.sum():.6g} rad; on a closed surface of "
                 f"Euler characteristic {component.topology.characteristic}, those of {len(cones)} cones "
                 f"have to sum to {right:.6g} (Gauss-Bonnet): change them by {right - angle.sum():+.6g} in all"
                 + (", or from degrees to radians" if np.isclose(np.deg2rad(angle).sum(), right) else "")
@@ -358,6 +358,6 @@ def cone_angles_of(
             f"the angle sum of {len(bad)} of {len(cones)} cones is outside of what triangles can have: at "
             f"vertex {names[i]} it {given} {angle[i]:.4g} rad, and must be within 0 and {around[i]} pi = "
             f"{np.pi * around[i]:.4g}: give more cones near vertices {some(names[bad])}, or {other} "
-            "cone_angles"
+            "angles"
         )
     return np.asarray(angle), scale, quarters

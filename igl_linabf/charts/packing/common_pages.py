@@ -12,18 +12,10 @@ from ...errors import MeshError
 from ...surface import Ragged, complex_positions, coordinates
 from ..atlas import Atlas
 from .packing import Wish, pack_maps
-from .spacing import PADDING
+from .spacing import Packing
 
 
-def pack_together(
-    atlases: Sequence[Atlas],
-    *,
-    margin: float = 0.005,
-    resolution: int | None = None,
-    padding: float = PADDING,
-    texel_density: float | None = None,
-    pages: int | None = None,
-) -> list[Atlas]:
+def pack_together(atlases: Sequence[Atlas], packing: Packing | None = None) -> list[Atlas]:
     """Pack the charts of several atlases onto common pages, at one scale for all surfaces.
 
     Meshes of one scene then share a texture. A single atlas is packed again, for another resolution.
@@ -32,13 +24,8 @@ def pack_together(
     ----------
     atlases : sequence of Atlas
         As `unwrap` returns them.
-    margin : float
-    resolution : int, optional
-    padding : float
-    texel_density : float, optional
-        Texels per unit of length of all surfaces.
-    pages : int, optional
-        As in `unwrap`, like the others.
+    packing : Packing, optional
+        Its texel density is that of all surfaces.
 
     Returns
     -------
@@ -48,21 +35,21 @@ def pack_together(
     Raises
     ------
     MeshError
-        With `texel_density`: the charts do not fit on the pages.
+        With a texel density: the charts do not fit on the pages.
     ValueError
-        A number is out of its range.
+        `packing` is none.
 
     Examples
     --------
     >>> import igl, igl_linabf
     >>> V, F = igl.icosahedron()
-    >>> large, small = pack_together([igl_linabf.unwrap(W, F) for W in (2 * V, V)], resolution=512)
+    >>> both = [igl_linabf.unwrap(W, F) for W in (2 * V, V)]
+    >>> large, small = pack_together(both, igl_linabf.Packing(resolution=512))
     >>> round(large.scale / small.scale, 9), round(large.fill / small.fill, 6)
     (1.0, 4.0)
     """
-    wish = Wish.of(margin, resolution, padding, texel_density, pages)
     parted = [_charts_of(atlas) for atlas in atlases]
-    placed = pack_maps([chart for charts, _ in parted for chart in charts], wish)
+    placed = pack_maps([chart for charts, _ in parted for chart in charts], Wish.of(packing))
     if not placed:
         return list(atlases)
     last = max(p.page for p in placed) + 1

@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from ..._core import narrowest_turns
 from ..._types import ComplexArray, FloatArray, IntArray
-from ...errors import MeshError, is_number
+from ...errors import MeshError
 from ...surface import Ragged, Submesh, complex_positions, coordinates, signed_double_areas
 from .layout_search import FEW, Charts, Layout, fixed_layout, largest_layout
 from .outlines import areas, extents, outlines
-from .spacing import PADDING, Spacing
+from .spacing import Packing, Spacing
 
 UDIM_ROW = 10  # pages side by side
 ALL_TURNS = np.exp(0.5j * np.pi * np.arange(1000) / 1000)  # of a quarter, for a single chart
@@ -46,15 +46,7 @@ class PackedChart:
     page: int = 0
 
 
-def pack(
-    charts: Sequence[tuple[ArrayLike, ArrayLike]],
-    *,
-    margin: float = 0.005,
-    resolution: int | None = None,
-    padding: float = PADDING,
-    texel_density: float | None = None,
-    pages: int | None = None,
-) -> list[PackedChart]:
+def pack(charts: Sequence[tuple[ArrayLike, ArrayLike]], packing: Packing | None = None) -> list[PackedChart]:
     """Pack charts into the unit square by similarities of one common scale, without mirroring.
 
     Parameters
@@ -62,13 +54,8 @@ def pack(
     charts : sequence of (uv, F)
         Coordinates (#V, 2) float and triangles (#F, 3) int of each chart, at the relative scale
         they shall keep (that of their 3-D areas).
-    margin : float
-    resolution : int, optional
-    padding : float
-    texel_density : float, optional
-        Texels per unit of length of `uv`.
-    pages : int, optional
-        As in `unwrap`, like the others.
+    packing : Packing, optional
+        Its texel density is per unit of length of `uv`.
 
     Returns
     -------
@@ -90,7 +77,7 @@ def pack(
     >>> placed = pack([square] * 4)
     >>> sum(chart.area for chart in placed) > 0.95
     True
-    >>> [chart.page for chart in pack([square] * 3, resolution=64, texel_density=40)]
+    >>> [chart.page for chart in pack([square] * 3, Packing(resolution=64, texel_density=40))]
     [0, 1, 2]
     """
     given = []
@@ -99,8 +86,7 @@ def pack(
             given.append(Submesh.checked(uv, F, 2, "uv"))
         except MeshError as error:
             raise MeshError(f"chart {i}: {error}") from None
-    wish = Wish.of(margin, resolution, padding, texel_density, pages)
-    placed = pack_maps([(chart.V, chart.F) for chart in given], wish)
+    placed = pack_maps([(chart.V, chart.F) for chart in given], Wish.of(packing))
     return [replace(p, uv=chart.scatter(p.uv)) for chart, p in zip(given, placed, strict=True)]
 
 
@@ -130,25 +116,16 @@ class Wish:
     unit: float = 1.0
 
     @classmethod
-    def of(
-        cls,
-        margin: float,
-        resolution: int | None,
-        padding: float,
-        texel_density: float | None,
-        pages: int | None,
-    ) -> Wish:
-        """The arguments of `unwrap`, checked."""
-        spacing = Spacing.of(margin, resolution, padding)
-        if not (pages is None or (isinstance(pages, int | np.integer) and is_number(pages, 1))):
-            raise ValueError(f"pages is {pages!r}: give a whole number from 1 upwards, or None")
-        if texel_density is None:
-            return cls(spacing, None, 1 if pages is None else pages, resolution)
-        if resolution is None:
-            raise ValueError("texel_density needs a resolution: give the texels along a page's side, too")
-        if not is_number(texel_density, 0, np.finfo(float).max, above=True):
-            raise ValueError(f"texel_density is {texel_density!r}: give texels per unit of length, above 0")
-        return cls(spacing, resolution / texel_density, pages, resolution)
+    def of(cls, packing: Packing | None) -> Wish:
+        """What the caller asks for; by default one page with a margin."""
+        if packing is None:
+            packing = Packing()
+        if not isinstance(packing, Packing):
+            raise ValueError(f"packing is {packing!r}: give igl_linabf.Packing(resolution=1024), or another")
+        resolution, pages = packing.resolution, packing.pages
+        if packing.texel_density is None or resolution is None:
+            return cls(packing.spacing, None, 1 if pages is None else pages, resolution)
+        return cls(packing.spacing, resolution / packing.texel_density, pages, resolution)
 
     def in_units(self, length: float) -> Wish:
         """The same, for charts that have been scaled by `length`."""

@@ -1,12 +1,15 @@
-"""What lies between charts: of a page's side, or in texels."""
+"""How a caller wants charts to be packed, and what lies between them on a page."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
+import numpy as np
+
 from ...errors import is_number
 
 PADDING = 2.0  # texels, where none are asked for
+MARGIN = 0.005  # of the side between two charts, where no resolution is given
 WIDEST = 0.1  # of the side between two charts
 
 
@@ -25,39 +28,6 @@ class Spacing:
     gap: float
     border: float
 
-    @classmethod
-    def of(cls, margin: float, resolution: int | None, padding: float) -> Spacing:
-        """The margin on all sides; or, with a resolution, the padding, half of it at the border.
-
-        A point's bilinear footprint reaches less than a texel far, so charts two texels apart share none.
-
-        Raises
-        ------
-        ValueError
-            One is out of its range.
-        """
-        if resolution is None:
-            if not is_number(margin, 0, WIDEST):
-                raise ValueError(
-                    f"margin is {margin!r}: give a share of the square's side, from 0 to {WIDEST}"
-                )
-            if not (is_number(padding) and padding == PADDING):
-                raise ValueError(
-                    f"padding is {padding!r}, and texels need a resolution: give the texels along a page's "
-                    "side, too, or a margin instead"
-                )
-            return cls(margin, margin)
-        if not is_number(resolution, 1, whole=True):
-            raise ValueError(
-                f"resolution is {resolution!r}: give the texels along a square page's side, like 1024"
-            )
-        most = WIDEST * resolution
-        if not is_number(padding, 0, most):
-            raise ValueError(
-                f"padding is {padding!r} texels of {resolution} along a page: give 0 to {most:g}"
-            )
-        return cls(padding / resolution, padding / resolution / 2)
-
     @property
     def inner(self) -> float:
         """The side of what charts may cover."""
@@ -70,3 +40,92 @@ class Spacing:
     def at_most(self, gap: float) -> Spacing:
         """The same, made smaller in proportion, if the gap is larger than this."""
         return self if self.gap <= gap else Spacing(gap, self.border * gap / self.gap)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Packing:
+    """How `unwrap` and `pack_together` pack charts: for a texture, or into the unit square with a margin.
+
+    Attributes
+    ----------
+    resolution : int, optional
+        Texels along a page's side. Distances are then given by `padding`, not by `margin`, and `unwrap` cuts
+        charts of many limbs further where a fuller page is worth the seam, as `Seams.trade` says.
+    padding : float
+        Texels between two charts, in u or in v, and half as many to the border. With 2 or more no two
+        charts share a texel of a bilinear lookup. Needs `resolution`.
+    texel_density : float, optional
+        Texels per unit of length of V, on average over a chart; needs `resolution`. `unwrap` cuts charts that
+        are larger than a page, unless seams are given. By default charts are as large as the pages hold.
+    pages : int, optional
+        Pages to use; with `texel_density` at most, and by default as many as it takes. Page k is the
+        unit square above and right of (k % 10, k // 10), as UDIM tile 1001 + k.
+    margin : float
+        Distance between charts, and to the border, as a share of the unit square's side, without a
+        `resolution`. If there are too many charts for it, `unwrap` takes a smaller one, with a warning.
+
+    Raises
+    ------
+    ValueError
+        A number is out of its range, or one needs another that is not given.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> atlas = igl_linabf.unwrap(V, F, packing=Packing(resolution=1024, texel_density=100))
+    >>> round(atlas.scale * 1024, 6), atlas.pages
+    (100.0, 1)
+    """
+
+    resolution: int | None = None
+    padding: float = PADDING
+    texel_density: float | None = None
+    pages: int | None = None
+    margin: float = MARGIN
+
+    def __post_init__(self) -> None:
+        resolution, padding, density = self.resolution, self.padding, self.texel_density
+        if not is_number(self.margin, 0, WIDEST):
+            raise ValueError(
+                f"margin is {self.margin!r}: give a share of the square's side, from 0 to {WIDEST}"
+            )
+        if resolution is None:
+            if not (is_number(padding) and padding == PADDING):
+                raise ValueError(
+                    f"padding is {padding!r}, and texels need a resolution: give the texels along a page's "
+                    "side, too, or a margin instead"
+                )
+        else:
+            if not is_number(resolution, 1, whole=True):
+                raise ValueError(
+                    f"resolution is {resolution!r}: give the texels along a square page's side, like 1024"
+                )
+            if self.margin != MARGIN:
+                raise ValueError(
+                    f"margin is {self.margin!r}, and with a resolution distances are in texels: "
+                    "give padding instead"
+                )
+            most = WIDEST * resolution
+            if not is_number(padding, 0, most):
+                raise ValueError(
+                    f"padding is {padding!r} texels of {resolution} along a page: give 0 to {most:g}"
+                )
+        pages = self.pages
+        if not (pages is None or (isinstance(pages, int | np.integer) and is_number(pages, 1))):
+            raise ValueError(f"pages is {pages!r}: give a whole number from 1 upwards, or None")
+        if density is not None:
+            if resolution is None:
+                raise ValueError("texel_density needs a resolution: give the texels along a page's side, too")
+            if not is_number(density, 0, np.finfo(float).max, above=True):
+                raise ValueError(f"texel_density is {density!r}: give texels per unit of length, above 0")
+
+    @property
+    def spacing(self) -> Spacing:
+        """The margin on all sides; or, with a resolution, the padding, half of it at the border.
+
+        A point's bilinear footprint reaches less than a texel far, so charts two texels apart share none.
+        """
+        if self.resolution is None:
+            return Spacing(self.margin, self.margin)
+        return Spacing(self.padding / self.resolution, self.padding / self.resolution / 2)

@@ -53,7 +53,7 @@ class SeamSides:
         if len(off):
             raise MeshError(
                 f"the seam at vertices {some(surface.vertices[vertex[off, 0]])} turns by no multiple of 90 "
-                'degrees, and no texture goes on across it: use cone_angles="quarter"; if the map did not '
+                'degrees, and no texture goes on across it: use angles="quarter"; if the map did not '
                 "reach them, give more cones"
             )
         return cls(vertex, first, second, turn, (z[second] - turn[:, None] * z[first]).mean(axis=1))

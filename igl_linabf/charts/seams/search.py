@@ -166,10 +166,17 @@ def find_seams(
     >>> find_seams(V, F, trade=0).shape  # a path from one vertex to the opposite one
     (3, 2)
     """
+    check_trade(trade)
     surface = Submesh.checked_manifold(V, F)
     hidden = hiding_weights(surface, hide, np.arange(len(surface.F)))
     isometric = isinstance(method_of(method), Isometric)
     return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
+
+
+def check_trade(trade: float) -> None:
+    """Refuse what is no price of seams."""
+    if not is_number(trade, 0):
+        raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
 
 
 def seams_of(
@@ -192,8 +199,6 @@ def seams_of(
     `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
     `panels`: so are those that are made of panels; with rounded creases only if no seams are to be hidden.
     """
-    if not is_number(trade, 0):
-        raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
     found, known = [np.zeros((0, 2), dtype=np.int64)], None
     if panels and trade > 0 and not holes:
         of_panels, creased = _of_panels(CreasedSurface(surface, hidden), trade)

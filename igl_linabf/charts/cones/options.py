@@ -1,0 +1,92 @@
+"""Which cones a caller wants."""
+
+from __future__ import annotations
+
+from dataclasses import KW_ONLY, dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from ...errors import MeshError, is_number, some
+
+GivenCones = Literal["auto"] | ArrayLike
+ConeAngles = Literal["quarter"] | ArrayLike | None
+
+
+@dataclass(frozen=True, eq=False)
+class Cones:
+    """Vertices that keep all curvature when `unwrap` flattens the rest; `cones=4` is short for `Cones(4)`.
+
+    The seam is a tree through them and the holes, with loops that open the handles. In the map both sides of
+    each seam edge are equally long (docs/cones.md).
+
+    Attributes
+    ----------
+    at : (#C,) int, int or "auto"
+        Interior vertices, or how many `find_cones` is to find on each component; "auto" is as many as pay.
+    angles : (#C,) float or "quarter", optional
+        Angle sums at the cones, radians. By default those of the conformal map that has one scale
+        at all cones and the boundary. "quarter": multiples of 90 degrees that need little stretch.
+        Then both sides of a seam also differ by turns of multiples of 90 degrees.
+    period : float, optional
+        That of a texture, as a share of the page's side, for cones in quarter turns: all seams then shift it
+        by whole periods, so that it goes on across them. The map moves by about half a period.
+
+    Raises
+    ------
+    MeshError
+        The vertices or their angles are malformed.
+    ValueError
+        `period` is out of its range, or one of the options needs another that is not given.
+
+    Examples
+    --------
+    >>> import igl, igl_linabf
+    >>> V, F = igl.icosahedron()
+    >>> atlas = igl_linabf.unwrap(V, F, cones=Cones(4, angles="quarter"))
+    >>> bool(atlas.seam_mismatch < 1e-6), float(atlas.cone_angles.sum() / np.pi)  # 4 x 2 pi, less 4 pi
+    (True, 4.0)
+    """
+
+    at: GivenCones = "auto"
+    _: KW_ONLY
+    angles: ConeAngles = None
+    period: float | None = None
+
+    def __post_init__(self) -> None:
+        angles, given = self.angles, np.asarray(self.at)
+        if isinstance(angles, str) and angles != "quarter":
+            raise ValueError(f"angles is {angles!r}: use 'quarter', an angle sum for each cone, or None")
+        if given.ndim == 0:
+            found = isinstance(self.at, str) and self.at == "auto"
+            if not found and (given.dtype.kind not in "iu" or given < 0):
+                raise MeshError(f"cones is {self.at!r}: give 'auto', a number of cones, or their vertices")
+            if not (angles is None or isinstance(angles, str)):
+                raise MeshError("angles are those of cones that are yet to be found: give their vertices")
+        elif given.ndim != 1 or (given.dtype.kind not in "iu" and given.size):
+            raise MeshError(
+                f"cones has the shape {given.shape} and the dtype {given.dtype}: give a number of cones, or "
+                "the indices of their vertices"
+            )
+        elif not (angles is None or isinstance(angles, str)):
+            _check_sums(angles, len(given))
+        period = self.period
+        if period is not None and (angles is None or not is_number(period, 0, 0.5, above=True)):
+            raise ValueError(
+                f"period is {period!r}: give a share of the page's side, above 0 and at most a half, with "
+                'cones and angles="quarter"'
+            )
+
+
+def _check_sums(angles: ArrayLike, n: int) -> None:
+    """Refuse what are no angle sums of `n` cones."""
+    sums = np.asarray(angles)
+    if sums.shape != (n,) or sums.dtype.kind not in "iuf":
+        raise MeshError(f"angles has the shape {sums.shape} for {n} cones: give a number of radians for each")
+    bad = np.flatnonzero(~(np.isfinite(sums) & (sums > 0)))
+    if len(bad):
+        raise MeshError(
+            f"angles {some(bad)} of cones are not positive (the first: {sums[bad[0]]:g}): an angle sum is "
+            "above zero; a cone of curvature k has 2 pi - k"
+        )
