@@ -30,7 +30,7 @@ import igl
 import numpy as np
 from meshes import pial, shared, stanford, subdivided
 
-from igl_linabf import MeshError, OutcomeWarning, cut, find_cones, flatten, quality, unwrap
+from igl_linabf import Cones, MeshError, OutcomeWarning, cut, find_cones, flatten, quality, unwrap
 from igl_linabf.io import read_mesh, read_texture
 
 CONES = 16
@@ -87,17 +87,19 @@ def speed() -> None:
     upsampled = [subdivided((name, V, F), times) if times else (name, V, F) for name, V, F, times in closed]
     for name, V, F in [stanford(), subdivided(pial(), 1), *upsampled]:
         cones, cells = find_cones(V, F, CONES), []
-        for settings in ({}, {"cone_angles": "quarter"}):
-            seconds = np.median([turn(V, F, cones, settings) for _ in range(TURNS + 1)][1:], axis=0)
+        for angles in (None, "quarter"):
+            seconds = np.median(
+                [turn(V, F, Cones(cones, angles=angles)) for _ in range(TURNS + 1)][1:], axis=0
+            )
             coned, cutting, whole, free, seamed = seconds
             cells += [f"{coned / free:.2f}", f"{(coned + cutting) / free:.2f}", f"{whole / seamed:.2f}"]
         print(f"| {name} | {len(F):,} | {' | '.join(cells)} |", flush=True)
 
 
-def turn(V: np.ndarray, F: np.ndarray, cones: np.ndarray, settings: dict[str, str]) -> list[float]:
+def turn(V: np.ndarray, F: np.ndarray, cones: Cones) -> list[float]:
     """Seconds of the map with cones, of cutting for it, of all of `unwrap`; and with a free boundary."""
     start = process_time()
-    atlas = unwrap(V, F, cones=cones, **settings)
+    atlas = unwrap(V, F, cones=cones)
     whole = process_time() - start
     coned = atlas.charts[0].result.seconds
     start = process_time()
@@ -117,7 +119,7 @@ def periods() -> None:
         cones, cells = find_cones(V, F), []
         for period in (None, *(1 / n for n in PERIODS)):
             try:
-                atlas = unwrap(V, F, cones=cones, cone_angles="quarter", period=period)
+                atlas = unwrap(V, F, cones=Cones(cones, angles="quarter", period=period))
                 cells.append(f"{atlas.quality.angle_distortion:.2e}")
             except MeshError:
                 cells.append("refused")
@@ -155,7 +157,7 @@ def main() -> None:
             cones = find_cones(V, F, CONES)
             cells += ["- | -"] if options.bff else []
         seams = unwrap(V, F, cones=cones).seams  # and a warm-up
-        for settings in ({"cones": cones}, {"cones": cones, "cone_angles": "quarter"}, {"seams": seams}):
+        for settings in ({"cones": cones}, {"cones": Cones(cones, angles="quarter")}, {"seams": seams}):
             start = process_time()
             atlas = unwrap(V, F, **settings)
             cells.append(cell(V, F, atlas.TC, atlas.FTC, process_time() - start))

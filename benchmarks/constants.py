@@ -117,7 +117,7 @@ def calls(room: str, V: object, F: object) -> dict[str, Callable[[], object]]:
     if room.startswith(("charts.cones", "charts.periodic")):
         return {
             "cones": lambda: il.unwrap(V, F, cones="auto", progress=False),
-            "quarters": lambda: il.unwrap(V, F, cones="auto", cone_angles="quarter", progress=False),
+            "quarters": lambda: il.unwrap(V, F, cones=il.Cones("auto", angles="quarter"), progress=False),
         }
     cut = {
         "unwrap": lambda: il.unwrap(V, F, progress=False),
@@ -126,9 +126,9 @@ def calls(room: str, V: object, F: object) -> dict[str, Callable[[], object]]:
     if room.startswith("charts"):
         return {
             **cut,
-            "2 pages": lambda: il.unwrap(V, F, resolution=512, pages=2, progress=False),
-            "hidden": lambda: il.unwrap(V, F, hide=(0, 0, 1), progress=False),
-            "little stretch": lambda: il.unwrap(V, F, max_stretch=1.1, progress=False),
+            "2 pages": lambda: il.unwrap(V, F, progress=False, packing=il.Packing(resolution=512, pages=2)),
+            "hidden": lambda: il.unwrap(V, F, il.Seams(hide=(0, 0, 1)), progress=False),
+            "little stretch": lambda: il.unwrap(V, F, il.Seams(max_stretch=1.1), progress=False),
         }
     return {
         **cut,

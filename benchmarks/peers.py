@@ -15,7 +15,7 @@ from typing import NamedTuple
 import igl
 import numpy as np
 
-from igl_linabf import texture_seams, unwrap
+from igl_linabf import Packing, texture_seams, unwrap
 from igl_linabf.surface import face_components
 
 RESOLUTION, PADDING = 1024, 2
@@ -59,7 +59,7 @@ Maker = Callable[[np.ndarray, np.ndarray], Made]
 
 def ours(V: np.ndarray, F: np.ndarray, resolution: int | None = RESOLUTION, **options: object) -> Made:
     start = perf_counter()
-    atlas = unwrap(V, F, resolution=resolution, padding=PADDING, **options)
+    atlas = unwrap(V, F, packing=Packing(resolution=resolution, padding=PADDING), **options)
     return Made(atlas.origin, atlas.FTC, atlas.TC * RESOLUTION, RESOLUTION**2, perf_counter() - start)
 
 

@@ -21,7 +21,7 @@ import numpy as np
 import pyvista as pv
 from stretch import bunny
 
-from igl_linabf import bake, unwrap
+from igl_linabf import Packing, bake, unwrap
 from igl_linabf.io import replacing, write_image, write_textured
 
 RESOLUTION = 512
@@ -50,7 +50,7 @@ def textured(TC: np.ndarray) -> pv.PolyData:
 
 
 if __name__ == "__main__":
-    atlas = unwrap(V, F, method="isometric", resolution=RESOLUTION, padding=4)
+    atlas = unwrap(V, F, method="isometric", packing=Packing(resolution=RESOLUTION, padding=4))
     image = bake(V, F, atlas, colours, RESOLUTION)
     coarse = bake(V, F, atlas, igl.per_vertex_normals(V, F), RESOLUTION)
     shown = np.linalg.norm(coarse, axis=2) > 0

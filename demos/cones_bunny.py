@@ -24,7 +24,7 @@ import numpy as np
 import pyvista as pv
 from stretch import bunny
 
-from igl_linabf import Atlas, find_cones, unwrap
+from igl_linabf import Atlas, Cones, find_cones, unwrap
 from igl_linabf.io import read_mesh, replacing
 from igl_linabf.plot import plot_checkerboard, plot_uv
 
@@ -74,7 +74,7 @@ def close_up(V: np.ndarray, F: np.ndarray, atlas: Atlas) -> tuple[np.ndarray, np
 if __name__ == "__main__":
     V, F = read_mesh(sys.argv[1]) if len(sys.argv) > 1 else bunny()
     cones = find_cones(V, F)
-    matched = unwrap(V, F, cones=cones, cone_angles="quarter", period=PERIOD)
+    matched = unwrap(V, F, cones=Cones(cones, angles="quarter", period=PERIOD))
     free = unwrap(V, F, matched.seams)
     with pv.vtk_verbosity("error"):
         plotter = pv.Plotter(shape=(3, 2), off_screen=True, window_size=[1500, 2100], border=False)

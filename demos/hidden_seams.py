@@ -18,7 +18,7 @@ import numpy as np
 import pyvista
 from stretch import bunny
 
-from igl_linabf import Atlas, unwrap
+from igl_linabf import Atlas, Seams, unwrap
 from igl_linabf.io import read_mesh, replacing
 
 FAR = np.array([0.0, 0.0, -1.0])  # the bunny is seen from +z
@@ -62,7 +62,7 @@ if __name__ == "__main__":
 
     V, F = bunny()
     for column, hide in enumerate((None, FAR)):
-        atlas = unwrap(V, F, hide=hide)
+        atlas = unwrap(V, F, Seams(hide=hide))
         share = seen_share(V, F, atlas)
         said = "anywhere" if hide is None else "hidden"
         print(f"bunny, seams {said}: {share:.0%} of them seen, L2 stretch {atlas.quality.stretch_l2:.3f}")

@@ -16,6 +16,7 @@ charts share would be red; there is none::
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import igl
@@ -24,7 +25,7 @@ import pyvista as pv
 from even_texels import decimated, hemisphere
 from stretch import bunny
 
-from igl_linabf import Atlas, pack_together, unwrap
+from igl_linabf import Atlas, Packing, Seams, pack_together, unwrap
 from igl_linabf.io import replacing
 from igl_linabf.plot import WARNING
 from igl_linabf.textures import covered
@@ -69,16 +70,19 @@ def show(plotter: pv.Plotter, place: tuple[int, int], said: str, atlases: Sequen
 if __name__ == "__main__":
     rabbit, triangles = decimated(*bunny(), 3000)
     brain = decimated(*hemisphere(), 4000)
-    options = {"method": "isometric", "trade": 30, "resolution": RESOLUTION}
-    near, apart = (unwrap(3 * rabbit, triangles, padding=padding, **options) for padding in (2, 12))
-    other = unwrap(*brain, padding=2, **options)
+    seams, close = Seams(trade=30), Packing(resolution=RESOLUTION, padding=2)
+    near, apart = (
+        unwrap(3 * rabbit, triangles, seams, "isometric", packing=packing)
+        for packing in (close, Packing(resolution=RESOLUTION, padding=12))
+    )
+    other = unwrap(*brain, seams, "isometric", packing=close)
     assert near.good and apart.good and other.good
     assert near.scale > apart.scale  # padding takes room
 
-    together = pack_together([near, other], resolution=RESOLUTION, padding=2)
+    together = pack_together([near, other], close)
     assert np.isclose(together[0].scale, together[1].scale)
     density = 1.4 * together[0].scale * RESOLUTION
-    dense = pack_together([near, other], resolution=RESOLUTION, padding=2, texel_density=density)
+    dense = pack_together([near, other], replace(close, texel_density=density))
     pages = max(atlas.pages for atlas in dense)
     print(f"{density:.3f} texels per millimetre take {pages} pages")
     np.testing.assert_allclose([atlas.scale * RESOLUTION for atlas in dense], density)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from igl_linabf import unwrap
+from igl_linabf import Packing, unwrap
 
 try:
     import bpy
@@ -40,7 +40,7 @@ else:
 
 # %%
 # Unwrap. `FTC` has a row of `TC` for each corner, in the order of Blender's loops.
-atlas = unwrap(V, F, method="isometric", resolution=1024)
+atlas = unwrap(V, F, method="isometric", packing=Packing(resolution=1024))
 loops = np.concatenate([atlas.TC[corners] for corners in atlas.FTC])
 print(atlas)
 assert atlas.good

@@ -17,7 +17,7 @@ from pymeshfix import MeshFix
 from pymeshfix.examples import bunny_scan
 from scipy.spatial import cKDTree
 
-from igl_linabf import adapters, bake, unwrap
+from igl_linabf import Packing, adapters, bake, unwrap
 from igl_linabf.io import read_file, read_mesh, write_textured
 
 # %%
@@ -33,7 +33,7 @@ trimesh.Trimesh(V, F, vertex_colors=paint, process=False).export("out/scan.ply")
 # %%
 # Read, unwrap, bake, write. `isometric` gives even texels.
 scan = read_file("out/scan.ply")
-atlas = unwrap(scan.V, scan.F, method="isometric", resolution=512)
+atlas = unwrap(scan.V, scan.F, method="isometric", packing=Packing(resolution=512))
 image = bake(scan.V, scan.F, atlas, scan.colours[:, :3], 512)
 write_textured("out/scan.glb", scan.V, scan.F, atlas.TC, atlas.FTC, image)
 assert atlas.good

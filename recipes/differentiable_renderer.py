@@ -14,7 +14,7 @@ import igl
 import numpy as np
 import pyvista as pv
 
-from igl_linabf import adapters, unwrap
+from igl_linabf import Packing, adapters, unwrap
 
 try:
     import torch
@@ -26,7 +26,7 @@ except ImportError:
 SIZE = 128
 V, F = igl.upsample(*igl.icosahedron(), 3)
 V /= np.linalg.norm(V, axis=1, keepdims=True)
-atlas = unwrap(V, F, method="isometric", resolution=SIZE)
+atlas = unwrap(V, F, method="isometric", packing=Packing(resolution=SIZE))
 if torch is None:
     print("torch is not installed: the arrays serve as they are")
     uv, uv_idx = atlas.TC, atlas.FTC

@@ -18,9 +18,12 @@ from bad_input import REFUSED, WARNED, F, V
 from conftest import load
 
 from igl_linabf import (
+    Cones,
     Isometric,
     MeshError,
     MeshWarning,
+    Packing,
+    Seams,
     abf,
     bake,
     clean,
@@ -110,9 +113,11 @@ def test_a_clockwise_triangle_is_a_disk_like_any_other() -> None:
 NO_NUMBERS = ("2", "", [2.0, 3.0], [], {}, (), np.ones(3), 1j, object(), float("nan"), -1.0, True)
 BALL = igl.icosahedron()
 NUMBERS: dict[str, tuple[Callable[..., object], tuple[str, ...]]] = {
-    "unwrap": (partial(unwrap, *BALL), ("trade", "max_stretch", "margin", "weld", "resolution")),
-    "unwrap for a texture": (partial(unwrap, *BALL, resolution=64), ("padding", "texel_density", "pages")),
-    "unwrap with cones": (partial(unwrap, *BALL, cones=6, cone_angles="quarter"), ("period",)),
+    "unwrap": (partial(unwrap, *BALL), ("weld", "packing")),
+    "Seams": (Seams, ("trade", "max_stretch")),
+    "Packing": (Packing, ("margin", "resolution")),
+    "Packing for a texture": (partial(Packing, resolution=64), ("padding", "texel_density", "pages")),
+    "Cones": (partial(Cones, 6, angles="quarter"), ("period",)),
     "find_seams": (partial(find_seams, *BALL), ("trade",)),
     "find_cones": (partial(find_cones, *BALL), ("n", "trade")),
     "clean": (partial(clean, *BALL), ("weld",)),
@@ -146,4 +151,8 @@ def test_a_method_or_progress_that_is_none_is_named() -> None:
         with pytest.raises(ValueError, match=r"^methods is .*: give a list"):
             compare(V, F, wrong)
     with pytest.raises(ValueError, match=r"^padding is 8, and texels need a resolution: give"):
-        unwrap(*BALL, padding=8)
+        Packing(padding=8)
+    with pytest.raises(ValueError, match=r"^margin is 0\.01, and with a resolution .*: give padding"):
+        Packing(resolution=64, margin=0.01)
+    with pytest.raises(ValueError, match=r"^complete is for seams that are a beginning: give"):
+        Seams(complete=True)

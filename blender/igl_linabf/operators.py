@@ -47,7 +47,12 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
                 return {"CANCELLED"}
 
     def _unwrap(self, parts: list[Part], progress: object) -> set[str]:
-        from igl_linabf import MeshError, unwrap  # where it is first needed: SciPy takes its time
+        from igl_linabf import (
+            MeshError,
+            Packing,
+            Seams,
+            unwrap,
+        )  # where it is first needed: SciPy takes its time
 
         vertices = np.cumsum([0, *(len(part.V) for part in parts)])
         faces = np.cumsum([0, *(len(part.F) for part in parts)])
@@ -57,20 +62,21 @@ class UV_OT_linabf_unwrap(bpy.types.Operator):
             for row in part.F
         ]
         marked = self.seams == "MARKED"
-        seams = np.concatenate([part.seams + first for part, first in zip(parts, vertices, strict=False)])
+        edges = np.concatenate([part.seams + first for part, first in zip(parts, vertices, strict=False)])
+        if marked:
+            seams = Seams(edges, trade=self.trade, complete=self.complete)
+        else:
+            seams = None if self.cones else Seams(trade=self.trade)
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             try:
                 atlas = unwrap(
                     np.concatenate([part.V for part in parts]),
                     F,
-                    seams if marked else None,
+                    seams,
                     self.method,
-                    complete=marked and self.complete,
-                    trade=self.trade,
-                    resolution=self.resolution,
-                    padding=self.margin,
-                    cones=self.cones if self.cones and not marked else None,
+                    cones=self.cones if seams is None else None,
+                    packing=Packing(resolution=self.resolution, padding=self.margin),
                     progress=progress,
                 )
             except MeshError as error:

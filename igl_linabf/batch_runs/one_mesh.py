@@ -15,7 +15,7 @@ from typing import Any, Literal
 import psutil
 
 from .._types import FloatArray
-from ..charts import PADDING, TRADE, unwrap
+from ..charts import Cones, Packing, Seams, unwrap
 from ..errors import MemoryLimitError, MeshError, OutcomeWarning
 from ..flattening import BoundaryName, Method, Outcome, flatten
 from ..io import MeshFile, read_file, unit_square, write_file
@@ -24,7 +24,7 @@ from . import places
 from .table import FAILED, OUT_OF_MEMORY, OVERLAPPING, REFUSED, UNREADABLE, VALID, Row, write_down
 
 How = Literal["unwrap", "flatten"]
-OF_UNWRAP = ("trade", "holes", "bijective", "cones", "cone_angles", "resolution", "padding")
+OF_UNWRAP = ("seams", "cones", "packing")
 
 _one_at_a_time = threading.Lock()  # the limit of memory and the warnings are the process's
 
@@ -36,14 +36,10 @@ class Settings:
     how: How
     method: Method
     format: str
-    trade: float = TRADE
-    holes: bool = False
-    bijective: bool = False
+    seams: Seams | None = None
+    cones: Cones | None = None
+    packing: Packing | None = None
     boundary: BoundaryName = "free"
-    cones: int | Literal["auto"] | None = None
-    cone_angles: Literal["quarter"] | None = None
-    resolution: int | None = None
-    padding: float = PADDING
     memory: int | None = None
 
     def key(self, version: str) -> str:

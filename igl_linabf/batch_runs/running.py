@@ -17,8 +17,10 @@ from queue import Empty, SimpleQueue
 from time import perf_counter
 from typing import Any, Literal, get_args
 
+import numpy as np
+
 from .._runtime import Progress, counting, undo_at_interrupt
-from ..charts import PADDING, TRADE, Spacing
+from ..charts import Cones, Packing, Seams, asked_for
 from ..errors import is_number
 from ..flattening import BoundaryName, Method, method_of
 from ..io import SUFFIXES
@@ -82,14 +84,10 @@ def batch(
     how: How = "unwrap",
     format: str = "obj",
     memory: int | str | None = None,
-    trade: float = TRADE,
-    holes: bool = False,
-    bijective: bool = False,
+    seams: Seams | None = None,
+    cones: Cones | int | Literal["auto"] | None = None,
+    packing: Packing | None = None,
     boundary: BoundaryName = "free",
-    cones: int | Literal["auto"] | None = None,
-    cone_angles: Literal["quarter"] | None = None,
-    resolution: int | None = None,
-    padding: float = PADDING,
     retry: bool = False,
     progress: Progress = None,
 ) -> Batch:
@@ -123,16 +121,14 @@ def batch(
         Of the maps.
     memory : int or str, optional
         What one mesh may take: bytes, or a text like "2 GiB". By default the processes share what there is.
-    trade, holes, bijective : see `unwrap`
+    seams : Seams, optional
+        As in `unwrap`, without the edges of one mesh or weights of its faces.
+    cones : Cones, int or "auto", optional
+        As in `unwrap`: how many on each component, not the vertices of one mesh.
+    packing : Packing, optional
         As in `unwrap`.
     boundary : {"free", "circle", "circles", "rectangle"}
         As in `flatten`, for `how="flatten"`.
-    cones : int or "auto", optional
-        How many cones each component gets, as in `unwrap`.
-    cone_angles : "quarter", optional
-        As in `unwrap`.
-    resolution, padding : see `unwrap`
-        Texels along the side of a map's texture, and between two charts.
     retry : bool
         Do again, too, what died, ran out of memory or failed in an earlier run.
     progress : callable or False, optional
@@ -164,20 +160,9 @@ def batch(
     [('ball.obj', 'valid', 20)]
     """
     limit = _in_bytes(memory)
-    settings = Settings(
-        how=how,
-        method=method_of(method),
-        format=format,
-        trade=trade,
-        holes=holes,
-        bijective=bijective,
-        boundary=boundary,
-        cones=cones,
-        cone_angles=cone_angles,
-        resolution=resolution,
-        padding=padding,
-        memory=limit,
-    )
+    if cones is not None and not isinstance(cones, Cones):
+        cones = Cones(cones)
+    settings = Settings(how, method_of(method), format, seams, cones, packing, boundary, limit)
     _check(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers are those of the scheduler: give one of the two")
@@ -226,7 +211,7 @@ def _in_bytes(memory: int | str | None) -> int | None:
 
 def _check(asked: Settings) -> None:
     """Refuse here what would be wrong with every mesh."""
-    cones, angles, method = asked.cones, asked.cone_angles, asked.method
+    seams, cones, method = asked.seams, asked.cones, asked.method
     if asked.how not in get_args(How):
         raise ValueError(f"how is {asked.how!r}: use 'unwrap' or 'flatten'")
     if f".{asked.format}" not in SUFFIXES:
@@ -242,13 +227,15 @@ def _check(asked: Settings) -> None:
         raise ValueError(
             f"the method {method.name!r} makes no boundaries or cones to order: use 'linabf' or 'abf'"
         )
-    if not (cones is None or cones == "auto" or (type(cones) is int and cones >= 0)):
-        raise ValueError(f"cones is {cones!r}: give 'auto', or a number of them for each component")
-    if angles not in (None, "quarter") or (angles and cones is None):
-        raise ValueError(f"cone_angles is {angles!r}: use None, or with cones 'quarter'")
-    if cones is not None and (asked.holes or asked.bijective):
-        raise ValueError("cones do not go together with holes or bijective: seams run through the cones")
-    Spacing.of(0.0, asked.resolution, asked.padding)
+    if cones is not None and np.ndim(cones.at):
+        raise ValueError(f"cones is {cones.at!r}: give 'auto', or a number of them for each component")
+    for_all = isinstance(seams, Seams) and seams.at is None and np.asarray(seams.hide).shape in ((), (3,))
+    if seams is not None and not for_all:
+        raise ValueError(
+            f"seams is {seams!r}: give Seams without edges and without weights of faces, which each mesh has "
+            "of its own"
+        )
+    asked_for(seams, cones, asked.packing)
 
 
 def _planned(found: list[places.Found], table: Table, settings: Settings, retry: bool) -> list[Task]:

@@ -14,6 +14,7 @@ from ..surface import Submesh
 from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .cones import Cones, GivenCones
 from .features import Hiding
+from .packing import Packing, Wish
 from .seams import TRADE, check_trade, seams_of
 from .splitting import MAX_SPLITS
 
@@ -85,21 +86,22 @@ class Seams:
 
 
 def asked_for(
-    seams: Seams | ArrayLike | None, cones: Cones | GivenCones | None
-) -> tuple[Seams, Cones | None]:
-    """The objects that short forms stand for.
+    seams: Seams | ArrayLike | None, cones: Cones | GivenCones | None, packing: Packing | None
+) -> tuple[Seams, Cones | None, Wish]:
+    """The options that a call of `unwrap` stands for.
 
     Raises
     ------
     ValueError
-        Both seams and cones are given.
+        They do not go together.
     """
     if cones is not None and seams is not None:
         raise ValueError(
             "cones= does not go together with seams=, as seams run through the cones: leave out one of them"
         )
     asked = seams if isinstance(seams, Seams) else Seams(seams)
-    return asked, cones if cones is None or isinstance(cones, Cones) else Cones(cones)
+    coned = cones if cones is None or isinstance(cones, Cones) else Cones(cones)
+    return asked, coned, Wish.of(packing)
 
 
 @dataclass(frozen=True)

@@ -130,8 +130,8 @@ def unwrap(
     >>> unwrap(V, F).FTC.shape
     (6, 4)
     """
-    asked, wanted = asked_for(seams, cones)
-    wish, given_seams = Wish.of(packing), asked.at
+    asked, wanted, wish = asked_for(seams, cones, packing)
+    given_seams = asked.at
     split = split_polygons(V, F)
     if split is not None:
         F = split.F

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, get_args
 
-from ..charts import PADDING, TRADE
+from ..charts import Packing, Seams
 from ..flattening import METHODS, BoundaryName
 
 Argument = Mapping[str, Any]
@@ -59,13 +59,13 @@ SHARED: Mapping[str, Argument] = {
     "cones": value(
         "N", "leave the curvature at so many vertices of each component, or at auto: as many as pay"
     ),
-    "trade": value("TRADE", "larger: longer seams for less stretch; 0: shortest seams", float, TRADE),
+    "trade": value("TRADE", "larger: longer seams for less stretch; 0: shortest seams", float, Seams.trade),
     "holes": switch("leave holes uncut"),
     "bijective": switch("move overlapping parts apart instead of splitting charts"),
     "resolution": value(
         "TEXELS", "texels along a page's side; distances between charts are then counted in texels", int
     ),
-    "padding": value("TEXELS", "between two charts, with --resolution", float, PADDING),
+    "padding": value("TEXELS", "between two charts, with --resolution", float, Packing.padding),
     "json": switch("print every figure as JSON, a line a mesh, instead of tables"),
     "quiet": switch("print no tables and show no progress"),
 }

@@ -1,19 +1,25 @@
 """`igl-linabf batch`."""
 
 import argparse
+from typing import Any
 
 from ..batch_runs import batch
+from ..charts import Cones, Packing, Seams
 from ..io import SUFFIXES
 from .arguments import choice, shared, switch, value
-from .commands import GOOD, NOT_VALID, Command, auto_or_number
+from .commands import GOOD, NOT_VALID, Command, auto_or_number, options_as
 
 
 def _batch(options: argparse.Namespace) -> int:
-    names = [name.replace("-", "_") for name in BATCH.arguments if name not in ("inputs", "folder", "cones")]
-    chosen = {name: getattr(options, name) for name in names} | {
-        "cones": auto_or_number("cones", options.cones)
-    }
-    done = batch(options.inputs, options.output, **chosen)
+    names = ("workers", "scheduler", "how", "method", "format", "memory", "boundary", "retry")
+    chosen = {name: getattr(options, name) for name in names}
+    cones: Any = auto_or_number("cones", options.cones)
+    if options.cone_angles is not None:
+        if cones is None:
+            raise ValueError("--cone-angles are those of cones: give --cones, too")
+        cones = Cones(cones, angles=options.cone_angles)
+    seams, packing = options_as(Seams, options), options_as(Packing, options)
+    done = batch(options.inputs, options.output, seams=seams, cones=cones, packing=packing, **chosen)
     print(done, flush=True)
     options.settled()
     return GOOD if done.good else NOT_VALID

@@ -5,7 +5,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from ..errors import MeshError
 from ..flattening import METHODS, Method
@@ -14,6 +14,7 @@ from .arguments import Argument
 GOOD, NOT_VALID, ERROR = 0, 1, 2
 STANDARD = "-"  # input or output
 
+Asked = TypeVar("Asked")
 Run = Callable[[argparse.Namespace], int]
 
 
@@ -57,6 +58,13 @@ def method_with(name: str, asked: Mapping[str, Any]) -> Method:
         if option not in known:
             raise ValueError(f"--{option} means nothing to the method {name}: leave it out")
     return chosen(**given)
+
+
+def options_as(kind: Callable[..., Asked], options: argparse.Namespace, *first: object) -> Asked | None:
+    """The dataclass of those of its fields that were given as options; None if there are none of them."""
+    names = [field.name for field in fields(kind) if hasattr(options, field.name)]  # type: ignore[arg-type]
+    given = {name: value for name in names if (value := getattr(options, name)) != getattr(kind, name)}
+    return kind(*first, **given) if given or first else None
 
 
 def told(run: Run, options: argparse.Namespace) -> int:

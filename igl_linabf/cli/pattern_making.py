@@ -5,7 +5,7 @@ import warnings
 from functools import partial
 
 from .._runtime import progress_part
-from ..charts import unwrap
+from ..charts import Seams, unwrap
 from ..errors import OutcomeWarning
 from ..flattening import METHODS
 from ..patterns import PAPERS, PATTERN_SUFFIXES, UNITS, pattern_of, writing_pattern
@@ -21,7 +21,7 @@ def _pattern(options: argparse.Namespace) -> int:
     mesh = given_mesh(options)
     with warnings.catch_warnings(), progress_part("unwrapping", COMPUTED):
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
-        atlas = unwrap(mesh.V, mesh.F, None, options.method, trade=options.trade)
+        atlas = unwrap(mesh.V, mesh.F, Seams(trade=options.trade), options.method)
     pattern = pattern_of(mesh.V, mesh.F, atlas, options.units, options.crease, options.grain)
     figures = {"good": atlas.good, "troubles": atlas.troubles, "pattern": pattern}
     hand_out(

@@ -11,12 +11,12 @@ import numpy as np
 
 from .._runtime import progress_part
 from .._types import FloatArray
-from ..charts import Atlas, texture_seams, unwrap
+from ..charts import Atlas, Cones, Packing, Seams, texture_seams, unwrap
 from ..errors import MeshError, OutcomeWarning
 from ..io import SUFFIXES, WITH_IMAGES, MeshFile, write_atomically
 from ..textures import bake
 from .arguments import choice, format_of, shared, switch, value
-from .commands import Command, method_with
+from .commands import Command, method_with, options_as
 from .jobs import COMPUTED, given_mesh
 from .outputs import check_outputs, hand_out, judged
 
@@ -32,15 +32,15 @@ def _unwrap(options: argparse.Namespace) -> int:
     if options.bake and options.resolution is None:
         options.resolution = RESOLUTION
     V, F = mesh.V, mesh.F
-    seams: Any = None
+    seams: list[Any] = []
     if options.seams == "uv":
         if mesh.TC is None or mesh.FTC is None:
             raise MeshError(
                 f"{options.mesh} has no texture coordinates at all corners: it has no seams of them"
             )
-        seams = texture_seams(F, mesh.FTC, V, mesh.TC, sides=True)
+        seams = [texture_seams(F, mesh.FTC, V, mesh.TC, sides=True)]
     elif options.seams != "auto":
-        seams = _table(options.seams, np.int64, "integers: write two vertices on each line")
+        seams = [_table(options.seams, np.int64, "integers: write two vertices on each line")]
     cones = options.cones
     if cones is not None and cones != "auto":
         lines = "integers: write one vertex on each line"
@@ -49,13 +49,21 @@ def _unwrap(options: argparse.Namespace) -> int:
     if angles is not None and angles != "quarter":
         lines = "numbers: write one angle in degrees on each line"
         angles = np.deg2rad(_table(angles, np.float64, lines).ravel())
-    names = ("trade", "holes", "bijective", "max_stretch", "complete", "hide", "weld", "strict", "period")
-    packing = ("resolution", "padding", "texel_density", "pages")
-    settings = {name: getattr(options, name) for name in (*names, *packing)}
+    if cones is not None:
+        cones = Cones(cones, angles=angles, period=options.period)
+    elif angles is not None or options.period is not None:
+        raise ValueError("--cone-angles and --period are those of cones: give --cones, too")
+    asked = {
+        "seams": options_as(Seams, options, *seams),
+        "cones": cones,
+        "packing": options_as(Packing, options),
+        "weld": options.weld,
+        "strict": options.strict,
+    }
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         with progress_part("unwrapping", COMPUTED):
-            atlas = unwrap(V, F, seams, method, cones=cones, cone_angles=angles, **settings)
+            atlas = unwrap(V, F, method=method, **asked)
     if options.picture and not len(atlas.drawn):
         raise MeshError(f"no face of {options.mesh} has an area, and a picture would be empty: leave it out")
     pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.TC}

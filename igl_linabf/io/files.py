@@ -322,7 +322,7 @@ def write_textured(
     --------
     >>> import igl, igl_linabf, os, tempfile
     >>> V, F = igl.icosahedron()
-    >>> atlas = igl_linabf.unwrap(V, F, resolution=64)
+    >>> atlas = igl_linabf.unwrap(V, F, packing=igl_linabf.Packing(resolution=64))
     >>> path = os.path.join(tempfile.mkdtemp(), "ball.glb")
     >>> write_textured(path, V, F, atlas.TC, atlas.FTC, igl_linabf.bake(V, F, atlas, V / 2 + 0.5, 64))
     >>> os.path.getsize(path) > 1000

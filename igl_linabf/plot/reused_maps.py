@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 
 from .._types import FloatArray, IntArray
-from ..charts import TRADE, find_seams, unwrap
+from ..charts import Seams, find_seams, unwrap
 from ..errors import OutcomeWarning
 from ..flattening import BoundaryName, LinABF, flatten, method_of
 from ..measures import Quality, quality
@@ -103,9 +103,10 @@ class KeptMaps:
             return Shown(drawn, quality(drawn.V, drawn.F, drawn.uv), 1, uv, self.F)
         options: dict[str, Any] = {"cones": self._cones}
         if not coned:
-            trade = TRADE if asked.trade is None else asked.trade
+            trade = Seams.trade if asked.trade is None else asked.trade
             seams = np.array(asked.drawn, dtype=np.int64) if asked.drawn else self._found(trade)
-            options = {"seams": seams, "trade": trade, "complete": bool(asked.drawn) and not self.planar}
+            complete = bool(asked.drawn) and not self.planar
+            options = {"seams": Seams(seams, trade=trade, complete=complete)}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", OutcomeWarning)  # what is flipped is seen, and counted
             atlas = unwrap(self.V, self.F, method=method, **options)

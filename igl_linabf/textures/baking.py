@@ -40,7 +40,7 @@ def bake(
     F : (#F, 3) int
         The faces that were unwrapped; polygons, too.
     atlas : Atlas
-        As `unwrap(V, F, resolution=resolution)` returns it. Charts are then far enough apart.
+        As `unwrap` returns it with `Packing(resolution=resolution)`. Charts are then far enough apart.
     values : (#V,), (#V, k) or (#F, 3, k) float, or callable
         At vertices; at the corners of triangles; or a function of points (#P, 3) that returns (#P,) or
         (#P, k).
@@ -70,7 +70,7 @@ def bake(
 
     >>> import igl, igl_linabf
     >>> V, F = igl.icosahedron()
-    >>> atlas = igl_linabf.unwrap(V, F, resolution=64)
+    >>> atlas = igl_linabf.unwrap(V, F, packing=igl_linabf.Packing(resolution=64))
     >>> bake(V, F, atlas, V, 64).shape
     (64, 64, 3)
 

@@ -22,7 +22,7 @@ from commands import of_session
 from conftest import ROOT, bumps
 from hostile_methods import Hostile
 
-from igl_linabf import MeshError, batch, unwrap
+from igl_linabf import Cones, MeshError, Packing, Seams, batch, unwrap
 from igl_linabf.batch_runs import clusters, places, running
 from igl_linabf.batch_runs.one_mesh import Settings, run
 from igl_linabf.batch_runs.running import _planned
@@ -431,7 +431,7 @@ def test_boundaries_cones_and_texels_are_those_of_flatten_and_unwrap(scheduler: 
     V, F = ball  # of which no two vertices are alike then: rounding would choose between equal cones
     V = V * [1.0, 1.1, 1.25] + 0.01 * np.sin(7 * V @ np.random.default_rng(0).normal(size=(3, 3)))
     igl.writeOBJ(str(folder / "ball.obj"), V, F)
-    options = {"cones": 8, "cone_angles": "quarter", "resolution": 256, "padding": 4}
+    options = {"cones": Cones(8, angles="quarter"), "packing": Packing(resolution=256, padding=4)}
     assert batch(folder, tmp_path / "coned", scheduler=scheduler, progress=False, **options).good
     written = read_texture(tmp_path / "coned/ball.obj")
     expected = unwrap(*read_mesh(folder / "ball.obj"), **options)
@@ -446,16 +446,18 @@ def test_what_cannot_be_is_said_before_any_work(tmp_path: Path, monkeypatch) -> 
         ({"format": "stl"}, "format is 'stl': use obj, ply, glb"),
         ({"method": "lscmm"}, "method is 'lscmm'"),
         ({"how": "fold"}, "how is 'fold'"),
-        ({"how": "flatten", "holes": True}, "mean nothing to flatten"),
+        ({"how": "flatten", "seams": Seams(holes=True)}, "mean nothing to flatten"),
         ({"how": "flatten", "cones": 8}, "mean nothing to flatten"),
         ({"boundary": "circle"}, "charts have a free boundary"),
         ({"how": "flatten", "boundary": "star"}, "boundary is 'star'"),
         ({"how": "flatten", "boundary": "circle", "method": "lscm"}, "the method 'lscm'"),
         ({"cones": "many"}, "cones is 'many'"),
-        ({"cone_angles": "quarter"}, "cone_angles is 'quarter'"),
-        ({"cones": 8, "holes": True}, "do not go together"),
-        ({"resolution": 0}, "resolution is 0"),
-        ({"padding": -1.0}, "padding is -1.0"),
+        ({"cones": [0, 1]}, r"cones is \[0, 1\]"),
+        ({"cones": 8, "seams": Seams(holes=True)}, "not go together"),
+        ({"seams": Seams([[0, 1]])}, "seams is Seams.*give Seams without edges"),
+        ({"seams": Seams(hide=np.ones(9))}, "seams is Seams.*without weights"),
+        ({"seams": [[0, 1]]}, r"seams is \[\[0, 1\]\]"),
+        ({"packing": {"resolution": 0}}, "packing is {'resolution': 0}"),
         ({"memory": "much"}, "memory is 'much'"),
         ({"memory": 0}, "memory is 0"),
         ({"workers": 0}, "workers is 0"),

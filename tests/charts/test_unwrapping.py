@@ -19,6 +19,7 @@ from igl_linabf import (
     MeshError,
     Outcome,
     OutcomeWarning,
+    Seams,
     cut,
     find_seams,
     flatten,
@@ -26,8 +27,7 @@ from igl_linabf import (
     quality,
     unwrap,
 )
-from igl_linabf.charts import charting
-from igl_linabf.charts import options as task
+from igl_linabf.charts import charting, options
 from igl_linabf.charts.atlas.pieces import flattening_of_part, uv_of_part
 from igl_linabf.io import read_mesh, read_texture
 from igl_linabf.surface import Submesh, arrays, face_components
@@ -119,9 +119,9 @@ def test_given_seams_are_those_that_are_cut() -> None:
 
 def test_holes_stay_uncut_if_asked() -> None:
     V, F = surface("holes__igl_halftunnel.off")
-    (chart,) = unwrap(V, F, holes=True).charts
+    (chart,) = unwrap(V, F, Seams(holes=True)).charts
     assert len(chart.result.holes) == 2
-    assert unwrap(V, F, holes=True).seams.shape == (0, 2)
+    assert unwrap(V, F, Seams(holes=True)).seams.shape == (0, 2)
     (disk,) = unwrap(V, F).charts
     assert disk.result.holes == ()
 
@@ -166,7 +166,7 @@ def test_where_no_seam_helps_the_guarantee_does_and_says_so(monkeypatch) -> None
     monkeypatch.setattr(charting, "TRADE_DOUBLINGS", 0)
     V, F = load("stress__optcuts_golf.obj")
     with pytest.warns(FallbackWarning, match="guarantee='injective'"):
-        atlas = unwrap(V * [20, 1, 1], F, max_stretch=np.inf)
+        atlas = unwrap(V * [20, 1, 1], F, Seams(max_stretch=np.inf))
     assert atlas.good
     assert any(chart.result.attempts[-1].name == "injective" for chart in atlas.charts)
 
@@ -209,7 +209,7 @@ def test_only_a_part_that_has_flipped_triangles_is_flipped() -> None:
 def test_unwrap_warns_of_every_chart_that_flips_or_overlaps(
     name: str, method: str, says: str, monkeypatch
 ) -> None:
-    monkeypatch.setattr(task, "MAX_SPLITS", 0)
+    monkeypatch.setattr(options, "MAX_SPLITS", 0)
     monkeypatch.setattr(charting, "bisect", lambda _: [])
     V, F = spiral() if name == "spiral" else load(name)
     with pytest.warns(OutcomeWarning, match=rf"chart 0 .* {says}") as caught:
@@ -225,7 +225,7 @@ def test_a_part_of_a_chart_that_is_stretched_gets_seams_for_itself(cuts_before: 
     V, F = igl.upsample(*igl.icosahedron(), 3)
     V /= np.linalg.norm(V, axis=1)[:, None]
     dome = Submesh.checked_manifold(V, F[V[F].mean(axis=1)[:, 2] > -0.7])  # L2 stretch 1.6
-    asked = task.Task(LinABF(), True, 6.0, False, False, None, None)
+    asked = options.ChartOptions(LinABF(), True, 6.0, False, False, None, None)
     parts = charting._chart(dome, cuts_before, asked, None)
     assert isinstance(parts, list)
     charts = charting.charts_of([piece for piece, _ in parts], np.zeros((0, 2), dtype=np.int64), asked)
@@ -310,6 +310,6 @@ def test_the_input_is_checked_once_however_many_charts(monkeypatch) -> None:
     V, F = spiral()
     for bijective in (False, True):
         calls.clear()
-        atlas = unwrap(V, F, bijective=bijective)
+        atlas = unwrap(V, F, Seams(bijective=bijective))
         assert atlas.splits or bijective
         assert calls == ["vertex_array", "face_array"]

@@ -11,7 +11,7 @@ from carried import ball
 from conftest import load
 from scipy.ndimage import map_coordinates
 
-from igl_linabf import Atlas, MeshError, bake, pack_together, unwrap
+from igl_linabf import Atlas, MeshError, Packing, bake, pack_together, unwrap
 from igl_linabf.cli import main
 from igl_linabf.io import read_mesh, write_image, write_mesh, write_textured
 from igl_linabf.surface import complex_positions, signed_double_areas
@@ -32,12 +32,12 @@ def several() -> Surface:
         corners.append(square + n)
         n += 8
     V, F = np.vstack(parts), np.vstack(corners)
-    return V, F, unwrap(V, F, resolution=RESOLUTION)
+    return V, F, unwrap(V, F, packing=Packing(resolution=RESOLUTION))
 
 
 def cortex() -> Surface:
     V, F = load("pial")
-    return V, F, unwrap(V, F, resolution=RESOLUTION)
+    return V, F, unwrap(V, F, packing=Packing(resolution=RESOLUTION))
 
 
 @pytest.fixture(scope="module", params=[several, cortex], ids=["several", "cortex"])
@@ -121,7 +121,7 @@ def test_pages_are_images_and_polygons_keep_their_corners() -> None:
     V, F = load("bumps")
     atlas = unwrap(V, F)
     assert len(atlas.charts) == 1
-    shared = pack_together([atlas] * 3, resolution=128, pages=3)
+    shared = pack_together([atlas] * 3, Packing(resolution=128, pages=3))
     points, uv = random_points(V, F, shared[2], 1000)
     assert (uv[:, 0] > 2).all()
     images = bake(V, F, shared[2], V, 128)
@@ -131,7 +131,7 @@ def test_pages_are_images_and_polygons_keep_their_corners() -> None:
     assert np.median(near) < 0.01 * np.ptp(V)
     V = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
     F = np.array([[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]])
-    atlas = unwrap(V, F, resolution=64)
+    atlas = unwrap(V, F, packing=Packing(resolution=64))
     image = bake(V, F, atlas, V, 64)
     np.testing.assert_allclose(looked_up(image, atlas.TC), V[atlas.origin], atol=0.1)
 

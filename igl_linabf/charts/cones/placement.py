@@ -328,9 +328,10 @@ def cone_angles_of(
         if total is not None and not abs((2 * np.pi - angle).sum() - total) < 1e-6:
             right = 2 * np.pi * len(cones) - total
             raise MeshError(
-                f"the angles of cones at vertices {some(names)} sum to {angle.sum():.6g} rad; on a closed surface of "
-                f"Euler characteristic {component.topology.characteristic}, those of {len(cones)} cones "
-                f"have to sum to {right:.6g} (Gauss-Bonnet): change them by {right - angle.sum():+.6g} in all"
+                f"the angles of cones at vertices {some(names)} sum to {angle.sum():.6g} rad; on a "
+                f"closed surface of Euler characteristic {component.topology.characteristic}, "
+                f"those of {len(cones)} cones have to sum to {right:.6g} (Gauss-Bonnet): "
+                f"change them by {right - angle.sum():+.6g} in all"
                 + (", or from degrees to radians" if np.isclose(np.deg2rad(angle).sum(), right) else "")
             )
     else:

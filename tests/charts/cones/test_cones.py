@@ -18,9 +18,12 @@ from scipy.spatial import cKDTree
 from igl_linabf import (
     ABF,
     Atlas,
+    Cones,
     LinABF,
     MeshError,
     OutcomeWarning,
+    Packing,
+    Seams,
     find_cones,
     find_seams,
     overlaps,
@@ -95,7 +98,7 @@ def free(V: np.ndarray, F: np.ndarray, atlas: Atlas) -> Atlas:
 @pytest.mark.parametrize("name", ALL + SEVERAL)
 def test_sums_are_reached_and_seams_match(name: str, how: str | None) -> None:
     V, F = load(name)
-    atlas = unwrap(V, F, cones=find_cones(V, F), cone_angles=how)
+    atlas = unwrap(V, F, cones=Cones(find_cones(V, F), angles=how))
     assert not atlas.quality.flips
     total = np.bincount(F.ravel(), weights=angles_of(atlas).ravel(), minlength=len(V))
     asked = np.full(len(V), 2 * np.pi)
@@ -122,8 +125,8 @@ def test_sums_are_reached_and_seams_match(name: str, how: str | None) -> None:
 def test_a_texture_of_the_period_goes_on_across_quarter_seams(name: str) -> None:
     V, F = load(name)
     period = 1 / 200
-    given = {"cones": find_cones(V, F), "cone_angles": "quarter"}
-    atlas = unwrap(V, F, period=period, **given)
+    given = Cones(find_cones(V, F), angles="quarter")
+    atlas = unwrap(V, F, cones=replace(given, period=period))
     assert atlas.good and not atlas.quality.flips
     assert atlas.seam_mismatch <= 1e-9
     # from one side of a seam edge to the other: a quarter turn and whole periods, at both of its ends
@@ -141,7 +144,7 @@ def test_a_texture_of_the_period_goes_on_across_quarter_seams(name: str) -> None
     assert np.abs(shift - np.round(shift)).max() <= 1e-9
     assert len(np.unique(np.round(shift))) > 2
     # and the map is hardly another one
-    free = unwrap(V, F, margin=0.01, **given)
+    free = unwrap(V, F, cones=given, packing=Packing(margin=0.01))
     assert atlas.quality.angle_distortion <= 1.05 * free.quality.angle_distortion
     assert atlas.quality.stretch_l2 == pytest.approx(free.quality.stretch_l2, rel=0.01)
 
@@ -167,16 +170,16 @@ def test_whole_numbers_are_the_nearest_ones_of_a_form() -> None:
 def test_a_period_that_flips_triangles_is_refused_with_one_that_does_not() -> None:
     V, F = load("closed__optcuts_horse_f10000.obj")
     with pytest.raises(MeshError, match=r"triangles of chart .* would flip") as raised:
-        unwrap(V, F, cones="auto", cone_angles="quarter", period=0.15)
+        unwrap(V, F, cones=Cones("auto", angles="quarter", period=0.15))
     enough = float(str(raised.value).split("use ")[-1].split(",")[0])
-    assert not unwrap(V, F, cones="auto", cone_angles="quarter", period=enough).quality.flips
+    assert not unwrap(V, F, cones=Cones("auto", angles="quarter", period=enough)).quality.flips
 
 
 def test_a_period_is_that_of_the_surface_whatever_other_vertices_there_are() -> None:
     V, F = load("closed__igl_fandisk.off")
-    given: dict[str, object] = {"cones": 10, "cone_angles": "quarter", "period": 1 / 100}
-    atlas = unwrap(V, F, **given)
-    among = unwrap(np.vstack((np.full((4321, 3), np.nan), V)), F + 4321, **given)
+    given = Cones(10, angles="quarter", period=1 / 100)
+    atlas = unwrap(V, F, cones=given)
+    among = unwrap(np.vstack((np.full((4321, 3), np.nan), V)), F + 4321, cones=given)
     assert (among.cones == atlas.cones + 4321).all()
     assert np.abs(among.TC - atlas.TC).max() < 1e-9
 
@@ -184,9 +187,9 @@ def test_a_period_is_that_of_the_surface_whatever_other_vertices_there_are() -> 
 def test_pieces_have_a_period_whatever_is_beside_them() -> None:
     V, F = load("closed__igl_fandisk.off")
     sheet = np.array([[9.0, 0, 0], [10, 0, 0], [9, 1, 0]]), np.array([[0, 1, 2]])
-    given: dict[str, object] = {"cones": "auto", "cone_angles": "quarter", "period": 1 / 500}
-    assert unwrap(*sheet, **given).good
-    atlas = unwrap(*joined((V, F), sheet, (V + np.array([0, 5, 0]), F)), **given)
+    given = Cones("auto", angles="quarter", period=1 / 500)
+    assert unwrap(*sheet, cones=given).good
+    atlas = unwrap(*joined((V, F), sheet, (V + np.array([0, 5, 0]), F)), cones=given)
     assert atlas.good and atlas.seam_mismatch < 1e-8
     assert (atlas.cones[: len(atlas.cones) // 2] + len(V) + 3 == atlas.cones[len(atlas.cones) // 2 :]).all()
 
@@ -194,7 +197,7 @@ def test_pieces_have_a_period_whatever_is_beside_them() -> None:
 def test_charts_that_a_period_moves_stay_apart(monkeypatch: pytest.MonkeyPatch) -> None:
     V, F = igl.upsample(*igl.icosahedron(), 2)
     surface = joined(*((V + 3 * k, F) for k in range(8)))
-    given: dict[str, object] = {"cones": "auto", "cone_angles": "quarter", "period": 1 / 50}
+    given = Cones("auto", angles="quarter", period=1 / 50)
     asked: list[float] = []
     wider = Spacing.wider
 
@@ -203,7 +206,7 @@ def test_charts_that_a_period_moves_stay_apart(monkeypatch: pytest.MonkeyPatch) 
         return wider(spacing, 0.0 if len(asked) == 1 else by)
 
     monkeypatch.setattr(Spacing, "wider", small_at_first)
-    atlas = unwrap(*surface, **given, resolution=256, padding=2)
+    atlas = unwrap(*surface, cones=given, packing=Packing(resolution=256, padding=2))
     assert asked == [0.02, 0.04]
     corners = atlas.TC[atlas.FTC]
     for i, j in zip(*np.triu_indices(len(atlas.charts), 1), strict=True):
@@ -214,7 +217,7 @@ def test_charts_that_a_period_moves_stay_apart(monkeypatch: pytest.MonkeyPatch) 
 
 def test_triangles_between_three_cones_have_a_period_too() -> None:
     V, F = igl.icosahedron()
-    atlas = unwrap(V, F, cones=np.arange(12), cone_angles="quarter", period=1 / 100)
+    atlas = unwrap(V, F, cones=Cones(np.arange(12), angles="quarter", period=1 / 100))
     assert atlas.good
     assert atlas.seam_mismatch < 1e-8
 
@@ -226,29 +229,29 @@ def test_a_tube_without_vertices_inside_turns_by_quarters_too(method: str) -> No
     low, high = (np.column_stack((r * np.cos(angle), r * np.sin(angle), 2.5 - r + 0 * i)) for r in (2, 1))
     F = np.vstack((np.column_stack((i, j, j + 20)), np.column_stack((i, j + 20, i + 20))))
     V = np.vstack((low, high))
-    atlas = unwrap(V, F, None, method, cones="auto", cone_angles="quarter", period=1 / 100)
+    atlas = unwrap(V, F, None, method, cones=Cones("auto", angles="quarter", period=1 / 100))
     assert atlas.good and not len(atlas.cones)  # other turns have no period
     assert atlas.seam_mismatch < 1e-8
 
 
-@pytest.mark.parametrize("asked", [{}, {"cones": 4}, {"cones": 4, "cone_angles": "quarter", "period": 0.0}])
+@pytest.mark.parametrize("asked", [{}, {"at": 4}, {"at": 4, "angles": "quarter", "period": 0.0}])
 def test_a_period_needs_quarter_cones(asked: dict[str, object]) -> None:
     V, F = load("pial")
     with pytest.raises(ValueError, match="period is"):
-        unwrap(V, F, **{"period": 0.01, **asked})
+        unwrap(V, F, cones=Cones(**{"period": 0.01, **asked}))
 
 
 def test_a_period_and_angles_that_are_no_quarter_turns_are_refused() -> None:
     V, F = load("pial")
     with pytest.raises(MeshError, match="no multiple of 90 degrees"):
-        unwrap(V, F, cones=find_cones(V, F, 6), cone_angles=np.full(6, 4 * np.pi / 3), period=0.01)
+        unwrap(V, F, cones=Cones(find_cones(V, F, 6), angles=np.full(6, 4 * np.pi / 3), period=0.01))
 
 
 @pytest.mark.parametrize("how", [None, "quarter"])
 @pytest.mark.parametrize("name", ("pial", "nut", *CLOSED[2:], "closed__igl_3holes.off"))
 def test_curvatures_obey_gauss_bonnet(name: str, how: str | None) -> None:
     V, F = load(name)
-    atlas = unwrap(V, F, cones=10, cone_angles=how)
+    atlas = unwrap(V, F, cones=Cones(10, angles=how))
     chi = len(V) - 3 * len(F) // 2 + len(F)
     assert (2 * np.pi - atlas.cone_angles).sum() == pytest.approx(2 * np.pi * chi, abs=1e-9)
     assert len(atlas.cones) == 10
@@ -274,7 +277,7 @@ def test_more_cones_save_stretch(name: str) -> None:
 
 def test_a_box_comes_out_as_its_net() -> None:
     V, F = cube(6, (1, 2, 3))
-    atlas = unwrap(V, F, cones=corners_of(V), cone_angles="quarter")
+    atlas = unwrap(V, F, cones=Cones(corners_of(V), angles="quarter"))
     assert np.allclose(atlas.cone_angles, 3 * np.pi / 2)
     assert atlas.quality.angle_distortion <= 1e-16
     assert atlas.quality.stretch_l2 == pytest.approx(1, abs=1e-9)
@@ -285,7 +288,7 @@ def test_a_sphere_with_the_cones_of_a_cube_keeps_its_symmetry() -> None:
     corners = corners_of(V)
     V /= np.linalg.norm(V, axis=1)[:, None]
     assert np.allclose(unwrap(V, F, cones=corners).cone_angles, 3 * np.pi / 2)
-    exact = unwrap(V, F, method=LinABF(rtol=1e-12), cones=corners, cone_angles=np.full(8, 1.5 * np.pi))
+    exact = unwrap(V, F, method=LinABF(rtol=1e-12), cones=Cones(corners, angles=np.full(8, 1.5 * np.pi)))
     angles, middle, corner = angles_of(exact), V[F].mean(axis=1), V[F]
     turns = [
         np.eye(3)[list(order)] * signs
@@ -315,7 +318,7 @@ def test_a_tube_that_is_closed_by_cones_keeps_its_length() -> None:
         same[first + k] = first + np.minimum(k, -k % around)
         V[first + k, 1] = 0
     cones = [first + half for first in (0, around * rows) for half in (0, around // 2)]
-    atlas = unwrap(V, same[F], cones=cones, cone_angles=np.full(4, np.pi))
+    atlas = unwrap(V, same[F], cones=Cones(cones, angles=np.full(4, np.pi)))
     assert atlas.seam_mismatch <= 1e-6
     row, z = F // around, atlas.TC[atlas.FTC] @ [1, 1j]
     length = np.abs(np.roll(z, -1, axis=1) - z)
@@ -348,7 +351,7 @@ def test_the_factor_that_gave_the_cones_their_angles_changes_no_map(name: str) -
     V, F = load(name)
     cones = find_cones(V, F, 8)
     known = unwrap(V, F, cones=cones)
-    anew = unwrap(V, F, cones=cones, cone_angles=known.cone_angles)
+    anew = unwrap(V, F, cones=Cones(cones, angles=known.cone_angles))
     assert known.quality.angle_distortion == pytest.approx(anew.quality.angle_distortion, rel=5e-3)
     assert known.seam_mismatch <= 1e-6
 
@@ -381,7 +384,7 @@ def test_overlapping_charts_are_split_and_still_match() -> None:
 def test_turning_handles_by_quarters_costs_little(name: str) -> None:
     V, F = load(name)
     cones = find_cones(V, F, 16)
-    free, quarter = (unwrap(V, F, cones=cones, cone_angles=how).quality for how in (None, "quarter"))
+    free, quarter = (unwrap(V, F, cones=Cones(cones, angles=how)).quality for how in (None, "quarter"))
     # 14 times on 3holes, if the cones' angles are chosen for little stretch alone
     assert quarter.angle_distortion < 5 * free.angle_distortion
     assert quarter.stretch_l2 < 1.1 * free.stretch_l2
@@ -390,8 +393,8 @@ def test_turning_handles_by_quarters_costs_little(name: str) -> None:
 @pytest.mark.parametrize("n", [8, None])
 def test_quarter_cones_that_are_found_go_where_handles_turn_by_quarters(n: int | None) -> None:
     V, F = load("closed__igl_3holes.off")
-    stay = unwrap(V, F, cones=find_cones(V, F, n), cone_angles="quarter").quality
-    atlas = unwrap(V, F, cones="auto" if n is None else n, cone_angles="quarter")
+    stay = unwrap(V, F, cones=Cones(find_cones(V, F, n), angles="quarter")).quality
+    atlas = unwrap(V, F, cones=Cones("auto" if n is None else n, angles="quarter"))
     assert len(np.unique(atlas.cones)) == len(find_cones(V, F, n)) and atlas.seam_mismatch <= 1e-6
     assert atlas.quality.angle_distortion < 0.75 * stay.angle_distortion  # 0.56 and 0.65
     assert atlas.quality.stretch_l2 < stay.stretch_l2
@@ -415,13 +418,11 @@ def test_scaled_triangles_close_around_vertices_and_along_handles() -> None:
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.MeshWarning")  # they are cut open
-@pytest.mark.parametrize(
-    "asked", [{}, {"cone_angles": "quarter"}, {"cone_angles": "quarter", "period": 0.01}]
-)
+@pytest.mark.parametrize("asked", [{}, {"angles": "quarter"}, {"angles": "quarter", "period": 0.01}])
 @pytest.mark.parametrize("name", ["a one sided band", "a bottle without an inside", "a projective plane"])
 def test_one_sided_surfaces_have_cones_too(name: str, asked: dict[str, object]) -> None:
     for cones in ("auto", 3):
-        atlas = unwrap(*NASTY[name](), cones=cones, **asked)
+        atlas = unwrap(*NASTY[name](), cones=Cones(cones, **asked))
         assert atlas.good and not atlas.quality.flips
         assert atlas.seam_mismatch <= 1e-6
 
@@ -470,7 +471,7 @@ def sieve() -> Surface:
 
 
 def test_few_quarter_cones_on_a_surface_of_many_handles_share_what_they_take() -> None:
-    atlas = unwrap(*sieve(), cones=20, cone_angles="quarter")
+    atlas = unwrap(*sieve(), cones=Cones(20, angles="quarter"))
     assert not atlas.quality.flips and atlas.seam_mismatch <= 1e-8
     assert atlas.quality.stretch_l2 < 10  # 183 if one vertex of many triangles takes what is left
 
@@ -478,13 +479,13 @@ def test_few_quarter_cones_on_a_surface_of_many_handles_share_what_they_take() -
 @pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")  # of the steps on the way
 def test_cones_that_no_map_has_are_refused_with_what_would_help() -> None:
     with pytest.raises(MeshError, match=r"no map with the 16 cones .* was found: give more cones"):
-        unwrap(*plate_with_holes(12), cones=16, cone_angles="quarter")
+        unwrap(*plate_with_holes(12), cones=Cones(16, angles="quarter"))
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.FallbackWarning")
 def test_quarter_cones_that_steps_lead_away_from_are_refused_before_other_steps_are_tried() -> None:
     with pytest.raises(MeshError, match=r"no map with the 20 cones .* \(steps lead to angle sums \d+ away"):
-        unwrap(*plate_with_holes(20), cones=20, cone_angles="quarter")
+        unwrap(*plate_with_holes(20), cones=Cones(20, angles="quarter"))
 
 
 @pytest.mark.filterwarnings("ignore::igl_linabf.OutcomeWarning")  # of the fewest cones
@@ -493,7 +494,7 @@ def test_cones_that_are_found_have_angles_that_triangles_can_have() -> None:
     assert igl.euler_characteristic(F) == 2 - 2 * 16
     cones = find_cones(V, F)
     for how in (None, "quarter"):
-        assert unwrap(V, F, cones=cones, cone_angles=how).quality.stretch_l2 < 10
+        assert unwrap(V, F, cones=Cones(cones, angles=how)).quality.stretch_l2 < 10
     with pytest.raises(MeshError, match=r"too few.*give at least \d+$") as error:
         find_cones(V, F, 4)
     enough = int(str(error.value).split()[-1])
@@ -503,8 +504,8 @@ def test_cones_that_are_found_have_angles_that_triangles_can_have() -> None:
 def test_quarter_turns_that_cones_have_little_room_for_are_spread_over_all_of_them() -> None:
     V, F = load("closed__igl_3holes.off")
     cones = find_cones(V, F)[:2]
-    with pytest.raises(MeshError, match=r"give more cones near vertices .*, or other cone_angles$"):
-        unwrap(V, F, cones=cones, cone_angles="quarter")
+    with pytest.raises(MeshError, match=r"give more cones near vertices .*, or other angles$"):
+        unwrap(V, F, cones=Cones(cones, angles="quarter"))
 
 
 def test_cones_of_a_repaired_mesh_are_those_of_the_given_vertices() -> None:
@@ -513,7 +514,7 @@ def test_cones_of_a_repaired_mesh_are_those_of_the_given_vertices() -> None:
     corners = corners_of(V)
     given = np.array([np.flatnonzero((soup == V[i]).all(axis=1))[-1] for i in corners])
     with pytest.warns(UserWarning, match="welded"):
-        atlas = unwrap(soup, np.arange(len(soup)).reshape(-1, 3), cones=given, cone_angles="quarter")
+        atlas = unwrap(soup, np.arange(len(soup)).reshape(-1, 3), cones=Cones(given, angles="quarter"))
     assert (np.sort(soup[atlas.cones], axis=0) == np.sort(V[corners], axis=0)).all()
     assert atlas.quality.stretch_l2 == pytest.approx(1, abs=1e-9)
 
@@ -522,15 +523,15 @@ def test_what_does_not_fit_is_refused_with_what_would() -> None:
     V, F = cube(3)
     corners = corners_of(V)
     with pytest.raises(MeshError, match=r"have to sum to 37\.69.*change them by \+12\.56"):
-        unwrap(V, F, cones=corners, cone_angles=np.full(8, np.pi))
+        unwrap(V, F, cones=Cones(corners, angles=np.full(8, np.pi)))
     with pytest.raises(MeshError, match=r"sum to 2160 rad.*from degrees to radians"):
-        unwrap(V, F, cones=corners, cone_angles=np.full(8, 270))
+        unwrap(V, F, cones=Cones(corners, angles=np.full(8, 270)))
     with pytest.raises(MeshError, match=r"no cones are too few .* give at least 3"):
         unwrap(*joined((V, F), (V + 5, F)), cones=corners)
     with pytest.raises(ValueError, match="at most a half"):
-        unwrap(V, F, cones=8, cone_angles="quarter", period=0.9)
+        unwrap(V, F, cones=Cones(8, angles="quarter", period=0.9))
     with pytest.raises(MeshError, match="not positive"):
-        unwrap(V, F, cones=corners[:3], cone_angles=[0.0, np.pi, np.pi])
+        unwrap(V, F, cones=Cones(corners[:3], angles=[0.0, np.pi, np.pi]))
     with pytest.raises(MeshError, match=r"too few.*give at least 3"):
         unwrap(V, F, cones=corners[:2])
     with pytest.raises(MeshError, match="give at least 3"):
@@ -543,11 +544,13 @@ def test_what_does_not_fit_is_refused_with_what_would() -> None:
         unwrap(V, F, cones=[0, 0, 1, 2])
     with pytest.raises(MeshError, match="within 0 and 6 pi"):
         middle = next(i for i in range(len(V)) if np.count_nonzero(i == F) == 6)
-        unwrap(V, F, cones=[middle, *corners[1:6]], cone_angles=[7 * np.pi, *np.full(5, np.pi / 5)])
+        unwrap(V, F, cones=Cones([middle, *corners[1:6]], angles=[7 * np.pi, *np.full(5, np.pi / 5)]))
     with pytest.raises(ValueError, match="does not go together with seams"):
         unwrap(V, F, find_seams(V, F), cones=corners)
-    with pytest.raises(ValueError, match="cones="):
-        unwrap(V, F, cone_angles="quarter")
+    with pytest.raises(ValueError, match="does not go together with seams"):
+        unwrap(V, F, Seams(trade=1), cones=corners)
+    with pytest.raises(MeshError, match="yet to be found"):
+        Cones(8, angles=np.full(8, 1.5 * np.pi))
     with pytest.raises(ValueError, match="'linabf' or 'abf'"):
         unwrap(V, F, method="lscm", cones=corners)
 

@@ -11,7 +11,7 @@ from nasty_meshes import NASTY, sphere
 from numpy.testing import assert_allclose
 from scipy.spatial import cKDTree
 
-from igl_linabf import MeshError, MeshWarning, clean, find_seams, texture_seams, unwrap
+from igl_linabf import MeshError, MeshWarning, Seams, clean, find_seams, texture_seams, unwrap
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.cut_graphs.shortening import slide_into_valleys
 from igl_linabf.charts.seams.growth import grown_seam, shorter_seam
@@ -34,7 +34,7 @@ def test_seams_move_to_the_side_that_is_not_seen(name: str) -> None:
     V, F = load(name)
     axes = np.eye(3)[np.argsort(np.ptp(V, axis=0))]
     for hide in (axes[0], -axes[0]):
-        plain, hidden = (unwrap(V, F, hide=side) for side in (None, hide))
+        plain, hidden = (unwrap(V, F, Seams(hide=side)) for side in (None, hide))
         assert hidden.good
         before, after = (seen_length(V, F, atlas.seams, hide) for atlas in (plain, hidden))
         assert after < 0.7 * before
@@ -44,7 +44,7 @@ def test_seams_move_to_the_side_that_is_not_seen(name: str) -> None:
 def test_a_weight_a_face_hides_as_a_direction_does() -> None:
     V, F = load("pial")
     cosine = np.cross(V[F[:, 1]] - V[F[:, 0]], V[F[:, 2]] - V[F[:, 0]])[:, 2] / igl.doublearea(V, F)
-    by_direction, by_weight = (unwrap(V, F, hide=h) for h in ([0, 0, 1.0], 5 + 2 * cosine))
+    by_direction, by_weight = (unwrap(V, F, Seams(hide=h)) for h in ([0, 0, 1.0], 5 + 2 * cosine))
     up = np.array([0, 0, 1.0])
     lengths = [seen_length(V, F, atlas.seams, up) for atlas in (by_direction, by_weight)]
     assert max(lengths) < 0.7 * seen_length(V, F, unwrap(V, F).seams, up)
@@ -78,7 +78,7 @@ def test_seams_stay_off_a_face(name: str) -> None:
     anywhere = unwrap(V, F)
     size = float(np.sqrt(igl.doublearea(V, F).sum() / 2))
     for turn in (np.eye(3), np.linalg.qr(np.random.default_rng(3).normal(size=(3, 3)))[0]):
-        found = unwrap(V @ turn, F, hide="back")
+        found = unwrap(V @ turn, F, Seams(hide="back"))
         assert found.good
         seen, before = (seen_length(V, F, atlas.seams, away) for atlas in (found, anywhere))
         assert seen < 0.7 * before
@@ -126,9 +126,10 @@ def test_hiding_does_not_depend_on_the_orientation_of_a_body() -> None:
 )
 def test_what_is_no_direction_and_no_weights_is_refused(hide: object, says: str) -> None:
     V, F = igl.icosahedron()
-    for call in (find_seams, unwrap):
-        with pytest.raises(MeshError, match=says):
-            call(V, F, hide=hide)
+    with pytest.raises(MeshError, match=says):
+        find_seams(V, F, hide=hide)
+    with pytest.raises(MeshError, match=says):
+        unwrap(V, F, Seams(hide=hide))
 
 
 def test_the_command_hides_seams_and_says_what_is_no_direction(tmp_path) -> None:
@@ -138,7 +139,7 @@ def test_the_command_hides_seams_and_says_what_is_no_direction(tmp_path) -> None
     process = run("unwrap", mesh, "-o", tmp_path / "out.obj", "--hide=0,0,-1")
     assert process.returncode == 0, process.stderr
     FTC = read_texture(tmp_path / "out.obj")[1]
-    assert (FTC == unwrap(V, F, hide=[0, 0, -1]).FTC).all()
+    assert (FTC == unwrap(V, F, Seams(hide=[0, 0, -1])).FTC).all()
     process = run("unwrap", mesh, "-o", tmp_path / "out.obj", "--hide=0,1")
     assert process.returncode == 2
     assert "is no direction" in process.stderr

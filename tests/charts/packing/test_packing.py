@@ -11,7 +11,7 @@ import shapely
 from conftest import bumps
 from scipy.spatial import cKDTree
 
-from igl_linabf import MeshError, find_seams, unwrap
+from igl_linabf import MeshError, Packing, Seams, find_seams, unwrap
 from igl_linabf.charts import pack
 from igl_linabf.charts.packing.flat_charts import Cells, Flat
 from igl_linabf.charts.packing.layout_search import largest_layout
@@ -73,7 +73,7 @@ def inside(chart: Chart, point: np.ndarray) -> bool:
 @pytest.mark.parametrize("margin", [0, MARGIN, 0.02])
 def test_apart_at_one_scale_and_not_mirrored(name: str, margin: float) -> None:
     charts = SETS[name]
-    placed = pack(charts, margin=margin)
+    placed = pack(charts, Packing(margin=margin))
     scale = abs(placed[0].ratio)
     for (uv, F), new in zip(charts, placed, strict=True):
         assert abs(new.ratio) == pytest.approx(scale, rel=1e-13)
@@ -103,7 +103,7 @@ def test_apart_at_one_scale_and_not_mirrored(name: str, margin: float) -> None:
 
 def test_no_point_belongs_to_two_charts() -> None:
     charts = SETS["lognormal"]
-    placed = pack(charts, margin=MARGIN)
+    placed = pack(charts, Packing(margin=MARGIN))
     shapes = [
         shapely.union_all(shapely.polygons(new.uv[F])) for new, (_, F) in zip(placed, charts, strict=True)
     ]
@@ -118,7 +118,7 @@ def box(width: float, height: float, turn: float = 0.0) -> Chart:
 
 
 def fill(charts: list[Chart]) -> float:
-    return float(sum(new.area for new in pack(charts, margin=0)))
+    return float(sum(new.area for new in pack(charts, Packing(margin=0))))
 
 
 def test_rectangles_are_turned_by_quarters_where_they_fit_so() -> None:
@@ -160,35 +160,35 @@ def footprints(placed: list[PackedChart], charts: list[Chart], resolution: int) 
 @pytest.mark.parametrize("resolution", [128, 300])
 def test_no_two_charts_share_a_texel_of_a_bilinear_lookup(resolution: int) -> None:
     charts = SETS["lognormal"]
-    once = footprints(pack(charts, resolution=resolution), charts, resolution)
+    once = footprints(pack(charts, Packing(resolution=resolution)), charts, resolution)
     assert once.max() == 1
     assert once.sum() > 0.6 * once.size
-    assert footprints(pack(charts, resolution=resolution, padding=0), charts, resolution).max() > 1
+    assert footprints(pack(charts, Packing(resolution=resolution, padding=0)), charts, resolution).max() > 1
     many = [box(1 + 3 * (k % 3), 1, 0.1 * k) for k in range(120)] + stars([4, 3])  # on shelves, but two
-    assert footprints(pack(many, resolution=resolution), many, resolution).max() == 1
+    assert footprints(pack(many, Packing(resolution=resolution)), many, resolution).max() == 1
 
 
 def test_a_texel_density_takes_as_many_pages_as_it_needs() -> None:
     charts = SETS["six"]
-    placed = pack(charts, resolution=256, texel_density=40)
+    placed = pack(charts, Packing(resolution=256, texel_density=40))
     pages = max(new.page for new in placed) + 1
     assert {round(abs(new.ratio) * 256, 9) for new in placed} == {40}
     assert {new.page for new in placed} == set(range(pages))
     assert pages > 1
     assert footprints(placed, charts, 256).max() == 1
     with pytest.raises(MeshError, match=r"density of 40 do not fit on a page of 256 x 256"):
-        pack(charts, resolution=256, texel_density=40, pages=1)
+        pack(charts, Packing(resolution=256, texel_density=40, pages=1))
     with pytest.raises(MeshError, match=r"chart 3 takes 368\d x 284\d\): use a smaller density or a larger"):
-        pack(charts, resolution=256, texel_density=600)
+        pack(charts, Packing(resolution=256, texel_density=600))
     with pytest.raises(ValueError, match="needs a resolution"):
-        pack(charts, texel_density=40)
+        pack(charts, Packing(texel_density=40))
 
 
 def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
     V, F = bumps()
     size = np.sqrt(igl.doublearea(V, F).sum() / 2)
     density = 300 / size
-    atlas = unwrap(V, F, resolution=128, texel_density=density)
+    atlas = unwrap(V, F, packing=Packing(resolution=128, texel_density=density))
     assert atlas.good
     assert atlas.pages == len(np.unique(np.floor(atlas.TC[atlas.FTC].mean(axis=1)), axis=0)) > 4
     assert atlas.scale * 128 == pytest.approx(density)
@@ -197,7 +197,7 @@ def test_a_chart_larger_than_a_page_is_cut_until_its_parts_fit() -> None:
     placed = [PackedChart(1, 0, uv[:, :2], 0, page) for (uv, _), page in zip(parts, atlas.page, strict=True)]
     assert footprints(placed, parts, 128).max() == 1
     with pytest.raises(MeshError, match="fit on 2 pages"):
-        unwrap(V, F, resolution=128, texel_density=density, pages=2)
+        unwrap(V, F, packing=Packing(resolution=128, texel_density=density, pages=2))
 
 
 def test_moves_fill_a_texture_better_than_the_first_layout() -> None:
@@ -214,7 +214,7 @@ def test_more_pages_hold_larger_charts_in_tiles() -> None:
     charts = SETS["equal"]
     sizes = []
     for pages in (1, 12):
-        placed = pack(charts, resolution=256, pages=pages)
+        placed = pack(charts, Packing(resolution=256, pages=pages))
         sizes.append(abs(placed[0].ratio))
         tile = np.array([[new.page % 10, new.page // 10] for new in placed])
         for new, corner in zip(placed, tile, strict=True):
@@ -237,7 +237,7 @@ def test_hundreds_of_charts_of_all_sizes_are_apart_at_one_scale() -> None:
         for size, thin in zip(rng.lognormal(0, 1, 400), rng.uniform(1, 3, 400), strict=True)
     ]
     margin = 0.001
-    placed = pack(charts, margin=margin)
+    placed = pack(charts, Packing(margin=margin))
     assert sum(new.area for new in placed) > 0.45
     assert np.ptp([abs(new.ratio) for new in placed]) < 1e-13 * abs(placed[0].ratio)
     everything = np.concatenate([new.uv for new in placed])
@@ -276,11 +276,11 @@ def test_what_cannot_be_packed_is_refused() -> None:
     with pytest.raises(MeshError, match=r"chart 0: .* outside 0\.\.1"):
         pack([(np.eye(2), triangle)])
     with pytest.raises(ValueError, match="margin"):
-        pack([good], margin=0.2)
+        pack([good], Packing(margin=0.2))
     with pytest.raises(ValueError, match=r"resolution is \(512, 1024\): .* square page"):
-        pack([good], resolution=(512, 1024))
+        pack([good], Packing(resolution=(512, 1024)))
     with pytest.raises(MeshError, match="100 charts do not fit"):
-        pack(stars(np.ones(100)), margin=0.1)
+        pack(stars(np.ones(100)), Packing(margin=0.1))
 
 
 @pytest.mark.parametrize("others", [0, 45])
@@ -294,7 +294,7 @@ def test_limbs_are_cut_where_a_fuller_page_is_worth_the_seam(others: int) -> Non
     beside = len(V) + 4 * np.arange(others)[:, None, None] + [[0, 1, 2], [0, 2, 3]]
     V = np.concatenate([V, *(square + np.array([k, 30, 0]) for k in range(others))])
     F = np.concatenate((F, beside.reshape(-1, 3)))
-    whole, cut = (unwrap(V, F, trade=trade, resolution=256) for trade in (0, 6))
+    whole, cut = (unwrap(V, F, Seams(trade=trade), packing=Packing(resolution=256)) for trade in (0, 6))
     assert len(whole.charts) == 1 + others
     assert len(cut.charts) > 1 + others
     assert cut.good
@@ -357,4 +357,4 @@ def test_what_does_not_fit_is_told_in_the_density_that_was_asked_for(size: float
     V, F = igl.icosahedron()
     seams = find_seams(V, F)
     with pytest.raises(MeshError, match=re.escape(f"at a texel density of {64 / size:g} does not fit")):
-        unwrap(V * size, F, seams, resolution=64, texel_density=64 / size, pages=1)
+        unwrap(V * size, F, seams, packing=Packing(resolution=64, texel_density=64 / size, pages=1))

@@ -11,8 +11,8 @@ from conftest import load
 from hard_surfaces import DEVELOPABLE, ROUNDED, box, plate_with_holes, rock, rounded_box
 from nasty_meshes import joined
 
-from igl_linabf import Atlas, MeshError, OutcomeWarning, cut, find_seams, unwrap
-from igl_linabf.charts import options as task
+from igl_linabf import Atlas, MeshError, OutcomeWarning, Seams, cut, find_seams, unwrap
+from igl_linabf.charts import options
 
 
 def is_seam(edges: np.ndarray, atlas: Atlas) -> np.ndarray:
@@ -21,11 +21,11 @@ def is_seam(edges: np.ndarray, atlas: Atlas) -> np.ndarray:
     return np.array([tuple(pair) in seams for pair in np.sort(edges, axis=1).tolist()])
 
 
-@pytest.mark.parametrize("options", [{}, {"hide": [0, 0, -1]}, {"bijective": True}])
+@pytest.mark.parametrize("seams", [None, Seams(hide=[0, 0, -1]), Seams(bijective=True)])
 @pytest.mark.parametrize("name", DEVELOPABLE)
-def test_what_has_a_net_is_laid_flat_without_distortion(name: str, options: dict[str, object]) -> None:
+def test_what_has_a_net_is_laid_flat_without_distortion(name: str, seams: Seams | None) -> None:
     V, F = DEVELOPABLE[name]()
-    atlas = unwrap(V, F, **options)
+    atlas = unwrap(V, F, seams)
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.01
     assert atlas.quality.conformal_distortion < 1.01
@@ -38,7 +38,7 @@ def test_a_box_opens_on_the_side_that_hides_its_seams(shape: tuple[float, float,
     edges, _, sides = igl.edge_flaps(F)[:3]
     across = igl.per_face_normals(V, F, np.zeros(3))[sides]
     for axis in (*np.eye(3), *-np.eye(3)):
-        atlas = unwrap(V, F, hide=axis)
+        atlas = unwrap(V, F, Seams(hide=axis))
         on_seam = is_seam(edges, atlas)
         around = (across @ axis).min(axis=1) < -0.5, (across @ axis).max(axis=1) > 0.5
         shown, hidden = (
@@ -80,8 +80,8 @@ def test_many_open_boxes_and_tents_are_cut_to_their_nets_in_one_search(
         parts.append((V * rng.uniform(0.5, 2, 3), F[keep]))
         parts.append((tent * rng.uniform(0.8, 2, 3), np.array([[0, 1, 4], [1, 2, 4], [2, 3, 4], [3, 0, 4]])))
     searches = []
-    found = task.seams_of
-    monkeypatch.setattr(task, "seams_of", lambda *a, **k: searches.append(a) or found(*a, **k))
+    found = options.seams_of
+    monkeypatch.setattr(options, "seams_of", lambda *a, **k: searches.append(a) or found(*a, **k))
     atlas = unwrap(*joined(*parts))
     assert atlas.good
     assert len(searches) == 1
@@ -146,7 +146,7 @@ def test_a_body_with_fillets_is_cut_along_these_and_laid_flat_nearly_exactly(
     name: str, bijective: bool
 ) -> None:
     V, F = ROUNDED[name]()
-    atlas = unwrap(V, F, bijective=bijective)
+    atlas = unwrap(V, F, Seams(bijective=bijective))
     assert atlas.good
     assert not atlas.quality.overlaps
     assert atlas.quality.stretch_l2 < 1.005
@@ -171,7 +171,7 @@ def test_a_rounded_box_falls_into_the_net_of_the_box_however_it_lies() -> None:
 
 def test_a_small_trade_cuts_a_body_with_fillets_as_a_smooth_one() -> None:
     V, F = ROUNDED["rounded plate, finer"]()
-    many, few = unwrap(V, F), unwrap(V, F, trade=0.5)
+    many, few = unwrap(V, F), unwrap(V, F, Seams(trade=0.5))
     assert few.good
     assert few.seam_length < many.seam_length / 2
     assert len(few.charts) == 1
@@ -182,7 +182,7 @@ def test_seams_that_are_a_beginning_are_completed(name: str) -> None:
     V, F = DEVELOPABLE[name]() if name in DEVELOPABLE else load(name)
     found = find_seams(V, F)
     for mine in (found[:0], F[:1, :2], found[: len(found) // 3], ring(V, F)):
-        atlas = unwrap(V, F, mine, complete=True)
+        atlas = unwrap(V, F, Seams(mine, complete=True))
         assert atlas.good
         assert atlas.quality.stretch_l2 < 1.5
         with warnings.catch_warnings():

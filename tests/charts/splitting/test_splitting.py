@@ -9,8 +9,8 @@ import shapely
 from conftest import load
 from overlapping_surfaces import spiral
 
-from igl_linabf import FallbackWarning, Flattening, find_seams, flatten, overlaps, quality, unwrap
-from igl_linabf.charts import options as task
+from igl_linabf import FallbackWarning, Flattening, Seams, find_seams, flatten, overlaps, quality, unwrap
+from igl_linabf.charts import options
 from igl_linabf.charts.splitting import bijective as bijectively
 from igl_linabf.surface import Submesh
 
@@ -28,7 +28,7 @@ def test_charts_that_lie_over_themselves_are_split_where_that_is_short() -> None
 
 def test_bijective_keeps_one_chart_and_says_what_it_costs() -> None:
     V, F = spiral()
-    atlas = unwrap(V, F, bijective=True)
+    atlas = unwrap(V, F, Seams(bijective=True))
     (chart,) = atlas.charts
     assert chart.overlapping == 0
     assert chart.cost > 0
@@ -41,13 +41,13 @@ def test_what_moving_apart_takes_too_long_for_is_cut(monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(bijectively, "WAITED", 0.0)
     monkeypatch.setattr(bijectively, "PER_FACE", 1e-9)
     with pytest.warns(FallbackWarning, match="cut apart, not moved.*did not end within"):
-        atlas = unwrap(V, F, bijective=True)
+        atlas = unwrap(V, F, Seams(bijective=True))
     assert atlas.splits
     assert len(overlaps(atlas.TC, atlas.FTC)) == 0
 
 
 def test_what_still_overlaps_after_all_rounds_of_splitting_is_halved(monkeypatch) -> None:
-    monkeypatch.setattr(task, "MAX_SPLITS", 0)
+    monkeypatch.setattr(options, "MAX_SPLITS", 0)
     V, F = spiral()
     atlas = unwrap(V, F, np.zeros((0, 2), dtype=int))
     assert atlas.good and len(atlas.charts) > 1
@@ -83,7 +83,7 @@ def test_what_a_few_narrower_faces_solve_needs_no_moving_apart(
 ) -> None:
     V, F = load(name)
     monkeypatch.setattr("igl_linabf.charts.charting.move_parts_apart", pytest.fail)
-    atlas = unwrap(V, F, bijective=True)
+    atlas = unwrap(V, F, Seams(bijective=True))
     assert not atlas.quality.overlaps
     assert (atlas.TC == unwrap(V, F).TC).all()
 
@@ -117,9 +117,9 @@ def test_small_charts_are_joined_where_the_caller_has_no_seam(monkeypatch: pytes
     V, F = load("holes__igl_beetle.off")
     monkeypatch.setattr("igl_linabf.charts.charting.relayout_locally", as_they_are)
     mine = find_seams(V, F)
-    begun = unwrap(V, F, mine, complete=True)
+    begun = unwrap(V, F, Seams(mine, complete=True))
     assert len(begun.charts) < len(unwrap(V, F, mine).charts)
     apart = unwrap(V, F, mine).seams
-    for kept, atlas in ((mine, begun), (apart, unwrap(V, F, apart, complete=True))):
+    for kept, atlas in ((mine, begun), (apart, unwrap(V, F, Seams(apart, complete=True)))):
         cut = {tuple(edge) for edge in np.sort(atlas.seams, axis=1).tolist()}
         assert cut >= {tuple(edge) for edge in np.sort(kept, axis=1).tolist()}

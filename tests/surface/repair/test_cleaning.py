@@ -18,6 +18,8 @@ from igl_linabf import (
     MeshError,
     MeshWarning,
     OutcomeWarning,
+    Packing,
+    Seams,
     clean,
     cut,
     find_seams,
@@ -212,26 +214,26 @@ def flat_with(V: np.ndarray, F: np.ndarray, seams: np.ndarray) -> tuple[np.ndarr
 )
 def test_a_disk_that_would_gain_little_is_not_cut(name: str) -> None:
     V, F = load(name)
-    assert unwrap(V, F).seam_length == unwrap(V, F, trade=0).seam_length
+    assert unwrap(V, F).seam_length == unwrap(V, F, Seams(trade=0)).seam_length
 
 
 def test_the_stretch_of_each_chart_is_bounded_if_asked() -> None:
     V, F = load("closed__igl_cow.off")
     for most in (1.2, 1.05):
-        atlas = unwrap(V, F, max_stretch=most)
+        atlas = unwrap(V, F, Seams(max_stretch=most))
         assert atlas.good
         assert max(chart.quality.stretch_l2 for chart in atlas.charts) <= most * (1 + 1e-9)
     assert len(atlas.charts) < 60
     with pytest.raises(ValueError, match=r"max_stretch is 0\.5"):
-        unwrap(V, F, max_stretch=0.5)
+        unwrap(V, F, Seams(max_stretch=0.5))
 
 
 def test_cuts_for_a_fuller_page_keep_to_the_bound_of_the_stretch() -> None:
     """A part of a chart may be stretched more than the whole."""
     dome = pyvista.ParametricBohemianDome(u_res=30, v_res=30, w_res=10).triangulate().clean()
     V, F = np.asarray(dome.points, dtype=np.float64), dome.faces.reshape(-1, 4)[:, 1:]
-    for options in ({}, {"resolution": 100, "padding": 0}):
-        atlas = unwrap(V, F, max_stretch=1.05, **options)
+    for packing in (None, Packing(resolution=100, padding=0)):
+        atlas = unwrap(V, F, Seams(max_stretch=1.05), packing=packing)
         assert not atlas.troubles
         assert max(chart.quality.stretch_l2 for chart in atlas.charts) <= 1.05 * (1 + 1e-9)
 
@@ -241,7 +243,7 @@ def test_seams_may_be_a_beginning() -> None:
     mine = F[:1, :2]
     with pytest.raises(MeshError, match="complete=True"):
         unwrap(V, F, mine)
-    atlas = unwrap(V, F, mine, complete=True)
+    atlas = unwrap(V, F, Seams(mine, complete=True))
     assert atlas.good
     assert atlas.quality.stretch_l2 < 1.3
     V, F = load("closed__igl_cow.off")
@@ -249,7 +251,7 @@ def test_seams_may_be_a_beginning() -> None:
     with pytest.warns(OutcomeWarning, match="L2 stretch of .* beyond 10"):
         short = unwrap(V, F, begun)
     assert not short.good
-    whole = unwrap(V, F, begun, complete=True)
+    whole = unwrap(V, F, Seams(begun, complete=True))
     assert whole.good
     assert whole.quality.stretch_l2 < 1.4
     cut = {tuple(e) for e in np.sort(whole.seams, axis=1).tolist()}
