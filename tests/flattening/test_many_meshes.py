@@ -16,7 +16,7 @@ from scipy.spatial import ConvexHull
 
 import igl_linabf as il
 from igl_linabf._runtime import in_threads
-from igl_linabf.charts import TRADE
+from igl_linabf import Seams
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.seams.growth import seam_cost
 from igl_linabf.charts.seams.search import seams_of
@@ -230,15 +230,15 @@ def test_seams_of_many_small_bodies_cost_no_more_than_one_by_one() -> None:
     rng = np.random.default_rng(1)
     bodies = [body(rng, holes) for holes in (0, 1, 2, 3) for _ in range(8)] + [box(rng) for _ in range(8)]
     surface = Submesh.checked_manifold(*side_by_side(bodies))
-    together = seams_of(surface, TRADE, disks=True)
+    together = seams_of(surface, Seams.trade, disks=True)
     ratio = []
     for component in surface.components():
         piece = ClosedSurface.of(component)
         edges = component.vertices[piece.edges]
         found = np.isin(np.sort(edges) @ [surface.n_given, 1], np.sort(together) @ [surface.n_given, 1])
-        alone = seams_of(component, TRADE, disks=True)
+        alone = seams_of(component, Seams.trade, disks=True)
         right = np.isin(np.sort(edges) @ [surface.n_given, 1], np.sort(alone) @ [surface.n_given, 1])
-        cost, least = (seam_cost(piece, np.flatnonzero(seam), TRADE) for seam in (found, right))
+        cost, least = (seam_cost(piece, np.flatnonzero(seam), Seams.trade) for seam in (found, right))
         ratio.append(cost / least)
     assert np.mean(ratio) < 1.005 and max(ratio) < 1.1
     pieces = surface.cut_along(together)
