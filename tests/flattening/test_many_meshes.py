@@ -15,8 +15,8 @@ from conftest import bumps, tree_cut
 from scipy.spatial import ConvexHull
 
 import igl_linabf as il
-from igl_linabf._runtime import in_threads
 from igl_linabf import Seams
+from igl_linabf._runtime import in_threads
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
 from igl_linabf.charts.seams.growth import seam_cost
 from igl_linabf.charts.seams.search import seams_of
