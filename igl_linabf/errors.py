@@ -32,7 +32,12 @@ class OutcomeWarning(UserWarning):
     """The returned map is not valid or not converged; the text says what is wrong and what helps."""
 
 
-def some(indices: ArrayLike, limit: int = 5) -> str:
+# Indices that a message lists before it says how many there are. Fewer hide a pattern; more fill the line.
+# tests/test_bad_input.py shows the messages.
+LISTED = 5
+
+
+def some(indices: ArrayLike, limit: int = LISTED) -> str:
     """Write the first few of `indices`, and how many there are if that is more.
 
     Examples

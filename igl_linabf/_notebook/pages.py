@@ -9,9 +9,14 @@ import numpy as np
 from .._types import FloatArray, IntArray
 from ..surface import NEXT, PREV, cycles
 
-SIDE = 260  # pixels
-MOST_TRIANGLES = 2_000  # that a picture of this size shows
-MOST_PIECES = 500
+# Pixels along the longer side of a picture. In fewer, triangles cannot be told apart; more fill the notebook.
+# demos/ and tests/_notebook/test_pages.py make such pictures.
+PICTURE_SIDE = 260
+
+# Triangles that are drawn at most: their sides then have some eight pixels. Of more, only the outlines of the
+# charts are drawn; of fewer, nobody needs the outlines alone (tests/_notebook/test_pages.py).
+MOST_DRAWN_TRIANGLES = 2_000
+MOST_DRAWN_CHARTS = MOST_DRAWN_TRIANGLES // 4  # an outline is as long as several triangles
 COLOURS = ("#4c78a8", "#f58518", "#54a24b", "#b279a2", "#e45756", "#72b7b2", "#9d755d", "#bab0ac")
 
 
@@ -56,7 +61,7 @@ def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
     if not len(F):
         return ""
     low, high = corners[shown].min(axis=(0, 1)), corners[shown].max(axis=(0, 1))
-    scale = (SIDE - 4) / max(float((high - low).max()), float(np.finfo(float).tiny))
+    scale = (PICTURE_SIDE - 4) / max(float((high - low).max()), float(np.finfo(float).tiny))
     width, height = (high - low) * scale + 4
     at = np.column_stack((uv[:, 0] - low[0], high[1] - uv[:, 1])) * scale + 2  # v points up
     drawn = [
@@ -64,7 +69,7 @@ def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
         f'fill-rule="evenodd" stroke="#333" stroke-width="0.8"/>'
         for i, loops in _outlines(F, piece)
     ]
-    if len(F) <= MOST_TRIANGLES:
+    if len(F) <= MOST_DRAWN_TRIANGLES:
         triangles = _closed(at, F.tolist())
         drawn.append(f'<path d="{triangles}" fill="none" stroke="#333" stroke-width="0.25"/>')
     return (
@@ -85,7 +90,7 @@ def _outlines(F: IntArray, piece: IntArray) -> list[tuple[int, list[list[int]]]]
     loops: dict[int, list[list[int]]] = {}
     for loop in cycles(following):
         loops.setdefault(int(of[loop[0]]), []).append(tail[loop].tolist())
-    largest = np.argsort(-np.bincount(piece), kind="stable")[:MOST_PIECES]
+    largest = np.argsort(-np.bincount(piece), kind="stable")[:MOST_DRAWN_CHARTS]
     return [(int(i), loops[i]) for i in sorted(largest.tolist()) if i in loops]
 
 

@@ -38,7 +38,9 @@ def timed(stage: str) -> Iterator[None]:
 
 Progress = Callable[[str, float], None] | Literal[False] | None
 
-PATIENCE = 2.0  # seconds without a bar
+# Seconds until a bar appears. Sooner, short calls would flicker; later, long ones seem to hang.
+# tests/_runtime/test_progress.py shows both.
+SECONDS_WITHOUT_BAR = 2.0
 
 
 class _Report:
@@ -63,7 +65,7 @@ class _Report:
 
 
 class _Bar:
-    """A bar of rich on stderr, from `PATIENCE` seconds on until all is done."""
+    """A bar of rich on stderr, from `SECONDS_WITHOUT_BAR` on until all is done."""
 
     def __init__(self) -> None:
         self._start = perf_counter()
@@ -76,7 +78,7 @@ class _Bar:
         if self._ended:
             return
         if self._bar is None:
-            if perf_counter() - self._start < PATIENCE:
+            if perf_counter() - self._start < SECONDS_WITHOUT_BAR:
                 return
             from rich.console import Console
             from rich.progress import Progress as Bar

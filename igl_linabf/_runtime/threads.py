@@ -9,7 +9,9 @@ from typing import TypeVar
 T = TypeVar("T")
 R = TypeVar("R")
 
-MOST_THREADS = 8  # threads; more would wait for Python's lock
+# Threads at most. With fewer, cores idle; more wait for Python's lock. benchmarks/many.py has the times of
+# many meshes, and OMP_NUM_THREADS limits them further.
+MOST_THREADS = 8
 
 
 def in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:

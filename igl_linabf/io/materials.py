@@ -1,10 +1,10 @@
 """What materials look like, in the two ways that formats say it: MTL beside OBJ, and glTF's own."""
 
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,12 +12,21 @@ from .._types import FloatArray
 from ..errors import MeshWarning, stack_level
 from .parsing import numbers
 
-Colour = tuple[float, float, float]
-WHITE, BLACK = (1.0, 1.0, 1.0), (0.0, 0.0, 0.0)
-LOW, SLOPE, SCALE, POWER = 0.0031308, 12.92, 1.055, 2.4  # of sRGB
+SRGB = {"slope": 12.92, "end of line": 0.0031308, "scale": 1.055, "power": 2.4}  # IEC 61966-2-1
 PLAIN = "igl_linabf"  # the material of faces that have none
 TEXTURE = "Texture"  # what names of images end with in glTF
 IMAGES = ("map_", "bump", "disp", "decal", "refl", "norm")  # what lines of MTL with images begin with
+
+
+class Colour(NamedTuple):
+    """Red, green and blue, from 0 to 1."""
+
+    red: float
+    green: float
+    blue: float
+
+
+WHITE, BLACK = Colour(1.0, 1.0, 1.0), Colour(0.0, 0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -26,8 +35,8 @@ class Material:
 
     Attributes
     ----------
-    colour, emission : (r, g, b)
-        sRGB, from 0 to 1.
+    colour, emission : Colour
+        sRGB.
     alpha : float
         1 is opaque.
     metallic, roughness : float or None
@@ -50,13 +59,17 @@ class Material:
 def srgb(light: FloatArray) -> FloatArray:
     """Colours as most formats have them, from ones proportional to light."""
     rgb = np.clip(light, 0, 1)
-    return np.asarray(np.where(rgb <= LOW, rgb * SLOPE, SCALE * rgb ** (1 / POWER) - (SCALE - 1)))
+    slope, end, scale, power = SRGB.values()
+    curve = scale * rgb ** (1 / power) - (scale - 1)
+    return np.asarray(np.where(rgb <= end, rgb * slope, curve))
 
 
 def linear(colours: FloatArray) -> FloatArray:
     """Colours as glTF stores them, proportional to light."""
     rgb = np.clip(colours, 0, 1)
-    return np.asarray(np.where(rgb <= LOW * SLOPE, rgb / SLOPE, ((rgb + SCALE - 1) / SCALE) ** POWER))
+    slope, end, scale, power = SRGB.values()
+    curve = ((rgb + scale - 1) / scale) ** power
+    return np.asarray(np.where(rgb <= end * slope, rgb / slope, curve))
 
 
 def library(path: Path) -> dict[str, Material]:
@@ -80,7 +93,7 @@ def _of_lines(lines: tuple[str, ...]) -> Material:
 
     def colour(key: str, default: Colour) -> Colour:
         values = said.get(key) or list(default)
-        return (values[0], values[-1], values[-1]) if len(values) < 3 else (values[0], values[1], values[2])
+        return Colour(*values) if len(values) == 3 else Colour(values[0], values[-1], values[-1])
 
     def number(key: str) -> float | None:
         values = said.get(key)
@@ -128,18 +141,13 @@ def of_gltf(material: Mapping[str, Any]) -> Material:
     shading: Mapping[str, Any] = material.get("pbrMetallicRoughness", {})
     factor = [float(v) for v in shading.get("baseColorFactor", (1, 1, 1, 1))]
     return Material(
-        colour=_rgb(srgb(np.array(factor[:3]))),
+        colour=Colour(*srgb(np.array(factor[:3])).tolist()),
         alpha=factor[3] if material.get("alphaMode", "OPAQUE") != "OPAQUE" else 1.0,
         metallic=float(shading.get("metallicFactor", 1.0)),
         roughness=float(shading.get("roughnessFactor", 1.0)),
-        emission=_rgb(srgb(np.array(material.get("emissiveFactor", BLACK), dtype=float))),
+        emission=Colour(*srgb(np.array(material.get("emissiveFactor", BLACK), dtype=float)).tolist()),
         images=any(key.endswith(TEXTURE) for of in (material, shading) for key in of),
     )
-
-
-def _rgb(values: Sequence[float] | FloatArray) -> Colour:
-    r, g, b = (float(v) for v in values)
-    return r, g, b
 
 
 def warn_of_images(count: int) -> None:

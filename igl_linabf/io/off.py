@@ -6,11 +6,10 @@ from itertools import pairwise
 import numpy as np
 
 from .mesh_file import MeshFile
-from .parsing import Damaged, Property, columns_of, indices, polygons_of, refuse, rows_of
+from .parsing import INDEX_DIGITS, Damaged, Property, columns_of, indices, polygons_of, refuse, rows_of
 
 VERTEX = tuple(Property(axis, "f8") for axis in "xyz")
 FACE = (Property("corners", "i4", "i4"),)
-MAX_DIGITS = 9  # of the number of corners; Python refuses to read thousands of them
 NO_FACE = "is no face: it takes a number from 3 on and as many vertex indices"
 
 
@@ -56,7 +55,7 @@ def _one_a_line(rows: list[bytes], at: list[int], n: int, m: int) -> tuple[list[
     starts = list(range(0, 3 * n + 1, 3))
     for _ in range(m):
         size = words[starts[-1]][0] if starts[-1] < len(words) else b""
-        if not size.isdigit() or len(size) > MAX_DIGITS or int(size) > len(words):
+        if not size.isdigit() or len(size) > INDEX_DIGITS or int(size) > len(words):
             return rows, at
         starts.append(starts[-1] + 1 + int(size))
     if starts[-1] != len(words):

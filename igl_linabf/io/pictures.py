@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._runtime import replacing
 from ..errors import MeshError
 
-CHANNELS = (1, 3, 4)
+CHANNELS = {1: "L", 3: "RGB", 4: "RGBA"}  # Pillow's modes
 
 
 def picture(image: ArrayLike) -> Any:

@@ -12,21 +12,22 @@ from .mesh_file import MeshFile
 from .parsing import Damaged, numbers, plain_text, refuse
 
 TRIANGLE = np.dtype([("normal", "<f4", 3), ("corner", "<f4", (3, 3)), ("more", "<u2")])
-HEAD = 84  # bytes, the last four of them the number of triangles
+HEAD = np.dtype([("title", "S80"), ("triangles", "<u4")])
 
 
 def parse_stl(data: bytes) -> MeshFile:
     """The mesh in the bytes of an STL file; corners at equal positions are one vertex."""
-    promised = int.from_bytes(data[HEAD - 4 : HEAD], "little")
-    follow, more = divmod(len(data) - HEAD, TRIANGLE.itemsize)
+    head = HEAD.itemsize
+    promised = int(np.frombuffer(data[:head].ljust(head, b"\0"), HEAD)["triangles"][0])
+    follow, more = divmod(len(data) - head, TRIANGLE.itemsize)
     if follow == promised and (promised or not more):
         if more:
             said = f"{more} bytes follow face {promised - 1}, the last one of the STL file: they are skipped"
             warnings.warn(said, MeshWarning, stacklevel=stack_level())
-        V = np.frombuffer(data, TRIANGLE, promised, HEAD)["corner"].astype(np.float64).reshape(-1, 3)
+        V = np.frombuffer(data, TRIANGLE, promised, head)["corner"].astype(np.float64).reshape(-1, 3)
     elif (text := plain_text(data)).lstrip()[:5].lower() == b"solid":
         V = _text(text)
-    elif len(data) >= HEAD:
+    elif len(data) >= head:
         raise Damaged(
             f"its head promises {promised} triangles, and {follow + more / TRIANGLE.itemsize:g} follow"
         )

@@ -5,8 +5,13 @@ import numpy as np
 from .._types import BoolArray, ComplexArray, FloatArray, IntArray
 from ..surface import index_and_rank, signed_double_areas
 
-MOST_CELLS = 512  # along a side of the grid
-CLOSE = 1e-6  # of a cell: more than rounding moves a point
+# Cells along a side of the grid, at most; of n faces there are sqrt(n). With fewer, more faces are
+# compared in vain; with more, marking cells takes longer. tests/measures/test_overlapping.py compares pairs.
+MOST_GRID_CELLS = 512
+
+# Share of a cell by which a side may miss it and yet marks it: rounding moves points by less. With less, a
+# pair may be missed; with more, more cells are marked. tests/measures/test_overlapping.py compares pairs.
+CELL_MARGIN = 1e-6
 
 
 def may_overlap(z: ComplexArray, F: IntArray, tail: IntArray, head: IntArray) -> BoolArray:
@@ -17,7 +22,7 @@ def may_overlap(z: ComplexArray, F: IntArray, tail: IntArray, head: IntArray) ->
     """
     if not (signed_double_areas(z, F.T) > 0).all():
         return np.ones(len(F), dtype=bool)
-    side = int(np.clip(np.sqrt(len(F)), 8, MOST_CELLS))
+    side = int(np.clip(np.sqrt(len(F)), 8, MOST_GRID_CELLS))
     (left, right), (below, above) = ((_least(x[F.T]), -_least(-x[F.T])) for x in (z.real, z.imag))
     low = complex(left.min(), below.min())
     scale = side / max(float(right.max()) - low.real, float(above.max()) - low.imag)
@@ -58,7 +63,8 @@ def _short(start: ComplexArray, end: ComplexArray) -> tuple[ComplexArray, Comple
 
 def _cells(low: FloatArray, high: FloatArray, side: int) -> tuple[IntArray, IntArray]:
     """The first and the last column, or row, that something from `low` to `high` touches."""
-    first, last = (np.clip(np.floor(x), 0, side - 1).astype(np.int64) for x in (low - CLOSE, high + CLOSE))
+    ends = low - CELL_MARGIN, high + CELL_MARGIN
+    first, last = (np.clip(np.floor(x), 0, side - 1).astype(np.int64) for x in ends)
     return first, last
 
 

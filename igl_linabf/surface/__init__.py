@@ -6,7 +6,7 @@ Genus by Euler and Poincare: vertices - edges + faces = 2 - 2 genus - loops.
 """
 
 from .._core import NEXT, PREV, cycles, sum_by
-from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE, measure
+from .areas import measure
 from .arrays import (
     Pins,
     check_finite,
@@ -22,11 +22,10 @@ from .arrays import (
     vertex_indices,
 )
 from .chords import chords_of, split_chords
+from .constants import HOPELESS_AREA_RATIO, SAFE_AREA_RATIO
 from .disks import Disks, sound_disks
 from .mesh import Mesh, PlanarFaces, loop_through, planar_mesh, planar_mesh_of
 from .plane import (
-    HOPELESS_AREA_RATIO,
-    SAFE_AREA_RATIO,
     area_scale_ratio,
     bounded_ratio,
     centred,

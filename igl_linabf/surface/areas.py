@@ -5,8 +5,7 @@ import numpy as np
 from .._core import products
 from .._types import FloatArray, IntArray
 from ..errors import MeshError, some
-
-SMALLEST_COORDINATE, LARGEST_COORDINATE = 1e-60, 1e60  # what the largest of a mesh may be
+from .constants import LARGEST_COORDINATE, SMALLEST_COORDINATE
 
 
 def measure(V: FloatArray, corner: IntArray, vertices: IntArray) -> tuple[FloatArray, FloatArray]:

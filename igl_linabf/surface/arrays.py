@@ -8,10 +8,9 @@ from numpy.typing import ArrayLike
 from .._core import used_vertices
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
+from .constants import LARGEST_COORDINATE
 
 Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,), their positions (#P, 2); two or more
-
-LARGEST_PIN = 1e60  # coordinate; squares of squares of larger ones overflow
 
 
 def vertex_array(V: ArrayLike, columns: int = 3, name: str = "V") -> FloatArray:
@@ -133,8 +132,10 @@ def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given:
     found, count = np.unique(index, return_counts=True)
     if len(found) < len(index):
         raise MeshError(f"vertex {some(found[count > 1])} is pinned twice: pin each vertex once")
-    if len(index) > 2 and np.abs(place[np.isfinite(place)]).max(initial=0) > LARGEST_PIN:
-        raise MeshError(f"bc has coordinates beyond {LARGEST_PIN:g}, where lengths overflow: scale them")
+    if len(index) > 2 and np.abs(place[np.isfinite(place)]).max(initial=0) > LARGEST_COORDINATE:
+        raise MeshError(
+            f"bc has coordinates beyond {LARGEST_COORDINATE:g}, where lengths overflow: scale them"
+        )
     if not np.isfinite(place).all() or (place == place[0]).all():
         raise MeshError(
             f"pins {some(index)} go to {place[:3].tolist()}: give finite positions that are not all the same"

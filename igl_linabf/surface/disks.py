@@ -8,7 +8,7 @@ import numpy as np
 
 from .._core import boundary_loops, connected_labels, products, undirected
 from .._types import BoolArray, FloatArray, IntArray
-from .areas import LARGEST_COORDINATE, SMALLEST_COORDINATE
+from .constants import LARGEST_COORDINATE, SMALLEST_COORDINATE
 from .ragged import Ragged
 from .topology import Topology, faults
 

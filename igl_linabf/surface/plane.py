@@ -7,22 +7,20 @@ from .._core import signed_double_areas
 from .._types import Array, ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
 from .arrays import Pins
+from .constants import HOPELESS_AREA_RATIO
 from .mesh import Mesh
 from .topology import NEXT, PREV, Topology
 
-SAFE_AREA_RATIO = 1e12  # ratio of area scales above which double precision is no longer enough
-HOPELESS_AREA_RATIO = 1e30  # above which lengths differ by all digits, and no layout helps
-
 
 def area_scale_ratio(mesh: Mesh, z: ComplexArray) -> float:
-    """The largest ratio of the map's area scales, at most 1e32."""
+    """The largest area scale of a map over its smallest one, bounded as by `bounded_ratio`."""
     scale = np.abs(signed_double_areas(z, mesh.topology.corner)) / mesh.double_area
     return float(bounded_ratio(scale.max(), scale.min()))
 
 
 def bounded_ratio(largest: Array, smallest: Array) -> Array:
-    """The ratio of a map's largest area scale to its smallest one, at most 1e32."""
-    return np.asarray(largest / np.maximum(smallest, 1e-32 * largest))
+    """The ratio of area scales, at most a hundred times a hopeless one: of a collapsed map it is that."""
+    return np.asarray(largest / np.maximum(smallest, largest / (100 * HOPELESS_AREA_RATIO)))
 
 
 def of_size_one(uv: FloatArray) -> FloatArray:

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, some
+from .constants import LARGEST_SEARCHED_POLYGON
 from .ragged import Ragged
-from .triangulation import SEARCHED, triangulated
+from .triangulation import triangulated
 
 Kind = TypeVar("Kind", bound=np.generic)
 Faces = IntArray | tuple[IntArray, ...]  # (#F, k), or one array a face where their sizes differ
@@ -227,7 +228,7 @@ def _untangled(done: Triangles, kept: Polygons, own: IntArray, V: FloatArray) ->
     for rows, at in kept.groups():
         chosen = np.isin(rows, late)
         rows, at = rows[chosen], at[chosen]
-        if len(rows) and 3 < at.shape[1] <= SEARCHED:
+        if len(rows) and 3 < at.shape[1] <= LARGEST_SEARCHED_POLYGON:
             v = kept.corners[at]
             local = triangulated(V[v], np.isin(keys(v[:, :, None], v[:, None]), taken))
             owner, place, inner = _named(rows, at, local)

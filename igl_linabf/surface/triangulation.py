@@ -9,11 +9,14 @@ around it.
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-
-SEARCHED = 200  # corners up to which the best of all triangulations is searched, in k^3 steps
-CHUNK = 4_000_000  # numbers in an array of that search
-FLAT = 1e-12  # of the largest squared distance: an area that is none
-TAKEN, THIN, TURNED = 1e8, 1e6, 1e11  # costs: a diagonal that is an edge already, no area, turned over
+from .constants import (
+    COST_OF_TAKEN_DIAGONAL,
+    COST_OF_TURNED_TRIANGLE,
+    COST_WITHOUT_AREA,
+    LARGEST_SEARCHED_POLYGON,
+    NEGLIGIBLE_POLYGON_AREA,
+    SEARCH_BATCH,
+)
 
 
 def triangulated(points: FloatArray, taken: BoolArray | None = None) -> IntArray:
@@ -43,9 +46,9 @@ def triangulated(points: FloatArray, taken: BoolArray | None = None) -> IntArray
 
 def _found(points: FloatArray, taken: BoolArray | None) -> IntArray:
     n, k, _ = points.shape
-    if k > SEARCHED:
+    if k > LARGEST_SEARCHED_POLYGON:
         return np.stack([_clipped(polygon) for polygon in points])
-    step = max(1, CHUNK // k**2)
+    step = max(1, SEARCH_BATCH // k**2)
     parts = [
         _searched(points[i : i + step], None if taken is None else taken[i : i + step])
         for i in range(0, n, step)
@@ -63,7 +66,7 @@ def _fans(points: FloatArray) -> tuple[IntArray, IntArray]:
         cross = np.cross(arm[:, :-1], arm[:, 1:])
         normal = cross.sum(axis=1)  # Newell's
         area = np.einsum("ptx,px->pt", cross, normal)
-        flat = FLAT * (arm**2).sum(axis=2).max(axis=1) * np.linalg.norm(normal, axis=1)
+        flat = NEGLIGIBLE_POLYGON_AREA * (arm**2).sum(axis=2).max(axis=1) * np.linalg.norm(normal, axis=1)
         bad = ~(area > flat[:, None]).all(axis=1)
     return np.tile(fan, (len(points), 1, 1)), np.flatnonzero(bad)
 
@@ -75,10 +78,10 @@ def _searched(points: FloatArray, taken: BoolArray | None) -> IntArray:
     length = ((points[:, :, None] - points[:, None]) ** 2).sum(axis=-1)
     turn = np.cross(points[:, :, None], points[:, None])
     area = np.einsum("pijx,px->pij", turn, normal)  # that of 0, i, j; it is antisymmetric
-    flat = FLAT * length.max(axis=(1, 2))[:, None, None]
+    flat = NEGLIGIBLE_POLYGON_AREA * length.max(axis=(1, 2))[:, None, None]
     best, middle = np.zeros((n, k, k)), np.zeros((n, k, k), dtype=np.int64)
     if taken is not None:
-        best += TAKEN * taken
+        best += COST_OF_TAKEN_DIAGONAL * taken
         step = np.arange(k)
         best[:, step[:-1], step[1:]] = best[:, 0, -1] = 0.0  # the sides
     for gap in range(2, k):
@@ -87,8 +90,8 @@ def _searched(points: FloatArray, taken: BoolArray | None) -> IntArray:
         double = area[:, i, m] + area[:, m, j] + area[:, j, i]
         sides = length[:, i, m] + length[:, m, j] + length[:, i, j]
         # sides / area is the sum of cotangents: least for a Delaunay triangulation
-        cost = np.minimum(sides / np.maximum(double, np.maximum(flat, 1e-300)), THIN)
-        cost[double < -flat] = TURNED
+        cost = np.minimum(sides / np.maximum(double, np.maximum(flat, 1e-300)), COST_WITHOUT_AREA)
+        cost[double < -flat] = COST_OF_TURNED_TRIANGLE
         cost += best[:, i, m] + best[:, m, j]
         at = cost.argmin(axis=2)
         middle[:, i[:, 0], j[:, 0]] = i[:, 0] + 1 + at
@@ -132,15 +135,15 @@ def _clipped(polygon: FloatArray) -> IntArray:
         a, b, c = flat[before[i]], flat[i], flat[after[i]]
         double = _double_area(a, b, c)
         sides = ((b - a) ** 2).sum(-1) + ((c - b) ** 2).sum(-1) + ((a - c) ** 2).sum(-1)
-        shape = np.minimum(sides / np.maximum(double, 1e-300), THIN)
-        cost[i] = np.where(double < -FLAT, TURNED * (1 - double), shape)
+        shape = np.minimum(sides / np.maximum(double, 1e-300), COST_WITHOUT_AREA)
+        cost[i] = np.where(double < -NEGLIGIBLE_POLYGON_AREA, COST_OF_TURNED_TRIANGLE * (1 - double), shape)
 
     rate(np.arange(k))
     made = np.empty((k - 2, 3), dtype=np.int64)
     for t in range(k - 2):
         while True:
             ear = int(np.argmin(np.where(blocked | ~left, np.inf, cost)))
-            stuck = blocked[ear] or not left[ear] or cost[ear] >= TURNED
+            stuck = blocked[ear] or not left[ear] or cost[ear] >= COST_OF_TURNED_TRIANGLE
             if stuck or not _holds_another(flat, before[ear], ear, after[ear], left):
                 break
             blocked[ear] = True

@@ -17,7 +17,7 @@ SCRIPT = """
 import sys, igl
 from igl_linabf import unwrap
 from igl_linabf._runtime import progress
-progress.PATIENCE = float(sys.argv[1])
+progress.SECONDS_WITHOUT_BAR = float(sys.argv[1])
 unwrap(*igl.upsample(*igl.icosahedron(), 3))
 """
 
@@ -95,7 +95,7 @@ COMMAND = """
 import sys
 from igl_linabf._runtime import progress
 from igl_linabf.cli import main
-progress.PATIENCE = 0
+progress.SECONDS_WITHOUT_BAR = 0
 shown = []
 show = progress._Bar.__call__
 def told(bar, stage, done):

@@ -13,7 +13,7 @@ from ..materials import of_gltf, srgb
 from ..mesh_file import MeshFile
 from ..parsing import Damaged, Extras, triangles_of_strips
 from .ngons import EXTENSION, polygons_among
-from .scene import Gltf, load_gltf, placements
+from .scene import Gltf, Mode, load_gltf, placements
 
 COLOURS, NORMALS, TEXTURE = "COLOR_0", "NORMAL", "TEXCOORD_0"
 UNMOVED: tuple[str, FloatArray] = ("", np.eye(4))
@@ -178,12 +178,12 @@ def _whole(rows: list[FloatArray | None]) -> FloatArray | None:
 def _polygons(gltf: Gltf, primitive: dict[str, Any], n: int) -> Polygons:
     """The faces of a primitive, by its own vertices."""
     index = gltf.array(primitive["indices"]).astype(np.int64) if "indices" in primitive else np.arange(n)
-    mode = primitive.get("mode", 4)
-    if mode == 4:
+    mode = primitive.get("mode", Mode.TRIANGLES)
+    if mode == Mode.TRIANGLES:
         if len(index) % 3:
             raise Damaged(f"{len(index)} indices are no triangles")
         F = index.reshape(-1, 3)
-    elif mode == 5:
+    elif mode == Mode.TRIANGLE_STRIP:
         F = triangles_of_strips(index, np.zeros_like(index))
     else:
         F = np.column_stack(

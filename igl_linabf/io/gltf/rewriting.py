@@ -13,8 +13,8 @@ from ..mesh_file import MeshFile
 from ..one_index import single_precision, unique_tuples
 from .ngons import EXTENSION
 from .reading import TEXTURE, GltfFile
-from .scene import Gltf
-from .writing import INDICES, VERTEX_ATTRIBUTES, Buffer, save_new_gltf, triangles_of, write_gltf
+from .scene import Gltf, Mode, Target
+from .writing import Buffer, save_new_gltf, triangles_of, write_gltf
 
 # keys of accessors; and all in "attributes"
 REFERENCES = {"indices", "input", "output", "inverseBindMatrices"}
@@ -47,17 +47,17 @@ def _save_again(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
 
         def taken(numbers: dict[str, int], rows: IntArray = own) -> dict[str, int]:
             return {
-                key: buffer.add(gltf.array(number)[rows], VERTEX_ATTRIBUTES, gltf.text["accessors"][number])
+                key: buffer.add(gltf.array(number)[rows], like=gltf.text["accessors"][number])
                 for key, number in numbers.items()
             }
 
         attributes.pop(TEXTURE, None)
-        st = buffer.add(single_precision(map_[texture], "TC"), VERTEX_ATTRIBUTES)
-        primitive |= {"mode": 4, "attributes": {**taken(attributes), TEXTURE: st}}
+        st = buffer.add(single_precision(map_[texture], "TC"))
+        primitive |= {"mode": Mode.TRIANGLES, "attributes": {**taken(attributes), TEXTURE: st}}
         if targets:
             primitive["targets"] = [taken(target) for target in targets]
         triangles, extensions = triangles_of(mesh, of.faces, of.corners, vertex)
-        primitive["indices"] = buffer.add(triangles.ravel(), INDICES)
+        primitive["indices"] = buffer.add(triangles.ravel(), Target.INDICES)
         if extensions:
             primitive.setdefault("extensions", {}).update(extensions["extensions"])
             if EXTENSION not in text.setdefault("extensionsUsed", []):

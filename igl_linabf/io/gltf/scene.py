@@ -8,6 +8,7 @@ import binascii
 import json
 from collections.abc import Iterator
 from dataclasses import dataclass
+from enum import IntEnum
 from pathlib import Path
 from typing import Any
 from urllib.parse import unquote
@@ -18,7 +19,48 @@ from numpy.typing import NDArray
 from ..._types import FloatArray
 from ..parsing import Damaged
 
-COMPONENTS = {5120: "<i1", 5121: "<u1", 5122: "<i2", 5123: "<u2", 5125: "<u4", 5126: "<f4"}
+
+class Component(IntEnum):
+    """glTF's numbers for the types of an accessor's components."""
+
+    BYTE = 5120
+    UNSIGNED_BYTE = 5121
+    SHORT = 5122
+    UNSIGNED_SHORT = 5123
+    UNSIGNED_INT = 5125
+    FLOAT = 5126
+
+
+class Mode(IntEnum):
+    """glTF's numbers for how the vertices of a primitive make triangles, not points or lines."""
+
+    TRIANGLES = 4
+    TRIANGLE_STRIP = 5
+    TRIANGLE_FAN = 6
+
+
+class Target(IntEnum):
+    """glTF's numbers for what a part of a buffer is used as."""
+
+    VERTEX_ATTRIBUTES = 34962
+    INDICES = 34963
+
+
+class Filter(IntEnum):
+    """glTF's numbers for how textures are sampled."""
+
+    LINEAR = 9729
+    LINEAR_MIPMAP_LINEAR = 9987
+
+
+DTYPES = {
+    Component.BYTE: "<i1",
+    Component.UNSIGNED_BYTE: "<u1",
+    Component.SHORT: "<i2",
+    Component.UNSIGNED_SHORT: "<u2",
+    Component.UNSIGNED_INT: "<u4",
+    Component.FLOAT: "<f4",
+}
 WIDTHS = {"SCALAR": 1, "VEC2": 2, "VEC3": 3, "VEC4": 4, "MAT2": 4, "MAT3": 9, "MAT4": 16}
 COMPRESSED = {"KHR_draco_mesh_compression", "EXT_meshopt_compression", "KHR_meshopt_compression"}
 
@@ -56,9 +98,9 @@ class Gltf:
     def array(self, number: int) -> NDArray[Any]:
         """The rows of an accessor, (n,) or (n, width), as they are stored."""
         accessor = self._entry("accessors", number)
-        if accessor.get("componentType") not in COMPONENTS or accessor.get("type") not in WIDTHS:
+        if accessor.get("componentType") not in DTYPES or accessor.get("type") not in WIDTHS:
             raise Damaged(f"its accessor {number} has a type that glTF does not know")
-        kind, width = np.dtype(COMPONENTS[accessor["componentType"]]), WIDTHS[accessor["type"]]
+        kind, width = np.dtype(DTYPES[accessor["componentType"]]), WIDTHS[accessor["type"]]
         n = accessor["count"]
         if not 0 <= n < 2**32:
             raise Damaged(f"its accessor {number} has {n} rows")
@@ -72,7 +114,7 @@ class Gltf:
         if "sparse" in accessor:
             sparse = accessor["sparse"]
             m, indices = int(sparse["count"]), sparse["indices"]
-            where = self._rows(indices, np.dtype(COMPONENTS[indices["componentType"]]), 1, m, None)
+            where = self._rows(indices, np.dtype(DTYPES[indices["componentType"]]), 1, m, None)
             if m and int(where.max()) >= n:
                 raise Damaged(f"its accessor {number} changes rows that it has not")
             rows = rows.copy()
@@ -106,7 +148,8 @@ class Gltf:
         """The primitives of triangles: mesh, number in it, and what it is."""
         for i, mesh in enumerate(self.listed("meshes")):
             for j, primitive in enumerate(mesh.get("primitives", ())):
-                if primitive.get("mode", 4) in (4, 5, 6) and "POSITION" in primitive.get("attributes", {}):
+                of_triangles = primitive.get("mode", Mode.TRIANGLES) in list(Mode)
+                if of_triangles and "POSITION" in primitive.get("attributes", {}):
                     if COMPRESSED & set(primitive.get("extensions", {})):
                         raise Damaged(f"its mesh {i} is compressed: write it without compression")
                     yield i, j, primitive

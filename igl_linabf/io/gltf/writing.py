@@ -15,14 +15,11 @@ from ..materials import Material, as_gltf, linear, without_images
 from ..mesh_file import MeshFile
 from ..one_index import single_precision, split_vertices
 from .ngons import EXTENSION, fans
-from .scene import COMPONENTS
+from .scene import DTYPES, Component, Filter, Target
 
-FLOAT, UNSIGNED = 5126, 5125  # glTF's numbers for types of 32 bits
-VERTEX_ATTRIBUTES, INDICES = 34962, 34963  # and for what a part is used as
 KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3", 4: "VEC4"}
 METRES = {"micron": 1e-6, "millimeter": 1e-3, "centimeter": 1e-2, "inch": 0.0254, "foot": 0.3048}
 KEPT = ("componentType", "normalized", "type", "name")  # of an accessor
-LINEAR_MIPMAPS, LINEAR = 9987, 9729  # and for filters
 
 
 class Buffer:
@@ -41,16 +38,21 @@ class Buffer:
         self.size += len(self.parts[-1])
         return len(self.views) - 1
 
-    def add(self, rows: NDArray[Any], use: int, like: Mapping[str, Any] | None = None) -> int:
+    def add(
+        self,
+        rows: NDArray[Any],
+        use: Target = Target.VERTEX_ATTRIBUTES,
+        like: Mapping[str, Any] | None = None,
+    ) -> int:
         """An array of 32-bit numbers, or of those of another accessor; returns the number of its own."""
         if like is None:
-            kind = FLOAT if rows.dtype.kind == "f" else UNSIGNED
+            kind = Component.FLOAT if rows.dtype.kind == "f" else Component.UNSIGNED_INT
             like = {"componentType": kind, "type": KINDS[1 if rows.ndim == 1 else rows.shape[1]]}
         accessor = {**{key: like[key] for key in KEPT if key in like}, "count": len(rows)}
-        data = np.ascontiguousarray(rows, COMPONENTS[accessor["componentType"]])
+        data = np.ascontiguousarray(rows, DTYPES[accessor["componentType"]])
         said = {"target": use}
         width = data.itemsize * (data.shape[1] if data.ndim > 1 else 1)
-        if use == VERTEX_ATTRIBUTES and width % 4:  # rows begin at multiples of four bytes
+        if use == Target.VERTEX_ATTRIBUTES and width % 4:  # rows begin at multiples of four bytes
             data = np.pad(data.view(np.uint8).reshape(len(data), -1), ((0, 0), (0, -width % 4)))
             said["byteStride"] = data.shape[1]
         accessor["bufferView"] = self.put(data.tobytes(), **said)
@@ -102,17 +104,17 @@ def _primitive(mesh: MeshFile, faces: IntArray, material: int, buffer: Buffer) -
     corner = np.flatnonzero(np.isin(mesh.polygons.owner, faces))
     made = split_vertices(mesh, corner, normals=True)
     attributes = {
-        "POSITION": buffer.add(single_precision(mesh.V[made.vertex], "V"), VERTEX_ATTRIBUTES),
-        "TEXCOORD_0": buffer.add(single_precision(made.TC * [1, -1] + [0, 1], "TC"), VERTEX_ATTRIBUTES),
+        "POSITION": buffer.add(single_precision(mesh.V[made.vertex], "V")),
+        "TEXCOORD_0": buffer.add(single_precision(made.TC * [1, -1] + [0, 1], "TC")),
     }
     if made.normals is not None:
-        attributes["NORMAL"] = buffer.add(single_precision(_unit(made.normals), "normals"), VERTEX_ATTRIBUTES)
+        attributes["NORMAL"] = buffer.add(single_precision(_unit(made.normals), "normals"))
     if extras.colours is not None:
         given = extras.colours[made.vertex]
         colours = single_precision(np.column_stack((linear(given[:, :3]), given[:, 3:])), "colours")
-        attributes["COLOR_0"] = buffer.add(colours, VERTEX_ATTRIBUTES)
+        attributes["COLOR_0"] = buffer.add(colours)
     triangles, extensions = triangles_of(mesh, faces, corner, made.corners)
-    indices = buffer.add(triangles.ravel(), INDICES)
+    indices = buffer.add(triangles.ravel(), Target.INDICES)
     return {"attributes": attributes, "indices": indices, "material": material, **extensions}
 
 
@@ -136,7 +138,7 @@ def _unit(normals: np.ndarray) -> np.ndarray:
 def with_texture(description: dict[str, Any], buffer: Buffer, image: bytes) -> None:
     """Add a PNG that becomes the colour of all materials; colours at vertices are left out."""
     description["images"] = [{"bufferView": buffer.put(image), "mimeType": "image/png"}]
-    description["samplers"] = [{"magFilter": LINEAR, "minFilter": LINEAR_MIPMAPS}]
+    description["samplers"] = [{"magFilter": Filter.LINEAR, "minFilter": Filter.LINEAR_MIPMAP_LINEAR}]
     description["textures"] = [{"source": 0, "sampler": 0}]
     for material in description["materials"]:
         without_images(material)

@@ -31,7 +31,10 @@ NO_LINES: IntArray = np.zeros(0, dtype=np.int64)
 # 0 is no index; textures and normals may be left out
 CORNER = re.compile(rb"(-?0*[1-9]\d{0,17})(?:/(-?0*[1-9]\d{0,17})?(?:/(-?\d{1,18})?)?)?")
 FORMS = {b"": (0,), b"/": (0, 1), b"//": (0, 1, 2), b"!": (0, 2)}  # v, v/vt, v/vt/vn, v//vn without digits
-MANY_FORMS = 50  # of face lines, beyond which they are read one by one
+# Forms of face lines (numbers of corners, with or without vt and vn) up to which the lines of a form are read
+# at once. With fewer, common files are read line by line, which takes much longer; with more, many short
+# tables are made. No result depends on it (tests/io/test_formats.py).
+MOST_LINE_FORMS = 50
 SEPARATED = bytes.maketrans(b"/!", b"  ")
 NO_VERTEX = "is no vertex: it takes three numbers"
 NO_TEXTURE = "is no texture coordinate: it takes two numbers"
@@ -206,7 +209,7 @@ def _at_once(texts: list[bytes]) -> tuple[IntArray, IntArray] | None:
     forms = whole.translate(None, b"0123456789-").split(b"\n")
     texts = whole.translate(SEPARATED).split(b"\n")
     different = {form: i for i, form in enumerate(dict.fromkeys(forms))}
-    if len(different) > MANY_FORMS:
+    if len(different) > MOST_LINE_FORMS:
         return None
     of = np.array([different[form] for form in forms], dtype=np.int64)
     words = [form.split(b" ") for form in different]

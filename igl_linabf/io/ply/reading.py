@@ -13,6 +13,7 @@ from ...errors import some
 from ...surface import Polygons
 from ..mesh_file import MeshFile
 from ..parsing import (
+    INDEX_DIGITS,
     Column,
     Columns,
     Damaged,
@@ -32,8 +33,6 @@ ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 WHOLE = [name for name, kind in TYPES.items() if kind[0] != "f"]
 TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # of vertices, as programs write them
 INDICES = ("vertex_indices", "vertex_index")
-STRIP_ENDS = -1  # between two strips of a list
-ROW_DIGITS = 12  # of a number of rows, at most
 
 
 class Element(NamedTuple):
@@ -105,7 +104,7 @@ def _with_strips(elements: list[Element], tables: dict[str, Columns]) -> list[El
     del tables["tristrips"]
     assert rows.sizes is not None  # of lists
     row = np.repeat(np.arange(len(rows)), rows.sizes)
-    ends = rows.values == STRIP_ENDS
+    ends = rows.values == -1  # it stands between two strips of a list
     strip = row + np.cumsum(ends)
     F = triangles_of_strips(rows.values[~ends].astype(np.int64), strip[~ends])
     found = next((element for element in elements if element.name == "face"), None)
@@ -163,7 +162,7 @@ def _header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
         match words:
             case ["format", form, _] if form in ORDERS:
                 order = ORDERS[form]
-            case ["element", name, rows] if rows.isdecimal() and len(rows) <= ROW_DIGITS:
+            case ["element", name, rows] if rows.isdecimal() and len(rows) <= INDEX_DIGITS:
                 elements.append(Element(name, int(rows), []))
             case ["property", kind, name] if elements and kind in TYPES:
                 elements[-1].properties.append(Property(name, TYPES[kind]))

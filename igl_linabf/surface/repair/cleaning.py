@@ -11,28 +11,25 @@ from numpy.typing import ArrayLike
 
 from ..._core import sum_by
 from ..._types import BoolArray, FloatArray, IntArray
-from ...errors import MeshError, is_number, some
-from ..areas import SMALLEST_COORDINATE, without_area
+from ...errors import LISTED, MeshError, is_number, some
+from ..areas import without_area
 from ..arrays import check_finite, check_indices, distinct_corners, face_array, vertex_array
+from ..constants import SMALLEST_COORDINATE
 from ..submesh import Submesh
 from ..topology import connected_labels, face_components
+from .constants import FLATNESS, LARGEST_USUAL_COORDINATE, SMALLEST_USUAL_COORDINATE
 from .sheets import Sheets, as_sheets
 from .slivers import collapsed, opened_caps
 
-LOOSE = 2  # faces of a piece that may be one of a soup: a triangle or a quadrangle
-SIDES = 4  # pieces from which on larger flat ones are, too: a body has so many sides
-FLAT = 1e-6  # share of its area that a flat piece loses when it is projected
-SOUP = 0.5  # share of faces in such pieces from which on they are a soup
-
 
 def is_soup(V: FloatArray, F: IntArray, label: IntArray) -> bool:
-    """Whether most faces have vertices of their own, or those of a quadrangle's two, or of one flat side.
+    """Whether most faces are in loose pieces: triangles, quadrangles, or flat sides of a body.
 
     `label` is the component of each face.
     """
     size = np.bincount(label)
-    loose = size <= LOOSE
-    if len(size) >= SIDES and not loose.all():
+    loose = size <= 2  # a triangle, or the two of a quadrangle
+    if len(size) >= 4 and not loose.all():  # no body has fewer sides
         a, b, c = V[F.T]
         with np.errstate(over="ignore", invalid="ignore"):
             normal = np.cross(b - a, c - a)
@@ -40,8 +37,8 @@ def is_soup(V: FloatArray, F: IntArray, label: IntArray) -> bool:
             along = np.sign((normal * normal[first[label]]).sum(axis=1))
             total = np.stack([sum_by(label, along * x, len(size)) for x in normal.T])
             area = sum_by(label, np.linalg.norm(normal, axis=1), len(size))
-            loose |= np.linalg.norm(total, axis=0) >= (1 - FLAT) * area
-    return bool(loose[label].mean() > SOUP)
+            loose |= np.linalg.norm(total, axis=0) >= (1 - FLATNESS) * area
+    return 2 * int(loose[label].sum()) > len(F)
 
 
 def merge_coincident(V: FloatArray, used: IntArray) -> IntArray:
@@ -69,17 +66,13 @@ def merge_within(V: FloatArray, used: IntArray, distance: float) -> IntArray:
         return merge_coincident(V, used)
     points = V[used]
     size = float(np.abs(points).max(initial=0))
-    if size > 1e150:  # squares of larger ones overflow
+    if size > np.sqrt(np.finfo(float).max / 12):  # squares of distances overflow
         raise MeshError(f"vertices have coordinates of {size:.1e}: scale the mesh to weld it")
     pairs = scipy.spatial.cKDTree(points).query_pairs(distance, output_type="ndarray")
     label = connected_labels(pairs, len(used))
     merged = np.arange(len(V))
     merged[used] = used[np.unique(label, return_index=True)[1]][label]
     return merged
-
-
-FIRST = 5  # indices that a repair names
-SMALL, LARGE = 1e-30, 1e30  # what the largest coordinate may be: eighth powers of lengths are taken
 
 
 @dataclass(frozen=True, eq=False)
@@ -266,7 +259,7 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
 
     def note(kind: str, of: str, which: IntArray) -> None:
         if len(which):
-            did.append(Repair(kind, len(which), of, which[:FIRST]))
+            did.append(Repair(kind, len(which), of, which[:LISTED]))
 
     merged = np.arange(len(V))
     if weld is not None:
@@ -319,9 +312,9 @@ def _tiny(size: FloatArray) -> BoolArray:
 def _beyond(size: FloatArray) -> BoolArray:
     """The vertices for which to scale; none if the largest coordinate is of a common size, or zero."""
     largest = float(size.max())
-    if SMALL < largest < LARGE or largest == 0:
+    if SMALLEST_USUAL_COORDINATE < largest < LARGEST_USUAL_COORDINATE or largest == 0:
         return np.zeros(len(size), dtype=bool)
-    return np.asarray(size >= LARGE if largest > 1 else size > 0)
+    return np.asarray(size >= LARGEST_USUAL_COORDINATE if largest > 1 else size > 0)
 
 
 def _bowties(sheets: Sheets, F: IntArray) -> IntArray:

@@ -12,13 +12,7 @@ from ..._core import in_edges
 from ..._types import BoolArray, FloatArray, IntArray
 from ..ragged import index_and_rank
 from ..topology import connected_labels, triangles_of
-
-MOST_AT_AN_EDGE = 500  # faces of which pairs are sought; more of them are all taken apart
-# what it costs to join two faces is 1 + cos of the angle between them: 0 flat, 1 at a right angle, 2 folded
-FOLDED = 2.0
-SCORE_DIGITS = 6  # to which it is told apart
-OTHER_PATCH = 1.05  # more, where nothing else joins the two: of two cubes at an edge each stays whole
-ONE_SIDED = 3.0  # more, where that makes a two-sided patch one-sided
+from .constants import COST_OF_ONE_SIDEDNESS, COST_OF_OTHER_PATCH, JOIN_COST_DECIMALS, MOST_FACES_PAIRED
 
 
 @dataclass(frozen=True, eq=False)
@@ -141,8 +135,10 @@ def _links(V: FloatArray, F: IntArray, triangle: IntArray, edges: _Edges) -> tup
     same = patch[a // 3] == patch[b // 3]
     one_sided = same & (against ^ turned[a // 3] ^ turned[b // 3])
     with np.errstate(invalid="ignore"):
-        cost = np.round(1 + (_inward(V, F, a) * _inward(V, F, b)).sum(axis=1), SCORE_DIGITS)
-    cost = np.where(np.isfinite(cost), cost, FOLDED) + OTHER_PATCH * ~same + ONE_SIDED * one_sided
+        cosine = (_inward(V, F, a) * _inward(V, F, b)).sum(axis=1)
+    cosine[~np.isfinite(cosine)] = 1.0  # as if folded: a face without area has no direction
+    cost = np.round(1 + cosine, JOIN_COST_DECIMALS)
+    cost += COST_OF_OTHER_PATCH * ~same + COST_OF_ONE_SIDEDNESS * one_sided
     ranked = np.lexsort((b, a, against, cost))
     chosen = _best_pairs(a[ranked], b[ranked], 3 * len(F))
     return np.concatenate((plain, chosen)), ends
@@ -150,7 +146,7 @@ def _links(V: FloatArray, F: IntArray, triangle: IntArray, edges: _Edges) -> tup
 
 def _pairs_at(order: IntArray, begin: IntArray, count: IntArray) -> tuple[IntArray, IntArray]:
     """All pairs of sides at the same edge; `begin` and `count` as of `_Edges`."""
-    few = count <= MOST_AT_AN_EDGE
+    few = count <= MOST_FACES_PAIRED
     begin, count = begin[few], count[few]
     edge, at = index_and_rank(count)
     place, later = begin[edge] + at, count[edge] - at - 1

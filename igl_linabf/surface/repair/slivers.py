@@ -6,13 +6,7 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ..areas import without_area
 from ..arrays import distinct_corners
 from ..topology import connected_labels
-
-SAME_PLACE = 1e-9  # of the extent: a shorter side of a face without area is collapsed
-ROUNDED = 16.0  # times the area that rounding may make is what a face with such a side needs
-ARC = 0.02  # of the longest side: how far the arc of opened caps rises over it at most
-RISE = 0.1  # of their shortest side: how far at most
-SHAKEN = 1e-4  # of a face's shortest side: how far its vertex moves where arcs do not open it
-DOUBLINGS = 14  # of that, until it has an area
+from .constants import ARC_HEIGHT, ARC_HEIGHT_OF_SHORTEST_SIDE, COLLAPSED_LENGTH, FIRST_SHAKE, ROUNDING_MARGIN
 
 
 def sides_of(V: FloatArray, F: IntArray) -> FloatArray:
@@ -26,11 +20,12 @@ def collapsed(V: FloatArray, F: IntArray) -> IntArray:
     while True:
         now = merged[F]
         whole = np.flatnonzero(distinct_corners(now))
-        flat = whole[without_area(V, now[whole], ROUNDED)] if len(whole) else whole
+        flat = whole[without_area(V, now[whole], ROUNDING_MARGIN)] if len(whole) else whole
         corners = now[flat]
         extent = np.abs(V[corners]).max(axis=(1, 2), initial=0)
         lengths = sides_of(V, corners)
-        t, k = np.nonzero(lengths <= SAME_PLACE * np.maximum(extent, lengths.max(axis=1, initial=0))[:, None])
+        size = np.maximum(extent, lengths.max(axis=1, initial=0))
+        t, k = np.nonzero(lengths <= COLLAPSED_LENGTH * size[:, None])
         if not len(t):
             return merged
         label = connected_labels(np.column_stack((corners[t, k], corners[t, (k + 1) % 3])), len(V))
@@ -49,10 +44,8 @@ def opened_caps(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArray]:
         return V, found
     still = V = _on_arcs(V, F, found)
     flat = without_area(V, F)
-    random, step = np.random.default_rng(0), SHAKEN
-    for _ in range(DOUBLINGS):
-        if not len(flat):
-            break
+    random, step = np.random.default_rng(0), FIRST_SHAKE
+    while len(flat) and step < 1:
         lengths = sides_of(still, F[flat])
         mover = F[flat, (lengths.argmax(axis=1) + 2) % 3]
         reach = np.full(len(V), np.inf)
@@ -87,7 +80,7 @@ def _on_arcs(V: FloatArray, F: IntArray, flat: IntArray) -> FloatArray:
     length = np.linalg.norm(along, axis=1)
     shortest = np.full(len(flat), np.inf)
     np.minimum.at(shortest, root, lengths.min(axis=1))
-    height = np.minimum(ARC * length, RISE * shortest[root])
+    height = np.minimum(ARC_HEIGHT * length, ARC_HEIGHT_OF_SHORTEST_SIDE * shortest[root])
     s = np.clip(((V[c] - start) * along).sum(axis=1) / length**2, 0, 1)
     moved, first = V.copy(), np.unique(c * len(flat) + root, return_index=True)[1]
     np.add.at(moved, c[first], (height * 4 * s * (1 - s))[first, None] * away[root[first]])
@@ -119,5 +112,5 @@ def _away(V: FloatArray, F: IntArray, side: IntArray, across: IntArray, second: 
     axis = np.eye(3)[np.abs(along).argmin(axis=1)]
     any_ = np.cross(along * np.where(a < b, 1, -1)[:, None], axis)
     any_ *= np.where(second, -1, 1)[:, None] / np.linalg.norm(any_, axis=1, keepdims=True)
-    plane = size > SAME_PLACE * np.linalg.norm(V[b] - V[a], axis=1, keepdims=True)
+    plane = size > COLLAPSED_LENGTH * np.linalg.norm(V[b] - V[a], axis=1, keepdims=True)
     return np.where(plane, -inward / np.where(plane, size, 1), any_)
