@@ -15,7 +15,7 @@ from .atlas import STRETCH_ROUNDING, UNUSABLE_STRETCH
 from .cones import Cones, GivenCones
 from .features import Hiding
 from .packing import Packing, Wish
-from .seams import TRADE, check_trade, seams_of
+from .seams import TRADE, SeamOptions, check_trade, seams_of
 from .splitting import MAX_SPLITS
 
 MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
@@ -134,8 +134,7 @@ class ChartOptions:
     ) -> IntArray:
         """`seams_of` a piece, as these options want; `part_overlaps` only if overlapping maps are cut."""
         isometric = isinstance(self.method, Isometric)
-        return seams_of(
-            piece,
+        options = SeamOptions(
             self.trade,
             holes=self.holes,
             disks=disks,
@@ -145,6 +144,7 @@ class ChartOptions:
             part_overlaps=part_overlaps and not (isometric or self.bijective),
             panels=panels,
         )
+        return seams_of(piece, options)
 
     @property
     def most_stretch(self) -> float:

@@ -12,8 +12,9 @@ from ..._core import lengths
 from ..._types import FloatArray, IntArray
 from ...surface import Submesh, sum_by
 from ..features import Smoothing, curvature_noise, dihedral_angles, hiding_factors, sharpness, valley_factors
+from .constants import LARGEST_WEIGHT, SMALLEST_WEIGHT
 from .graph import SurfaceGraph
-from .laplacians import LARGEST_WEIGHT, SMALLEST_WEIGHT, SurfaceLaplacian
+from .laplacians import SurfaceLaplacian
 
 CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 

@@ -5,11 +5,8 @@ import numpy as np
 from ..._core import spanning_forest
 from ..._types import IntArray
 from .closed_surface import ClosedSurface
-from .graph import SHORTER, SurfaceGraph, without_stubs
-
-FIRST_BASES = 4  # base points for the loops around handles, far from each other
-MOST_BASES = 6  # of a round, evenly along the loops
-BASE_ROUNDS = 3  # of such points
+from .constants import BASE_ROUNDS, FIRST_BASES, MOST_BASES, SHORTER
+from .graph import SurfaceGraph, without_stubs
 
 Loops = tuple[IntArray, IntArray]  # a cut graph, and the edges in the middle of its loops
 

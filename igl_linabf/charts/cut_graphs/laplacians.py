@@ -11,9 +11,7 @@ from scipy import sparse
 from ..._core import entries, laplacian_entries
 from ..._types import BoolArray, FloatArray, IntArray
 from ...linalg import Analysis, Factor, Solvers
-
-SMALLEST_WEIGHT = 1e-3  # of an edge's cotangent: the maximum principle then holds
-LARGEST_WEIGHT = 1e6  # of a needle's: beside larger ones double precision would not see the others
+from .constants import LARGEST_WEIGHT
 
 
 class DirichletSolver:

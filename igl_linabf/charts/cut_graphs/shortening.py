@@ -9,8 +9,7 @@ import numpy as np
 from ..._core import lengths, meeting, ways_towards
 from ..._types import BoolArray, IntArray
 from .branches import (
-    MOST_MOVED,
-    Row,
+    Arc,
     arc_from,
     arcs_from,
     arcs_of,
@@ -21,9 +20,8 @@ from .branches import (
     steps_of,
 )
 from .closed_surface import ClosedSurface
-from .graph import SHORTER, SurfaceGraph
-
-STRIDE = 0.3  # times the surface's size: points on a seam between which it is rerouted
+from .constants import KEPT_SHARE, MOST_MOVED, SHORTER, STRIDE
+from .graph import SurfaceGraph
 
 
 def slide_into_valleys(
@@ -92,9 +90,6 @@ def _shortest(graph: SurfaceGraph, path: IntArray, taken: BoolArray) -> IntArray
     return found
 
 
-LEFT = 0.7  # of its faces is what a part keeps at least when a seam moves: two arcs around it may meet
-
-
 class _Corridor:
     """The nodes that a seam may pass when it moves, and the edges between them, shorter in valleys.
 
@@ -125,7 +120,8 @@ class _Corridor:
         """Whether a seam that has moved still opens what it opened, and no part has become small."""
         number, cycles, sizes = self._pieces
         *new, parts = self.graph.pieces_of(moved)
-        return new == [number, cycles] and len(parts) == len(sizes) and bool((parts >= LEFT * sizes).all())
+        same = new == [number, cycles] and len(parts) == len(sizes)
+        return same and bool((parts >= KEPT_SHARE * sizes).all())
 
     def in_place(self, node: int, old: int, new: int, on: BoolArray) -> bool:
         """Whether two edges at a node lie between the same edges of the rest of the seam, a mask.
@@ -211,7 +207,7 @@ def _straighten_arcs(corridor: _Corridor, seam: IntArray, fixed: set[int], known
     """Each arc, but those of known edges, by the shortest path that the corridor and the other arcs allow."""
     graph = corridor.graph
 
-    def move(arcs: list[Row], seam: IntArray) -> IntArray | None:
+    def move(arcs: list[Arc], seam: IntArray) -> IntArray | None:
         blocked, on, old = corridor.blocked_at(graph.ends[seam]), graph.mask_of(seam), seam
         for edges, nodes in arcs:
             length, places = corridor.length_of(edges), corridor.index[nodes]

@@ -13,10 +13,7 @@ from scipy import sparse
 
 from ..._types import FloatArray, IntArray
 from .closed_surface import ClosedSurface
-
-MAX_LOG_SCALE = 100.0  # up to which powers of the scale are told apart
-EVEN = 6.0  # times the stretch of isometric maps counts: who wants even texels wants little of it
-STEPS = 6  # of conjugate gradients: the mean of w^2 is then right to a few percent
+from .constants import EVEN, MAX_LOG_SCALE, STEPS
 
 
 def expected(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:

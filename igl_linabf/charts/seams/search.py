@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -9,15 +11,7 @@ from ..._types import FloatArray, IntArray
 from ...errors import is_number
 from ...flattening import Isometric, Method, method_of
 from ...surface import Submesh, compact, cut_faces, face_array, manifold_topology, seam_mask, vertex_array
-from ..cut_graphs import (
-    CLUSTERED,
-    DIRECT,
-    DIRECT_HANDLES,
-    ClosedSurface,
-    Levels,
-    log_scale,
-    slide_into_valleys,
-)
+from ..cut_graphs import CLUSTERED, DIRECT, ClosedSurface, Levels, log_scale
 from ..features import CreasedSurface, Hiding, dihedral_angles, flat_share, flat_shares, hiding_weights
 from ..panels import (
     FLAT_SHARE_OF_LARGE_NETS,
@@ -29,25 +23,42 @@ from ..panels import (
     panel_seams,
 )
 from ..splitting import coarse_mesh, predicted_seams, seams_to_fine_tips
-from .growth import (
-    DRAWN_SHORTER,
-    MAX_LEAVES,
-    MAX_LEAVES_IN_VAIN,
-    alike_on_both_sides,
-    grown_seam,
-    if_it_pays,
-    seam_of_clusters,
-    shorter_seam,
-    with_branches,
-)
+from .constants import FEW_BODIES, MANY_BODIES, MEDIUM_BODY, SMALL_BODY, SMOOTH_BODY, TIGHTENING, TRADE
+from .growth import coarse_seam, fine_seam, grow_branches, grow_seam, if_it_pays
 from .small_bodies import SmallBodies
 
-TRADE = 6.0
-ROUTED = 0.01  # of cost that arcs may be worth that run in valleys
-SMALL, MANY = 100, 8  # faces of a component, and components, for which seams are found together
-MEDIUM, HUNDREDS = 2_000, 100  # the same, for those that hardly have planes
-LARGE = 20_000  # faces of a surface of which a part with handles has few nodes for its seam
-SMOOTH = 0.1  # share of the area that lies flat, below which that is so
+Component = tuple[Submesh, int, int]  # with its numbers of boundary loops and handles
+
+
+@dataclass(frozen=True, eq=False)
+class SeamOptions:
+    """Which seams are sought.
+
+    Attributes
+    ----------
+    trade : float
+    holes, disks : bool
+        As of `find_seams`.
+    gain : float
+        L2 stretch that a seam has to save beyond its price on a component that needs none.
+    hidden : (#F,) float64 or None
+        As `hiding_weights` returns it.
+    isometric : bool
+        Whether maps are to keep lengths. The seams of small components among many are found as for others.
+    part_overlaps : bool
+        Whether large components are also cut where their map would overlap.
+    panels : bool
+        Whether what is made of panels is cut into these; with rounded creases only if nothing is hidden.
+    """
+
+    trade: float
+    holes: bool = False
+    disks: bool = False
+    gain: float = 0.0
+    hidden: FloatArray | None = None
+    isometric: bool = False
+    part_overlaps: bool = False
+    panels: bool = False
 
 
 def cut(V: ArrayLike, F: ArrayLike, seams: ArrayLike) -> tuple[FloatArray, IntArray, IntArray]:
@@ -170,7 +181,8 @@ def find_seams(
     surface = Submesh.checked_manifold(V, F)
     hidden = hiding_weights(surface, hide, np.arange(len(surface.F)))
     isometric = isinstance(method_of(method), Isometric)
-    return seams_of(surface, trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
+    options = SeamOptions(trade, holes=holes, disks=disks, hidden=hidden, isometric=isometric)
+    return seams_of(surface, options)
 
 
 def check_trade(trade: float) -> None:
@@ -179,56 +191,36 @@ def check_trade(trade: float) -> None:
         raise ValueError(f"trade is {trade!r}: use a number, 0 (shortest seams) or larger")
 
 
-def seams_of(
-    surface: Submesh,
-    trade: float,
-    *,
-    holes: bool = False,
-    disks: bool = False,
-    gain: float = 0.0,
-    hidden: FloatArray | None = None,
-    isometric: bool = False,
-    part_overlaps: bool = False,
-    panels: bool = False,
-) -> IntArray:
-    """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices.
-
-    A component that needs no seam gets one only if it saves at least `gain` of L2 stretch beyond its price.
-    `hidden` as of `hiding_weights`.
-    `isometric`: for maps that keep lengths; the small ones among many are found as for others.
-    `part_overlaps`: large components are also cut between sheets that would lie over each other in a map.
-    `panels`: so are those that are made of panels; with rounded creases only if no seams are to be hidden.
-    """
-    found, known = [np.zeros((0, 2), dtype=np.int64)], None
-    if panels and trade > 0 and not holes:
-        of_panels, creased = _of_panels(CreasedSurface(surface, hidden), trade)
+def seams_of(surface: Submesh, options: SeamOptions) -> IntArray:
+    """`find_seams` of a checked manifold or a part of one; edges by the caller's vertices."""
+    trade, holes, hidden = options.trade, options.holes, options.hidden
+    found, known, small = [np.zeros((0, 2), dtype=np.int64)], None, list[IntArray]()
+    if options.panels and trade > 0 and not holes:
+        of_panels, creased = _seams_of_panels(CreasedSurface(surface, hidden), trade)
         found += of_panels
         if creased is None:
             return np.concatenate(found)
         surface, known = creased.surface, creased.dihedral
-    small = []
-    shapes = _shapes(surface)
-    for (component, loops, genus), is_small in zip(shapes, _are_small(surface, shapes), strict=True):
-        open_ = genus == 0 and (loops == 1 or (holes and loops > 1))
-        if not open_ or (disks and trade > 0):
-            if is_small:
-                small.append(component.faces)
-            else:
-                bend = dihedral_angles(component) if known is None or component is not surface else known
-                closed = ClosedSurface.of(component, hidden, isometric, bend)
-                is_part = len(shapes) > 1 and len(surface.F) >= LARGE
-                direct = DIRECT_HANDLES if is_part else DIRECT
-                worth = gain if open_ else None
-                seam = _best(component, closed, trade, holes, worth, part_overlaps, bend, direct)
-                found.append(component.vertices[closed.edges[seam]])
+    components = _components(surface)
+    for (component, loops, genus), is_small in zip(components, _are_small(surface, components), strict=True):
+        needs_none = genus == 0 and (loops == 1 or (holes and loops > 1))
+        if needs_none and not (options.disks and trade > 0):
+            continue
+        if is_small:
+            small.append(component.faces)
+        else:
+            dihedral = known if known is not None and component is surface else dihedral_angles(component)
+            closed = ClosedSurface.of(component, hidden, options.isometric, dihedral)
+            gain = options.gain if needs_none else None
+            seam = best_seam(component, closed, options, gain, dihedral)
+            found.append(component.vertices[closed.edges[seam]])
     if small:
         rows = np.searchsorted(surface.faces, np.sort(np.concatenate(small)))
-        bodies = SmallBodies(surface.of_faces(rows), log_scale, hidden)
-        found.append(bodies.seams(trade, holes, MAX_LEAVES, MAX_LEAVES_IN_VAIN, gain))
+        found.append(SmallBodies(surface.of_faces(rows), hidden).seams(trade, holes, options.gain))
     return np.concatenate(found)
 
 
-def _of_panels(creased: CreasedSurface, trade: float) -> tuple[list[IntArray], CreasedSurface | None]:
+def _seams_of_panels(creased: CreasedSurface, trade: float) -> tuple[list[IntArray], CreasedSurface | None]:
     """The seams of the components that are made of panels; and the other components, if there are any."""
     found = list[IntArray]()
     for kind in (Panels, RoundedPanels):
@@ -248,24 +240,21 @@ def _of_panels(creased: CreasedSurface, trade: float) -> tuple[list[IntArray], C
     return found, creased
 
 
-Shape = tuple[Submesh, int, int]  # a component, its numbers of boundary loops and handles
-
-
-def _are_small(surface: Submesh, shapes: list[Shape]) -> list[bool]:
+def _are_small(surface: Submesh, components: list[Component]) -> list[bool]:
     """Of which components the seams are found together: small ones among many, without handles."""
-    sizes = np.array([len(component.F) for component, _, _ in shapes])
-    small = (sizes <= SMALL) & (len(shapes) >= MANY)
-    medium = (sizes > SMALL) & (sizes <= MEDIUM)
-    if len(shapes) >= HUNDREDS and medium.any():
+    sizes = np.array([len(component.F) for component, _, _ in components])
+    small = (sizes <= SMALL_BODY) & (len(components) >= FEW_BODIES)
+    medium = (sizes > SMALL_BODY) & (sizes <= MEDIUM_BODY)
+    if len(components) >= MANY_BODIES and medium.any():
         of = np.empty(len(surface.F), dtype=np.int64)
-        for i, (component, _, _) in enumerate(shapes):
+        for i, (component, _, _) in enumerate(components):
             of[np.searchsorted(surface.faces, component.faces)] = i
-        small |= medium & (flat_shares(surface, of) < SMOOTH)
-    return [bool(is_small) and genus == 0 for is_small, (_, _, genus) in zip(small, shapes, strict=True)]
+        small |= medium & (flat_shares(surface, of) < SMOOTH_BODY)
+    small &= np.array([genus for _, _, genus in components]) == 0
+    return list(map(bool, small))
 
 
-def _shapes(surface: Submesh) -> list[Shape]:
-    """The components, their numbers of boundary loops and handles."""
+def _components(surface: Submesh) -> list[Component]:
     components, topology = surface.components(), surface.topology
     if len(components) == 1:
         return [(surface, len(topology.loops), topology.genus)]
@@ -284,71 +273,67 @@ def _shapes(surface: Submesh) -> list[Shape]:
     return list(zip(components, loops.tolist(), genus.tolist(), strict=True))
 
 
-def _best(
+def best_seam(
     component: Submesh,
     closed: ClosedSurface,
-    trade: float,
-    holes: bool,
+    options: SeamOptions,
     gain: float | None,
-    part_overlaps: bool = False,
-    bend: FloatArray | None = None,
-    direct: int = DIRECT,
+    dihedral: FloatArray | None = None,
 ) -> IntArray:
-    """The seam that leaves look for, or a net, if there are creases and it costs less.
+    """The seam that branches grow on, or a net, if there are creases and it costs less; edges of `closed`.
 
-    With a `gain`, no seam is needed, and one has to save this. On up to `direct` nodes it is found on the
-    surface itself.
+    With a `gain`, no seam is needed, and one has to save this. On a large surface it is found on clusters.
     """
-    none = np.zeros(0, dtype=np.int64)
-    with_nets = trade > 0 and not (holes and closed.graph.n_holes > 1)
-    nets = Nets(
-        closed, trade, lambda seam: log_scale(closed, closed.graph.boundary_nodes(seam), closed.curvature)
-    )
-    few = closed.graph.n <= DIRECT
+    trade, graph = options.trade, closed.graph
+    few = graph.n <= DIRECT
+    with_nets = trade > 0 and not (options.holes and graph.n_holes > 1)
+    nets = Nets(closed, trade, lambda seam: log_scale(closed, graph.boundary_nodes(seam), closed.curvature))
     # a net opens every handle, and many lay sheets over each other in it
-    hard = with_nets and (few or closed.graph.genus <= MOST_HANDLES_OF_NETS)
+    hard = with_nets and (few or graph.genus <= MOST_HANDLES_OF_NETS)
     least_flat = FLAT_SHARE_OF_NETS if few else FLAT_SHARE_OF_LARGE_NETS
-    hard = hard and (nets.creased or (nets.angular and flat_share(component, bend) >= least_flat))
+    hard = hard and (nets.creased or (nets.angular and flat_share(component, dihedral) >= least_flat))
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
     if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
-        if gain is None or nets.cost(none) - nets.cost(net) >= gain:
+        if gain is None or nets.cost(net[:0]) - nets.cost(net) >= gain:
             return net
         if not hard:
-            return none
+            return net[:0]
 
-    def parts(seam: IntArray) -> list[Submesh]:
-        return component.cut_along(component.vertices[closed.edges[seam]])
-
-    def cheaper(seam: IntArray) -> IntArray | None:
-        return nets.cheaper(seam, gain, parts, lambda net: with_branches(closed, net, trade)[0])
-
-    if closed.graph.n > direct:
-        levels = Levels.of(closed, CLUSTERED)
-        seam, leaves = seam_of_clusters(levels.coarse, trade, holes, gain)
-        if hard and (net := cheaper(levels.lift(seam, leaves))) is not None:
-            return net
-        if (
-            part_overlaps
-            and (mesh := coarse_mesh(levels.coarse.graph, levels.label(closed.node[component.F]))) is not None
-        ):
-            coarse = levels.coarse
-            more, ends = predicted_seams(coarse.graph, mesh, seam, trade * DRAWN_SHORTER)
-            leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
-            seam = np.append(seam, more)
-        drawn = levels.lift(seam, leaves)
-        if not part_overlaps or trade == 0:
-            return drawn
-        of_clusters = log_scale(
-            levels.coarse, levels.coarse.graph.boundary_nodes(seam), levels.coarse.curvature
+    def cheaper_net(seam: IntArray) -> IntArray | None:
+        return nets.cheaper(
+            seam,
+            gain,
+            lambda seam: component.cut_along(component.vertices[closed.edges[seam]]),
+            lambda net: grow_branches(closed, net, trade)[0],
         )
-        u = of_clusters[levels.label(np.arange(closed.graph.n))]
-        return np.append(drawn, seams_to_fine_tips(closed, drawn, u, trade))
-    seam = grown_seam(closed, trade, holes)[0]
-    if hard and (net := cheaper(seam)) is not None:
+
+    if few:
+        seam, _ = grow_seam(closed, trade, options.holes)
+        if hard and (net := cheaper_net(seam)) is not None:
+            return net
+        return if_it_pays(closed, fine_seam(component, closed, seam, trade, options.holes), trade, gain)
+    levels = Levels.of(closed, CLUSTERED)
+    seam, leaves = coarse_seam(levels.coarse, trade, options.holes, gain)
+    if hard and (net := cheaper_net(levels.lift(seam, leaves))) is not None:
         return net
-    seam, cost = shorter_seam(closed, seam, trade)
-    most = cost(seam) + ROUTED
-    seam = slide_into_valleys(closed, seam, lambda moved: cost(moved) < most)
-    if trade > 0 and not closed.graph.genus:
-        seam = alike_on_both_sides(component, closed, seam, trade, holes)
-    return if_it_pays(closed, seam, trade, gain)
+    if options.part_overlaps:
+        return _with_predicted_seams(component, closed, levels, seam, leaves, trade)
+    return levels.lift(seam, leaves)
+
+
+def _with_predicted_seams(
+    component: Submesh, closed: ClosedSurface, levels: Levels, seam: IntArray, leaves: IntArray, trade: float
+) -> IntArray:
+    """A seam of clusters on the surface, with seams where a map would overlap or shrink tips."""
+    coarse = levels.coarse
+    mesh = coarse_mesh(coarse.graph, levels.label(closed.node[component.F]))
+    if mesh is not None:
+        more, ends = predicted_seams(coarse.graph, mesh, seam, trade * TIGHTENING)
+        leaves = np.union1d(leaves, ends)  # what is cut off would shrink if its ends were free to move
+        seam = np.append(seam, more)
+    lifted = levels.lift(seam, leaves)
+    if trade == 0:
+        return lifted
+    of_clusters = log_scale(coarse, coarse.graph.boundary_nodes(seam), coarse.curvature)
+    u = of_clusters[levels.label(np.arange(closed.graph.n))]
+    return np.append(lifted, seams_to_fine_tips(closed, lifted, u, trade))

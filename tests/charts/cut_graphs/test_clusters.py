@@ -11,9 +11,10 @@ from conftest import load
 
 from igl_linabf.charts import cut, find_seams, unwrap
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.clusters import CLUSTERED, Contracted, Levels, shortest_path_trees
+from igl_linabf.charts.cut_graphs.clusters import Contracted, Levels, shortest_path_trees
+from igl_linabf.charts.cut_graphs.constants import CLUSTERED
 from igl_linabf.charts.seams import search as seams
-from igl_linabf.charts.seams.growth import grown_seam, seam_cost
+from igl_linabf.charts.seams.growth import grow_seam, seam_cost
 from igl_linabf.charts.splitting.predicted_overlaps import coarse_mesh
 from igl_linabf.surface import Submesh, clean, complex_positions, signed_double_areas
 
@@ -57,7 +58,7 @@ def test_clusters_keep_handles_holes_area_and_curvature(name: str, hops: int) ->
 def test_a_seam_of_clusters_opens_the_surface_as_it_opened_them(name: str, hops: int) -> None:
     piece = ClosedSurface.of(surface(name))
     smaller = Contracted.of(piece, shortest_path_trees(piece, hops))
-    seam, leaves = grown_seam(smaller.coarse, 6.0, False)
+    seam, leaves = grow_seam(smaller.coarse, 6.0, False)
     carried, drawn = smaller.lift_along_trees(seam), smaller.lift(seam, leaves)
     assert (
         smaller.coarse.graph.topology_of(seam)
@@ -104,7 +105,7 @@ def test_seams_of_clusters_cost_what_those_of_the_surface_itself_cost(name: str,
     piece, costs = ClosedSurface.of(part), []
     for direct in (piece.graph.n, piece.graph.n - 1):
         monkeypatch.setattr(seams, "DIRECT", direct)
-        costs.append(seam_cost(piece, seams._best(part, piece, 6.0, False, None), 6.0))
+        costs.append(seam_cost(piece, seams.best_seam(part, piece, seams.SeamOptions(6.0), None), 6.0))
     assert costs[1] <= 1.03 * costs[0]
 
 

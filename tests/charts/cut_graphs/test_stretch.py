@@ -11,7 +11,8 @@ from conftest import bumps, load
 
 from igl_linabf import cut, find_seams, flatten, quality, unwrap
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.stretch import EVEN, expected
+from igl_linabf.charts.cut_graphs.constants import EVEN
+from igl_linabf.charts.cut_graphs.stretch import expected
 from igl_linabf.surface import Submesh
 
 

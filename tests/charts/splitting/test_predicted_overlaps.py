@@ -9,7 +9,8 @@ import pytest
 from igl_linabf import flatten, unwrap
 from igl_linabf.charts.atlas.pieces import flatten_piece
 from igl_linabf.charts.cut_graphs.closed_surface import ClosedSurface
-from igl_linabf.charts.cut_graphs.clusters import CLUSTERED, Levels
+from igl_linabf.charts.cut_graphs.clusters import Levels
+from igl_linabf.charts.cut_graphs.constants import CLUSTERED
 from igl_linabf.charts.cut_graphs.stretch import log_scale
 from igl_linabf.charts.seams import search as seams
 from igl_linabf.charts.splitting import predicted_overlaps, tips
@@ -27,7 +28,7 @@ def test_overlaps_of_large_surfaces_are_predicted() -> None:
     V, F = igl.marching_cubes(values.ravel(order="F"), points, 50, 50, 50, 0.0)[:2]
     surface, overlapping = Submesh.checked_manifold(V, F), []
     for parted in (False, True):
-        parts = surface.cut_along(seams.seams_of(surface, 6.0, part_overlaps=parted))
+        parts = surface.cut_along(seams.seams_of(surface, seams.SeamOptions(6.0, part_overlaps=parted)))
         assert all(not part.topology.genus and len(part.topology.loops) == 1 for part in parts)
         overlapping += [sum(len(overlapping_pairs(flatten_piece(p, Sketch()).uv, p.F)) for p in parts)]
     assert len(parts) <= 4
