@@ -35,7 +35,7 @@ def run(name: str, times: int) -> None:
     flatten(V, F, RUNS[name])
     taken = 1024 * (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before)  # Linux counts in KiB
     blocks = [1, 2] if "least squares" in name else [1]
-    reckoned = memory.PER_FACE * len(F) + sum(memory.factor_bytes(len(V), block) for block in blocks)
+    reckoned = memory.BYTES_PER_FACE * len(F) + sum(memory.factor_bytes(len(V), block) for block in blocks)
     print(f"| {name} | {len(F):,} | {taken / len(F):.0f} | {reckoned / len(F):.0f} |")
 
 

@@ -85,15 +85,15 @@ def test_supernodal_factors_are_the_same_in_threads() -> None:
     from igl_linabf.linalg import cholmod
 
     V, F = bumps(4000)
-    before, method = cholmod.SIMPLICIAL_UP_TO, LinABF(solver="cholmod")
-    cholmod.SIMPLICIAL_UP_TO = 100  # else only meshes of 40,000 vertices have them
+    before, method = cholmod.SIMPLICIAL_ROWS, LinABF(solver="cholmod")
+    cholmod.SIMPLICIAL_ROWS = 100  # else only meshes of 40,000 vertices have them
     try:
         first = flatten(V, F, method).uv
         with ThreadPoolExecutor(8) as pool:
             for result in pool.map(lambda _: flatten(V, F, method), range(16)):
                 assert (result.uv == first).all()
     finally:
-        cholmod.SIMPLICIAL_UP_TO = before
+        cholmod.SIMPLICIAL_ROWS = before
 
 
 @pytest.mark.skipif(os.name != "posix", reason="modes are POSIX's")

@@ -15,6 +15,7 @@ In the matrices here, column 3 t + k is corner k of triangle t. Arrays of angles
 """
 
 from collections.abc import Callable
+from enum import IntEnum
 
 import numpy as np
 from scipy import sparse
@@ -23,11 +24,17 @@ from .._types import FloatArray, IntArray
 from ..linalg import Solvers
 from .system import Constraints
 
-OWN, LEFT, RIGHT = 0, 1, 2  # angles alpha, beta, gamma of a corner k: at k, k + 1 and k + 2
+
+class Corner(IntEnum):
+    """The angles of a triangle in the fan of its corner k: of k + this, in turn."""
+
+    OWN = 0  # alpha
+    LEFT = 1  # beta
+    RIGHT = 2  # gamma
 
 
 def fan_rows(
-    constraints: Constraints, values: FloatArray, which: int, most: int | None = None
+    constraints: Constraints, values: FloatArray, which: Corner, most: int | None = None
 ) -> sparse.csr_array:
     """Sum over the fan of each interior vertex: a row for each.
 
@@ -37,8 +44,8 @@ def fan_rows(
         Of the mesh. The vertices of a hole share one row, which sums over all their fans.
     values : (3, #F) float64
         Coefficients of the errors.
-    which : int
-        Which angles of the fan are summed: `OWN`, `LEFT` or `RIGHT`.
+    which : Corner
+        Which angles of the fan are summed.
     most : int, optional
         The first so many rows only.
 
@@ -55,13 +62,15 @@ def fan_rows(
 
 def vertex_rows(constraints: Constraints) -> sparse.csr_array:
     """Left side of eq. 5, (#rows, 3 #F): sum e."""
-    return fan_rows(constraints, np.ones(constraints.topology.corner.shape), OWN)  # eq. 5
+    return fan_rows(constraints, np.ones(constraints.topology.corner.shape), Corner.OWN)  # eq. 5
 
 
 def wheel_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_array:
     """Left side of eq. 10, (#wheels, 3 #F): sum e_beta cot(beta) - e_gamma cot(gamma)."""
     cot, n = 1 / np.tan(alpha), constraints.wheels
-    return fan_rows(constraints, cot, LEFT, n) - fan_rows(constraints, cot, RIGHT, n)  # eq. 8-10
+    return fan_rows(constraints, cot, Corner.LEFT, n) - fan_rows(
+        constraints, cot, Corner.RIGHT, n
+    )  # eq. 8-10
 
 
 def triangle_rows(constraints: Constraints) -> sparse.csr_array:
@@ -77,7 +86,7 @@ def interior_rows(constraints: Constraints, alpha: FloatArray) -> sparse.csr_arr
 
 
 def _paired(constraints: Constraints) -> IntArray:
-    """Vertex rows, then wheel rows, in the order that has the two rows of a vertex next to each other."""
+    """The order of vertex rows, then wheel rows, that has the two rows of a vertex next to each other."""
     rows, wheels = np.arange(constraints.n), np.arange(constraints.wheels)
     return np.argsort(np.concatenate((2 * rows, 2 * wheels + 1)))
 
@@ -87,7 +96,9 @@ def right_hand_sides(constraints: Constraints, alpha: FloatArray) -> tuple[Float
     log_sin = np.log(np.sin(alpha))
     vertex = constraints.target - vertex_rows(constraints) @ alpha.T.ravel()  # eq. 5
     n = constraints.wheels
-    wheel = fan_rows(constraints, log_sin, RIGHT, n) - fan_rows(constraints, log_sin, LEFT, n)  # eq. 10
+    wheel = fan_rows(constraints, log_sin, Corner.RIGHT, n) - fan_rows(
+        constraints, log_sin, Corner.LEFT, n
+    )  # eq. 10
     triangle = np.pi - alpha.sum(axis=0)  # eq. 6
     return np.concatenate((vertex, wheel.sum(axis=1)))[_paired(constraints)], triangle
 

@@ -11,8 +11,7 @@ from scipy import sparse
 
 from .._types import ComplexArray
 from ..angles import (
-    LEFT,
-    RIGHT,
+    Corner,
     Step,
     constraints_of,
     corner_angles,
@@ -106,7 +105,7 @@ def newton_step(problem: Problem, earlier: StageResults) -> StageResult:
     if constraints.n:
         cot = 1 / np.tan(alpha)
         half = np.exp(-b.wheel / 2)  # sqrt(prod sin(beta) / prod sin(gamma))
-        left, right = (fan_rows(constraints, cot, which) for which in (LEFT, RIGHT))
+        left, right = (fan_rows(constraints, cot, which) for which in (Corner.LEFT, Corner.RIGHT))
         wheel = sparse.diags_array(half) @ left - sparse.diags_array(1 / half) @ right
         A = sparse.vstack((vertex_rows(constraints), wheel, triangle_rows(constraints))).tocsr()
         try:

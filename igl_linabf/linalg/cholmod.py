@@ -1,4 +1,4 @@
-"""CHOLMOD (Chen et al. 2008) through scikit-sparse, an optional extra; ours is tested by it."""
+"""CHOLMOD (Chen et al. 2008) through scikit-sparse, an optional extra; tests compare the core's to it."""
 
 import os
 import warnings
@@ -9,11 +9,11 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from .._types import FloatArray, IntArray
+from .._types import FloatArray, IntArray, Solve
 from ..errors import FallbackWarning, stack_level
+from .constants import SIMPLICIAL_ROWS
 from .factors import Analysis, Factor, NotPositiveDefiniteError
 
-SIMPLICIAL_UP_TO = 25_000  # rows; supernodal CHOLMOD with a good BLAS is faster above
 HOW_TO_GET = (
     "install SuiteSparse (Debian: apt install libsuitesparse-dev libopenblas0-pthread; macOS: brew install "
     "suite-sparse) and then pip install 'igl-linabf[cholmod]'; conda: "
@@ -40,7 +40,7 @@ class Cholmod(Analysis):
             indptr, indices, self._source = _entries_of_blocks(indptr, indices, block)
         n = len(indptr) - 1
         self._lower = sparse.csc_matrix((np.ones(len(indices)), indices, indptr), shape=(n, n))
-        supernodal = n > SIMPLICIAL_UP_TO
+        supernodal = n > SIMPLICIAL_ROWS
         if supernodal:
             _warn_of_slow_blas()
         # METIS's smaller fill never pays for its analysis
@@ -62,7 +62,7 @@ class Cholmod(Analysis):
         return Factor(self.name, _solver(numeric))
 
 
-def _solver(numeric: Any) -> Any:
+def _solver(numeric: Any) -> Solve:
     def solve(b: FloatArray) -> FloatArray:
         return np.asarray(numeric.solve_A(b)) if b.size else np.empty(b.shape)
 
@@ -72,7 +72,7 @@ def _solver(numeric: Any) -> Any:
 def _entries_of_blocks(
     indptr: IntArray, indices: IntArray, block: int
 ) -> tuple[IntArray, IntArray, IntArray]:
-    """The pattern of the entries, and where each is among those of the blocks."""
+    """The pattern of the entries, and where each of them is among the entries of the blocks."""
     number = np.arange(1, block**2 * len(indices) + 1).reshape(-1, block, block)
     upper = sparse.bsr_array((number, indices, indptr), shape=(block * (len(indptr) - 1),) * 2)
     rows = sparse.triu(upper, format="csr")  # the upper triangle by rows is the lower one by columns

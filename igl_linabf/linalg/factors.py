@@ -30,7 +30,7 @@ class Factor:
     Attributes
     ----------
     name : str
-        Of what factored it.
+        What factored it.
     solve : callable
         X of A X = B, for (n,) or (n, k).
     """
@@ -40,7 +40,7 @@ class Factor:
 
 
 class Analysis(ABC):
-    """What is known of a pattern before it has values."""
+    """A symbolic analysis: the order of elimination and the pattern of the factor, before values."""
 
     name: str
 
@@ -51,8 +51,8 @@ class Analysis(ABC):
         Parameters
         ----------
         values : (#entries,) or (#entries, 4) float64
-            Of the lower triangle. Of blocks: an entry (i, j) of the pattern has the rows 2 j, 2 j + 1 and
-            the columns 2 i, 2 i + 1, row by row. Those of the upper triangle are used.
+            Of the lower triangle. For blocks, entry (i, j) of the pattern has the block in the rows 2 j,
+            2 j + 1 and the columns 2 i, 2 i + 1, row by row: that of the upper triangle.
 
         Raises
         ------
@@ -63,13 +63,13 @@ class Analysis(ABC):
 def real_form(values: ComplexArray) -> FloatArray:
     """The 2 by 2 blocks, (#entries, 4), of a Hermitian matrix given by its lower triangle.
 
-    An entry a + i b is the block [[a, -b], [b, a]] of the real matrix; above the diagonal, the conjugate is.
+    The entry a + i b below the diagonal gives the block [[a, b], [-b, a]] of the upper triangle.
     """
     return np.column_stack((values.real, values.imag, -values.imag, values.real))
 
 
 def solve_complex(factor: Factor, b: ComplexArray) -> ComplexArray:
-    """The solutions for (n,) or (n, k), by the factor of a `real_form`."""
+    """Solve for (n,) or (n, k) complex right-hand sides, by the factor of a `real_form`."""
     parts = np.stack((b.real, b.imag), axis=1)
     x = factor.solve(parts.reshape(2 * len(b), *b.shape[1:])).reshape(parts.shape)
     return np.asarray(x[:, 0] + 1j * x[:, 1])

@@ -4,8 +4,7 @@ import numpy as np
 
 from .._core import block_dots, block_step, block_turn
 from .._types import BoolArray, FloatArray, IntArray, Solve
-
-MAX_CG_STEPS = 300  # after so many a factorisation is the better way
+from .constants import MAX_CG_STEPS
 
 
 def conjugate_gradients(
@@ -20,9 +19,9 @@ def conjugate_gradients(
 ) -> tuple[FloatArray, IntArray, BoolArray]:
     """Solve A x = b, A and its preconditioner block-diagonal, to |A x - b| <= rtol |b| in each block.
 
-    Each block has step lengths of its own, and takes no more steps when it is there: its iterates are those
-    of a system by itself. The scalar products are not those of a BLAS, which wake its threads: that costs
-    more than they save.
+    Each block has step lengths of its own, and takes no more steps once it has converged: its iterates are
+    those of a system by itself. The scalar products are not a BLAS's: to wake its threads costs more than
+    they save.
 
     Parameters
     ----------
@@ -33,9 +32,9 @@ def conjugate_gradients(
     most : int
         Steps at most.
     first_rtol : float, optional
-        To which a single step is enough.
+        Relative residual that is enough after a single step.
     start : (#blocks + 1,) int64, optional
-        Where the blocks begin, and the last one ends; by default there is one block.
+        Where each block begins, and the last one ends; by default there is one block.
 
     Returns
     -------

@@ -7,11 +7,7 @@ from pathlib import Path
 import psutil
 
 from ..errors import MemoryLimitError
-
-PER_FACE = 1000  # bytes at the peak but for factors (benchmarks/memory.py)
-FILL = 3.0  # entries of a planar Laplacian's factor over n log2 n at most; 1.8 to 2.2 were measured
-UNASKED = 2**25  # bytes up to which it is not asked whether they are free
-OVERHEAD = 1.5  # supernodes' zeros, indices, work space
+from .constants import BYTES_PER_FACE, FILL, UNASKED_BYTES
 
 
 def available() -> int | None:
@@ -32,18 +28,18 @@ def factor_bytes(n: int, block: int = 1) -> int:
 
     It has O(n log n) entries (Lipton, Rose, Tarjan 1979).
     """
-    return int(OVERHEAD * FILL * n * math.log2(max(n, 2)) * 8 * block**2)
+    return int(FILL * n * math.log2(max(n, 2)) * 8 * block**2)
 
 
 def fits(wanted: int) -> bool:
     """Whether so many bytes are free."""
-    free = None if wanted <= UNASKED else available()
+    free = None if wanted <= UNASKED_BYTES else available()
     return free is None or wanted <= free
 
 
 def check_memory(faces: int, factor: int) -> None:
     """Raise if so many faces, and a factor of so many bytes, do not fit into memory."""
-    wanted = PER_FACE * faces + factor
+    wanted = BYTES_PER_FACE * faces + factor
     if not fits(wanted):
         raise MemoryLimitError(
             f"{faces:,} faces take about {gigabytes(wanted)}, but only {gigabytes(available() or 0)} "
@@ -53,6 +49,7 @@ def check_memory(faces: int, factor: int) -> None:
 
 
 def gigabytes(n: int) -> str:
+    """Bytes in words: "1.5 GiB"."""
     return f"{n / 2**30:.2g} GiB"
 
 

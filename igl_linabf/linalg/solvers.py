@@ -38,19 +38,14 @@ class Solvers:
             raise ImportError(f"solver='cholmod' needs scikit-sparse, which is not installed: {HOW_TO_GET}")
 
     @property
-    def direct(self) -> bool:
-        """Whether the angle system is factored as a whole."""
-        return self.solver == "direct"
-
-    @property
     def shared(self) -> bool:
-        """Whether factors that were made for other purposes do as well."""
+        """Whether a factor that was made elsewhere serves as well: no other implementation is asked for."""
         return self.solver == "auto"
 
     def analyse(self, indptr: IntArray, indices: IntArray, block: int = 1) -> Analysis:
-        """Of the lower triangle of a planar graph's matrix in CSC, the diagonal first in each column.
+        """Analyse the lower triangle of a planar graph's matrix in CSC, the diagonal first in each column.
 
-        With `block` 2, each entry of it stands for a 2 by 2 block.
+        With `block` 2, each of its entries stands for a 2 by 2 block.
 
         Raises
         ------
@@ -69,7 +64,7 @@ class Solvers:
         return made(indptr, indices, block)
 
     def factor(self, lower: sparse.csc_array) -> Factor:
-        """Of a matrix that is factored once, given by its lower triangle; of a complex one, its `real_form`.
+        """Factor a matrix, given by its lower triangle, once; of a complex one, its `real_form`.
 
         Raises
         ------

@@ -104,7 +104,7 @@ def test_complex_hermitian_systems_are_factored(name: str) -> None:
 @pytest.mark.parametrize("supernodal", [False, True])
 def test_indefinite_and_singular_matrices_are_named_by_row(kind, supernodal: bool, monkeypatch) -> None:
     if supernodal:
-        monkeypatch.setattr(oracle, "SIMPLICIAL_UP_TO", 0)
+        monkeypatch.setattr(oracle, "SIMPLICIAL_ROWS", 0)
     good = lower_of(sparse.diags_array([np.full(49, -1.0), np.full(50, 2.5)], offsets=[-1, 0]))
     row, column = good.indices, np.repeat(np.arange(50), np.diff(good.indptr))
     full, b = good + sparse.tril(good, -1).T, np.arange(100.0).reshape(50, 2)

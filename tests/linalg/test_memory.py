@@ -34,14 +34,14 @@ else:
 def bytes_free(monkeypatch):
     def limit(count: int) -> None:
         monkeypatch.setattr(memory, "available", lambda: count)
-        monkeypatch.setattr(memory, "UNASKED", 0)
+        monkeypatch.setattr(memory, "UNASKED_BYTES", 0)
 
     return limit
 
 
 def test_a_factor_that_does_not_fit_is_refused_before_work_begins(bytes_free, monkeypatch) -> None:
     V, F = bumps(8000)
-    monkeypatch.setattr(memory, "PER_FACE", 1)
+    monkeypatch.setattr(memory, "BYTES_PER_FACE", 1)
     bytes_free(memory.factor_bytes(len(V) // 2))
     with pytest.raises(
         MemoryLimitError, match=r"factor of a system of \d,\d{3} rows would take about .* GiB"
@@ -51,11 +51,11 @@ def test_a_factor_that_does_not_fit_is_refused_before_work_begins(bytes_free, mo
 
 def test_what_does_not_fit_at_all_is_refused_with_the_estimate(bytes_free) -> None:
     V, F = load("bumps")
-    bytes_free(memory.PER_FACE * len(F) - 1)
+    bytes_free(memory.BYTES_PER_FACE * len(F) - 1)
     with pytest.raises(MeshError, match=r"1,\d{3} faces take about .* GiB.*are free: decimate the mesh"):
         flatten(V, F)
     # least squares needs a factor in any case
-    bytes_free(memory.PER_FACE * len(F) + 1)
+    bytes_free(memory.BYTES_PER_FACE * len(F) + 1)
     with pytest.raises(MeshError, match="decimate the mesh"):
         flatten(V, F, LinABF(layout="least-squares"))
 

@@ -204,7 +204,7 @@ def linearise(
             slivers=slivers,
             fallback=reuse.fallback,
         )
-    if problem.solvers.direct:
+    if problem.solvers.solver == "direct":
         return _factored(lin, at)
     try:
         return _preconditioned(lin)
