@@ -41,18 +41,18 @@ from .fallbacks import Problem, StageResult, StageResults, with_layout
 from .result import Flattening, Hole, Outcome, Residuals
 
 
-def lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
+def flatten_by_lscm(mesh: Mesh, pinned: Pins | None) -> Flattening:
     """`igl.lscm` with two far boundary vertices as the default pins."""
     start = perf_counter()
     b, bc = pinned or far_pins(mesh)
     try:
         uv, _ = igl.lscm(mesh.V, mesh.faces, b, bc)
     except RuntimeError:
-        raise _singular(mesh, "igl.lscm") from None
+        raise _no_map_error(mesh, "igl.lscm") from None
     return _result_of_map("lscm", mesh, complex_positions(uv), "igl.lscm", start, pinned)
 
 
-def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
+def flatten_by_scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
     """`igl.spectra.lscm`: the spectral, pin-free conformal map of Mullen et al. 2008."""
     start = perf_counter()
     if shape_is_pinned(pinned):
@@ -64,7 +64,7 @@ def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
         scale = 2.0 ** np.round(np.log2(SCP_SIZE / np.sqrt(area)))
         z = complex_positions(igl.spectra.lscm(scale * mesh.V, mesh.faces))
     except RuntimeError:
-        raise _singular(mesh, "igl.spectra.lscm") from None
+        raise _no_map_error(mesh, "igl.spectra.lscm") from None
     # the eigenvector's sign and igl's order of the coordinates leave the orientation open
     backwards = len(flipped_faces(z, mesh.topology.corner)) > mesh.topology.corner.shape[1] / 2
     z = z.conj() if backwards else z
@@ -75,7 +75,7 @@ def scp(mesh: Mesh, pinned: Pins | None) -> Flattening:
     return _result_of_map("scp", mesh, z, "igl.spectra.lscm", start, pinned)
 
 
-def dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flattening:
+def flatten_by_dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flattening:
     """Discrete natural conformal parameterization (Desbrun, Meyer, Alliez 2002), natural boundary.
 
     The Dirichlet energy by the surface's own cotangents minus the area of the map: the least
@@ -87,7 +87,7 @@ def dncp(mesh: Mesh, pinned: Pins | None, solver: SolverName) -> Flattening:
     try:
         z, name = least_squares(mesh.topology, cot, b, complex_positions(bc), Solvers(solver))
     except NotPositiveDefiniteError:
-        raise _singular(mesh, "DNCP") from None
+        raise _no_map_error(mesh, "DNCP") from None
     return _result_of_map("dncp", mesh, z, name, start, pinned)
 
 
@@ -111,7 +111,7 @@ def newton_step(problem: Problem, earlier: StageResults) -> StageResult:
         try:
             errors = least_norm(A, alpha, problem.angles.solvers)
         except NotPositiveDefiniteError:
-            raise _singular(problem.mesh, "the Newton step of ABF++") from None
+            raise _no_map_error(problem.mesh, "the Newton step of ABF++") from None
         e = errors(np.concatenate((b.vertex, 1 / half - half, b.triangle)))
         at = problem.angles.at(alpha + e.reshape(-1, 3).T)
         state = replace(state, at=at, steps=(Step("step", 0, 0, at.residual.largest),))
@@ -137,7 +137,7 @@ def _result_of_map(
     """The result of a method without target angles: the angles of its map take their place."""
     topology, constraints = mesh.topology, constraints_of(mesh.topology)
     if not np.isfinite(z).all():
-        raise _singular(mesh, solver)
+        raise _no_map_error(mesh, solver)
     if pinned is None:
         z = centred(topology, z, mesh.area)
     seconds = {"layout": perf_counter() - start}
@@ -163,7 +163,7 @@ def _result_of_map(
     )
 
 
-def _singular(mesh: Mesh, solver: str) -> SingularSystemError:
+def _no_map_error(mesh: Mesh, solver: str) -> SingularSystemError:
     alpha = corner_angles(mesh)
     thin = np.argsort(alpha.min(axis=0), kind="stable")[:5]
     return SingularSystemError(

@@ -75,7 +75,7 @@ def shape_of(mesh: Mesh, boundary: BoundaryName | ArrayLike, corners: ArrayLike 
         shape = Shape(name, sums, (), at)
     else:
         shape = Shape(name, _given_angles(mesh, boundary))
-    _check(mesh, shape)
+    _check_shape(mesh, shape)
     return shape
 
 
@@ -153,7 +153,7 @@ def _four_corners(mesh: Mesh) -> IntArray:
     return np.asarray(rim[chosen])
 
 
-def _check(mesh: Mesh, shape: Shape) -> None:
+def _check_shape(mesh: Mesh, shape: Shape) -> None:
     """Raise if no flat map of the mesh has the angle sums that are asked for at the boundary."""
     assert shape.sums is not None
     topology, sums, vertices = mesh.topology, shape.sums, mesh.vertices
@@ -163,7 +163,7 @@ def _check(mesh: Mesh, shape: Shape) -> None:
             f"boundary asks for angles of {some(sums[bad])} rad at vertices {some(vertices[bad])}: an angle "
             "of a flat map is positive"
         )
-    _check_total(mesh, shape, faces)
+    _check_gauss_bonnet(mesh, shape, faces)
     if len(bad := np.flatnonzero(sums >= np.pi * faces - GAUSS_BONNET_TOL)):
         first = bad[0]
         raise MeshError(
@@ -172,7 +172,7 @@ def _check(mesh: Mesh, shape: Shape) -> None:
             + (": they are ears, with one face" if (faces[bad] == 1).all() else "")
             + f"; make them corners, or split the edges opposite to them: {HELP}"
         )
-    parts = list(_cut_off(topology, sums))
+    parts = list(_chords_without_area(topology, sums))
     if parts:
         where = [vertices[[a, b]].tolist() for a, b in parts]
         raise MeshError(
@@ -181,7 +181,7 @@ def _check(mesh: Mesh, shape: Shape) -> None:
         )
 
 
-def _check_total(mesh: Mesh, shape: Shape, faces: IntArray) -> None:
+def _check_gauss_bonnet(mesh: Mesh, shape: Shape, faces: IntArray) -> None:
     """Gauss-Bonnet: the exterior angles of a loop sum to 2 pi, those of a hole to -2 pi."""
     assert shape.sums is not None
     for i, loop in enumerate(mesh.topology.loops):
@@ -206,7 +206,7 @@ def _check_total(mesh: Mesh, shape: Shape, faces: IntArray) -> None:
             )
 
 
-def _cut_off(topology: Topology, sums: FloatArray) -> Iterator[tuple[int, int]]:
+def _chords_without_area(topology: Topology, sums: FloatArray) -> Iterator[tuple[int, int]]:
     """Chords of the outer loop that cut off a part whose angles at the chord would not be positive."""
     rim = topology.loops[0]
     place = np.full(topology.n, -1)

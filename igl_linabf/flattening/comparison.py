@@ -178,7 +178,7 @@ def compare(
         entries[label] = Entry(result.uv, measured, taken, taken / base, iterations, result)
     for name in other_programs.installed() if others else ():
         try:
-            uv, taken = other_programs.run(name, mesh.V, mesh.faces)
+            uv, taken = other_programs.run_program(name, mesh.V, mesh.faces)
         except RuntimeError as error:
             warnings.warn(f"{error}: it is left out", FallbackWarning, stacklevel=stack_level())
             continue

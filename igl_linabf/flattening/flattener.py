@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 from .._runtime import Progress
 from ..surface import PlanarFaces
 from .boundary_shapes import BoundaryName
-from .functions import flattened
+from .functions import flatten_checked
 from .methods import Method
 from .result import Flattening
 
@@ -79,4 +79,4 @@ class Flattener:
         >>> Flattener(F[1:]).flatten(V, "abf", [0, 1], [[0, 0], [1, 0]]).uv.shape
         (12, 2)
         """
-        return flattened(lambda: self._faces.at(V, outer), method, b, bc, progress, boundary, corners)
+        return flatten_checked(lambda: self._faces.at(V, outer), method, b, bc, progress, boundary, corners)

@@ -117,7 +117,7 @@ def linabf(
     (12, 2)
     """
     method = LinABF(iterations, layout, rtol, tol, threshold, safeguard, guarantee, solver)
-    return _told(flatten(V, F, method, b, bc, outer=outer, boundary=boundary, corners=corners)).uv
+    return _warn_if_bad(flatten(V, F, method, b, bc, outer=outer, boundary=boundary, corners=corners)).uv
 
 
 def abf(
@@ -179,7 +179,7 @@ def abf(
     result = flatten(V, F, method, b, bc, outer=outer, boundary=boundary, corners=corners)
     if result.outcome is Outcome.NOT_CONVERGED:
         warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
-    return _told(result).uv
+    return _warn_if_bad(result).uv
 
 
 def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike | None = None) -> FloatArray:
@@ -213,7 +213,7 @@ def lscm(V: ArrayLike, F: ArrayLike, b: ArrayLike | None = None, bc: ArrayLike |
     >>> lscm(V, F[1:], [0, 1], [[0, 0], [1, 0]]).shape
     (12, 2)
     """
-    return _told(flatten(V, F, "lscm", b, bc)).uv
+    return _warn_if_bad(flatten(V, F, "lscm", b, bc)).uv
 
 
 def linabf_angles(
@@ -255,10 +255,10 @@ def linabf_angles(
     True
     """
     method = LinABF(iterations, "auto", rtol, tol, threshold, safeguard, guarantee, solver)
-    return _told(flatten(V, F, method, outer=outer)).angles
+    return _warn_if_bad(flatten(V, F, method, outer=outer)).angles
 
 
-def _told(result: Flattening) -> Flattening:
+def _warn_if_bad(result: Flattening) -> Flattening:
     """Warn if the outcome is bad, for callers that return only a part of the result."""
     if not result.outcome.good:
         warnings.warn(result.message, OutcomeWarning, stacklevel=stack_level())
@@ -335,10 +335,10 @@ def flatten(
     >>> result.outcome.value, len(result.flipped), result.layout
     ('valid', 0, 'boundary')
     """
-    return flattened(lambda: planar_mesh(V, F, outer), method, b, bc, progress, boundary, corners)
+    return flatten_checked(lambda: planar_mesh(V, F, outer), method, b, bc, progress, boundary, corners)
 
 
-def flattened(
+def flatten_checked(
     checked: Callable[[], Mesh],
     method: str | Method,
     b: ArrayLike | None,

@@ -86,7 +86,7 @@ def flatten_many(
         left = [i for i, result in enumerate(made) if result is None]
         for k, i in enumerate(left):
             with progress_part("alone", (k + 1) / len(left)):
-                made[i] = _alone(given[i], chosen, boundary)
+                made[i] = _flatten_alone(given[i], chosen, boundary)
     return [result for result in made if result is not None]
 
 
@@ -99,7 +99,7 @@ def _arrays(mesh: object) -> Arrays | None:
         return None
 
 
-def _alone(mesh: object, method: Method, boundary: BoundaryName) -> Flattening | MeshError:
+def _flatten_alone(mesh: object, method: Method, boundary: BoundaryName) -> Flattening | MeshError:
     """What `flatten` returns or raises."""
     try:
         V, F = cast(Arrays, mesh)
@@ -125,7 +125,7 @@ def flatten_together(meshes: Sequence[Arrays], method: Method) -> list[Flattenin
     plain = isinstance(method, LinABF) and method.iterations == "auto" and method.safeguard
     if not (plain and isinstance(method, LinABF) and method.layout in ("auto", "boundary")):
         return made
-    for results in in_threads(partial(_together, meshes, method=method), _groups(meshes)):
+    for results in in_threads(partial(_flatten_group, meshes, method=method), _groups(meshes)):
         for place, result in results:
             made[place] = result
         advance("layout", 0.1)
@@ -147,7 +147,9 @@ def _groups(meshes: Sequence[Arrays]) -> Iterator[list[int]]:
         yield group
 
 
-def _together(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> list[tuple[int, Flattening]]:
+def _flatten_group(
+    meshes: Sequence[Arrays], group: list[int], method: LinABF
+) -> list[tuple[int, Flattening]]:
     """The places and results of those of a group that come out well together, if they are several."""
     start = perf_counter()
     if len(group) < 2:
@@ -161,16 +163,16 @@ def _together(meshes: Sequence[Arrays], group: list[int], method: LinABF) -> lis
             batch = linear_batch(disks, method)
     except (NotPositiveDefiniteError, SingularSystemError):
         halves = np.array_split(found, 2)  # until it is alone
-        parts = [_together(meshes, [group[i] for i in half], method) for half in halves]
+        parts = [_flatten_group(meshes, [group[i] for i in half], method) for half in halves]
         return parts[0] + parts[1]
     seconds["total"] = perf_counter() - start
-    return _results(batch, [group[i] for i in found.tolist()], method, seconds)
+    return _results_of_batch(batch, [group[i] for i in found.tolist()], method, seconds)
 
 
-def _results(
+def _results_of_batch(
     batch: LinearBatch, places: list[int], method: LinABF, seconds: dict[str, float]
 ) -> list[tuple[int, Flattening]]:
-    """As `_together` returns them, from arrays; `seconds` are shared out by triangles."""
+    """As `_flatten_group` returns them, from arrays; `seconds` are shared out by triangles."""
     vertices, faces = batch.disks.vertices.start.tolist(), batch.disks.faces.start.tolist()
     stepped, rows = batch.stepped, batch.stepped.state.problem.disks.rows.sizes.tolist()
     before, _, after = (residuals.T.tolist() for residuals in stepped.residuals)

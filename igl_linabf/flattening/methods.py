@@ -104,7 +104,7 @@ class LinABF(Method):
             if not (is_number(self.iterations, 1) and hasattr(self.iterations, "__index__")):
                 raise ValueError(f"iterations is {self.iterations!r}: use 'auto' or a positive integer")
             object.__setattr__(self, "iterations", operator.index(self.iterations))
-        _check(self.guarantee, self.layout, self.threshold)
+        _check_options(self.guarantee, self.layout, self.threshold)
         if self.rtol is not None and not is_number(self.rtol, 0, above=True):
             raise ValueError(f"rtol is {self.rtol!r}: use a positive number")
         if not is_number(self.tol, 0):
@@ -195,7 +195,7 @@ class ABF(Method):
     solver: SolverName = "auto"
 
     def __post_init__(self) -> None:
-        _check(self.guarantee, self.layout, self.threshold)
+        _check_options(self.guarantee, self.layout, self.threshold)
         if not is_number(self.tol, 0, above=True):
             raise ValueError(f"tol is {self.tol!r}: use a positive number, at least 1e-10")
 
@@ -281,7 +281,7 @@ class OneStepABFpp(Method):
     solver: SolverName = "auto"
 
     def __post_init__(self) -> None:
-        _check(None, self.layout, self.threshold)
+        _check_options(None, self.layout, self.threshold)
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
         with stopwatch(*STAGES) as seconds:
@@ -298,7 +298,7 @@ class LSCM(Method):
     label = "igl.lscm"
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
-        return baselines.lscm(mesh, pinned)
+        return baselines.flatten_by_lscm(mesh, pinned)
 
 
 @dataclass(frozen=True)
@@ -309,7 +309,7 @@ class SCP(Method):
     label = "igl.spectra.lscm"
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
-        return baselines.scp(mesh, pinned)
+        return baselines.flatten_by_scp(mesh, pinned)
 
 
 @dataclass(frozen=True)
@@ -328,7 +328,7 @@ class DNCP(Method):
     solver: SolverName = "auto"
 
     def run(self, mesh: Mesh, pinned: Pins | None, shape: Shape = FREE) -> Flattening:
-        return baselines.dncp(mesh, pinned, self.solver)
+        return baselines.flatten_by_dncp(mesh, pinned, self.solver)
 
 
 METHODS: dict[str, Callable[..., Method]] = {
@@ -379,7 +379,7 @@ def _default_stages(rtol: float | None, tol: float) -> list[Stage]:
     ]
 
 
-def _check(guarantee: str | None, layout: LayoutName, threshold: float) -> None:
+def _check_options(guarantee: str | None, layout: LayoutName, threshold: float) -> None:
     check_method(layout)
     if guarantee not in (None, "injective"):
         raise ValueError(f"guarantee is {guarantee!r}: use 'injective' or None")

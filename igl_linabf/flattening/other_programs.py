@@ -62,7 +62,7 @@ def installed() -> list[str]:
     return [name for name, (package, _) in PEERS.items() if find_spec(package) is not None]
 
 
-def run(name: str, V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
+def run_program(name: str, V: FloatArray, F: IntArray) -> tuple[FloatArray, float]:
     """The map of a program, (#V, 2), and its seconds.
 
     Raises

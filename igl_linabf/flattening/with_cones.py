@@ -53,25 +53,25 @@ from .methods import ABF, STAGES, LinABF, Method
 from .result import Flattening
 
 
-class AstrayError(ArithmeticError):
+class DivergedError(ArithmeticError):
     """Steps lead away from all angles with these sums and holonomy."""
 
 
 @dataclass(frozen=True, eq=False)
-class Turned:
-    """By what closed paths are to turn.
+class PrescribedHolonomy:
+    """By what angles closed paths of the surface are to turn.
 
     Attributes
     ----------
     vertices : (#C,) int64
         Vertices whose angle sums may be chosen for that.
-    chosen : callable
+    choose : callable
         Given `HolonomyAngles` of the sums so far: their angle sums; what the paths turn by, radians; and the
         logarithm of the scale at all vertices with which the surface has these sums, if that is known.
     """
 
     vertices: IntArray
-    chosen: Callable[[HolonomyAngles], tuple[FloatArray, FloatArray, FloatArray | None]]
+    choose: Callable[[HolonomyAngles], tuple[FloatArray, FloatArray, FloatArray | None]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -102,7 +102,7 @@ def flatten_with_cones(
     topology: Topology,
     sums: FloatArray,
     paths: Sequence[ClosedPath],
-    turned: Turned | None,
+    prescribed: PrescribedHolonomy | None,
     method: Method,
     known: KnownLaplacian | None = None,
 ) -> Flattening:
@@ -118,7 +118,7 @@ def flatten_with_cones(
         Angle sums of its vertices, radians; NaN at the boundary, which is free.
     paths : sequence of ClosedPath
         Along which the scale comes back.
-    turned : Turned or None
+    prescribed : PrescribedHolonomy or None
         By what they also turn; None if it is as it comes.
     method : Method
         Linear ABF or converged ABF.
@@ -129,7 +129,7 @@ def flatten_with_cones(
     ------
     ValueError
         Another method.
-    AstrayError
+    DivergedError
         Holonomy angles are prescribed, and steps lead away from them. What is tried elsewhere after them
         would take far longer, and lead nowhere.
     """
@@ -144,11 +144,11 @@ def flatten_with_cones(
         options = ProblemOptions(method.layout, method.threshold, method.solver, safeguard)
         problem = initial_problem(cut, options, uncut=asked)
         begun = problem.start
-        if known is not None and (known.even or turned is not None):
-            begun = replace(begun, lin=_preconditioned(problem.angles, known))
-        if turned is not None:
-            problem, begun = _turned(problem, begun, turned)
-        results = run_stages(problem, _stages(method, begun, turned is not None))
+        if known is not None and (known.even or prescribed is not None):
+            begun = replace(begun, lin=_known_linearisation(problem.angles, known))
+        if prescribed is not None:
+            problem, begun = _with_holonomy(problem, begun, prescribed)
+        results = run_stages(problem, _stages(method, begun, prescribed is not None))
         return build_result(problem, method.name, results, seconds)
 
 
@@ -169,7 +169,7 @@ def holonomy_angles_of(
     constraints = constraints_of(uncut, sums, paths, left_out=None if known is None else known.left_out)
     angles, lin = AngleProblem(constraints, open_caps(surface)[0], Solvers()), None
     if known is not None:
-        lin = _preconditioned(angles, known)
+        lin = _known_linearisation(angles, known)
     try:
         holonomy, lin = HolonomyAngles.predicted(angles, np.arange(topology.n), angles.estimate, lin)
     except NotPositiveDefiniteError:
@@ -177,7 +177,7 @@ def holonomy_angles_of(
     return holonomy, None if known is None or known.inverse is None else lin.columns
 
 
-def _preconditioned(angles: AngleProblem, known: KnownLaplacian) -> Linearised | None:
+def _known_linearisation(angles: AngleProblem, known: KnownLaplacian) -> Linearised | None:
     """What preconditions a step from the estimate, if its factor is known."""
     if known.inverse is None:
         return None
@@ -186,7 +186,7 @@ def _preconditioned(angles: AngleProblem, known: KnownLaplacian) -> Linearised |
     return Linearised.preconditioned(angles, system, analysis, known.inverse, known.columns)
 
 
-def _turned(problem: Problem, begun: State, turned: Turned) -> tuple[Problem, State]:
+def _with_holonomy(problem: Problem, begun: State, prescribed: PrescribedHolonomy) -> tuple[Problem, State]:
     """The problem with prescribed holonomy angles along its paths, and a state to go on from.
 
     Holonomy changes angles least where the surface is flat already. So the first step starts from its angles
@@ -195,26 +195,26 @@ def _turned(problem: Problem, begun: State, turned: Turned) -> tuple[Problem, St
     """
     surface = open_caps(corner_angles(problem.mesh))[0]
     try:
-        holonomy, lin = HolonomyAngles.predicted(problem.angles, turned.vertices, surface, begun.lin)
+        holonomy, lin = HolonomyAngles.predicted(problem.angles, prescribed.vertices, surface, begun.lin)
     except NotPositiveDefiniteError:
         after = step_with_known_factor(begun, ROUGH_RTOL)
-        holonomy = HolonomyAngles.measured(after.at, problem.angles.constraints.paths, turned.vertices)
-        angles, _ = _asking(problem.angles, turned, holonomy)
+        holonomy = HolonomyAngles.measured(after.at, problem.angles.constraints.paths, prescribed.vertices)
+        angles, _ = _with_chosen_sums(problem.angles, prescribed, holonomy)
         state = State(angles, angles.at(after.at.alpha), after.steps, after.lin)
         return replace(problem, angles=angles), state
-    angles, log_scale = _asking(problem.angles, turned, holonomy)
-    start = eliminate_locally(_scaled(angles, surface, log_scale, lin))
+    angles, log_scale = _with_chosen_sums(problem.angles, prescribed, holonomy)
+    start = eliminate_locally(_scaled_conformally(angles, surface, log_scale, lin))
     return replace(problem, angles=angles), step_from_surface(start, surface, ROUGH_RTOL)
 
 
-def _asking(
-    angles: AngleProblem, turned: Turned, holonomy: HolonomyAngles
+def _with_chosen_sums(
+    angles: AngleProblem, prescribed: PrescribedHolonomy, holonomy: HolonomyAngles
 ) -> tuple[AngleProblem, FloatArray | None]:
     """The problem with the sums and the holonomy that are chosen, and the logarithm of its scale."""
-    sums, wanted, log_scale = turned.chosen(holonomy)
+    sums, wanted, log_scale = prescribed.choose(holonomy)
     asked = angles.constraints.sums.copy()
     changed = np.full(len(asked), np.nan)
-    asked[turned.vertices] = changed[turned.vertices] = sums
+    asked[prescribed.vertices] = changed[prescribed.vertices] = sums
     constraints = angles.constraints.with_prescribed(asked, wanted)
     with timed("assembly"):
         estimate = initial_estimate(
@@ -223,7 +223,9 @@ def _asking(
     return replace(angles, constraints=constraints, estimate=estimate), log_scale
 
 
-def _scaled(angles: AngleProblem, surface: FloatArray, u: FloatArray | None, lin: Linearised) -> State:
+def _scaled_conformally(
+    angles: AngleProblem, surface: FloatArray, u: FloatArray | None, lin: Linearised
+) -> State:
     """The angles of the surface scaled conformally, so that it is nearly flat but for the cones.
 
     With what is missing to the sums, r, the logarithm of the scale is u = -L^-1 r. As these are angles of
@@ -243,7 +245,7 @@ def _scaled(angles: AngleProblem, surface: FloatArray, u: FloatArray | None, lin
     return State(angles, at, lin=lin)
 
 
-def _stages(method: LinABF | ABF, begun: State, turned: bool) -> list[Stage]:
+def _stages(method: LinABF | ABF, begun: State, prescribed: bool) -> list[Stage]:
     stages: list[Stage]
     if isinstance(method, LinABF) and method.iterations != "auto":
         rtol = method.rtol or ACTIVE_SET_RTOL
@@ -251,8 +253,8 @@ def _stages(method: LinABF | ABF, begun: State, turned: bool) -> list[Stage]:
     else:
         stages, tol, residual_tol = [], method.tol, 0.0
         if isinstance(method, LinABF):
-            only = turned and not method.guarantee
-            stages = [partial(_continued, begun=begun, rtol=method.rtol, tol=method.tol, only=only)]
+            only = prescribed and not method.guarantee
+            stages = [partial(_iterate_from, begun=begun, rtol=method.rtol, tol=method.tol, only=only)]
             tol, residual_tol = ABF_TOL, method.tol
         for form in (anchored, feasible):
             stage = partial(form, tol=tol, residual_tol=residual_tol)
@@ -260,13 +262,13 @@ def _stages(method: LinABF | ABF, begun: State, turned: bool) -> list[Stage]:
     return [*stages, injective_map] if method.guarantee else stages
 
 
-def _continued(
+def _iterate_from(
     problem: Problem, earlier: StageResults, begun: State, rtol: float | None, tol: float, only: bool
 ) -> StageResult:
     """Active-set iterations until both sides of the seam agree; or, if `only` they may, an error."""
     state = iterate_with_corrections(begun, rtol, tol, MAX_ACTIVE_SET_STEPS)
     if only and diverges(state):
-        raise AstrayError(f"steps lead to angle sums {state.at.residual.largest:.2g} away from them")
+        raise DivergedError(f"steps lead to angle sums {state.at.residual.largest:.2g} away from them")
     reached = state.at.residual.largest <= tol
     note = "" if reached else f"the iterations did not converge within {MAX_ACTIVE_SET_STEPS} steps"
     return with_layout(problem, StageResult("active set", state, converged=reached, note=note))

@@ -30,7 +30,7 @@ def on_circle(topology: Topology, solvers: Solvers) -> Iterator[ComplexArray]:
     free = np.ones(filled.n, dtype=bool)
     free[rim] = False
     for decay in DECAYS:
-        made = _combined(filled, z, free, decay, solvers)
+        made = _convex_combination(filled, z, free, decay, solvers)
         if made is not None:
             yield made[:n]
 
@@ -54,14 +54,14 @@ def patched(topology: Topology, z: ComplexArray, solvers: Solvers) -> Iterator[C
         if not free.any():
             continue
         for decay in DECAYS:
-            made = _combined(topology, z, free, decay, solvers)
+            made = _convex_combination(topology, z, free, decay, solvers)
             if made is not None:
                 yield made
         if (free == inside).all():
             return
 
 
-def _combined(
+def _convex_combination(
     topology: Topology, z: ComplexArray, free: BoolArray, decay: float, solvers: Solvers
 ) -> ComplexArray | None:
     """The map with each free vertex in a convex combination of its neighbours, the others as they are.

@@ -34,7 +34,7 @@ from .constants import (
     ZIGZAG_GAIN,
 )
 from .isometry import Hessians
-from .plane_steps import BoundedStep, Linear, Plane, bounded_step
+from .plane_steps import BoundedStep, LinearAngles, Plane, bounded_step
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,7 +61,7 @@ class LeastChange:
 
 
 @dataclass(frozen=True, eq=False)
-class _Place:
+class _MapOnTheWay:
     """A map on the way: its positions, its angles, the objective, and the angles that are held there."""
 
     z: ComplexArray
@@ -100,19 +100,19 @@ def least_change(
         None if the normal equations are singular in double precision, or the positions' digits are too few.
     """
     plane = Plane(topology.corner, estimate, bound, topology.n)
-    return _descended(plane, plane.centred(start), enough, solvers)
+    return _descend_in_plane(plane, plane.centred(start), enough, solvers)
 
 
-def _descended(
+def _descend_in_plane(
     plane: Plane, z: ComplexArray, enough: float, solvers: Solvers, *, whole: bool = True
 ) -> LeastChange | None:
     """`least_change` over the positions that move; in a patch, not the `whole`, there are no more patches."""
     hessians, last = Hessians(plane.corner, len(z), solvers, plane.free), np.inf
     past: list[ComplexArray] = []
-    at = _Place(z, *plane.measured(z), np.zeros(plane.estimate.shape, dtype=bool))
+    at = _MapOnTheWay(z, *plane.measured(z), np.zeros(plane.estimate.shape, dtype=bool))
     most = MAX_PLANE_STEPS if whole else MAX_PATCH_STEPS
     for k in range(most + 1):
-        here = Linear.of(plane, at.z, at.alpha)
+        here = LinearAngles.of(plane, at.z, at.alpha)
         if here.rounding() > enough * at.value:
             return None
         try:
@@ -125,15 +125,15 @@ def _descended(
         broken = plane.broken(at.alpha)  # a step that brings angles back to their bounds may go uphill
         if k == most or (promised <= enough * at.value and broken <= BOUND_TOL):
             return done
-        found = _searched(here, step, factor, at.value, promised, broken)
+        found = _search_step(here, step, factor, at.value, promised, broken)
         if found is None:
             return done
         past, before = [at.z, *past][:2], at.value
         at, scale = found
         if len(past) > 1 and before - at.value > ZIGZAG_GAIN * last:
-            at = _further(plane, at, at.z - past[1])
+            at = _extrapolate(plane, at, at.z - past[1])
         if whole:
-            at = _within_patches(plane, at, here.alpha, enough, solvers)
+            at = _relax_patches(plane, at, here.alpha, enough, solvers)
         advance("feasible", 0.05)
         gain = before - at.value
         # the gains fall like a geometric series: what is left of it is foreseen
@@ -144,9 +144,9 @@ def _descended(
     return done
 
 
-def _searched(
-    here: Linear, step: BoundedStep, factor: Factor, value: float, promised: float, broken: float
-) -> tuple[_Place, float] | None:
+def _search_step(
+    here: LinearAngles, step: BoundedStep, factor: Factor, value: float, promised: float, broken: float
+) -> tuple[_MapOnTheWay, float] | None:
     """The map after a step that lets the objective fall, and the step's scale; None if none does.
 
     Where bounds are `broken`, by the share that is missing to one, it may let that fall instead.
@@ -179,7 +179,7 @@ def _searched(
         left = plane.broken(alpha)
         falls = falls and left <= max(broken, BOUND_TOL)
         if valid and (falls or (broken > BOUND_TOL and left <= BOUND_SHARE * broken)):
-            return _Place(z, alpha, after, step.held), scale
+            return _MapOnTheWay(z, alpha, after, step.held), scale
         shorter = LONGEST_TRIAL
         if valid:  # where the parabola through both has its minimum
             shorter = scale * promised / (after - value + 2 * scale * promised)
@@ -187,7 +187,7 @@ def _searched(
     return None
 
 
-def _further(plane: Plane, at: _Place, way: ComplexArray) -> _Place:
+def _extrapolate(plane: Plane, at: _MapOnTheWay, way: ComplexArray) -> _MapOnTheWay:
     """As far along the way of the last two steps as the objective falls (parallel tangents)."""
     length, start, least = 1.0, at.z, (1 - BOUND_TOL) * np.minimum(plane.bound, at.alpha)
     while True:
@@ -195,10 +195,12 @@ def _further(plane: Plane, at: _Place, way: ComplexArray) -> _Place:
         alpha, value = plane.measured(z)
         if not (value < at.value and (alpha > least).all()):
             return at
-        at, length = _Place(z, alpha, value, at.held), 2 * length
+        at, length = _MapOnTheWay(z, alpha, value, at.held), 2 * length
 
 
-def _within_patches(plane: Plane, at: _Place, before: FloatArray, enough: float, solvers: Solvers) -> _Place:
+def _relax_patches(
+    plane: Plane, at: _MapOnTheWay, before: FloatArray, enough: float, solvers: Solvers
+) -> _MapOnTheWay:
     """The map after further steps in patches around the triangles that the last one changed most.
 
     Near vanishing angles a step is short, and its model is good for little else than the few triangles there.
@@ -208,7 +210,7 @@ def _within_patches(plane: Plane, at: _Place, before: FloatArray, enough: float,
     Parameters
     ----------
     plane : Plane
-    at : _Place
+    at : _MapOnTheWay
     before : (3, #F) float64
         The angles before the last step.
     enough, solvers
@@ -230,12 +232,12 @@ def _within_patches(plane: Plane, at: _Place, before: FloatArray, enough: float,
     number = np.empty(len(at.z), dtype=np.int64)
     number[used] = np.arange(len(used))
     patch = plane.part(faces, number[corner[:, faces]], int(np.count_nonzero(inside)), at.alpha, at.value)
-    made = _descended(patch, at.z[used], PATCH_GAIN * enough, solvers, whole=False)
+    made = _descend_in_plane(patch, at.z[used], PATCH_GAIN * enough, solvers, whole=False)
     if made is None:
         return at
     z, held = at.z.copy(), at.held.copy()
     z[used], held[:, faces] = made.z, made.held
-    after = _Place(z, *plane.measured(z), held)
+    after = _MapOnTheWay(z, *plane.measured(z), held)
     missing = plane.broken(at.alpha)
     repaired = missing > BOUND_TOL and plane.broken(after.alpha) <= BOUND_SHARE * missing
     return after if after.value < at.value or repaired else at

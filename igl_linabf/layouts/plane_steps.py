@@ -65,7 +65,7 @@ class Plane:
 
 
 @dataclass(frozen=True, eq=False)
-class Linear:
+class LinearAngles:
     """The angles as linear functions of the positions.
 
     Attributes
@@ -84,7 +84,7 @@ class Linear:
     gradient: FloatArray
 
     @classmethod
-    def of(cls, plane: Plane, z: ComplexArray, alpha: FloatArray) -> Linear:
+    def of(cls, plane: Plane, z: ComplexArray, alpha: FloatArray) -> LinearAngles:
         inverse = 1 / plane.sides(z)
         slope = np.empty((3, 3, alpha.shape[1]), dtype=np.complex128)  # d alpha_k = Im sum slope[k, j] dz_j
         for k in range(3):
@@ -147,7 +147,7 @@ class Pushes:
 
     Attributes
     ----------
-    here : Linear
+    here : LinearAngles
     factor : Factor
         Of the model's Hessian.
     index : (#p,) int64
@@ -156,13 +156,13 @@ class Pushes:
         The change of the positions by a force on each.
     """
 
-    here: Linear
+    here: LinearAngles
     factor: Factor
     index: IntArray
     columns: FloatArray
 
     @classmethod
-    def none(cls, here: Linear, factor: Factor) -> Pushes:
+    def none(cls, here: LinearAngles, factor: Factor) -> Pushes:
         return cls(here, factor, np.empty(0, dtype=np.int64), np.empty((2 * len(here.z), 0)))
 
     @cached_property
@@ -214,10 +214,12 @@ class BoundedStep:
 
     def pushed(self, by: FloatArray) -> ComplexArray:
         """Changes of the positions that change these angles `by`; raises as `bounded_step`."""
-        return complex_of(self.pushes.moved(scipy.linalg.cho_solve((_lower(self.pushes.system), True), by)))
+        return complex_pairs(
+            self.pushes.moved(scipy.linalg.cho_solve((_cholesky(self.pushes.system), True), by))
+        )
 
 
-def bounded_step(here: Linear, hessians: Hessians, factor: Factor, held: BoolArray) -> BoundedStep:
+def bounded_step(here: LinearAngles, hessians: Hessians, factor: Factor, held: BoolArray) -> BoundedStep:
     """The minimum of the quadratic model under the bounds (Lawson, Hanson 1974, for the multipliers).
 
     Those of the last step and those that the step breaks so far come in.
@@ -229,25 +231,25 @@ def bounded_step(here: Linear, hessians: Hessians, factor: Factor, held: BoolArr
     """
     least = np.maximum(-SHORT_OF_COLLAPSE * here.alpha, here.plane.bound - here.alpha).ravel()
     free = -factor.solve(hessians.slope((here.gradient[:, None] * here.rows).sum(axis=0), None, here.z))
-    free_e = here.change(complex_of(free)).ravel()
+    free_e = here.change(complex_pairs(free)).ravel()
     pushes, force = Pushes.none(here, factor), np.empty(0)
     x, e, more = free, free_e, np.flatnonzero(held)
-    more = more if len(more) else _broken(e, least, more)
+    more = more if len(more) else _broken_bounds(e, least, more)
     for _ in range(MAX_BOUND_ROUNDS):
         if not len(more):
             break
         pushes = pushes.with_more(more)
-        force = _forces(pushes.system, least[pushes.index] - free_e[pushes.index])
+        force = _bound_forces(pushes.system, least[pushes.index] - free_e[pushes.index])
         x = free + pushes.moved(force)
-        e = here.change(complex_of(x)).ravel()
-        more = _broken(e, least, pushes.index)
+        e = here.change(complex_pairs(x)).ravel()
+        more = _broken_bounds(e, least, pushes.index)
     pushes = pushes.on(force > 0)
     now = np.zeros(len(e), dtype=bool)
     now[pushes.index] = True
-    return BoundedStep(complex_of(x), e.reshape(here.alpha.shape), now.reshape(here.alpha.shape), pushes)
+    return BoundedStep(complex_pairs(x), e.reshape(here.alpha.shape), now.reshape(here.alpha.shape), pushes)
 
 
-def _broken(e: FloatArray, least: FloatArray, known: IntArray) -> IntArray:
+def _broken_bounds(e: FloatArray, least: FloatArray, known: IntArray) -> IntArray:
     """The bounds that a step breaks, the worst first where they are too many."""
     broken = np.flatnonzero(e < least - 1e-6 * np.abs(least))
     broken = np.setdiff1d(broken, known, assume_unique=True)
@@ -257,9 +259,9 @@ def _broken(e: FloatArray, least: FloatArray, known: IntArray) -> IntArray:
     return broken
 
 
-def _forces(system: FloatArray, wanted: FloatArray) -> FloatArray:
+def _bound_forces(system: FloatArray, wanted: FloatArray) -> FloatArray:
     """Forces of bounds, at least zero: the least f^T system f / 2 - f^T wanted."""
-    lower = _lower(system)
+    lower = _cholesky(system)
     try:
         return np.asarray(
             scipy.optimize.nnls(lower.T, np.linalg.solve(lower, wanted), maxiter=100 * len(wanted))[0]
@@ -268,7 +270,7 @@ def _forces(system: FloatArray, wanted: FloatArray) -> FloatArray:
         raise NotPositiveDefiniteError(len(system)) from None
 
 
-def _lower(system: FloatArray) -> FloatArray:
+def _cholesky(system: FloatArray) -> FloatArray:
     """The Cholesky factor of the forces' system."""
     system = (system + system.T) / 2
     try:
@@ -279,5 +281,5 @@ def _lower(system: FloatArray) -> FloatArray:
         raise NotPositiveDefiniteError(len(system)) from None
 
 
-def complex_of(x: FloatArray) -> ComplexArray:
+def complex_pairs(x: FloatArray) -> ComplexArray:
     return np.asarray(x[0::2] + 1j * x[1::2])

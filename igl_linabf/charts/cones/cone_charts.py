@@ -13,11 +13,11 @@ from ..._types import FloatArray, IntArray
 from ...angles import HolonomyAngles, SchurColumns
 from ...errors import MeshError, SingularSystemError, some
 from ...flattening import (
-    AstrayError,
+    DivergedError,
     Flattening,
     KnownLaplacian,
     Method,
-    Turned,
+    PrescribedHolonomy,
     flatten_with_cones,
     holonomy_angles_of,
 )
@@ -237,14 +237,14 @@ def _flattened(
         return angles, whole * QUARTER_TURN, chosen.quarters.scale.log_scale_of(curvature)[piece.node]
 
     checked = perf_counter() - start
-    turned = Turned(chosen.own, quarters) if quarter and paths else None
+    prescribed = PrescribedHolonomy(chosen.own, quarters) if quarter and paths else None
     try:
         made = flatten_with_cones(
-            mesh, component.topology, _asked(chosen), paths, turned, method, _known(chosen)
+            mesh, component.topology, _asked(chosen), paths, prescribed, method, _known(chosen)
         )
     except SingularSystemError as error:
         raise SingularSystemError(_none_found(chosen, quarter, str(error))) from error
-    except AstrayError as error:
+    except DivergedError as error:
         raise MeshError(_none_found(chosen, quarter, str(error))) from error
     missing = max(made.after.vertex, made.after.wheel)
     if not made.outcome.good and missing > ASTRAY and len(made.attempts) > 1:

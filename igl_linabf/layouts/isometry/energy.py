@@ -83,8 +83,8 @@ class Rest:
         p, q = self.derivatives(z)
         r, s = np.abs(p), np.abs(q)
         e_a, e_b, e_aa, e_ab, e_bb = _derivatives(r * r, s * s, weight)
-        along, around = _parts(p / r, self.gradient)
-        across, beside = _parts(np.where(s > 0, q, 1) / np.where(s > 0, s, 1), self.gradient.conj())
+        along, around = _rows_of(p / r, self.gradient)
+        across, beside = _rows_of(np.where(s > 0, q, 1) / np.where(s > 0, s, 1), self.gradient.conj())
         slope = self.share * (2 * r * e_a * along + 2 * s * e_b * across)
         rr, rs, ss = 2 * e_a + 4 * r * r * e_aa, 4 * r * s * e_ab, 2 * e_b + 4 * s * s * e_bb
         middle, half, turn = (rr + ss) / 2, np.hypot((rr - ss) / 2, rs), np.arctan2(2 * rs, rr - ss) / 2
@@ -95,7 +95,7 @@ class Rest:
         return slope, rows
 
 
-def _parts(unit: Array, gradient: ComplexArray) -> tuple[FloatArray, FloatArray]:
+def _rows_of(unit: Array, gradient: ComplexArray) -> tuple[FloatArray, FloatArray]:
     """Real and imaginary part of conj(unit) times sum gradient z, as rows by the corners' x and y."""
     turned = unit.conj() * gradient
     real, imag = turned.real, turned.imag
