@@ -14,8 +14,8 @@ from ...surface import Submesh, compact, cut_faces, face_array, manifold_topolog
 from ..cut_graphs import CLUSTERED, DIRECT, ClosedSurface, Levels, log_scale
 from ..features import CreasedSurface, Hiding, dihedral_angles, flat_share, flat_shares, hiding_weights
 from ..panels import (
-    FLAT_SHARE_OF_LARGE_NETS,
-    FLAT_SHARE_OF_NETS,
+    FACETED_SHARE,
+    FLAT_SHARE_OF_LARGE,
     MOST_HANDLES_OF_NETS,
     Nets,
     Panels,
@@ -225,7 +225,7 @@ def _seams_of_panels(creased: CreasedSurface, trade: float) -> tuple[list[IntArr
     found = list[IntArray]()
     for kind in (Panels, RoundedPanels):
         panels = kind(creased)
-        made = panels.made(trade)[creased.label]
+        made = panels.components(trade)[creased.label]
         if not made.any():
             continue
         surface, rows = creased.surface, np.flatnonzero(made)
@@ -287,34 +287,31 @@ def best_seam(
     trade, graph = options.trade, closed.graph
     few = graph.n <= DIRECT
     with_nets = trade > 0 and not (options.holes and graph.n_holes > 1)
-    nets = Nets(closed, trade, lambda seam: log_scale(closed, graph.boundary_nodes(seam), closed.curvature))
+    nets = Nets(
+        closed,
+        trade,
+        lambda seam: component.cut_along(component.vertices[closed.edges[seam]]),
+        lambda net: grow_branches(closed, net, trade)[0],
+    )
     # a net opens every handle, and many lay sheets over each other in it
     hard = with_nets and (few or graph.genus <= MOST_HANDLES_OF_NETS)
-    least_flat = FLAT_SHARE_OF_NETS if few else FLAT_SHARE_OF_LARGE_NETS
-    hard = hard and (nets.creased or (nets.angular and flat_share(component, dihedral) >= least_flat))
+    hard = hard and 1 - nets.smooth_share >= FACETED_SHARE
+    if hard and nets.smooth_share:
+        hard = flat_share(component, dihedral) >= (FACETED_SHARE if few else FLAT_SHARE_OF_LARGE)
     # on a large surface without planes no net is free, and finding that out takes as long as all the rest
     if with_nets and (few or hard) and (net := nets.settled(hard)) is not None:
         if gain is None or nets.cost(net[:0]) - nets.cost(net) >= gain:
             return net
         if not hard:
             return net[:0]
-
-    def cheaper_net(seam: IntArray) -> IntArray | None:
-        return nets.cheaper(
-            seam,
-            gain,
-            lambda seam: component.cut_along(component.vertices[closed.edges[seam]]),
-            lambda net: grow_branches(closed, net, trade)[0],
-        )
-
     if few:
         seam, _ = grow_seam(closed, trade, options.holes)
-        if hard and (net := cheaper_net(seam)) is not None:
+        if hard and (net := nets.cheaper(seam, gain)) is not None:
             return net
         return if_it_pays(closed, fine_seam(component, closed, seam, trade, options.holes), trade, gain)
     levels = Levels.of(closed, CLUSTERED)
     seam, leaves = coarse_seam(levels.coarse, trade, options.holes, gain)
-    if hard and (net := cheaper_net(levels.lift(seam, leaves))) is not None:
+    if hard and (net := nets.cheaper(levels.lift(seam, leaves), gain)) is not None:
         return net
     if options.part_overlaps:
         return _with_predicted_seams(component, closed, levels, seam, leaves, trade)

@@ -13,7 +13,7 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import Ragged, Submesh, connected_labels, sum_by
 from ..cut_graphs import ClosedSurface, join_terminals, log_scale, without_stubs
 from ..features import flat_shares
-from ..panels import CREASED_CURVATURE_OF_NETS, FLAT_SHARE_OF_NETS, SHARP_CREASE_PRICE
+from ..panels import FACETED_SHARE, SHARP_CREASE_PRICE
 from .constants import MOST_BRANCHES, MOST_IN_VAIN
 
 
@@ -130,9 +130,9 @@ class SmallBodies:
         bent, sharp = np.abs(closed.curvature), np.zeros(closed.graph.n, dtype=bool)
         bent[: closed.graph.n_holes] = 0
         sharp[closed.graph.ends[closed.features.sharpness == 1]] = True
-        angular = sum_by(of, bent * sharp, self._n) >= CREASED_CURVATURE_OF_NETS * sum_by(of, bent, self._n)
+        angular = sum_by(of, bent * sharp, self._n) >= FACETED_SHARE * sum_by(of, bent, self._n)
         flat = flat_shares(self._surface, of[closed.node[self._surface.F[:, 0]]])
-        return np.asarray(angular & (flat >= FLAT_SHARE_OF_NETS))
+        return np.asarray(angular & (flat >= FACETED_SHARE))
 
     def _cost(self, seam: IntArray, trade: float) -> FloatArray:
         """The stretch and shear to expect of each body, and its seam's price."""
