@@ -12,8 +12,9 @@ FACETED_SHARE = 0.5
 # maps. Fewer planes are not worth that time. tests/charts/splitting/test_predicted_overlaps.py: tall fins of
 # a large plate.
 FLAT_SHARE_OF_LARGE = 0.8
-# Handles of such a surface, each opened by every net; with more, sheets of a net lie over each other, and it is not
-# compared. Fewer stretch creased bodies; more cut them into charts. tests/charts/cut_graphs: a plate with bores.
+# Handles of such a surface, up to which nets are compared: a net opens each, and sheets of it then lie over
+# each other. Fewer stretch creased bodies; more cut them into charts. tests/charts/cut_graphs: a plate with
+# bores.
 MOST_HANDLES_OF_NETS = 8
 # Radians of curvature at a vertex on a crease, above which a net goes through it; a net for each. Less gives
 # longer nets that are exact; more leaves stretch and is shorter. benchmarks/constants.py charts.panels:
@@ -51,9 +52,10 @@ SLIVER_BEND = 0.05
 # each other. Less fails in single precision; more lets panels overlap. tests/charts/panels/test_panels.py:
 # fine boxes are one net.
 GAP = 1e-5
-# Share of a face's height by which it may reach into another one at most. Less refuses panels of slivers;
-# more lets charts overlap. tests/charts/panels/test_panels.py: no overlaps of bodies with fillets.
-REACH = 0.05
+# Share of a face's height that it may reach into another one, and share of an edge's length that the gap may
+# be where it is larger than GAP. Less takes nets of slivers apart; more joins what does not fit.
+# benchmarks/constants.py charts.panels.
+SLACK = 0.1
 # Share of the extent, and radians, up to which two motions are one, so that edges in a row are one crease.
 # Less tries each edge of it alone; more takes two creases for one. benchmarks/constants.py charts.panels:
 # the cone.
@@ -90,12 +92,12 @@ PLANAR_SHARE = 0.3
 # each other. Less takes nets apart; more lets charts overlap. tests/charts/panels/test_panels.py: the net of
 # a rounded box.
 FILLET_GAP = 2e-3
-# The gap at a fillet's middle as a share of the edge's length, and the reach of a fillet's face as a share
-# of its height, at most. Less takes nets of coarse fillets apart; more joins what does not fit.
-# benchmarks/constants.py charts.panels.
-FILLET_SLACK = 0.1
-# `SAME_MOTION` for these. Less tries each edge of a fillet alone; more takes two creases for one.
-# benchmarks/constants.py charts.panels.
+# Share of its height by which a face of a fillet, which is not flat, may reach into another one. Less takes
+# nets apart at the ends of fillets; more lets charts overlap. tests/charts/panels/test_panels.py: bodies
+# with fillets do not overlap.
+FILLET_REACH = 0.3
+# `SAME_MOTION` of panels that meet in fillets. Less tries each edge of a fillet alone; more takes two
+# creases for one. benchmarks/constants.py charts.panels.
 SAME_FILLET_MOTION = 1e-2
 # Price of a body's seams, in units of L2 stretch, from which on it is cut as a smooth one. Less stretches
 # planes; more cuts along fillets whatever `trade` says. tests/charts/panels/test_panels.py: a small trade.
