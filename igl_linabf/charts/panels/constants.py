@@ -52,10 +52,9 @@ SLIVER_BEND = 0.05
 # each other. Less fails in single precision; more lets panels overlap. tests/charts/panels/test_panels.py:
 # fine boxes are one net.
 GAP = 1e-5
-# Share of a face's height that it may reach into another one, and share of an edge's length that the gap may
-# be where it is larger than GAP. Less takes nets of slivers apart; more joins what does not fit.
-# benchmarks/constants.py charts.panels.
-SLACK = 0.1
+# Share of its height by which a face may reach into another one. Less takes nets of slivers apart; more lets
+# charts overlap. tests/charts/panels/test_panels.py: fine boxes in single precision are one net.
+REACH = 0.05
 # Share of the extent, and radians, up to which two motions are one, so that edges in a row are one crease.
 # Less tries each edge of it alone; more takes two creases for one. benchmarks/constants.py charts.panels:
 # the cone.
@@ -92,6 +91,9 @@ PLANAR_SHARE = 0.3
 # each other. Less takes nets apart; more lets charts overlap. tests/charts/panels/test_panels.py: the net of
 # a rounded box.
 FILLET_GAP = 2e-3
+# The same gap as a share of the edge's length, at most. Less takes nets of coarse fillets apart; more joins
+# what does not fit. benchmarks/constants.py charts.panels.
+FILLET_GAP_OF_LENGTH = 0.1
 # Share of its height by which a face of a fillet, which is not flat, may reach into another one. Less takes
 # nets apart at the ends of fillets; more lets charts overlap. tests/charts/panels/test_panels.py: bodies
 # with fillets do not overlap.

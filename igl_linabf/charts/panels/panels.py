@@ -19,12 +19,13 @@ from ..features import NOISE, TIP, CreasedSurface
 from .constants import (
     CHEAP_NET_AT_CREASES,
     FACETED_SHARE,
+    FILLET_GAP_OF_LENGTH,
     FOLD,
     GAP,
     PLANE_BEND,
+    REACH,
     SAME_MOTION,
     SHARP_CREASE_PRICE,
-    SLACK,
     SLIVER_BEND,
 )
 
@@ -66,12 +67,14 @@ class Panels:
     @cached_property
     def reach(self) -> float | FloatArray:
         """Share of its height by which each face may reach into another one at most."""
-        return SLACK
+        return REACH
 
     def gaps(self, edges: BoolArray) -> FloatArray:
         """By how much the two sides of such edges may miss each other when panels are joined there."""
         extent = self.creased.edge_extent[edges]
-        return np.maximum(GAP * extent, np.minimum(self.gap * extent, SLACK * self.creased.length[edges]))
+        return np.maximum(
+            GAP * extent, np.minimum(self.gap * extent, FILLET_GAP_OF_LENGTH * self.creased.length[edges])
+        )
 
     def depths(self, z: ComplexArray) -> FloatArray:
         """By how much the faces, laid flat, may reach into each other; negative for slivers."""

@@ -15,7 +15,7 @@ from typing import ClassVar
 import numpy as np
 
 from ..._core import nearest_sources, shortest_pairs
-from ..._types import BoolArray, IntArray
+from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import connected_labels, sum_by
 from ..features import TIP
 from .constants import (
@@ -27,8 +27,8 @@ from .constants import (
     PLANAR_SHARE,
     PLANE_AREA,
     PLANE_BEND,
+    REACH,
     SAME_FILLET_MOTION,
-    SLACK,
 )
 from .panels import Panels, in_one_plane
 
@@ -80,7 +80,7 @@ class RoundedPanels(Panels):
 
     @cached_property
     def reach(self) -> FloatArray:
-        return np.where(self._planes[1], SLACK, FILLET_REACH)
+        return np.where(self._planes[1], REACH, FILLET_REACH)
 
     def components(self, trade: float) -> BoolArray:
         """Which components are: they have creases, and large planes make up a good part of the area.
