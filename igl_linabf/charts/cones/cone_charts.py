@@ -12,7 +12,7 @@ from ..._types import FloatArray, IntArray
 from ...angles import HolonomyAngles, SchurColumns
 from ...errors import MeshError, SingularSystemError, some
 from ...flattening import (
-    AstrayError,
+    DivergedError,
     Flattening,
     KnownLaplacian,
     Method,
@@ -195,7 +195,7 @@ def _flattened_along_seam(
         )
     except SingularSystemError as error:
         raise SingularSystemError(_no_map_message(cones, quarter, str(error))) from error
-    except AstrayError as error:
+    except DivergedError as error:
         raise MeshError(_no_map_message(cones, quarter, str(error))) from error
     missing = max(made.after.vertex, made.after.wheel)
     if not made.outcome.good and missing > LARGEST_RESIDUAL and len(made.attempts) > 1:
