@@ -33,7 +33,7 @@ from .cones import NO_CONES, ConeCharts, Cones, GivenCones, SurfaceCones, charts
 from .features import hiding_weights
 from .options import ChartOptions, Seams, asked_for
 from .packing import (
-    MOST_TRIAL_CHARTS,
+    FEW_CHARTS,
     PackedChart,
     Packing,
     Wish,
@@ -192,7 +192,7 @@ def _full(surface: Submesh, done: list[tuple[Chart, Submesh]], wish: Wish, optio
     Many charts mostly fill the gaps of each other, so their page is looked at first.
     """
     placed, moves = None, False
-    if len(done) > MOST_TRIAL_CHARTS:
+    if len(done) > FEW_CHARTS:
         placed = _placed(done, wish)
         if fill_of(placed) > SPARSE:
             return _packed(surface, done, wish, placed)

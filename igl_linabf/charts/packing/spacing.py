@@ -7,10 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...errors import is_number
-
-PADDING = 2.0  # texels, where none are asked for
-MARGIN = 0.005  # of the side between two charts, where no resolution is given
-WIDEST = 0.1  # of the side between two charts
+from .constants import MARGIN, PADDING, WIDEST_GAP
 
 
 @dataclass(frozen=True)
@@ -86,9 +83,9 @@ class Packing:
 
     def __post_init__(self) -> None:
         resolution, padding, density = self.resolution, self.padding, self.texel_density
-        if not is_number(self.margin, 0, WIDEST):
+        if not is_number(self.margin, 0, WIDEST_GAP):
             raise ValueError(
-                f"margin is {self.margin!r}: give a share of the square's side, from 0 to {WIDEST}"
+                f"margin is {self.margin!r}: give a share of the square's side, from 0 to {WIDEST_GAP}"
             )
         if resolution is None:
             if not (is_number(padding) and padding == PADDING):
@@ -106,7 +103,7 @@ class Packing:
                     f"margin is {self.margin!r}, and with a resolution distances are in texels: "
                     "give padding instead"
                 )
-            most = WIDEST * resolution
+            most = WIDEST_GAP * resolution
             if not is_number(padding, 0, most):
                 raise ValueError(
                     f"padding is {padding!r} texels of {resolution} along a page: give 0 to {most:g}"
