@@ -22,7 +22,7 @@ COLUMNS = (("charts", "angles", "surface"), ("flattening", "layouts", "io"))  # 
 
 
 def contracts() -> dict[str, list[list[str]]]:
-    """The layers of each room that has an order, from the one that imports all to the one that imports none."""
+    """The layers of each room that has an order; each imports only those after it."""
     text = (ROOT / "pyproject.toml").read_text(encoding="utf-8")
     made = {}
     for contract in tomllib.loads(text)["tool"]["importlinter"]["contracts"]:
@@ -32,7 +32,10 @@ def contracts() -> dict[str, list[list[str]]]:
     return made
 
 
-def column(room: str, layers: list[list[str]], x: int, y: int, inner: set[str]) -> tuple[list[str], int, int]:
+Layers = list[list[str]]
+
+
+def column(room: str, layers: Layers, x: int, y: int, inner: set[str]) -> tuple[list[str], int, int]:
     """The boxes of a room, its width and its height."""
     across = max(map(len, layers))
     width = across * (WIDTH + GAP) - GAP

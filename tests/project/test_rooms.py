@@ -6,12 +6,16 @@ Their order is import-linter's to check, by the contracts in pyproject.toml.
 from __future__ import annotations
 
 import importlib
+import importlib.util
 import inspect
 import pkgutil
+import re
 from collections import Counter
 from pathlib import Path
 
 import grimp
+from conftest import ROOT
+from documented import resolved
 
 import igl_linabf
 
@@ -60,3 +64,20 @@ def test_no_module_bears_the_name_of_a_public_function() -> None:
     both = [f"{modules[name]} and {function}" for function, name in functions.items() if name in modules]
     assert len(functions) > 30
     assert not both, both
+
+
+def test_the_picture_of_the_rooms_is_that_of_the_contracts() -> None:
+    spec = importlib.util.spec_from_file_location("rooms_picture", ROOT / "docs" / "rooms_picture.py")
+    picture = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(picture)
+    assert picture.PICTURE.read_text(encoding="utf-8") == picture.svg()
+    assert {f"igl_linabf.{name}" for layer in picture.contracts()[""] for name in layer} >= set(FACES[1:])
+
+
+def test_the_way_of_the_data_names_a_function_of_the_package_in_each_of_its_lines() -> None:
+    page = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
+    lines = re.findall(r"^\d+\. (.*)$", page, re.MULTILINE)
+    assert len(lines) == 20
+    for line in lines:
+        named = [resolved(name) for name in re.findall(r"`(\w+(?:\.\w+)+)`", line)]
+        assert any(inspect.isroutine(thing) for thing in named), line
