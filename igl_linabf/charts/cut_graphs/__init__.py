@@ -5,7 +5,7 @@ expect of the map that a cut leaves.
 """
 
 from .branches import Cost, move_branch_points, prune_branches
-from .closed_surface import CREASE_DISCOUNT, ClosedSurface, seam_lengths
+from .closed_surface import ClosedSurface, seam_lengths
 from .clusters import Levels, handles_of_clusters
 from .constants import CLUSTERED, DIRECT, MAX_LOG_SCALE
 from .graph import SurfaceGraph, join_terminals, without_stubs

@@ -9,7 +9,7 @@ import numpy as np
 from ..._core import arcs_between
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels
-from .constants import MOST_MOVED, MOST_TRIES, NEIGHBOURS_OF_ARC, SHORTER
+from .constants import MOST_MOVED, NEIGHBOURS_OF_ARC, SHORTER
 from .graph import SurfaceGraph
 
 Item = TypeVar("Item")  # of a seam: a branch point or an arc
@@ -86,7 +86,7 @@ def move_in_groups(
 ) -> IntArray:
     """The seam with all items moved together; where `move` returns None, halves of them, and so on."""
     waiting = [items]
-    for _ in range(MOST_TRIES):
+    for _ in range(MOST_MOVED // 2):
         if not waiting:
             break
         group = waiting.pop()

@@ -11,12 +11,18 @@ import numpy as np
 from ..._core import lengths
 from ..._types import FloatArray, IntArray
 from ...surface import Submesh, sum_by
-from ..features import Smoothing, curvature_noise, dihedral_angles, hiding_factors, sharpness, valley_factors
+from ..features import (
+    FEATURE_DISCOUNT,
+    Smoothing,
+    curvature_noise,
+    dihedral_angles,
+    hiding_factors,
+    sharpness,
+    valley_factors,
+)
 from .constants import LARGEST_WEIGHT, SMALLEST_WEIGHT
 from .graph import SurfaceGraph
 from .laplacians import SurfaceLaplacian
-
-CREASE_DISCOUNT = 0.5  # share of its length that an edge along a bend of a right angle or more is shorter by
 
 
 @dataclass(frozen=True, eq=False)
@@ -163,4 +169,4 @@ class ClosedSurface:
 
 def seam_lengths(length: FloatArray, bend: FloatArray) -> FloatArray:
     """The lengths of edges for a seam, which shows less along bends."""
-    return np.asarray(length * (1 - CREASE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1)))
+    return np.asarray(length * (1 - FEATURE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1)))

@@ -5,6 +5,17 @@ import numpy as np
 from ..._core import bends, entries, lengths, normals, product_with_pairs
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import NEXT, PREV, Ragged, Submesh, connected_labels, sum_by
+from .constants import (
+    APEX_CURVATURE,
+    APEX_PROMINENCE,
+    CORNER_TURN,
+    FLAT_TURN,
+    MOST_SMOOTHING_STEPS,
+    SHARP_CREASE,
+    SINGLE_PRECISION,
+    SLIVER_NOISE,
+    SOFT_CREASE,
+)
 
 
 class Smoothing:
@@ -25,9 +36,9 @@ class Smoothing:
         self._number = np.diff(indptr) + np.bincount(indices, minlength=n) - 1.0
         self._length = float(np.median(length)) if len(length) else np.inf
 
-    def steps(self, reach: float, most: int) -> int:
-        """How many times reach so far, from 1 to `most`."""
-        return int(np.clip(round((reach / self._length) ** 2), 1, most))
+    def steps(self, reach: float) -> int:
+        """How many times reach so far; at least once, and not more often than is worth the time."""
+        return int(np.clip(round((reach / self._length) ** 2), 1, MOST_SMOOTHING_STEPS))
 
     def of(self, values: FloatArray, steps: int) -> FloatArray:
         """Smoothed values of the vertices, (#V,) or (#V, 2)."""
@@ -44,16 +55,6 @@ def mean_curvature(
     half, corner, double_area = bend * length / 2, component.F.T.ravel(), component.measured[0]
     turned = sum_by(edges.T.ravel(), np.tile(half, 2), len(component.V))
     return turned, sum_by(corner, np.tile(double_area / 6, 3), len(component.V))
-
-
-NOISE = 2.0**-23  # of the extent: what coordinates in single precision are off by
-UNSURE = 100.0  # times the noise: faces of less height have a normal that means nothing
-NEIGHBOURS = 8  # slivers in a row that take over the normal of the next face
-STRAIGHT, ROUNDING = 0.1, 1e-5  # radians
-TURN = 0.01  # radians by which the outline of a facet turns at its corners at least
-SOFT, SHARP = np.deg2rad([15.0, 40.0])  # bends from which an edge begins to be a crease, and is one
-TIP = 0.2  # radians of curvature of a vertex off all creases, as a cone's apex is, to be on a net
-OUTSTANDING = 4.0  # times the curvature of any neighbour: that of the apex of a coarse cone, on soft creases
 
 
 def extent(V: FloatArray) -> float:
@@ -75,7 +76,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
     double_area, dot = component.measured
     normal = normals(V, topology.corner)
     squared_side = dot[NEXT] + dot[PREV]  # opposite to each corner
-    unsure = double_area < UNSURE * NOISE * (extent(V) if size is None else size) * np.sqrt(
+    unsure = double_area < SLIVER_NOISE * SINGLE_PRECISION * (extent(V) if size is None else size) * np.sqrt(
         squared_side.max(axis=0)
     )
     if unsure.any():
@@ -85,10 +86,7 @@ def face_normals(component: Submesh, size: FloatArray | None = None) -> FloatArr
         twin[first], twin[second] = second, first
         other = twin[squared_side.argmax(axis=0) * m + np.arange(m)]
         other = np.where(other < 0, np.arange(m), other % m)
-        for _ in range(NEIGHBOURS):
-            rows = np.flatnonzero(unsure & ~unsure[other])
-            if not len(rows):
-                break
+        while len(rows := np.flatnonzero(unsure & ~unsure[other])):  # slivers in a row: one after another
             normal[rows], unsure[rows] = normal[other[rows]], False
     return np.asarray(normal)
 
@@ -103,7 +101,7 @@ def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
     """The share of the area in faces with a neighbour nearly in their plane.
 
     Faces that make up one triangle, as those of a subdivided mesh do, count as this one. A normal may turn
-    by `STRAIGHT` along a way as long as the surface is large. On smooth surfaces, fine or coarse, that is
+    by `FLAT_TURN` along a way as long as the surface is large. On smooth surfaces, fine or coarse, that is
     about a tenth of the area. `bend` are its `dihedral_angles`, if they are known.
     """
     return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
@@ -133,7 +131,7 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
         pair = np.unique(low * len(area) + high, return_inverse=True)[1]
         length[rows] = sum_by(pair, length[rows], int(pair.max(initial=0)) + 1)[pair]
     way = (area[one] + area[other]) / np.maximum(length, np.finfo(float).tiny)
-    straight = bend < STRAIGHT * way / whole + ROUNDING
+    straight = bend < FLAT_TURN * way / whole
     flat = np.zeros(len(area), dtype=bool)
     flat[one[straight]], flat[other[straight]] = True, True
     even = flat if facet is None else flat[facet]
@@ -148,16 +146,16 @@ def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArra
     m, n = len(surface.F), len(surface.V)
     double_area, dot = surface.measured
     height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
-    noise = NOISE * size[sides[0]] / np.minimum(*height[sides])
-    in_plane = bend <= np.minimum(ROUNDING + 4 * noise, STRAIGHT / 2)
+    noise = SINGLE_PRECISION * size[sides[0]] / np.minimum(*height[sides])
+    in_plane = bend <= np.minimum(4 * noise, FLAT_TURN / 2)
     if not in_plane.any():
         return None
     plane = connected_labels(sides[:, in_plane].T, m)
     several = np.flatnonzero(np.bincount(plane)[plane] > 1)
     angle = np.arctan2(double_area[several], dot[:, several])
     key, at = np.unique(plane[several] * n + surface.F[several].T, return_inverse=True)
-    turn = np.remainder(sum_by(at.ravel(), angle.ravel(), len(key)) + TURN, np.pi)
-    corners = np.bincount(key[turn > 2 * TURN] // n, minlength=int(plane.max()) + 1)
+    turn = np.remainder(sum_by(at.ravel(), angle.ravel(), len(key)) + CORNER_TURN, np.pi)
+    corners = np.bincount(key[turn > 2 * CORNER_TURN] // n, minlength=int(plane.max()) + 1)
     triangle = corners == 3
     if not triangle.any():
         return None
@@ -176,7 +174,7 @@ def component_extents(surface: Submesh, of: IntArray) -> FloatArray:
 
 def sharpness(bend: FloatArray) -> FloatArray:
     """From 0 for an edge that is no crease to 1 for one that shading shows anyway."""
-    return np.asarray(np.clip((np.abs(bend) - SOFT) / (SHARP - SOFT), 0.0, 1.0))
+    return np.asarray(np.clip((np.abs(bend) - SOFT_CREASE) / (SHARP_CREASE - SOFT_CREASE), 0.0, 1.0))
 
 
 def curvature_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) -> FloatArray:
@@ -184,7 +182,7 @@ def curvature_noise(component: Submesh, length: FloatArray, node: IntArray, n: i
 
     `length` is that of the topology's edges.
     """
-    turned = NOISE * extent(component.V) / np.maximum(length, np.finfo(float).tiny)
+    turned = SINGLE_PRECISION * extent(component.V) / np.maximum(length, np.finfo(float).tiny)
     a, b = node[component.topology.edges].T
     return np.asarray(np.bincount(a, turned, minlength=n) + np.bincount(b, turned, minlength=n))
 
@@ -196,12 +194,12 @@ def apexes(bent: FloatArray, ends: IntArray, on_sharp: BoolArray, on_soft: BoolA
     neighbours.
     `bent` is the size of the curvature of the vertices, and `ends` are those of the edges.
     """
-    tip = (bent > TIP) & ~on_sharp
+    tip = (bent > APEX_CURVATURE) & ~on_sharp
     unsure = tip & on_soft
     if unsure.any():
         a, b = np.concatenate((ends, ends[:, ::-1])).T
         rows = np.flatnonzero(unsure[a] & ~on_sharp[b])
         around = np.zeros(len(bent))
         np.maximum.at(around, a[rows], bent[b[rows]])
-        tip &= ~on_soft | (bent >= OUTSTANDING * around)
+        tip &= ~on_soft | (bent >= APEX_PROMINENCE * around)
     return np.asarray(tip)

@@ -23,7 +23,7 @@ from ..cut_graphs import (
     join_terminals,
     log_scale,
 )
-from ..features import TIP, apexes
+from ..features import APEX_CURVATURE, apexes
 from .constants import (
     CHEAP_NET,
     CHEAP_NET_AT_CREASES,
@@ -67,7 +67,7 @@ class Nets:
         graph, sharpness, bent = self.piece.graph, self.piece.features.sharpness, self._bent
         on_sharp, on_soft = np.zeros((2, graph.n), dtype=bool)
         on_sharp[graph.ends[sharpness == 1]] = True
-        total, smooth = float(bent.sum()), float(bent[~on_sharp & (bent <= TIP)].sum())
+        total, smooth = float(bent.sum()), float(bent[~on_sharp & (bent <= APEX_CURVATURE)].sum())
         if total > 0 and smooth <= (1 - FACETED_SHARE) * total:  # else it is most of it whatever is a tip
             on_soft[graph.ends[sharpness > 0]] = True
             smooth = float(bent[~on_sharp & ~apexes(bent, graph.ends, on_sharp, on_soft)].sum())
@@ -100,7 +100,7 @@ class Nets:
         on_crease[graph.ends[self.piece.features.sharpness > 0]] = True
         nets = list[_Net]()
         for least in NET_CURVATURES:
-            nodes = np.flatnonzero(self._bent > np.where(on_crease, least, TIP))
+            nodes = np.flatnonzero(self._bent > np.where(on_crease, least, APEX_CURVATURE))
             if len(nodes) and (not nets or len(nodes) < len(nets[-1].nodes)):
                 nets.append(_Net(self, nodes))
         return nets

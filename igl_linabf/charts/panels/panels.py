@@ -15,7 +15,7 @@ import numpy as np
 from ..._core import DEPTH
 from ..._types import BoolArray, ComplexArray, FloatArray
 from ...surface import NEXT, PREV
-from ..features import NOISE, TIP, CreasedSurface
+from ..features import APEX_CURVATURE, SINGLE_PRECISION, CreasedSurface
 from .constants import (
     CHEAP_NET_AT_CREASES,
     FACETED_SHARE,
@@ -91,7 +91,7 @@ class Panels:
         """
         creased, bent = self.creased, self.creased.curvature
         smooth = (bent > 0) & ~creased.on_sharp
-        made = np.asarray(creased.per_component(smooth & (bent <= TIP)) == 0)
+        made = np.asarray(creased.per_component(smooth & (bent <= APEX_CURVATURE)) == 0)
         if made.any():
             made &= creased.per_component(smooth & ~creased.is_apex) == 0
         if not made.any():
@@ -117,5 +117,5 @@ def in_one_plane(creased: CreasedSurface) -> BoolArray:
     double_area, dot = creased.surface.measured
     longest = np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
     height = np.minimum(*(double_area / longest)[creased.faces.T])
-    noise = NOISE * creased.edge_extent / height
+    noise = SINGLE_PRECISION * creased.edge_extent / height
     return np.asarray(creased.crease_angle <= np.minimum(np.maximum(PLANE_BEND, 4 * noise), SLIVER_BEND))

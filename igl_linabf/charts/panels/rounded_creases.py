@@ -17,7 +17,7 @@ import numpy as np
 from ..._core import nearest_sources, shortest_pairs
 from ..._types import BoolArray, FloatArray, IntArray
 from ...surface import connected_labels, sum_by
-from ..features import TIP
+from ..features import APEX_CURVATURE
 from .constants import (
     DEAREST_ROUNDED,
     FILLET_GAP,
@@ -76,7 +76,7 @@ class RoundedPanels(Panels):
 
     @cached_property
     def terminals(self) -> BoolArray:
-        return np.asarray(self.creased.curvature > TIP)
+        return np.asarray(self.creased.curvature > APEX_CURVATURE)
 
     @cached_property
     def reach(self) -> FloatArray:

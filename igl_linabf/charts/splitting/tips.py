@@ -7,8 +7,8 @@ from ..._core import bends, lengths, nearest_sources, nodes_on_paths, shortest_p
 from ..._types import BoolArray, FloatArray, IntArray
 from ...measures import Change
 from ...surface import Submesh, connected_labels
-from ..cut_graphs import CREASE_DISCOUNT, MAX_LOG_SCALE, ClosedSurface, expected_stretch, seam_lengths
-from ..features import HIDING, Smoothing, face_normals, hiding_factors
+from ..cut_graphs import MAX_LOG_SCALE, ClosedSurface, expected_stretch, seam_lengths
+from ..features import FEATURE_DISCOUNT, HIDING, Smoothing, face_normals, hiding_factors
 
 STILL, MOST_STEPS = 0.06, 40  # change of a log scale that is the last one, and steps at most
 
@@ -130,7 +130,7 @@ def seams_to_tips(piece: Submesh, changed: Change, trade: float, hidden: FloatAr
     interior = piece.topology.interior
     leaves = np.where(interior[piece.F[faces]], piece.F[faces], -1).max(axis=1)
     # in space the boundary is no farther than on the surface, and a map of stretch 1 has none to save
-    shortest = (1 - CREASE_DISCOUNT) / (1.0 if hidden is None else HIDING)
+    shortest = (1 - FEATURE_DISCOUNT) / (1.0 if hidden is None else HIDING)
     rim = scipy.spatial.cKDTree(piece.V[np.concatenate(piece.topology.loops)])
     apart = rim.query(piece.V[piece.F[faces]])[0].min(axis=1, initial=np.inf)
     unit = size * trade  # the length whose price is 1
