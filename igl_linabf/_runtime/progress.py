@@ -7,6 +7,7 @@ import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, nullcontext
 from contextvars import ContextVar
+from dataclasses import dataclass
 from time import perf_counter
 from typing import Any, Literal
 
@@ -43,25 +44,13 @@ Progress = Callable[[str, float], None] | Literal[False] | None
 SECONDS_WITHOUT_BAR = 2.0
 
 
+@dataclass
 class _Report:
-    """Fraction done, from 0 to 1: each advance takes a share of the rest of its part."""
+    """The fraction that is done, and the one that ends the present part; `show` is None in silence."""
 
-    def __init__(self, show: Callable[[str, float], None]) -> None:
-        self._show, self._done, self._end = show, 0.0, 1.0
-
-    def advance(self, stage: str, share: float) -> None:
-        self._done = self._end if share == 1 else self._done + share * (self._end - self._done)
-        self._show(stage, self._done)
-
-    @contextmanager
-    def part(self, stage: str, end: float) -> Iterator[None]:
-        whole, self._end = self._end, min(max(end, self._done), self._end)
-        self._show(stage, self._done)
-        try:
-            yield
-            self.advance(stage, 1.0)
-        finally:
-            self._end = whole
+    show: Callable[[str, float], None] | None
+    done: float = 0.0
+    end: float = 1.0
 
 
 class _Bar:
@@ -117,9 +106,12 @@ def reporting(progress: Progress) -> Iterator[None]:
     if progress is None and _current.get() is not None:
         yield
         return
-    _check(progress)
+    if progress is not None and progress is not False and not callable(progress):
+        raise ValueError(
+            f"progress is {progress!r}: give a function of a stage and the fraction done, None or False"
+        )
     bar = _Bar() if progress is None and on_terminal() else None
-    token = _current.set(_Report(bar or progress or _silent))
+    token = _current.set(_Report(bar or progress or None))
     try:
         with nullcontext() if bar is None else undo_at_interrupt(bar.wipe):
             yield
@@ -130,33 +122,29 @@ def reporting(progress: Progress) -> Iterator[None]:
             bar.close()
 
 
-def _check(progress: Progress) -> None:
-    if progress is not None and progress is not False and not callable(progress):
-        raise ValueError(
-            f"progress is {progress!r}: give a function of a stage and the fraction done, None or False"
-        )
-
-
-def _silent(stage: str, done: float) -> None:
-    """Show nothing."""
-
-
 def advance(stage: str, share: float) -> None:
-    """Report that `stage` has done a share of the rest."""
+    """Report that `stage` has done a share of what is left of the present part; 1 ends the part."""
     report = _current.get()
     if report is not None:
-        report.advance(stage, share)
+        report.done = report.end if share == 1 else report.done + share * (report.end - report.done)
+        if report.show is not None:
+            report.show(stage, report.done)
 
 
 @contextmanager
 def progress_part(stage: str, end: float) -> Iterator[None]:
-    """The block brings the whole computation to the fraction `end`."""
+    """The block is a part of the whole computation, which it brings to the fraction `end`."""
     report = _current.get()
     if report is None:
         yield
-    else:
-        with report.part(stage, end):
-            yield
+        return
+    whole, report.end = report.end, min(max(end, report.done), report.end)
+    advance(stage, 0.0)
+    try:
+        yield
+        advance(stage, 1.0)
+    finally:
+        report.end = whole
 
 
 def on_terminal() -> bool:

@@ -15,9 +15,17 @@ MOST_THREADS = 8
 
 
 def in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
-    """Results of `work` in the order of `items`; every thread has a copy of the caller's context."""
+    """Results of `work` in the order of `items`; every thread has a copy of the caller's context.
+
+    There are as many threads as cores, or as OMP_NUM_THREADS says.
+    """
     given = list(items)
-    threads = min(_cores(), len(given), MOST_THREADS)
+    wanted = os.environ.get("OMP_NUM_THREADS", "")
+    if wanted.isdecimal() and int(wanted):
+        cores = int(wanted)
+    else:  # those that the process may use, where the system says it
+        cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    threads = min(cores, len(given), MOST_THREADS)
     if threads < 2:
         yield from map(work, given)
         return
@@ -28,11 +36,3 @@ def in_threads(work: Callable[[T], R], items: Iterable[T]) -> Iterator[R]:
                 yield future.result()
         finally:  # what has not begun is not needed after an error
             pool.shutdown(wait=False, cancel_futures=True)
-
-
-def _cores() -> int:
-    """How many cores this process is to use: as many as it may, or as OMP_NUM_THREADS says."""
-    wanted = os.environ.get("OMP_NUM_THREADS", "")
-    if wanted.isdecimal() and int(wanted):
-        return int(wanted)
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -64,9 +64,9 @@ def pieces_of(
         if surface.vertices is not cleaned.origin:
             mask = sides_of_cleaned(seam_mask(seams, F, len(cleaned.merged), as_marked=True), cleaned)
         else:
-            mask = seam_mask(seams, surface.F_given, surface.n_given)
+            mask = seam_mask(seams, surface.vertices[surface.F], surface.n_given)
         face, k = np.nonzero(mask)
-        given = surface.F_given[face[:, None], np.column_stack((k, (k + 1) % 3))]
+        given = surface.vertices[surface.F[face[:, None], np.column_stack((k, (k + 1) % 3))]]
         pieces = surface.cut(mask)
     if not options.may_find_seams:
         return pieces, given

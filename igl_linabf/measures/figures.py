@@ -181,59 +181,55 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
 
 def _figures(changed: Change, faces: Ragged, overlaps: Sequence[int]) -> list[Quality]:
     """Of charts, by what their maps do to their faces, and their numbers of overlapping pairs."""
-    total = faces.sum(changed.double_area)
-
-    def mean(values: FloatArray) -> FloatArray:
-        return np.asarray(faces.sum(changed.double_area * values) / total)
-
-    conformal = changed.conformal
+    area, conformal = changed.double_area, changed.conformal
     with np.errstate(invalid="ignore"):
-        figures = np.column_stack(
-            (
-                faces.sum(changed.angle_distortion.mean(axis=0)) / faces.sizes,
-                faces.sum((changed.angle_error**2).mean(axis=0)) / faces.sizes,
-                mean(conformal),
-                faces.max(conformal),
-                mean(np.abs(changed.log_area_ratio)),
-                np.sqrt(mean(changed.squared_stretch)),
-                faces.max(changed.largest_stretch),
-                mean(changed.symmetric_dirichlet),
-                faces.sum(changed.edge_change.mean(axis=0)) / faces.sizes,
-                _percentile_99(changed.edge_change, faces),
-                _spread(changed, faces),
-            )
-        ).tolist()
+        weighted = area * (
+            conformal,
+            np.abs(changed.log_area_ratio),
+            changed.squared_stretch,
+            changed.symmetric_dirichlet,
+        )
+        conformal_mean, area_distortion, squared_stretch, dirichlet = faces.sum(weighted) / faces.sum(area)
+        figures = (
+            faces.sum(changed.angle_distortion.mean(axis=0)) / faces.sizes,
+            faces.sum((changed.angle_error**2).mean(axis=0)) / faces.sizes,
+            conformal_mean,
+            faces.max(conformal),
+            area_distortion,
+            np.sqrt(squared_stretch),
+            faces.max(changed.largest_stretch),
+            dirichlet,
+            faces.sum(changed.edge_change.mean(axis=0)) / faces.sizes,
+            _percentile_99(changed.edge_change, faces),
+            _texel_spread(changed, faces),
+        )
     flips = faces.sum(changed.flipped.astype(np.int64)).tolist()
-    counts = zip(flips, overlaps, faces.sizes.tolist(), strict=True)
-    return [Quality(*(*row, *count)) for row, count in zip(figures, counts, strict=True)]
+    return list(map(Quality, *np.stack(figures).tolist(), flips, overlaps, faces.sizes.tolist()))
 
 
-def _spread(changed: Change, faces: Ragged) -> FloatArray:
-    """Of each part, the area ratio below which 99 % of its surface is, over that of 1 %."""
+def _texel_spread(changed: Change, faces: Ragged) -> FloatArray:
+    """For each chart, the area ratio below which 99 % of its surface is, over that of 1 %."""
     area, log_ratio = changed.double_area, changed.log_area_ratio
-    # one sort a part takes less time than one of all, by two keys
-    order = np.concatenate([np.argsort(part) for part in faces.split(log_ratio)])
-    order += faces.repeat(faces.start[:-1])
+    # one sort a chart takes less time than one of all, by two keys
+    order = np.concatenate(list(map(np.argsort, faces.split(log_ratio)))) + faces.repeat(faces.start[:-1])
     below = faces.cumsum(area[order]) / faces.repeat(faces.sum(area))
-    at = [
-        np.minimum(faces.start[:-1] + faces.sum((below < share).astype(np.int64)), faces.start[1:] - 1)
-        for share in (0.99, 0.01)
-    ]
-    most, least = (log_ratio[order][index] for index in at)
+    counts = faces.sum(np.stack((below < 0.99, below < 0.01)).astype(np.int64))
+    index = np.minimum(faces.start[:-1] + counts, faces.start[1:] - 1)
+    most, least = log_ratio[order[index]]
     with np.errstate(invalid="ignore"):
         return np.where(np.isfinite(least), np.exp(most - least), np.inf)
 
 
 def _percentile_99(sides: FloatArray, faces: Ragged) -> FloatArray:
-    """Of each part, the 99th percentile of the values at the sides of its faces, (3, #F)."""
+    """For each chart, the 99th percentile of the values at the sides of its faces, (3, #F)."""
     last = 3 * faces.sizes - 1
     place = 0.99 * last
     low = np.floor(place).astype(np.int64)
     ends = np.stack((low, np.minimum(low + 1, last)), axis=1)
-    # a partition takes far less than a sort
-    below, above = np.array(
-        [np.partition(part, at, axis=None)[at] for part, at in zip(faces.split(sides.T), ends, strict=True)]
-    ).T
+    values = np.empty(ends.shape)
+    for k, chart in enumerate(np.split(sides.T, faces.start[1:-1])):
+        values[k] = np.partition(chart, ends[k], axis=None)[ends[k]]  # far faster than a sort
+    below, above = values.T
     with np.errstate(invalid="ignore"):
         between = (place - low) * (above - below)
     return np.where(np.isinf(below), np.inf, below + between)

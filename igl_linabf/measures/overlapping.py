@@ -21,6 +21,8 @@ from ..surface import (
 )
 from .winding import may_overlap, open_sides
 
+NO_PAIRS: IntArray = np.zeros((0, 2), dtype=np.int64)
+
 
 def overlaps(uv: ArrayLike, F: ArrayLike, *, between: bool = False) -> IntArray:
     """Pairs of faces that overlap in the plane.
@@ -89,13 +91,11 @@ def overlapping_pairs_of_chart(topology: Topology, map_: FloatArray) -> IntArray
     upright = bool((signed_double_areas(z, topology.corner) > 0).all())
     index = np.arange(len(F))
     if upright and topology.loops:
-        tail = np.concatenate(topology.loops)
-        head = np.concatenate([np.roll(loop, -1) for loop in topology.loops])
-        place = np.empty(topology.n, dtype=np.int64)
-        place[tail] = np.arange(len(tail))
-        if _wind_once(z[tail], place[head], np.zeros(len(tail), dtype=np.int64), 1)[0]:
-            return _no_pairs()
-        index = np.flatnonzero(may_overlap(z, F, tail, head))
+        rim = np.concatenate(topology.loops)
+        following = Ragged.of_sizes(list(map(len, topology.loops))).following
+        if _wind_once(z[rim], following, np.zeros(len(rim), dtype=np.int64), 1)[0]:
+            return NO_PAIRS
+        index = np.flatnonzero(may_overlap(z, F, rim, rim[following]))
     return np.asarray(index[_in_one_plane(z, F[index])])
 
 
@@ -110,7 +110,7 @@ def overlapping_pairs_of_each(maps: Sequence[tuple[FloatArray, IntArray]]) -> li
     z = complex_positions(np.concatenate([uv for uv, _ in maps]) * vertices.repeat(scale)[:, None])
     chart = faces.repeat(np.arange(len(maps)))
     asked = np.flatnonzero(~_injective(z, F, chart))
-    found = [_no_pairs()] * len(maps)
+    found = [NO_PAIRS] * len(maps)
     if len(asked) == 1:
         own = slice(*vertices.start[asked[0] : asked[0] + 2])
         found[asked[0]] = _within_chart(z[own], maps[asked[0]][1])
@@ -135,10 +135,6 @@ def _within_chart(z: ComplexArray, F: IntArray) -> IntArray:
 def _in_one_plane(z: ComplexArray, F: IntArray) -> IntArray:
     """All overlapping pairs, also of faces of different charts."""
     return overlapping(z, F, np.zeros(len(F), dtype=np.int64))
-
-
-def _no_pairs() -> IntArray:
-    return np.zeros((0, 2), dtype=np.int64)
 
 
 def _injective(z: ComplexArray, F: IntArray, chart: IntArray) -> BoolArray:

@@ -130,11 +130,6 @@ class Submesh:
         """At each vertex, radians."""
         return self.topology.sum_at_vertices(np.arctan2(*self.measured))
 
-    @property
-    def F_given(self) -> IntArray:  # noqa: N802  # as everywhere
-        """`F` with the caller's vertex indices."""
-        return self.vertices[self.F]
-
     def of_faces(self, rows: IntArray) -> Submesh:
         """The part made of these rows of `F`, which are ascending."""
         used, F = compact(self.F[rows], len(self.V))
@@ -186,7 +181,7 @@ class Submesh:
 
     def cut_along(self, edges: IntArray) -> list[Submesh]:
         """The components after a cut along edges, (#E, 2) of the caller's vertices."""
-        return self.cut(sides_along(edges, self.F_given, self.n_given))
+        return self.cut(sides_along(edges, self.vertices[self.F], self.n_given))
 
     def cut_at(self, rows: IntArray) -> list[Submesh]:
         """The components after a cut along these rows of the topology's edges."""
@@ -214,17 +209,17 @@ def cut_faces(F: IntArray, n: int, sides: IntArray, seams: BoolArray) -> tuple[I
     near = at_seam[F.T[list(NEXT)]].ravel()  # half-edges, by where they start
     near = (sides[1] >= 0) & (near[sides[0]] | near[sides[1]])
     # half-edge (k, t) is the side k + 1 of t: its ends are at the corners k + 1 and k + 2
-    (k, t), (opposite, across) = (np.divmod(side, m) for side in sides[:, near])
+    (k, opposite), (t, across) = np.divmod(sides[:, near], m)
     start, end = 3 * t + (k + 1) % 3, 3 * t + (k + 2) % 3
     inside = ~(seams.ravel()[start] | seams[across, (opposite + 1) % 3])
     corners = np.flatnonzero(at_seam[flat])
     place = np.empty(3 * m, dtype=np.int64)
     place[corners] = np.arange(len(corners))
-    pairs = [
-        np.column_stack((corner, 3 * across + (opposite + turn) % 3))[inside & at_seam[flat[corner]]]
-        for corner, turn in ((start, 2), (end, 1))
-    ]
-    fan = connected_labels(place[np.concatenate(pairs)], len(corners))
+    # the two corners of the other side that meet these ends
+    pairs = np.column_stack((np.append(start, end), 3 * np.tile(across, 2)))
+    pairs[:, 1] += np.append(opposite + 2, opposite + 1) % 3
+    pairs = pairs[np.tile(inside, 2) & at_seam[flat[pairs[:, 0]]]]
+    fan = connected_labels(place[pairs], len(corners))
     own = np.empty(int(fan.max(initial=-1)) + 1, dtype=np.int64)  # the vertex of each fan
     own[fan] = flat[corners]
     kept = np.ones(len(own), dtype=bool)

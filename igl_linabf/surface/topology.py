@@ -125,19 +125,9 @@ class Topology:
         return np.flatnonzero(self.sides[1] >= 0)
 
     @cached_property
-    def edges_inside(self) -> IntArray:
-        """Their end vertices, (#I, 2)."""
-        return self.edges[self.inside] if self.loops else self.edges
-
-    @cached_property
-    def sides_inside(self) -> IntArray:
-        """Their half-edges, (2, #I)."""
-        return np.ascontiguousarray(self.sides[:, self.inside]) if self.loops else self.sides
-
-    @cached_property
     def faces_inside(self) -> IntArray:
         """Their faces, (#I, 2)."""
-        return np.ascontiguousarray((self.sides_inside % len(self.corner[0])).T)
+        return np.ascontiguousarray((self.sides[:, self.inside] % len(self.corner[0])).T)
 
     @cached_property
     def interior(self) -> BoolArray:
@@ -195,10 +185,11 @@ def sound_topology(F: IntArray, vertices: IntArray) -> Topology | None:
     if not sound:
         return None
     tail, head = edges[sides[1] < 0].T
-    loops = _trace_loops(tail, head, n)
-    if loops is None:
+    around, sizes, twice = boundary_loops(tail, head, n)
+    if len(twice):  # two boundary edges leave a vertex
         check_fans(F, sides, vertices)
-    return Topology(n, corner, edges, sides, loops or ())
+    loops = tuple(sorted(Ragged.of_sizes(sizes).split(around), key=len, reverse=True))
+    return Topology(n, corner, edges, sides, loops)
 
 
 def manifold_topology(F: IntArray, vertices: IntArray) -> Topology:
@@ -225,14 +216,6 @@ def with_outer_loop(topology: Topology, outer: int) -> Topology:
     """The topology with another outer loop, `topology.loops[outer]`."""
     loops = (topology.loops[outer], *topology.loops[:outer], *topology.loops[outer + 1 :])
     return replace(topology, loops=loops)
-
-
-def _trace_loops(tail: IntArray, head: IntArray, n: int) -> tuple[IntArray, ...] | None:
-    """Chain boundary half-edges into loops, the longest first; None if two leave one vertex."""
-    vertices, sizes, twice = boundary_loops(tail, head, n)
-    if len(twice):
-        return None
-    return tuple(sorted(Ragged.of_sizes(sizes).split(vertices), key=len, reverse=True))
 
 
 def faults(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:

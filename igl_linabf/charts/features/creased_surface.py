@@ -52,7 +52,7 @@ class CreasedSurface:
     @property
     def ends(self) -> IntArray:
         """The vertices of each, (#E, 2)."""
-        return self.surface.topology.edges_inside
+        return self.surface.topology.edges[self.surface.topology.inside]
 
     def sides(self, rows: IntArray | BoolArray) -> tuple[IntArray, IntArray]:
         """Where the ends of such edges are among the corners of all faces, (2, #E) in either face."""

@@ -230,8 +230,8 @@ def _if_clean(V: FloatArray, F: IntArray) -> Submesh | None:
     except MeshError:  # that is what is to be repaired
         return None
     soup = is_soup(surface.V, surface.F, surface.label) and not _apart(surface.V)
-    size = _sizes(surface.V)
-    tiny = _tiny(size)
+    size = np.abs(surface.V.T).max(axis=0)
+    tiny = (size > 0) & (size <= SMALLEST_COORDINATE)
     unclear = tiny.any() and tiny[surface.F].all(axis=1).any()
     return None if soup or unclear or _beyond(size).any() else surface
 
@@ -267,12 +267,13 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     elif is_soup(V, F, face_components(F, len(V))):
         merged = merge_coincident(V, used)
     note("welded", "vertices", np.flatnonzero(merged != np.arange(len(V))))
-    beyond, power = used[_beyond(_sizes(V[used]))], 0
+    beyond, power = used[_beyond(np.abs(V[used].T).max(axis=0))], 0
     if len(beyond):
         note("scaled", "vertices", beyond)
         power = -int(np.frexp(np.abs(V[used]).max())[1])
         V = np.ldexp(V, power)
-    tiny = used[_tiny(_sizes(V[used]))]
+    size = np.abs(V[used].T).max(axis=0)
+    tiny = used[(size > 0) & (size <= SMALLEST_COORDINATE)]
     if len(tiny):
         note("tiny", "vertices", tiny)
         V = V.copy()
@@ -299,18 +300,8 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     return Cleaned(V_new, F_new, origin, tuple(did), rows[solid], sheets.turned[solid], merged, power)
 
 
-def _sizes(V: FloatArray) -> FloatArray:
-    """The largest coordinate of each vertex."""
-    return np.asarray(np.abs(V.T).max(axis=0))
-
-
-def _tiny(size: FloatArray) -> BoolArray:
-    """Vertices of these sizes so near to the origin that there are no areas there, and not on it."""
-    return np.asarray((size > 0) & (size <= SMALLEST_COORDINATE))
-
-
 def _beyond(size: FloatArray) -> BoolArray:
-    """The vertices for which to scale; none if the largest coordinate is of a common size, or zero."""
+    """The vertices for which to scale, by the largest coordinate of each; none if all have a usual size."""
     largest = float(size.max())
     if SMALLEST_USUAL_COORDINATE < largest < LARGEST_USUAL_COORDINATE or largest == 0:
         return np.zeros(len(size), dtype=bool)
