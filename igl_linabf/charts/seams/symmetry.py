@@ -8,7 +8,7 @@ import scipy
 from ..._types import IntArray
 from ...surface import Submesh
 from ..cut_graphs import ClosedSurface, SurfaceGraph
-from .constants import MIRROR_DETOUR, MIRROR_DISTANCE, MIRROR_PLANE_PRICE
+from .constants import MIRROR_DETOUR, MIRROR_DISTANCE, MIRROR_EDGES, MIRROR_PLANE_PRICE
 
 
 def _mirror_images(component: Submesh) -> IntArray | None:
@@ -93,6 +93,8 @@ def mirrored(component: Submesh, closed: ClosedSurface) -> tuple[ClosedSurface, 
     wanted = np.minimum(ends[:, 0], ends[:, 1]) * graph.n + np.maximum(ends[:, 0], ends[:, 1])
     place = np.minimum(np.searchsorted(code, wanted), len(code) - 1)
     found = code[place] == wanted
+    if np.count_nonzero(found) < MIRROR_EDGES * len(found):
+        return None
     other = np.where(found, graph.length[shortest[place]], graph.length)
     on_plane = (ends == graph.ends).all(axis=1)
     length = (graph.length + other) / 2 * np.where(on_plane, MIRROR_PLANE_PRICE, 1.0)
