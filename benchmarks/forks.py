@@ -22,10 +22,10 @@ from igl_linabf import flatten
 
 NEVER = 10**9
 FORKS = {
-    "slivers of small meshes corrected": (("reduced", "SMALL", 0),),
-    "no slivers corrected": (("reduced", "SMALL", NEVER),),
-    "chord to its end": (("iterations", "MOST_OF_CHORD", 300),),
-    "no steps within patches": (("patches", "SMALL", NEVER), ("patches", "SMALL_WITH_PATHS", NEVER)),
+    "slivers of small meshes corrected": (("system.preconditioner", "LARGE_SYSTEM", 0),),
+    "no slivers corrected": (("system.preconditioner", "LARGE_SYSTEM", NEVER),),
+    "chord to its end": (("steps.iterations", "CREEPING", 300),),
+    "no steps within patches": (("steps.local_elimination", "LARGE_SYSTEM", NEVER),),
 }
 NAMES = ("igl_camel_b", "optcuts_foot_i_f10000", "optcuts_armadillo_i_f10000", "igl_lion", "igl_camelhead")
 FINER = (("igl_camelhead", 2), ("igl_face", 2), ("igl_camelhead", 8))

@@ -7,8 +7,7 @@ Zayer, Levy, Seidel 2007; converged ABF is Sheffer and de Sturler 2001, with the
 from .estimate import CAP_ANGLE, corner_angles, initial_estimate, open_caps, rescaled
 from .full_system import Corner, fan_rows, least_norm, triangle_rows, vertex_rows
 from .steps import (
-    LEAST_SHARE,
-    REACH,
+    ANGLE_BOUND,
     ROUGH_RTOL,
     AbfResult,
     AngleProblem,

@@ -105,7 +105,7 @@ def test_where_conjugate_gradients_reach_their_cap_the_system_is_factored(monkey
 
 def test_the_chord_ends_early_unless_rtol_is_given(monkeypatch) -> None:
     V, F = load("disk__igl_camelhead.off")
-    monkeypatch.setattr(iterations, "MOST_OF_CHORD", 2)
+    monkeypatch.setattr(iterations, "CREEPING", 2)
     early, asked = flatten(V, F), flatten(V, F, LinABF(rtol=STEP_AND_CHORD_RTOL))
     assert [step.kind for step in early.steps] == [step.kind for step in asked.steps] == ["step", "chord"]
     assert early.steps[0] == asked.steps[0]

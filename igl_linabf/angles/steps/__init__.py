@@ -5,16 +5,16 @@ In: an `AngleProblem`. Out: a `State` with its angles, residuals and steps: the 
 """
 
 from .conformal_corrections import (
-    ROUGH_RTOL,
     diverges,
     iterate_with_corrections,
     step_from_surface,
     step_with_known_factor,
 )
+from .constants import ANGLE_BOUND, ROUGH_RTOL
 from .holonomy_angles import HolonomyAngles
-from .iterates import REACH, AngleProblem, DiskBlocks, Iterate, Step
+from .iterates import AngleProblem, DiskBlocks, Iterate, Step
 from .iterations import State, StepAndChord, active_set, linear_step, step_and_chord
 from .linearisation import Direction, Linearised, advance, linearise, solve
 from .local_elimination import eliminate_locally
-from .newton import LEAST_SHARE, AbfResult, converge, converge_feasibly
+from .newton import AbfResult, converge, converge_feasibly
 from .prescribed import iterate_to_prescribed_sums

@@ -9,22 +9,21 @@ from functools import cached_property
 import numpy as np
 
 from ..._types import FloatArray
+from .constants import LARGEST_COEFFICIENTS
 from .linearisation import Direction
-
-LONGEST = 10.0  # sum of the coefficients' sizes, above which the steps are no straight line
 
 
 @dataclass(frozen=True, eq=False)
-class Visited:
-    """Angles that an iteration came to.
+class PastStep:
+    """A step that may accelerate later ones.
 
     Attributes
     ----------
     alpha : (3, #F) float64
+        The angles before it.
     direction : Direction
-        The iteration's step from there.
     missing : (n,) float64
-        What is to vanish, there.
+        What is to vanish, at these angles.
     """
 
     alpha: FloatArray
@@ -37,27 +36,27 @@ class Visited:
         return np.add(self.alpha, self.direction.e).ravel()
 
 
-def accelerated(now: Visited, earlier: Sequence[Visited]) -> Direction:
-    """The direction towards where the steps lead, were what is missing linear in the angles (Anderson 1965).
+def accelerate(now: PastStep, earlier: Sequence[PastStep]) -> Direction:
+    """The direction to where the steps lead, were what is missing linear in the angles (Anderson 1965).
 
-    Of all sums of these visits with coefficients c_i that sum to one, it takes the one whose missing parts
-    sum to the least, and goes to sum c_i (alpha_i + e_i). Where one mode of the errors falls slowly, it is
-    gone after that. The linear constraints stay as they are.
+    Of all sums of these steps with coefficients c_i that sum to one, it takes the one whose missing parts
+    sum to the least, and goes to sum c_i (alpha_i + e_i). A mode of the errors that falls slowly is gone
+    after that. The linear constraints stay as they are.
     """
-    shares = shares_of([past.missing for past in earlier], now.missing)
-    if not shares:
+    coefficients = anderson_coefficients([past.missing for past in earlier], now.missing)
+    if not coefficients:
         return now.direction
     e, x = now.direction.e.ravel().copy(), now.direction.x.copy()
-    for share, past in zip(shares, earlier, strict=True):
-        e += share * (past.reached - now.reached)
-        x += share * (past.direction.x - now.direction.x)
+    for c, past in zip(coefficients, earlier, strict=True):
+        e += c * (past.reached - now.reached)
+        x += c * (past.direction.x - now.direction.x)
     return replace(now.direction, e=e.reshape(now.alpha.shape), x=x)
 
 
-def shares_of(earlier: Sequence[FloatArray], now: FloatArray) -> list[float]:
-    """The coefficients of earlier visits by what was missing there, the rest being of the one now.
+def anderson_coefficients(earlier: Sequence[FloatArray], now: FloatArray) -> list[float]:
+    """The coefficients of earlier steps, by what was missing there; the present one's makes them sum to 1.
 
-    Empty where they are on no straight line.
+    Empty if they are large: then what is missing is far from linear.
     """
     if not earlier:
         return []
@@ -65,10 +64,10 @@ def shares_of(earlier: Sequence[FloatArray], now: FloatArray) -> list[float]:
     size = np.sqrt([_dot(d, d) for d in change])
     between = np.array([[_dot(a, b) for a in change] for b in change]) / np.outer(size, size)
     along = np.array([_dot(d, now) for d in change]) / size
-    shares: FloatArray = -np.linalg.lstsq(between, along)[0] / size
-    return shares.tolist() if np.abs(shares).sum() < LONGEST else []
+    coefficients: FloatArray = -np.linalg.lstsq(between, along)[0] / size
+    return coefficients.tolist() if np.abs(coefficients).sum() < LARGEST_COEFFICIENTS else []
 
 
 def _dot(a: FloatArray, b: FloatArray) -> float:
-    """Without a BLAS, whose threads take longer to wake than they save."""
+    """The scalar product without a BLAS: to wake its threads takes longer than they save."""
     return float(np.einsum("i,i->", a, b))

@@ -11,46 +11,41 @@ import numpy as np
 from ..._runtime import timed
 from ..._types import FloatArray
 from ...linalg import NotPositiveDefiniteError
-from ..system import HolonomyConstraints, System, conformal_inverse, laplacian_inverse
-from .acceleration import shares_of
+from ..system import LARGE_SYSTEM, HolonomyConstraints, System, conformal_inverse, laplacian_inverse
+from .acceleration import anderson_coefficients
+from .constants import (
+    ACCELERATING_CORRECTIONS,
+    CORRECTABLE,
+    CORRECTABLE_PRESCRIBED,
+    FAST_CORRECTION,
+    FEW_INNER_STEPS,
+    GROWING_STEPS,
+    IN_VAIN,
+    ROUGH_RTOL,
+    SLOW_CORRECTION,
+    STALE_FACTOR,
+)
 from .iterations import State
 from .linearisation import Linearised, errors, exact_direction, linearise, solve
 from .local_elimination import eliminate_locally
 
-SMALL = 0.12  # residual below which they begin: F/3nt stays the same within a thousandth
-EARLY_BELOW = 0.25  # and where angles change more than to a free boundary
-SLOW = 0.2  # share of the residual left by a correction, above which a new factor pays
-SLOW_OF_PATHS, MANY_PATHS = 0.4, 4  # and for so many paths, each with columns of a new factor to solve for
-STALE = 1.5  # if it is so many times the share that the first correction with the factor left
-IN_VAIN = 0.5  # and above which corrections do not help
-MAX_CORRECTIONS = 12
-FEW_INNER, MANY_INNER = 4, 8  # inner steps, up to which none pays after one cut short; above which one does
-FAST = 0.02  # share left, above which earlier corrections tell more than they cost
-MOST_CUT_SHORT = 2  # steps, above which what they leave is not at few triangles alone
-RESTING = 0.5  # share of the last step's residual, above which a step brought little
-FAR = 0.1  # share of the residual before a correction in vain, from which a patch is laid around a row
-GROWING = 4  # steps in a row that leave more than the one before: along closed paths too much is asked
-REMEMBERED = 3  # corrections with the same factor that say how the next one changes what is missing
-LARGE = 5_000  # rows from which new slivers take less time than the inner steps that they save
-ROUGH_RTOL = 0.1  # relative residual to which a step is solved that others follow
-
 
 @dataclass(frozen=True, eq=False)
-class Visit:
-    """What a correction went by.
+class PastCorrection:
+    """A correction that may accelerate later ones.
 
     Attributes
     ----------
     missing : (n,) float64
-        To all constraints before it.
-    reached : (n,) float64
-        The sum of all multipliers up to the solution there.
+        The residuals of all constraints before it.
+    solved : (n,) float64
+        The sum of all multipliers up to its solution, before it was accelerated itself.
     taken : (n,) float64
-        Those by which it went, as earlier corrections say how the next one changes what is missing.
+        The multipliers of its step.
     """
 
     missing: FloatArray
-    reached: FloatArray
+    solved: FloatArray
     taken: FloatArray
 
 
@@ -60,22 +55,24 @@ def iterate_with_corrections(
     """Active-set steps until the residual is at most `tol`, the last of them corrections.
 
     A step leaves about the square of the residual, so each is solved no further than that, but to a relative
-    residual of `largest` at least. What is small is corrected in the conformal metric, if no relative
-    residual is asked for. What is missing along closed paths is spread over all triangles, too smoothly for
-    conjugate gradients: the corrections close them, and steps only where these do not help.
+    residual of `largest` at least. A small residual is corrected in the conformal metric, unless `rtol`, the
+    relative residual of all steps, is given. What is missing along closed paths is spread over all triangles,
+    too smoothly for conjugate gradients: corrections close the paths, and steps only where these do not help.
     """
-    paths, turned = state.problem.constraints.paths, _turned(state)
+    paths, turned = state.problem.constraints.paths, _prescribes_turning(state)
     for _ in range(most):
-        cut_short = any(step.limited for step in state.steps)
-        made_up = bool(state.steps) and state.steps[-1].kind == "patches"
-        if turned and not cut_short:
+        limited = any(step.limited for step in state.steps)
+        eliminated = bool(state.steps) and state.steps[-1].kind == "patches"
+        if turned and not limited:
             below = np.inf
+        elif (turned and not eliminated) or (paths and not limited):
+            below = CORRECTABLE_PRESCRIBED
         else:
-            below = EARLY_BELOW if (turned and not made_up) or (paths and not cut_short) else SMALL
-        close = not paths or rtol is not None or cut_short
+            below = CORRECTABLE
+        close = not paths or rtol is not None or limited
         if state.steps and rtol is None and state.at.residual.at_vertices < below:
             before = state.at
-            state = conformal_steps(state, tol, np.inf if paths else SMALL)
+            state = correct_conformally(state, tol, np.inf if paths else CORRECTABLE)
             close = close or state.at is before
         residual = state.at.residual.largest
         if residual <= tol or diverges(state):
@@ -87,57 +84,55 @@ def iterate_with_corrections(
 
 def diverges(state: State) -> bool:
     """Whether steps that close paths lead away from all solutions."""
-    last = [step.residual for step in state.steps[-1 - GROWING :]]
-    growing = len(last) > GROWING and all(after > before for before, after in pairwise(last))
+    last = [step.residual for step in state.steps[-1 - GROWING_STEPS :]]
+    growing = len(last) > GROWING_STEPS and all(after > before for before, after in pairwise(last))
     return growing and len(state.problem.constraints.paths) > 0
 
 
-def _turned(state: State) -> bool:
+def _prescribes_turning(state: State) -> bool:
     """Whether the turning is prescribed along some paths."""
     return any(not np.isnan(path.turning) for path in state.problem.constraints.paths)
 
 
 def step_with_known_factor(state: State, rtol: float, *, close: bool = False) -> State:
-    """A step with the factor that is known, if the last one was not cut short; `close`: also of paths.
+    """A step with the factor that is known, unless the last step was limited; `close`: also of paths.
 
-    One that the first step began with serves on if that took few inner steps. Where paths turn, a step is cut
-    short near cones only. So the factor serves on, unless that step took many inner steps. But on a large
-    surface the slivers that it left there are looked for.
+    The factor that the first step began with serves on if that took few inner steps. Where turnings are
+    prescribed, a step is limited near cones alone. So its factor serves on, too, if it took half as many. But
+    on a large surface the slivers that it left there are looked for.
     """
+    turned = _prescribes_turning(state)
     steps = [step for step in state.steps if step.kind != "patches"]
     last = steps[-1] if steps else None
     same = last is None or last.kind != "step" or not last.limited
-    if last is not None and _turned(state):
-        same = same or last.inner_steps <= FEW_INNER
+    if last is not None and turned:
+        same = same or 2 * last.inner_steps <= FEW_INNER_STEPS
     if len(steps) == 1:
-        same = same and steps[0].inner_steps <= MANY_INNER
+        same = same and steps[0].inner_steps <= FEW_INNER_STEPS
     lin = linearise(
         state.problem,
         state.at,
         reuse=state.lin,
         close="all" if close else "none",
         same_factor=same,
-        same_slivers=state.problem.constraints.n < LARGE or not _turned(state),
+        same_slivers=state.problem.constraints.n < LARGE_SYSTEM or not turned,
     )
-    return _made_up(state.advanced(solve(lin, state.at, rtol), "step"))
+    return _eliminate_where_limited(state.advanced(solve(lin, state.at, rtol), "step"))
 
 
-def _made_up(state: State) -> State:
-    """The state after further steps within patches, where the last one left much at few triangles.
+def _eliminate_where_limited(state: State) -> State:
+    """The state after steps within patches, if the last step was limited, and left much at few triangles.
 
-    That is where paths turn and it was cut short. Without paths, it is also where it brought little, unless
-    steps are cut short again and again, and the steps within patches have to lead to where corrections begin.
+    With paths that is done where turnings are prescribed. Without, the steps within patches have to lead to
+    where corrections begin.
     """
-    constraints, (*_, last) = state.problem.constraints, state.steps
-    if constraints.paths:
-        return eliminate_locally(state) if last.limited and _turned(state) else state
-    before = [step for step in state.steps[:-1] if step.kind == "step"]
-    resting = before and last.residual > RESTING * before[-1].residual
-    often = sum(step.limited > 0 for step in (*before, last)) > MOST_CUT_SHORT
-    if not constraints.plain or often or not (last.limited or resting):
+    constraints, last = state.problem.constraints, state.steps[-1]
+    if not last.limited:
         return state
-    made = eliminate_locally(state)
-    return made if made.at.residual.at_vertices < SMALL else state
+    if constraints.paths:
+        return eliminate_locally(state) if _prescribes_turning(state) else state
+    made = eliminate_locally(state) if constraints.plain else state
+    return made if made.at.residual.at_vertices < CORRECTABLE else state
 
 
 def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
@@ -147,19 +142,18 @@ def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
     """
     lin = linearise(state.problem, state.at, surface**2, state.lin, same_factor=True)
     direction = solve(lin, state.at, rtol, (state.at.alpha - surface) / surface**2)
-    state = _made_up(state.advanced(direction, "step"))
-    return state.without_factors() if direction.inner_steps > MANY_INNER else state
+    state = _eliminate_where_limited(state.advanced(direction, "step"))
+    return state.without_factors() if direction.inner_steps > FEW_INNER_STEPS else state
 
 
-def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
-    """Correct the angles, if their residual is small, until it is at most `tol` or that does not help.
+def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) -> State:
+    """Correct the angles until their residual is at most `tol`, or corrections are in vain.
 
     A least-norm step is e = P M^T x with (M P M^T) x = r. Let the cotangent element matrices K stand for P.
-    Then M K M^T is diag(L+, L) itself, of which there is a factor: e = K M^T x fulfils the linearised
-    constraints after one solve. This e is least in another norm, which does not matter where it is small.
+    Then M K M^T is diag(L+, L), of which there is a factor: e = K M^T x satisfies the linearised constraints
+    after one solve. This e is least in another norm, which does not matter where it is small.
 
-    With a factor that is kept they are the iterations of a fixed point, which some of them foretell
-    (Anderson 1965). Where one leaves much at few triangles, steps within patches around these follow.
+    Corrections with the same factor are iterations of a fixed point, and are accelerated (Anderson 1965).
 
     Parameters
     ----------
@@ -168,47 +162,39 @@ def conformal_steps(state: State, tol: float, below: float = SMALL) -> State:
     tol : float
         Largest residual.
     below : float
-        Residual below which they begin.
+        Residual below which corrections begin.
     """
     least_norm, conformal = state.lin, None
-    least = slow = SLOW_OF_PATHS if len(state.problem.constraints.paths) >= MANY_PATHS else SLOW
-    earlier: tuple[Visit, ...] = ()
+    slow = SLOW_CORRECTION
+    earlier: tuple[PastCorrection, ...] = ()
     gone: FloatArray | float = 0.0  # multipliers so far with the same factor
-    if not state.at.residual.largest < below:
-        return state
-    for _ in range(MAX_CORRECTIONS):
-        missing = state.at.residual.largest
-        if missing <= tol or state.steps[-1].limited:
-            break
+    while tol < (missing := state.at.residual.largest) < below and not state.steps[-1].limited:
         fresh = conformal is None
         if conformal is None:
-            conformal, earlier, gone = conformal_system(state), (), 0.0
+            conformal, earlier, gone = _conformal_system(state), (), 0.0
         if conformal is None:
             break
-        made, visit = _corrected(state, conformal, gone, earlier)
+        made, correction = _correct_once(state, conformal, gone, earlier)
         left = made.at.residual.largest / missing
         if left < IN_VAIN and not made.steps[-1].limited:
-            state, gone = made, gone + visit.taken
-            earlier = (*earlier[1 - REMEMBERED :], visit) if earlier or left > FAST else ()
-        elif fresh:
-            # it may serve all but the few triangles that it changes most
-            made = eliminate_locally(made, FAR * missing) if state.problem.constraints.plain else made
-            if made.steps[-1].limited or not made.at.residual.largest < IN_VAIN * missing:
-                break
-            state, left = made, np.inf
+            state, gone, below = made, gone + correction.taken, np.inf
+            kept = earlier or left > FAST_CORRECTION
+            earlier = (*earlier[1 - ACCELERATING_CORRECTIONS :], correction) if kept else ()
+        elif fresh or left <= slow:
+            break
         if fresh:
-            slow = min(max(least, STALE * left), IN_VAIN)
+            slow = min(max(SLOW_CORRECTION, STALE_FACTOR * left), IN_VAIN)
         if not left <= slow:
             conformal = None
     return replace(state, lin=least_norm)
 
 
-def _corrected(
-    state: State, conformal: Linearised, gone: FloatArray | float, earlier: Sequence[Visit]
-) -> tuple[State, Visit]:
-    """The state after a correction with a system of `conformal_system`, and what it went by.
+def _correct_once(
+    state: State, conformal: Linearised, gone: FloatArray | float, earlier: Sequence[PastCorrection]
+) -> tuple[State, PastCorrection]:
+    """The state after a correction with a `_conformal_system`, and that correction.
 
-    The errors are linear in the multipliers, as are those that led here: `gone` are their sum so far.
+    The errors are linear in the multipliers: `gone` is the sum of those that led here with the same system.
     """
     assert conformal.precondition is not None
     b, holonomy = conformal.problem.constraints.predict(state.at.residual), conformal.holonomy
@@ -217,16 +203,16 @@ def _corrected(
         rhs = np.concatenate((rhs, -holonomy.rows.gap(b.holonomy, b.vertex)))
     with timed("solve"):
         taken = conformal.precondition(rhs)
-        reached = gone + taken
-        shares = shares_of([visit.missing for visit in earlier], rhs)
-        for share, visit in zip(shares, earlier if shares else (), strict=True):
-            taken += share * (visit.reached - reached)
+        solved = gone + taken
+        coefficients = anderson_coefficients([past.missing for past in earlier], rhs)
+        for c, past in zip(coefficients, earlier if coefficients else (), strict=True):
+            taken += c * (past.solved - solved)
     with timed("assembly"):
         direction = exact_direction(errors(conformal, taken, conformal=True), taken, conformal)
-    return state.advanced(direction, "conformal"), Visit(rhs, reached, taken)
+    return state.advanced(direction, "conformal"), PastCorrection(rhs, solved, taken)
 
 
-def conformal_system(state: State) -> Linearised | None:
+def _conformal_system(state: State) -> Linearised | None:
     """The constraints linearised at the present angles, with the inverse in the conformal metric.
 
     None if that is singular, or where no Laplacian preconditions.

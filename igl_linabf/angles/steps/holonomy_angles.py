@@ -1,4 +1,4 @@
-"""What closed paths turn by, foretold to first order, and what other turnings cost."""
+"""Holonomy angles: what closed paths turn by, predicted to first order, and what other turnings cost."""
 
 from __future__ import annotations
 
@@ -10,10 +10,9 @@ import numpy as np
 from ..._runtime import timed
 from ..._types import FloatArray, IntArray
 from ..system import ClosedPath, HolonomyConstraints, System
+from .constants import ROUNDING
 from .iterates import AngleProblem, Iterate
 from .linearisation import Linearised
-
-ROUNDING = 1e-10  # of the largest entry: what is smaller is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -21,9 +20,9 @@ class HolonomyAngles:
     """What the closed paths of a surface turn by once its constraints hold, to first order.
 
     In the metric of the cotangent matrices K, M K M^T is diag(L, L). With C = diag(L, L)^-1 B for the paths'
-    rows T, what is missing to the constraints, r, changes scale and turning along the paths by C^T r. To
-    change both by s takes an error e of e^T K^-1 e = s^T (D - B^T C)^-1 s. A turning whose scale may follow
-    is cheap; at one scale it takes another conformal structure, and all triangles give for it.
+    rows T, the residual r of the constraints changes scale and turning along the paths by C^T r. A change of
+    both by s takes errors e with e^T K^-1 e = s^T (D - B^T C)^-1 s. Another turning is cheap where the scale
+    may change with it. Where it may not, it takes another conformal structure, and all triangles change.
 
     Attributes
     ----------
@@ -32,7 +31,7 @@ class HolonomyAngles:
     by_vertex : (#C, #paths) float64
         The change by one radian more of the angle sum at some vertices.
     cost : (#paths, #paths) float64
-        A change c of the turnings adds about c^T cost c to F/3nt.
+        Turnings that change by c add about c^T cost c to F/3nt.
     """
 
     angle: FloatArray
@@ -45,7 +44,7 @@ class HolonomyAngles:
     ) -> tuple[HolonomyAngles, Linearised]:
         """At the angles of the surface, (3, #F); and a system whose factor preconditions the first step, too.
 
-        The factor is that of `known`, a system there, if that has one; and so are the columns C.
+        Its factor and its columns C are those of `known`, a system at these angles, if that has them.
 
         Raises
         ------
@@ -85,7 +84,7 @@ class HolonomyAngles:
 
     @classmethod
     def measured(cls, at: Iterate, paths: Sequence[ClosedPath], vertices: IntArray) -> HolonomyAngles:
-        """At angles that nearly fulfil the constraints, without knowing what changes them."""
+        """At angles that nearly satisfy the constraints. Nothing is known of how they change."""
         alpha, number = at.alpha.ravel(), len(paths)
         turned = np.array([path.size * np.pi - alpha[path.corner].sum() for path in paths])
         return cls(turned, np.zeros((len(vertices), number)), np.eye(number))

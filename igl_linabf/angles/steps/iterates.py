@@ -14,8 +14,6 @@ from ...linalg import Solvers
 from ...surface import Disks, Ragged
 from ..system import Constraints, Residual, residual
 
-REACH = 0.7  # share of the way to a vanishing angle that a triangle's step may go
-
 Kind = Literal["step", "chord", "conformal", "patches", "anchored", "feasible", "restoration"]
 
 
@@ -112,9 +110,9 @@ class Step:
     ----------
     kind : str
         "step": the system and the weights are those of the angles before the step. "chord": the
-        system of the last step. "conformal": a correction in the conformal metric. "patches":
-        steps within patches around what is missing most. "anchored", "feasible", "restoration": steps of
-        converged ABF.
+        system of the last step, as in a simplified Newton step. "conformal": a correction in the conformal
+        metric. "patches": local elimination, steps within patches around what is missing most. "anchored",
+        "feasible", "restoration": steps of converged ABF.
     inner_steps : int
         Conjugate gradient steps; 0 if the system was factored.
     limited : int

@@ -8,11 +8,11 @@ import numpy as np
 
 from ..._runtime import timed
 from ..._types import BoolArray, FloatArray, IntArray
+from .constants import CREEPING
 from .iterates import AngleProblem, Iterate, Kind, Step
 from .linearisation import Closed, Direction, Linearised, advance, linearise, solve
 
 KINDS: tuple[Kind, Kind] = "step", "chord"
-MOST_OF_CHORD = 12  # inner steps of a chord: ten more change F/3nt by less than a hundredth
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,11 +95,11 @@ class StepAndChord:
 def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False) -> StepAndChord:
     """The linear step and its chord for each disk of the problem whose residual is above `tol`.
 
-    The chord is a second solve with the same system, without assembly or factorisation. Both are to the
-    relative residual `rtol`; where little is curved, one inner step to that may leave most of the distortion,
-    so that one alone has to reach its square. With `quick`, the chord ends after twelve inner steps: thin
-    regions that are finely meshed let conjugate gradients creep. There is no chord from limited steps: it
-    ends with far smaller angles than another step.
+    The chord is a second solve with the same system, without assembly or factorisation: a simplified Newton
+    step. Both are solved to the relative residual `rtol`. On a nearly developable surface a single inner
+    step may reach that and leave most of the distortion, so one alone has to reach the square of it. With
+    `quick`, the chord ends after twelve inner steps: in thin, finely meshed regions they creep.
+    After limited steps there is no chord: it would end with far smaller angles than another step.
 
     Raises
     ------
@@ -115,7 +115,7 @@ def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False
     if (moving & good).any():
         lin = linearise(problem, start.at, reuse=start.lin, close="paths")
         for k, kind in enumerate(KINDS):
-            most = MOST_OF_CHORD if kind == "chord" and quick else None
+            most = CREEPING if kind == "chord" and quick else None
             first_rtol = rtol**2 if kind == "step" else None
             direction = solve(lin, state.at, rtol, most=most, first_rtol=first_rtol)
             if not moving.all():
@@ -135,8 +135,8 @@ def step_and_chord(start: State, rtol: float, tol: float, *, quick: bool = False
 def active_set(state: State, rtol: float, tol: float, most: int) -> State:
     """Steps, each with the system at the present angles, until the residual is at most `tol` (section 6).
 
-    The very first step makes the loops of holes turn once and end at the scale at which they begin. The
-    later steps also close them.
+    The very first step lets the loops of holes turn by -2 pi and come back to their scale. Later ones also
+    close them.
     """
     for _ in range(most):
         if state.at.residual.largest <= tol or state.problem.invalid(state.at).any():

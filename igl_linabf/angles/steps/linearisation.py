@@ -15,7 +15,7 @@ from typing import Literal
 
 import numpy as np
 
-from ..._core import cut_short
+from ... import _core
 from ..._runtime import advance as tell_progress
 from ..._runtime import timed
 from ..._types import BoolArray, FloatArray, IntArray, Solve
@@ -31,7 +31,8 @@ from ..system import (
     correct_at_slivers,
     laplacian_inverse,
 )
-from .iterates import REACH, AngleProblem, Iterate, Kind, Step
+from .constants import LONGEST_WAY
+from .iterates import AngleProblem, Iterate, Kind, Step
 
 Closed = Literal["all", "paths", "none"]
 
@@ -387,7 +388,7 @@ def advance(
     e, limited = direction.e, np.zeros(at.alpha.shape[1], dtype=bool)
     with timed("assembly"):
         if problem.safeguard:
-            e, limited = cut_short(at.alpha, e, REACH)
+            e, limited = _core.cut_short(at.alpha, e, LONGEST_WAY)
         at = problem.at(np.add(at.alpha, e, out=e if problem.safeguard else None))
     tell_progress(kind, 0.2)
     step = Step(kind, direction.inner_steps, int(np.count_nonzero(limited)), at.residual.largest)

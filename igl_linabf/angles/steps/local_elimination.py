@@ -1,4 +1,4 @@
-"""Steps within small patches, where a few triangles alone are far from what is asked."""
+"""Local elimination: steps within patches around the few triangles that are far from their constraints."""
 
 from __future__ import annotations
 
@@ -11,43 +11,34 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import SingularSystemError
 from ...linalg import Solvers
 from ...surface import Topology, compact
-from ..system import Constraints, Pattern
+from ..system import LARGE_SYSTEM, Constraints, Pattern
+from .constants import LARGEST_PATCHES, PATCH_RESIDUAL, PATCH_RINGS, PATCH_STEPS
 from .iterates import AngleProblem, Step
 from .iterations import State
 from .linearisation import advance, linearise, solve
 
-SMALL, SMALL_WITH_PATHS = 2_000, 10_000  # rows up to which a step of the whole surface takes as little time
-FAR = 0.1  # of a step that is followed by them
-RINGS = 4  # of triangles around such rows
-LARGEST = 1 / 8  # share of all rows that patches may have: they are solved directly
-NEAR = 0.2  # share of that at which the steps within them end
-MOST = 4  # of these
 
+def eliminate_locally(state: State) -> State:
+    """The state after steps within patches around the rows with large residuals; the other angles stay.
 
-def eliminate_locally(state: State, far: float = FAR) -> State:
-    """The state after steps within patches around the rows that miss most; the other angles stay.
-
-    A step that is cut short in few triangles leaves much there, and next to nothing elsewhere. Further steps
-    of the whole surface would only serve these. So they are taken there alone (nonlinear elimination, Cai and
-    Keyes 2002): what is missing comes to the rims of the patches, spread along them. Where patches would be
-    large, the surface is small, or nothing is gained, the state stays as it is. `far` is the residual of a
-    row from which a patch is laid around it.
+    After a step that was limited in few triangles, much is missing there, and next to nothing elsewhere. More
+    steps of the whole surface would serve these triangles alone. Steps within patches cost less (nonlinear
+    elimination, Cai and Keyes 2002): what is missing comes to the rims of the patches, spread along them.
+    Where the surface is small, patches would be large, or nothing is gained, the state stays as it is.
     """
-    before = state.at.residual
-    if len(before.vertex) < (SMALL_WITH_PATHS if state.problem.constraints.paths else SMALL):
+    constraints, before = state.problem.constraints, state.at.residual
+    if constraints.n < LARGE_SYSTEM:
         return state
-    inside = _patches(state.problem.constraints, np.maximum(np.abs(before.vertex), np.abs(before.wheel)), far)
+    inside = _patch_vertices(constraints, np.maximum(np.abs(before.vertex), np.abs(before.wheel)))
     if inside is None:
         return state
-    faces, problem = _problem(state, inside)
-    at, cut, lin = problem.start, 0, None
+    faces, problem = _patch_problem(state, inside)
+    at, limited, lin = problem.start, 0, None
     try:
-        for _ in range(MOST):
+        for _ in range(PATCH_STEPS):
             lin = linearise(problem, at, reuse=lin)
             at, step, _ = advance(problem, at, solve(lin, at, 0.0), "patches")
-            cut = step.limited
-            if at.residual.at_vertices <= NEAR * far:
-                break
+            limited = step.limited
     except SingularSystemError:
         return state
     alpha = state.at.alpha.copy()
@@ -55,35 +46,35 @@ def eliminate_locally(state: State, far: float = FAR) -> State:
     after = state.problem.at(alpha)
     if not after.residual.at_vertices < before.at_vertices:
         return state
-    made = Step("patches", 0, cut, after.residual.largest)
+    made = Step("patches", 0, limited, after.residual.largest)
     return replace(state, at=after, steps=(*state.steps, made))
 
 
-def _patches(constraints: Constraints, missing: FloatArray, far: float) -> BoolArray | None:
-    """(#V,) bool: the vertices inside of patches; None if there are none, or many."""
+def _patch_vertices(constraints: Constraints, missing: FloatArray) -> BoolArray | None:
+    """(#V,) bool: the vertices inside of patches; None if there are none, or too many."""
     row, corner = constraints.row, constraints.topology.corner
-    of_one = np.bincount(row + 1, minlength=constraints.n + 1)[1:] == 1
-    own = np.append(of_one, False).take(row, mode="wrap")
-    inside = own & np.append(missing > far, False).take(row, mode="wrap")
-    for _ in range(RINGS if inside.any() else 0):
+    vertices_of_row = np.bincount(row + 1, minlength=constraints.n + 1)[1:]
+    own = np.append(vertices_of_row == 1, False).take(row, mode="wrap")
+    inside = own & np.append(missing > PATCH_RESIDUAL, False).take(row, mode="wrap")
+    for _ in range(PATCH_RINGS if inside.any() else 0):
         wider = np.zeros_like(inside)
-        wider[corner[:, _touched(corner, inside)]] = True
+        wider[corner[:, _faces_at(corner, inside)]] = True
         inside = wider & own
-        if np.count_nonzero(inside) > LARGEST * constraints.n:
+        if np.count_nonzero(inside) > LARGEST_PATCHES * constraints.n:
             return None
     return inside if inside.any() else None
 
 
-def _touched(corner: IntArray, inside: BoolArray) -> IntArray:
+def _faces_at(corner: IntArray, inside: BoolArray) -> IntArray:
     """The faces at some vertices."""
     return np.flatnonzero(inside.take(corner).any(axis=0))
 
 
-def _problem(state: State, inside: BoolArray) -> tuple[IntArray, AngleProblem]:
+def _patch_problem(state: State, inside: BoolArray) -> tuple[IntArray, AngleProblem]:
     """The faces around some vertices, and the problem of the constraints at these vertices alone."""
     constraints = state.problem.constraints
     corner, row = constraints.topology.corner, constraints.row
-    faces = _touched(corner, inside)
+    faces = _faces_at(corner, inside)
     used, F = compact(corner[:, faces].T, constraints.topology.n)
     corner = np.ascontiguousarray(F.T)
     edges, sides, _ = undirected(corner, len(used))

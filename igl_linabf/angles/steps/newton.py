@@ -8,37 +8,32 @@ from ..._runtime import advance
 from ..._types import BoolArray, FloatArray
 from ...errors import SingularSystemError
 from ...surface import NEXT, PREV
-from .acceleration import Visited, accelerated
-from .conformal_corrections import conformal_steps, diverges, iterate_with_corrections
+from .acceleration import PastStep, accelerate
+from .conformal_corrections import correct_conformally, diverges, iterate_with_corrections
+from .constants import (
+    ACCELERABLE,
+    ACCELERATING_STEPS,
+    ANCHORED_RTOL,
+    ANGLE_BOUND,
+    CREEPING,
+    FEASIBLE_RTOL,
+    HELD_WEIGHT,
+    LARGEST_CORRECTION,
+    LEAST_CURVATURE,
+    LEAST_STEP,
+    LEFT_GAIN,
+    LEFT_TO_STEPS,
+    MAX_ANCHORED_STEPS,
+    MAX_RESTORING_STEPS,
+    MAX_SLOW_STEPS,
+    PLANE_TOL,
+    ROUNDING,
+    SLOW_STEP,
+    START_RESIDUAL,
+)
 from .iterates import Kind, Step
 from .iterations import State
 from .linearisation import Direction, linearise, solve
-
-ANCHORED_RTOL = 0.03  # relative reduction of what an anchored step's multipliers miss
-LEAST_RTOL = 0.003  # and at least, where they shake the angles about
-SLOW = 0.7  # share of the least change so far, above which they do, and steps are accelerated
-TOIL = 12  # inner steps of a slow step, above which steps in the plane take less time
-QUICK = 0.3  # share of the last step's change, below which few steps are to go: no other form pays
-DIGITS = 1e-5  # tolerance for which positions in the plane mostly have enough digits
-NEAR = 1.0  # where the change is below that, by
-DEPTH = 2  # earlier ones
-FEASIBLE_RTOL = 0.01  # and of a feasible or restoring step's
-MAX_ANCHORED = 30  # anchored steps at most
-STALLED = 9  # of them without progress before the feasible form takes over
-MAX_FEASIBLE = 60  # steps of the feasible form at most
-LEAST_SHARE = 0.01  # of its initial value, below which the feasible form lets no angle fall
-AT_BOUND = 1 + 1e-6  # times that, below which an angle is at its bound
-MAX_RESTORING = 4  # restoring steps at most after each
-NEARLY = 4.0  # times the tolerance: share of all change of the angles that may be left to further steps
-FURTHER = 2.0  # times that, a last correction may change them
-LAST = 0.1  # of the tolerance: residual from which there is such a correction
-HELD = 1e-12  # weight of an angle that is held at its bound, relative to a free one's
-FORESEEN = 1e-4  # relative gain of the objective that may be left to further steps, times the tolerance
-ROUNDING = 1e-13  # relative gain of the objective below which it is rounding
-LEAST_SCALE = 1e-7  # of a feasible step
-START_RESIDUAL, START_STEPS = 1e-9, 20  # residual of the start of the feasible form, steps to it at most
-START_RTOL = 0.03  # relative residual to which these are solved
-LEAST_CURVATURE = 0.2  # share of the objective's curvature below which none is believed
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,7 +67,7 @@ def converge(state: State, tol: float) -> AbfResult:
     constraint not linearised. An *anchored* step is a step of linear ABF with weights alpha_0^2 and
     the change since alpha_0 as its gradient. It is a Gauss-Newton step of the constraints; its fixed
     point is the minimiser. The steps use the factor of the Laplacian at alpha_0, and conjugate gradients
-    start from the last multipliers. Slow steps are accelerated.
+    start from the last multipliers. Slow steps are accelerate.
 
     Parameters
     ----------
@@ -80,9 +75,9 @@ def converge(state: State, tol: float) -> AbfResult:
         At the initial estimate alpha_0.
     tol : float
         The iterations end when the largest relative change of an angle that another step would bring, and
-        the largest residual, are at most this. Changes fall linearly: the next one's is foreseen. They end
-        earlier where all further steps together would lower the objective by less than (`NEARLY` `tol`)^2
-        of itself: then corrections do the rest, which have no inner steps.
+        the largest residual, are at most this. Changes fall linearly, so the next one's is predicted. The
+        iterations end earlier where all further steps together would lower the objective by less than
+        16 tol^2 of itself: then corrections do the rest, which have no inner steps.
     """
     return _anchored(state, tol)
 
@@ -93,11 +88,11 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
     kind: Kind = "feasible" if bounded else "anchored"
     anchor, rtol = problem.estimate, ANCHORED_RTOL
     held, x, free = np.zeros(anchor.shape, dtype=bool), None, anchor**2
-    past: tuple[Visited, ...] = ()
+    past: tuple[PastStep, ...] = ()
     best, stalled, before, size_before, slow = np.inf, 0, 0.0, 0.0, False
-    in_plane = problem.constraints.plain and tol >= DIGITS
-    for k in range(MAX_ANCHORED):
-        at, weights = state.at, np.where(held, HELD * free, free) if held.any() else free
+    in_plane = problem.constraints.plain and tol >= PLANE_TOL
+    for k in range(MAX_ANCHORED_STEPS):
+        at, weights = state.at, np.where(held, HELD_WEIGHT * free, free) if held.any() else free
         try:
             lin = linearise(problem, at, weights, lin, close="all" if k else "paths", same_factor=k > 0)
             raw = solve(lin, at, rtol, _gradient(state), x)
@@ -107,13 +102,13 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         change, size = _change(e, state), _size(e / anchor)
         direction = raw
         if slow:
-            visited = Visited(at.alpha, raw, (raw.e / anchor).ravel())
-            direction = accelerated(visited, past) if change < NEAR else raw
-            past = (visited, *past)[:DEPTH]
+            present = PastStep(at.alpha, raw, (raw.e / anchor).ravel())
+            direction = accelerate(present, past) if change < ACCELERABLE else raw
+            past = (present, *past)[:ACCELERATING_STEPS]
         state, now = state.advanced(direction, kind), held
         if bounded:
-            state = _within_bounds(state)
-            now = (state.at.alpha <= AT_BOUND * LEAST_SHARE * anchor) & (~held | (raw.e < 0))
+            state = _move_into_bounds(state)
+            now = (state.at.alpha <= ANGLE_BOUND * anchor) & (~held | (raw.e < 0))
         lin, x = direction.lin.without_matrix, direction.x
         state = replace(state, lin=lin)
         del at, raw, direction, e  # their memory is for the next matrix, and the last factor
@@ -121,29 +116,28 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         ahead = change * min(change / before, 1.0) if before else change
         if same and max(ahead, residual) <= tol:
             return AbfResult(state.without_factors(), True, held)
-        enough = NEARLY * tol * np.sqrt(objective(state))
-        if same and not limited and not held.any() and _left(size, size_before) <= enough:
+        enough = LEFT_TO_STEPS * tol * np.sqrt(objective(state))
+        if same and not limited and not held.any() and _change_left(size, size_before) <= enough:
             lin, state = lin.without_factors, state.without_factors()
-            ended = _ended(state, enough, tol)
+            ended = _end_by_corrections(state, enough, tol)
             if ended is not None:
                 return AbfResult(ended.without_factors(), True, held)
-        quick = size < QUICK * size_before and not any(step.limited for step in state.steps[-2:])
-        toilsome = in_plane and state.steps[-1].inner_steps > TOIL and not quick
+        creeping = in_plane and state.steps[-1].inner_steps > CREEPING
         if limited or not same:
             past = ()  # after another set of constraints the steps lead elsewhere
         before, size_before, held, reached = change, size, now, max(change, residual)
-        if not reached < SLOW * best:
+        if not reached < SLOW_STEP * best:
             stalled, slow = stalled + 1, True
-            if not limited and change < NEAR:
-                rtol = max(rtol / 3, LEAST_RTOL)
+            if not limited and change < ACCELERABLE:
+                rtol = max(rtol / 3, ANCHORED_RTOL / 10)
         else:
             best, stalled = reached, 0
-        if stalled > STALLED or (not bounded and ((slow and toilsome) or (limited and k > 1))):
+        if stalled > MAX_SLOW_STEPS or (not bounded and ((slow and creeping) or (limited and k > 1))):
             break
     return AbfResult(state.without_factors(), False, held)
 
 
-def _left(size: float, before: float) -> float:
+def _change_left(size: float, before: float) -> float:
     """Relative change of all angles by all further steps: the sum of a geometric series.
 
     Parameters
@@ -154,7 +148,7 @@ def _left(size: float, before: float) -> float:
     return size**2 / (before - size) if size < before else np.inf
 
 
-def _ended(state: State, enough: float, tol: float) -> State | None:
+def _end_by_corrections(state: State, enough: float, tol: float) -> State | None:
     """The state on the constraints, unless going there changes more angles than further steps would.
 
     Parameters
@@ -165,10 +159,10 @@ def _ended(state: State, enough: float, tol: float) -> State | None:
         Relative change of all angles that further steps may leave.
     tol : float
     """
-    made = conformal_steps(state, tol) if state.at.residual.largest > LAST * tol else state
+    made = correct_conformally(state, tol) if state.at.residual.largest > tol else state
     # the correction is least in another norm, and leads away from the minimum where triangles are thin
     moved = _size((made.at.alpha - state.at.alpha) / state.problem.estimate)
-    return made if made.at.residual.largest <= tol and moved <= FURTHER * enough else None
+    return made if made.at.residual.largest <= tol and moved <= LARGEST_CORRECTION * enough else None
 
 
 def _size(change: FloatArray) -> float:
@@ -177,9 +171,9 @@ def _size(change: FloatArray) -> float:
     return float(np.sqrt(np.einsum("i,i->", flat, flat)))
 
 
-def _within_bounds(state: State) -> State:
+def _move_into_bounds(state: State) -> State:
     """The state with no angle below its bound: the others of its triangle make up for it."""
-    alpha, least = state.at.alpha, LEAST_SHARE * state.problem.estimate
+    alpha, least = state.at.alpha, ANGLE_BOUND * state.problem.estimate
     low = alpha < least
     faces = np.flatnonzero(low.any(axis=0))
     if not len(faces):
@@ -203,7 +197,7 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     The weights include the curvature of the wheel constraints, which is diagonal:
     |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)|, with the multipliers of the two wheels of an
     angle. Each step is followed by corrections that restore the constraints, and halved until the
-    objective falls. Steps are accelerated, and end where their gains, foreseen as a geometric series, are
+    objective falls. Steps are accelerate, and end where their gains, gain_left as a geometric series, are
     too small to matter. Angles are bounded below by a hundredth of alpha_0, since on hard meshes some
     angles vanish at the minimum.
 
@@ -216,32 +210,34 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     if result.converged:
         return result
     state, held = result.state, np.zeros(state.at.alpha.shape, dtype=bool)
-    state = iterate_with_corrections(state.back_to_start(), None, START_RESIDUAL, START_STEPS, START_RTOL)
+    state = iterate_with_corrections(
+        state.back_to_start(), None, START_RESIDUAL, MAX_ANCHORED_STEPS, ANCHORED_RTOL
+    )
     if diverges(state):
         return AbfResult(state.without_factors(), False, held)
     x: FloatArray | None = None
-    past: tuple[Visited, ...] = ()
+    past: tuple[PastStep, ...] = ()
     scale, value, gain = 1.0, objective(state), np.inf
-    for _ in range(MAX_FEASIBLE):
+    for _ in range(2 * MAX_ANCHORED_STEPS):
         before, last = held, gain
         raw, inner_steps, held = _feasible_direction(state, x, held)
         state, e = replace(state, lin=raw.lin), np.where(held, 0.0, raw.e)
         change = _change(e, state)
-        visited = Visited(state.at.alpha, raw, (e / state.problem.estimate).ravel())
+        present = PastStep(state.at.alpha, raw, (e / state.problem.estimate).ravel())
         if (held != before).any():
             past = ()
-        direction = accelerated(visited, past) if change < NEAR else raw
-        past, x = (visited, *past)[:DEPTH], direction.x
+        direction = accelerate(present, past) if change < ACCELERABLE else raw
+        past, x = (present, *past)[:ACCELERATING_STEPS], direction.x
         if change <= tol and state.at.residual.largest <= tol:
             return AbfResult(state.without_factors(), True, held)
-        state, scale = _searched(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
+        state, scale = _line_search(state, direction.e, inner_steps, held, min(1.0, 2 * scale))
         after = objective(state)
         gain = value - after
-        # the gains fall like a geometric series: what is left of it is foreseen
-        foreseen = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
-        if foreseen <= max(FORESEEN * tol, (NEARLY * tol) ** 2) * value and last < np.inf:
+        # the gains fall like a geometric series
+        gain_left = gain**2 / (last - gain) if ROUNDING * value < gain < last else np.inf
+        if gain_left <= max(LEFT_GAIN * tol, (LEFT_TO_STEPS * tol) ** 2) * value and last < np.inf:
             return AbfResult(state.without_factors(), True, held)
-        if scale < LEAST_SCALE:
+        if scale < LEAST_STEP:
             break
         value = after
     return AbfResult(state.without_factors(), False, held)
@@ -268,10 +264,10 @@ def _feasible_direction(
         wheel = lin.at_corners(x)[1]
         curvature += (wheel[PREV] - wheel[NEXT]) / np.sin(alpha) ** 2
     weights = 1 / np.maximum(np.abs(curvature), LEAST_CURVATURE / anchor**2)
-    low = alpha <= AT_BOUND * LEAST_SHARE * anchor
+    low = alpha <= ANGLE_BOUND * anchor
     held = held & low
-    for _ in range(MAX_RESTORING):
-        w = np.where(held, HELD * weights, weights)
+    for _ in range(MAX_RESTORING_STEPS):
+        w = np.where(held, HELD_WEIGHT * weights, weights)
         lin = linearise(state.problem, state.at, w, lin, same_slivers=False)
         direction = solve(lin, state.at, FEASIBLE_RTOL, gradient, x)
         lin, x = direction.lin, direction.x
@@ -283,7 +279,7 @@ def _feasible_direction(
     return direction, inner_steps, held
 
 
-def _searched(
+def _line_search(
     state: State, e: FloatArray, inner_steps: int, held: BoolArray, scale: float
 ) -> tuple[State, float]:
     """Line search: go along `e`, restore the constraints, until the objective falls."""
@@ -292,12 +288,14 @@ def _searched(
     slope = 2 * float((_gradient(state) * e).sum())
     # so exactly that what is missing does not hide the change of the objective
     exact = max(1e-11, 1e-3 * min(float(np.abs(e / alpha).max()), 1e-3) ** 2)
-    while scale >= LEAST_SCALE:
-        trial = np.maximum(alpha + scale * e, np.minimum(alpha, LEAST_SHARE * anchor))
+    while scale >= LEAST_STEP:
+        trial = np.maximum(alpha + scale * e, np.minimum(alpha, ANGLE_BOUND * anchor))
         at = problem.at(trial * (np.pi / trial.sum(axis=0)))
         step = Step("feasible", inner_steps, 0, at.residual.largest)
         advance("feasible", 0.05)
-        state = _restored(replace(state, at=at, steps=(*state.steps, step)), held, exact, MAX_RESTORING)
+        state = _restore_constraints(
+            replace(state, at=at, steps=(*state.steps, step)), held, exact, MAX_RESTORING_STEPS
+        )
         after = objective(state)
         if after <= before + 1e-4 * scale * slope or abs(after - before) <= ROUNDING * before:
             return state, scale
@@ -305,14 +303,14 @@ def _searched(
     return replace(state, at=start), scale
 
 
-def _restored(state: State, held: BoolArray, exact: float, most: int) -> State:
+def _restore_constraints(state: State, held: BoolArray, exact: float, most: int) -> State:
     """Corrections, and active-set steps where these do not serve, until the residual is at most `exact`."""
     if not held.any():
-        state = conformal_steps(state, exact)  # they hold no angle
+        state = correct_conformally(state, exact)  # they hold no angle
     for _ in range(most):
         if state.at.residual.largest <= exact:
             break
-        weights = np.where(held, HELD, 1.0) * state.at.alpha**2
+        weights = np.where(held, HELD_WEIGHT, 1.0) * state.at.alpha**2
         lin = linearise(state.problem, state.at, weights, state.lin, same_slivers=False)
         state = state.advanced(solve(lin, state.at, FEASIBLE_RTOL), "restoration")
     return state

@@ -1,4 +1,4 @@
-"""The numbers of the angle system, and what each decides."""
+"""The numbers of the angle system, and what each decides: see `benchmarks/constants.py angles`, too."""
 
 # Circles
 

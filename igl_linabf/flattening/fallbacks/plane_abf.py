@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from ..._runtime import timed
-from ...angles import LEAST_SHARE, ROUGH_RTOL, AbfResult, Constraints, State, Step, iterate_with_corrections
+from ...angles import ANGLE_BOUND, ROUGH_RTOL, AbfResult, Constraints, State, Step, iterate_with_corrections
 from ...errors import SingularSystemError
 from ...layouts import FLAT_RESIDUAL, Layout, LayoutOptions, lay_out, least_change, place_map
 from ...surface import Mesh, Pins, flipped_faces, shape_is_pinned
@@ -50,7 +50,7 @@ def converge_in_plane(
     else:
         return None
     with timed("solve"):
-        bound, gain = LEAST_SHARE * problem.estimate, PLANE_ABF_GAIN * tol
+        bound, gain = ANGLE_BOUND * problem.estimate, PLANE_ABF_GAIN * tol
         made = least_change(mesh.topology, problem.estimate, bound, start.z, gain, problem.solvers)
     if made is None or made.gain > gain:
         return None

@@ -10,7 +10,7 @@ from scipy import sparse
 
 from igl_linabf import ABF, Outcome, OutcomeWarning, abf, flatten, linabf, quality
 from igl_linabf.angles import (
-    LEAST_SHARE,
+    ANGLE_BOUND,
     AngleProblem,
     State,
     constraints_of,
@@ -19,7 +19,7 @@ from igl_linabf.angles import (
     initial_estimate,
 )
 from igl_linabf.angles.full_system import interior_rows, right_hand_sides, triangle_rows
-from igl_linabf.angles.steps.newton import _searched, objective
+from igl_linabf.angles.steps.newton import _line_search, objective
 from igl_linabf.linalg import Solvers, has_cholmod
 from igl_linabf.surface import planar_mesh
 
@@ -51,7 +51,7 @@ def stationarity(V: np.ndarray, F: np.ndarray, angles: np.ndarray) -> float:
         triangle_rows(constraints_of(mesh.topology)),
     )
     A = sparse.vstack(rows).tocsr() @ sparse.diags_array(start)
-    free = alpha > (1 + 1e-5) * LEAST_SHARE * start
+    free = alpha > (1 + 1e-5) * ANGLE_BOUND * start
     C = A[:, free]
     lower = sparse.tril(C @ C.T).tocsc()
     factor = Solvers().factor(lower)
@@ -119,8 +119,8 @@ def test_the_feasible_form_takes_over_and_says_which_angles_it_held() -> None:
     assert [step.kind for step in result.steps if step.kind != "restoration"][-1] == "feasible"
     assert "held at a hundredth" in result.message
     estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
-    assert 0.9 * LEAST_SHARE <= (result.angles / estimate).min() <= 1.01 * LEAST_SHARE
-    assert LEAST_SHARE == 0.01  # the hundredth that the message speaks of
+    assert 0.9 * ANGLE_BOUND <= (result.angles / estimate).min() <= 1.01 * ANGLE_BOUND
+    assert ANGLE_BOUND == 0.01  # the hundredth that the message speaks of
 
 
 @pytest.mark.parametrize("height", [1.5, 2.0, 3.0])
@@ -132,7 +132,7 @@ def test_steps_in_the_plane_end_at_the_minimum_under_the_bounds(height: float) -
     assert "restoration" not in kinds
     assert 1 <= kinds.count("feasible") <= 20
     estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
-    assert (result.angles / estimate).min() >= LEAST_SHARE * (1 - 1e-6)
+    assert (result.angles / estimate).min() >= ANGLE_BOUND * (1 - 1e-6)
     assert stationarity(V, F, result.angles) <= 1e-6
 
 
@@ -153,7 +153,7 @@ def test_steps_in_the_plane_keep_their_digits_where_lengths_differ_by_many() -> 
     assert result.outcome is Outcome.CONVERGED
     assert "restoration" not in [step.kind for step in result.steps]
     estimate = initial_estimate(planar_mesh(V, F).topology, corner_angles(planar_mesh(V, F))).T
-    assert (result.angles / estimate).min() >= LEAST_SHARE * (1 - 1e-6)
+    assert (result.angles / estimate).min() >= ANGLE_BOUND * (1 - 1e-6)
     assert result.steps[-1].residual <= 1e-9
 
 
@@ -169,7 +169,7 @@ def test_no_step_of_the_feasible_form_raises_the_objective() -> None:
     for e in (uphill, -uphill):
         slope = ((at_minimum.at.alpha - start) / start**2 * e).sum()
         if slope < 0:  # as a direction of descent has it
-            state, scale = _searched(at_minimum, e, 0, free, 1.0)
+            state, scale = _line_search(at_minimum, e, 0, free, 1.0)
             assert scale < 1e-3
             assert objective(state) <= least * (1 + 1e-6)
 

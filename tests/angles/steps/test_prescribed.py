@@ -24,7 +24,8 @@ from igl_linabf.angles import (
     with_identity,
 )
 from igl_linabf.angles.full_system import full_step
-from igl_linabf.angles.steps.local_elimination import FAR, eliminate_locally
+from igl_linabf.angles.steps.constants import PATCH_RESIDUAL
+from igl_linabf.angles.steps.local_elimination import eliminate_locally
 from igl_linabf.linalg import Solvers
 from igl_linabf.surface import Topology, manifold_topology
 
@@ -156,7 +157,7 @@ def test_steps_within_patches_change_only_the_angles_around_what_is_missing() ->
     state = State(problem, problem.at(alpha))
     made = eliminate_locally(state)
     assert made.steps[-1].kind == "patches"
-    assert made.at.residual.at_vertices < min(FAR, state.at.residual.at_vertices / 5)
+    assert made.at.residual.at_vertices < min(PATCH_RESIDUAL, state.at.residual.at_vertices / 5)
     changed = (made.at.alpha != alpha).any(axis=0)
     away = np.linalg.norm(V[F].mean(axis=1) - V[F[centre]].mean(axis=0), axis=1)
     assert changed[centre] and away[changed].max() < 0.1

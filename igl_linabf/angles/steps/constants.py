@@ -1,0 +1,128 @@
+"""The numbers of the steps, and what each decides; `benchmarks/constants.py angles` prints it."""
+
+# Linear steps
+
+# Share of the way to a vanishing angle that a step may take a triangle. With more, angles nearly vanish, and
+# the next system is nearly singular; with less, more steps are limited.
+# tests/flattening/fallbacks/test_attempts.py.
+LONGEST_WAY = 0.7
+# Relative residual of the inner solver in a step that others follow. With less, inner steps find digits that
+# the next step changes; with more, steps are many. benchmarks/timing.py prints the times.
+ROUGH_RTOL = 0.1
+# Inner steps above which conjugate gradients creep: a chord ends, and ABF goes on in the plane. Ten more
+# change F/3nt by less than a hundredth; fewer leave more of it. benchmarks/forks.py prints the times.
+CREEPING = 12
+# Inner steps up to which the factor of the first step serves the second, too; after a limited step, half as
+# many. With fewer, factors cost more than they save; with more, inner steps do. benchmarks/cones.py prints
+# the times.
+FEW_INNER_STEPS = 8
+# Steps in a row, each with a larger residual than the one before, after which angles diverge. With fewer,
+# some that would come back are given up; more only take longer. tests/charts/cones/test_cones.py.
+GROWING_STEPS = 4
+
+# Conformal corrections
+
+# Residual below which corrections begin. With more, F/3nt rises by a thousandth or more; with less, there
+# are more steps. benchmarks/distortion.py prints both.
+CORRECTABLE = 0.12
+# The same where sums or turnings are prescribed, which change angles more than corrections do. Loops of
+# holes become circles from there on, too: with more, their lengths mean little; with less, steps are more.
+# benchmarks/boundaries.py.
+CORRECTABLE_PRESCRIBED = 0.25
+# Share of the residual that a correction leaves, above which corrections are in vain, and steps go on.
+# Below, each at least halves it. benchmarks/cones.py prints the times.
+IN_VAIN = 0.5
+# Share of the residual that a correction leaves, above which the next one has a new factor. With less,
+# factors take more time than corrections; with more, corrections do. benchmarks/cones.py prints the times.
+SLOW_CORRECTION = 0.2
+# The same, times what the first correction with the factor left, where that is more: a new factor would
+# leave as much.
+STALE_FACTOR = 1.5
+# Share of the residual that a correction leaves, above which earlier ones accelerate the next. Below, it
+# converges without: acceleration costs more than it saves. benchmarks/cones.py prints the times.
+FAST_CORRECTION = 0.02
+# Earlier corrections that accelerate one. With fewer, there are more corrections; more change little, and
+# take memory.
+ACCELERATING_CORRECTIONS = 3
+
+# Prescribed sums
+
+# Inner steps from which a new factor pays in steps to prescribed sums. With fewer, factors cost more than
+# they save; with more, inner steps do. benchmarks/boundaries.py prints both.
+MANY_INNER_STEPS = 30
+
+# Local elimination
+
+# Residual of a row, radians or logarithm, from which a patch is laid around it. With less, patches cover the
+# surface; with more, further steps of the whole surface serve a few triangles.
+# tests/angles/steps/test_prescribed.py.
+PATCH_RESIDUAL = 0.1
+# Rings of triangles around such rows. With fewer, rims hold what is missing; with more, patches are large.
+PATCH_RINGS = 4
+# Share of all rows that patches may have. With more, their direct factor takes longer than a step of the
+# whole surface; with less, few steps are saved. tests/angles/steps/test_prescribed.py.
+LARGEST_PATCHES = 1 / 8
+# Steps within patches. With fewer, much is left in them; more are soon changed by the next step elsewhere.
+PATCH_STEPS = 4
+
+# Converged ABF: anchored steps
+
+# Relative residual of the inner solver in anchored steps, and in steps to a start of feasible ones. With
+# less, inner steps find digits that the next step changes; with more, steps are many.
+# tests/angles/steps/test_newton.py.
+ANCHORED_RTOL = 0.03
+# Share of the least change so far above which anchored steps are slow: they are solved further, and
+# accelerated. With less, fast steps are; with more, slow ones are not. tests/angles/steps/test_newton.py.
+SLOW_STEP = 0.7
+# Tolerance from which positions in the plane mostly have enough digits. With less, steps in the plane end
+# without; with more, they are not taken where they would be faster. tests/angles/steps/test_newton.py.
+PLANE_TOL = 1e-5
+# Sum of the sizes of acceleration's coefficients above which steps are too far from a straight line for it.
+# With more, it goes astray; with less, slow steps stay slow. tests/angles/steps/test_newton.py.
+LARGEST_COEFFICIENTS = 10.0
+# Relative change of an angle below which steps are accelerated. Above, the constraints are far from linear;
+# with less, slow steps stay slow. tests/angles/steps/test_newton.py.
+ACCELERABLE = 1.0
+# Earlier steps that accelerate one. With fewer, there are more steps; more change little, and take memory.
+ACCELERATING_STEPS = 2
+# Anchored steps, and steps to a start of feasible ones, at most; of these twice as many.
+# tests/angles/steps/test_newton.py asserts how many it takes.
+MAX_ANCHORED_STEPS = 30
+# Slow steps in a row after which anchored ones end. With fewer, steps that converge are given up; more are
+# in vain.
+MAX_SLOW_STEPS = 9
+# Times the tolerance: relative change of all angles that may be left to further steps. With more, F/3nt
+# loses its fifth digit; with less, there are more steps. tests/angles/steps/test_newton.py.
+LEFT_TO_STEPS = 4.0
+# Times that change: what a last correction may change the angles by, as it is least in another norm. With
+# more, it leads away from the minimum; with less, steps go on. tests/angles/steps/test_newton.py.
+LARGEST_CORRECTION = 2.0
+
+# Converged ABF: feasible steps
+
+# Share of its initial value below which no angle falls. With less, systems are singular; with more, more
+# angles are held. tests/angles/steps/test_newton.py; the message says it, too.
+ANGLE_BOUND = 0.01
+# Weight of an angle at its bound, relative to a free one's. With more, it moves; with less, systems are
+# singular.
+HELD_WEIGHT = 1e-12
+# Relative residual of the inner solver in feasible and restoring steps. With more, held angles change from
+# step to step; with less, inner steps are many. tests/angles/steps/test_newton.py.
+FEASIBLE_RTOL = 0.01
+# Share of the objective's curvature along an angle below which the constraints' curvature is not trusted.
+# With less, steps are too long, and are halved; with more, they are many. tests/angles/steps/test_newton.py.
+LEAST_CURVATURE = 0.2
+# Changes of the set of held angles in a step, and restoring steps after it, at most. More change little.
+MAX_RESTORING_STEPS = 4
+# Times the tolerance: relative gain of the objective that may be left to feasible steps. With more, digits
+# of F/3nt are lost; with less, steps gain only rounding. tests/angles/steps/test_newton.py.
+LEFT_GAIN = 1e-4
+# Relative rounding error of the objective, and of entries of a small dense matrix. Smaller gains are not
+# believed; with more, true ones are not. tests/angles/steps/test_newton.py.
+ROUNDING = 1e-13
+# Length of a feasible step below which none is found. With more, steps that gain are given up; less gains
+# nothing.
+LEAST_STEP = 1e-7
+# Residual of the start of feasible steps. With more, the objective falls by what is missing; less takes
+# longer.
+START_RESIDUAL = 1e-9
