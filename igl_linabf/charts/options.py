@@ -18,8 +18,6 @@ from .packing import Packing, Wish
 from .seams import TRADE, SeamOptions, check_trade, seams_of
 from .splitting import MAX_SPLITS
 
-MAX_SPLITS_FOR_STRETCH = 64  # of one that is stretched more than is asked for, or beyond use
-
 
 @dataclass(frozen=True, eq=False)
 class Seams:
@@ -79,11 +77,6 @@ class Seams:
         if self.complete and self.at is None:
             raise ValueError("complete is for seams that are a beginning: give their edges, or leave it out")
 
-    @property
-    def are_found(self) -> bool:
-        """Whether seams are found, all or beyond the given ones."""
-        return self.at is None or self.complete
-
 
 def asked_for(
     seams: Seams | ArrayLike | None, cones: Cones | GivenCones | None, packing: Packing | None
@@ -119,9 +112,8 @@ class ChartOptions:
     @classmethod
     def of(cls, method: Method, seams: Seams, hidden: FloatArray | None) -> ChartOptions:
         """Of a call of `unwrap`; `hidden` as of `hiding_weights`."""
-        return cls(
-            method, seams.are_found, seams.trade, seams.holes, seams.bijective, seams.max_stretch, hidden
-        )
+        finds = seams.at is None or seams.complete
+        return cls(method, finds, seams.trade, seams.holes, seams.bijective, seams.max_stretch, hidden)
 
     def seams_of(
         self,
@@ -159,6 +151,6 @@ class ChartOptions:
         return self.may_find_seams and not self.holes and self.max_stretch is None
 
     @property
-    def most_splits(self) -> int:
-        """Of a chart and its parts."""
-        return MAX_SPLITS if self.max_stretch is None else MAX_SPLITS_FOR_STRETCH
+    def most_splits(self) -> float:
+        """How often a chart and its parts are cut along seams; then they are bisected."""
+        return MAX_SPLITS if self.max_stretch is None else np.inf
