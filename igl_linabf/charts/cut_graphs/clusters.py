@@ -17,7 +17,7 @@ from ..._core import far_apart, spanning_forest
 from ..._types import FloatArray, IntArray
 from ...surface import connected_labels, sum_by
 from .closed_surface import ClosedSurface, EdgeFeatures
-from .constants import CLUSTERED, CORRIDOR, DIRECT, FIRST_BASES, FLAT_NODE, HOPS, SMALLEST_WEIGHT
+from .constants import CLUSTERED, CORRIDOR, DIRECT, FIRST_BASES, FLAT_NODE, ROOT_DISTANCE, SMALLEST_WEIGHT
 from .graph import SurfaceGraph, without_stubs
 from .handles import open_handles, shortest_loops
 from .laplacians import SurfaceLaplacian
@@ -149,7 +149,7 @@ class Levels:
         steps: list[Contracted] = []
         while not steps or closed.graph.n > most:
             # roots farther apart would leave few clusters of a small surface
-            hops = HOPS if closed.graph.n >= 2 * CLUSTERED else HOPS - 1
+            hops = ROOT_DISTANCE if closed.graph.n >= 2 * CLUSTERED else ROOT_DISTANCE - 1
             steps.append(Contracted.simple(closed, hops))
             closed = steps[-1].coarse
         return cls(steps)
@@ -175,7 +175,7 @@ def handles_of_clusters(closed: ClosedSurface) -> IntArray:
     """`open_handles`; of many nodes, through roots of those clusters where most loops of clusters meet."""
     if closed.graph.n <= DIRECT:
         return open_handles(closed)
-    step = Contracted.simple(closed, HOPS)
+    step = Contracted.simple(closed, ROOT_DISTANCE)
     met = np.bincount(step.coarse.graph.ends[open_handles(step.coarse)].ravel(), minlength=len(step.roots))
     return shortest_loops(closed.graph, step.roots[np.argsort(-met, kind="stable")[:FIRST_BASES]].tolist())[0]
 

@@ -20,7 +20,7 @@ from .branches import (
     steps_of,
 )
 from .closed_surface import ClosedSurface
-from .constants import KEPT_SHARE, MOST_MOVED, SHORTER, STRIDE
+from .constants import KEPT_FACES, MOST_MOVED, SHORTER, VALLEY_STRIDE
 from .graph import SurfaceGraph
 
 
@@ -29,7 +29,7 @@ def slide_into_valleys(
 ) -> IntArray:
     """The seam on the shortest paths between points on it, where valleys are shorter.
 
-    The points are `STRIDE` apart: the seam slides into a valley nearby, and stays where its leaves are. If
+    The points are `VALLEY_STRIDE` apart: the seam slides into a valley nearby, and keeps its leaves. If
     not all arcs together are accepted, halves of them are tried, and so on.
     """
     graph, topology = closed.graph, closed.graph.topology_of(seam)
@@ -38,7 +38,7 @@ def slide_into_valleys(
     def move(arcs: list[IntArray], seam: IntArray) -> IntArray | None:
         moved = seam
         for arc in arcs:
-            moved = _straighten(valleys, moved, arc, STRIDE * closed.size)
+            moved = _straighten(valleys, moved, arc, VALLEY_STRIDE * closed.size)
         if np.array_equal(np.sort(moved), np.sort(seam)):
             return seam
         return moved if graph.topology_of(moved) == topology and accepts(moved) else None
@@ -121,7 +121,7 @@ class _Corridor:
         number, cycles, sizes = self._pieces
         *new, parts = self.graph.pieces_of(moved)
         same = new == [number, cycles] and len(parts) == len(sizes)
-        return same and bool((parts >= KEPT_SHARE * sizes).all())
+        return same and bool((parts >= KEPT_FACES * sizes).all())
 
     def in_place(self, node: int, old: int, new: int, on: BoolArray) -> bool:
         """Whether two edges at a node lie between the same edges of the rest of the seam, a mask.

@@ -13,18 +13,18 @@ from scipy import sparse
 
 from ..._types import FloatArray, IntArray
 from .closed_surface import ClosedSurface
-from .constants import EVEN, MAX_LOG_SCALE, STEPS
+from .constants import ISOMETRIC_WEIGHT, MAX_LOG_SCALE, TRACE_STEPS
 
 
 def expected(closed: ClosedSurface, fixed: IntArray) -> tuple[float, FloatArray]:
     """L2 stretch of the map, and the conformal log scale, of the surface cut at the nodes `fixed`.
 
-    What an isometric map has beyond 1 is multiplied by `EVEN`.
+    What an isometric map has beyond 1 is multiplied by `ISOMETRIC_WEIGHT`.
     """
     weight, u = closed.area / closed.area.sum(), log_scale(closed, fixed, closed.curvature)
     if not closed.isometric:
         return expected_stretch(closed, u), u
-    return 1 + EVEN * 0.75 * float(weight @ _trace(closed, fixed, weight) ** 2), u
+    return 1 + ISOMETRIC_WEIGHT * 0.75 * float(weight @ _trace(closed, fixed, weight) ** 2), u
 
 
 def expected_stretch(closed: ClosedSurface, u: FloatArray) -> float:
@@ -51,7 +51,7 @@ def _trace(closed: ClosedSurface, fixed: IntArray, weight: FloatArray) -> FloatA
         fixed = np.union1d(fixed, closed.graph.adjacency[0][: closed.graph.n_holes].indices)
     solve, values = closed.laplacian.dirichlet.solver(fixed), np.zeros(closed.graph.n)
     w, step, last = solve(-closed.curvature), np.zeros(len(fixed)), np.inf
-    for _ in range(STEPS):
+    for _ in range(TRACE_STEPS):
         left = weight * w
         slope = (left - whole @ solve(left))[fixed]
         scaled = slope / weight[fixed]
