@@ -16,11 +16,10 @@ from ..angles import Step
 from ..errors import MeshError, SingularSystemError
 from ..linalg import NotPositiveDefiniteError
 from ..surface import face_array, sound_disks, vertex_array
+from .batches import LinearBatch, isometric_maps, linear_batch
 from .boundary_shapes import BoundaryName
 from .constants import LARGEST_TOGETHER
 from .functions import flatten
-from .isometric_batch import isometric_maps
-from .linear_batch import LinearBatch, linear_batch
 from .methods import STAGES, Isometric, LinABF, Method, method_of
 from .result import Attempt, Findings, Flattening, Residuals, Status, judge
 
