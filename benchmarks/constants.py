@@ -3,10 +3,10 @@
     python benchmarks/constants.py charts.packing          # a room, with the rooms within it
     python benchmarks/constants.py charts --only STRETCH   # those whose names hold this word
 
-A line is a constant at half or twice its value, in a process of its own. It says how many results changed, and
+A line is a constant at half or twice its value, in a process of its own. It says how many results changed,
 of how many, and the medians before and after of those measures that moved: charts, the length of seams over the
-mesh's size, L2 stretch, the paper's F/3nt, the share of pages that is filled, flips. IGL_LINABF_MESHES adds the
-shared meshes.
+size of the mesh, L2 stretch, the paper's F/3nt, the share of pages that is filled, flips. With
+IGL_LINABF_MESHES the shared meshes are among them.
 """
 
 from __future__ import annotations
