@@ -4,7 +4,7 @@
     python benchmarks/constants.py charts --only STRETCH   # those whose names hold this word
 
 A line is a constant at half or twice its value, in a process of its own. It says how many results changed,
-of how many, and the medians before and after of those measures that moved: charts, the length of seams over the
+of how many, and the medians before and after of those measures that moved: charts, length of seams over the
 size of the mesh, L2 stretch, the paper's F/3nt, the share of pages that is filled, flips. With
 IGL_LINABF_MESHES the shared meshes are among them.
 """
