@@ -65,12 +65,12 @@ def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
     width, height = (high - low) * scale + 4
     at = np.column_stack((uv[:, 0] - low[0], high[1] - uv[:, 1])) * scale + 2  # v points up
     drawn = [
-        f'<path d="{_closed(at, loops)}" fill="{COLOURS[i % len(COLOURS)]}" fill-opacity="0.35" '
+        f'<path d="{_closed_path(at, loops)}" fill="{COLOURS[i % len(COLOURS)]}" fill-opacity="0.35" '
         f'fill-rule="evenodd" stroke="#333" stroke-width="0.8"/>'
-        for i, loops in _outlines(F, piece)
+        for i, loops in _chart_loops(F, piece)
     ]
     if len(F) <= MOST_DRAWN_TRIANGLES:
-        triangles = _closed(at, F.tolist())
+        triangles = _closed_path(at, F.tolist())
         drawn.append(f'<path d="{triangles}" fill="none" stroke="#333" stroke-width="0.25"/>')
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" width="{width:.0f}" height="{height:.0f}" '
@@ -78,7 +78,7 @@ def map_svg(uv: FloatArray, F: IntArray, piece: IntArray | None = None) -> str:
     )
 
 
-def _outlines(F: IntArray, piece: IntArray) -> list[tuple[int, list[list[int]]]]:
+def _chart_loops(F: IntArray, piece: IntArray) -> list[tuple[int, list[list[int]]]]:
     """The boundary loops of each chart; of thousands of charts, those of the ones with the most faces."""
     tail, head, of = F[:, NEXT].ravel(), F[:, PREV].ravel(), np.repeat(piece, 3)
     n = int(F.max()) + 1
@@ -94,7 +94,7 @@ def _outlines(F: IntArray, piece: IntArray) -> list[tuple[int, list[list[int]]]]
     return [(int(i), loops[i]) for i in sorted(largest.tolist()) if i in loops]
 
 
-def _closed(at: FloatArray, loops: list[list[int]]) -> str:
+def _closed_path(at: FloatArray, loops: list[list[int]]) -> str:
     """The path of closed polygons, in tenths of pixels."""
     text = []
     for loop in loops:

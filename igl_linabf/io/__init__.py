@@ -1,10 +1,11 @@
 """Mesh files: what they hold comes in, and goes out again with texture coordinates.
 
-A damaged file is an error that names the line. An output file is written completely or not at all. One module
-a format; `files` has the public functions, `parsing` is shared by the readers.
+A damaged file is an error that names the line. An output file is written completely or not at all. Each
+format has a module or a room; `files` has the public functions, `parsing` is shared by the readers.
 """
 
 from .._runtime import replacing
+from .external import import_optional as import_optional
 from .files import as_mesh_file as as_mesh_file
 from .files import (
     read_file,
@@ -22,10 +23,9 @@ from .formats import WITH_IMAGES as WITH_IMAGES
 from .formats import detect_suffix as detect_suffix
 from .formats import write_atomically as write_atomically
 from .mesh_file import MeshFile
-from .one_index import split_at_seams as split_at_seams
-from .packages import import_optional as import_optional
 from .parsing import Extras
 from .pictures import write_image
+from .vertex_splits import split_at_seams as split_at_seams
 
 SUFFIXES = tuple(WRITERS)
 READABLE = tuple(READERS)

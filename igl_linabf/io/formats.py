@@ -11,24 +11,25 @@ from numpy.typing import ArrayLike
 
 from .._runtime import replacing
 from ..errors import MeshError, MeshWarning, stack_level
-from .gltf import GltfFile, parse_gltf, save_gltf
-from .mesh_file import MeshFile
-from .obj import ObjText, materials_beside, parse_obj, save_obj
-from .off import parse_off
-from .other_formats import (
+from .external import (
+    parse_3mf,
     parse_freesurfer,
     parse_gifti,
     parse_vtp,
+    save_3mf,
     save_gifti,
     save_patch,
     save_surf,
     save_vtp,
 )
+from .gltf import GltfFile, parse_gltf, save_gltf
+from .mesh_file import MeshFile
+from .obj import ObjText, materials_beside, parse_obj, save_obj
+from .off import parse_off
 from .parsing import Damaged, plain_text
 from .pictures import png
 from .ply import PlyTables, parse_ply, save_ply
 from .stl import parse_stl
-from .three_mf import parse_3mf, save_3mf
 
 BYTES: dict[str, Callable[[bytes, str], MeshFile]] = {
     ".obj": lambda data, name: parse_obj(plain_text(data), name),

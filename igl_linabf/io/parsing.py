@@ -172,7 +172,7 @@ def rows_of(data: bytes, comment: bytes = b"") -> tuple[list[bytes], list[int]]:
 def columns_of(rows: list[bytes], at: list[int], properties: Sequence[Property], what: str) -> Columns:
     """The columns of a text table; `at` has its line numbers, `what` describes a damaged line."""
     if not any(of.length for of in properties):
-        values = _table(rows, len(properties))
+        values = _table_of_numbers(rows, len(properties))
         if values is not None:
             return {of.name: Column(values[:, k]) for k, of in enumerate(properties)}
     elif len(properties) == 1 and properties[0].is_of_indices:
@@ -182,7 +182,7 @@ def columns_of(rows: list[bytes], at: list[int], properties: Sequence[Property],
     return _row_by_row(rows, at, properties, what)
 
 
-def _table(rows: list[bytes], columns: int) -> FloatArray | None:
+def _table_of_numbers(rows: list[bytes], columns: int) -> FloatArray | None:
     """The first `columns` words of each row as numbers, if all of them are numbers: fast."""
     if not rows:
         return np.empty((0, columns))
@@ -196,7 +196,7 @@ def _lists_of_one_size(rows: list[bytes]) -> Column | None:
     """Integers in rows `k v1 ... vk`, if k is the same in all rows: fast."""
     words = rows[0].split() if rows else []
     (k,) = indices(words[:1], 1) or (0,)
-    table = _table(rows, k + 1) if 0 < k < len(words) else None
+    table = _table_of_numbers(rows, k + 1) if 0 < k < len(words) else None
     if table is None or not (np.abs(table) < 2.0**53).all():
         return None
     if (table != np.round(table)).any() or (table[:, 0] != k).any():

@@ -26,7 +26,7 @@ def parse_stl(data: bytes) -> MeshFile:
             warnings.warn(said, MeshWarning, stacklevel=stack_level())
         V = np.frombuffer(data, TRIANGLE, promised, head)["corner"].astype(np.float64).reshape(-1, 3)
     elif (text := plain_text(data)).lstrip()[:5].lower() == b"solid":
-        V = _text(text)
+        V = _read_text(text)
     elif len(data) >= head:
         raise Damaged(
             f"its head promises {promised} triangles, and {follow + more / TRIANGLE.itemsize:g} follow"
@@ -42,7 +42,7 @@ def parse_stl(data: bytes) -> MeshFile:
     return MeshFile(V, Polygons.of_triangles(F.astype(np.int64)))
 
 
-def _text(data: bytes) -> FloatArray:
+def _read_text(data: bytes) -> FloatArray:
     V: list[float] = []
     inside, line, words = False, 0, [b""]
     for line, text in enumerate(data.splitlines(), 1):

@@ -77,7 +77,7 @@ class Quality:
         return table({"": self})
 
     def _repr_html_(self) -> str:
-        return html_table(_cells({"": self}), header=False)
+        return html_table(_labelled_rows({"": self}), header=False)
 
 
 ROWS = {
@@ -107,13 +107,13 @@ def table(columns: Mapping[str, Quality], extra: Mapping[str, Mapping[str, str]]
     extra : mapping of label to mapping of name to text, optional
         Rows to put below.
     """
-    cells = [["", *columns]] * any(columns) + _cells(columns)
+    cells = [["", *columns]] * any(columns) + _labelled_rows(columns)
     for label, texts in (extra or {}).items():
         cells.append([label, *(texts.get(name, "") for name in columns)])
     return aligned(cells)
 
 
-def _cells(columns: Mapping[str, Quality]) -> list[list[str]]:
+def _labelled_rows(columns: Mapping[str, Quality]) -> list[list[str]]:
     """A row for each figure: its label, and its value in each column."""
     cells = []
     for name, label in ROWS.items():
@@ -164,7 +164,7 @@ def quality_of(
     """
     count = len(overlapping_pairs(map_, surface.F)) if overlaps is None else overlaps
     known = change_of(surface, map_) if changed is None else changed
-    return _figures(known, Ragged.of_sizes([len(surface.F)]), [count])[0]
+    return _qualities(known, Ragged.of_sizes([len(surface.F)]), [count])[0]
 
 
 def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Quality]:
@@ -174,12 +174,12 @@ def quality_of_each(charts: Sequence[tuple[Submesh, FloatArray, int]]) -> list[Q
     surfaces, maps, overlaps = zip(*charts, strict=True)
     vertices = Ragged.of_sizes([len(surface.V) for surface in surfaces])
     faces = Ragged.of_sizes([len(surface.F) for surface in surfaces])
-    surface = surfaces[0] if len(surfaces) == 1 else _joined(surfaces, vertices, faces)
+    surface = surfaces[0] if len(surfaces) == 1 else _surfaces_side_by_side(surfaces, vertices, faces)
     changed = change_of(surface, np.concatenate([*map(of_size_one, maps)]), faces)
-    return _figures(changed, faces, overlaps)
+    return _qualities(changed, faces, overlaps)
 
 
-def _figures(changed: Change, faces: Ragged, overlaps: Sequence[int]) -> list[Quality]:
+def _qualities(changed: Change, faces: Ragged, overlaps: Sequence[int]) -> list[Quality]:
     """Of charts, by what their maps do to their faces, and their numbers of overlapping pairs."""
     area, conformal = changed.double_area, changed.conformal
     with np.errstate(invalid="ignore"):
@@ -235,7 +235,7 @@ def _percentile_99(sides: FloatArray, faces: Ragged) -> FloatArray:
     return np.where(np.isinf(below), np.inf, below + between)
 
 
-def _joined(surfaces: Sequence[Submesh], vertices: Ragged, faces: Ragged) -> Submesh:
+def _surfaces_side_by_side(surfaces: Sequence[Submesh], vertices: Ragged, faces: Ragged) -> Submesh:
     """Surfaces side by side."""
     F = np.concatenate([surface.F for surface in surfaces]) + faces.repeat(vertices.start[:-1])[:, None]
     V = np.concatenate([surface.V for surface in surfaces])

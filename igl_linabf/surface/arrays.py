@@ -15,7 +15,9 @@ Pins = tuple[IntArray, FloatArray]  # pinned vertices (#P,), their positions (#P
 
 def vertex_array(V: ArrayLike, columns: int = 3, name: str = "V") -> FloatArray:
     """`V` as a C-ordered (#V, columns) float64 array."""
-    array = _array(V, "biuf", f"{name} is not an array of real numbers: pass #V by {columns} coordinates")
+    array = _checked_array(
+        V, "biuf", f"{name} is not an array of real numbers: pass #V by {columns} coordinates"
+    )
     if array.ndim != 2 or array.shape[1] != columns or len(array) == 0:
         hint = "append a column of zeros" if array.shape[1:] == (2,) else f"pass #V by {columns} coordinates"
         raise MeshError(
@@ -34,7 +36,7 @@ def map_array(uv: ArrayLike, n: int) -> FloatArray:
 
 def face_array(F: ArrayLike) -> IntArray:
     """`F` as a C-ordered (#F, 3) int64 array."""
-    array = _array(
+    array = _checked_array(
         F, "iuf", "F is not an array of integers: pass #F by 3 vertex indices, of polygons their triangles"
     )
     if array.ndim != 2 or array.shape[1] != 3 or len(array) == 0:
@@ -116,7 +118,7 @@ def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given:
     if b is None or bc is None:
         missing = "b" if b is None else "bc"
         raise MeshError(f"{missing} is missing: give the pinned vertices b and their positions bc together")
-    index = _array(b, "iu", "b is not an array of integers: pass the indices of two or more vertices")
+    index = _checked_array(b, "iu", "b is not an array of integers: pass the indices of two or more vertices")
     if index.ndim == 2 and 1 in index.shape:
         index = index.ravel()
     if index.ndim != 1 or len(index) < 2:
@@ -140,7 +142,7 @@ def pins(b: ArrayLike | None, bc: ArrayLike | None, vertices: IntArray, n_given:
         raise MeshError(
             f"pins {some(index)} go to {place[:3].tolist()}: give finite positions that are not all the same"
         )
-    return _places_of(index, vertices, "pinned vertices", "pin"), place
+    return _positions_in(index, vertices, "pinned vertices", "pin"), place
 
 
 def vertex_indices(values: ArrayLike, vertices: IntArray, n_given: int, name: str) -> IntArray:
@@ -151,17 +153,17 @@ def vertex_indices(values: ArrayLike, vertices: IntArray, n_given: int, name: st
     MeshError
         They are no one-dimensional array of integers, are out of range, or belong to no face.
     """
-    index = _array(values, "iu", f"{name} is not an array of integers: give indices of vertices")
+    index = _checked_array(values, "iu", f"{name} is not an array of integers: give indices of vertices")
     if index.ndim != 1 or not index.size:
         raise MeshError(f"{name} has the shape {index.shape}: give a list of vertices")
     if index.min() < 0 or index.max() >= n_given:
         raise MeshError(
             f"{name} {some(index)} are not all within 0..{n_given - 1}: give vertices of the mesh"
         )
-    return _places_of(index, vertices, name, "give")
+    return _positions_in(index, vertices, name, "give")
 
 
-def _places_of(index: np.ndarray, vertices: IntArray, name: str, do: str) -> IntArray:
+def _positions_in(index: np.ndarray, vertices: IntArray, name: str, do: str) -> IntArray:
     index = index.astype(np.int64)
     new = np.minimum(np.searchsorted(vertices, index), len(vertices) - 1)
     lost = vertices[new] != index
@@ -241,7 +243,7 @@ def _edge_keys(ends: IntArray, n: int) -> IntArray:
     return np.asarray(np.minimum(a, b) * n + np.maximum(a, b))
 
 
-def _array(values: ArrayLike, kinds: str, message: str) -> np.ndarray:
+def _checked_array(values: ArrayLike, kinds: str, message: str) -> np.ndarray:
     try:
         array = np.asarray(values)
     except (TypeError, ValueError):

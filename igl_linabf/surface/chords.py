@@ -63,11 +63,11 @@ def split_chords(V: ArrayLike, F: ArrayLike) -> tuple[FloatArray, IntArray]:
         for turn in ([0, 1, 2], NEXT, PREV)[: 1 if split == 3 else 3]:
             here = middle[turn]
             chosen = ((here >= 0).sum(axis=0) == split) & (here[:split] >= 0).all(axis=0)
-            parts += _parts(*faces.T[turn][:, chosen], *here[:split, chosen])
+            parts += _split_triangles(*faces.T[turn][:, chosen], *here[:split, chosen])
     return np.concatenate((positions, positions[ends].mean(axis=1))), np.concatenate(parts)
 
 
-def _parts(a: IntArray, b: IntArray, c: IntArray, *middle: IntArray) -> list[IntArray]:
+def _split_triangles(a: IntArray, b: IntArray, c: IntArray, *middle: IntArray) -> list[IntArray]:
     """Triangles a b c with the midpoints of the sides opposite to a, to b, and to c, as far as given."""
     if len(middle) == 1:
         (p,) = middle

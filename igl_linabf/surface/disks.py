@@ -10,7 +10,7 @@ from .._core import boundary_loops, connected_labels, products, undirected
 from .._types import BoolArray, FloatArray, IntArray
 from .constants import LARGEST_COORDINATE, SMALLEST_COORDINATE
 from .ragged import Ragged
-from .topology import Topology, faults
+from .topology import Topology, nonmanifold_edges
 
 Arrays = tuple[FloatArray, IntArray]  # V (#V, 3) float64 and F (#F, 3) int64
 
@@ -58,14 +58,14 @@ def sound_disks(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
     """
     places = np.arange(len(meshes))
     while len(places):
-        disks, good = _joined([meshes[i] for i in places.tolist()])
+        disks, good = _side_by_side([meshes[i] for i in places.tolist()])
         if disks is not None:
             return disks, places
         places = places[good]
     return None, places
 
 
-def _joined(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
+def _side_by_side(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
     """All of them side by side, if all are sound; or which of them may be."""
     vertices = Ragged.of_sizes([len(V) for V, _ in meshes])
     faces = Ragged.of_sizes([len(F) for _, F in meshes])
@@ -101,7 +101,7 @@ def _topologies(corner: IntArray, vertices: Ragged, faces: Ragged) -> tuple[Topo
     of_edge = Ragged(np.searchsorted(np.minimum(*edges.T), vertices.start))  # they come by their lower ends
     good = np.ones(len(faces), dtype=bool)
     if not sound:
-        _, crowded, turned = faults(corner, edges)
+        _, crowded, turned = nonmanifold_edges(corner, edges)
         good = ~of_edge.any(crowded | turned)
     tail, head = edges[sides[1] < 0].T
     around, sizes, twice = boundary_loops(tail, head, n)

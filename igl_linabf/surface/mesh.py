@@ -93,10 +93,12 @@ def _warn_of_unused(mesh: Mesh) -> None:
 def planar_mesh_of(surface: Submesh, outer: int | None = None) -> Mesh:
     """`planar_mesh` of a surface whose arrays are checked."""
     check_planar(surface.topology, surface.vertices)
-    return _measured(surface.V, surface.topology, surface.vertices, surface.n_given, outer)
+    return _measured_mesh(surface.V, surface.topology, surface.vertices, surface.n_given, outer)
 
 
-def _measured(V: FloatArray, topology: Topology, vertices: IntArray, n_given: int, outer: int | None) -> Mesh:
+def _measured_mesh(
+    V: FloatArray, topology: Topology, vertices: IntArray, n_given: int, outer: int | None
+) -> Mesh:
     """The mesh with its outer loop first."""
     first = 0
     if outer is not None:
@@ -146,7 +148,7 @@ class PlanarFaces:
         if len(self.vertices) < n_given:
             positions = positions[self.vertices]
         check_finite(positions, self.vertices)
-        mesh = _measured(positions, self.topology, self.vertices, n_given, outer)
+        mesh = _measured_mesh(positions, self.topology, self.vertices, n_given, outer)
         _warn_of_unused(mesh)
         return mesh
 

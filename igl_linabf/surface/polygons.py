@@ -48,9 +48,9 @@ class Polygons:
         try:
             rows = np.asarray(F)
         except ValueError:  # of different lengths
-            rows = _ragged(F)
+            rows = _rows_of_faces(F)
         if not isinstance(rows, list) and (rows.ndim != 2 or rows.dtype == object):
-            rows = _ragged(F)
+            rows = _rows_of_faces(F)
         if len(rows) == 0:
             raise MeshError("F has no faces: pass (#F, k) vertex indices, or one list of them a face")
         sizes = np.array([len(row) for row in rows], dtype=np.int64) if isinstance(rows, list) else None
@@ -60,8 +60,8 @@ class Polygons:
         if len(few):
             raise MeshError(f"faces {some(few)} have less than three corners: remove them")
         flat = np.concatenate(rows) if isinstance(rows, list) else rows.ravel()
-        if not (flat.dtype.kind in "iuf" and _whole(flat)):
-            bad = [i for i, row in enumerate(rows) if not _whole(np.asarray(row))]
+        if not (flat.dtype.kind in "iuf" and _of_integers(flat)):
+            bad = [i for i, row in enumerate(rows) if not _of_integers(np.asarray(row))]
             raise MeshError(f"faces {some(bad)} have entries that are no vertex indices: pass integers")
         return cls(flat.astype(np.int64), sizes)
 
@@ -129,11 +129,11 @@ class Polygons:
                 local = np.tile(np.arange(at.shape[1])[[0, -1, -1]], (len(rows), 1, 1))
             else:
                 local = triangulated(V[kept.corners[at]])
-            made.append(_named(rows, at, local))
+            made.append(_triangles_of_group(rows, at, local))
         face, place, inner = (np.concatenate(parts) for parts in zip(*made, strict=True))
         order = np.argsort(face, kind="stable")
         done = Triangles(self, self.corners[own[place]], face, own[place], inner).rows(order)
-        return done if not inner.any() else _untangled(done, kept, own, V)
+        return done if not inner.any() else _without_double_edges(done, kept, own, V)
 
     def _without_repeats(self) -> Polygons:
         """Without corners at the vertex of the one before."""
@@ -198,7 +198,9 @@ class Triangles:
         return self.polygons.spread(known)
 
 
-def _named(rows: IntArray, at: IntArray, local: IntArray) -> tuple[IntArray, IntArray, BoolArray]:
+def _triangles_of_group(
+    rows: IntArray, at: IntArray, local: IntArray
+) -> tuple[IntArray, IntArray, BoolArray]:
     """Polygon, corners' places, and which sides are diagonals, of triangles (P, t, 3) over k corners."""
     k = at.shape[1]
     step = (local[..., [1, 2, 0]] - local) % k
@@ -207,7 +209,7 @@ def _named(rows: IntArray, at: IntArray, local: IntArray) -> tuple[IntArray, Int
     return np.repeat(rows, local.shape[1]), place.reshape(-1, 3), inner
 
 
-def _untangled(done: Triangles, kept: Polygons, own: IntArray, V: FloatArray) -> Triangles:
+def _without_double_edges(done: Triangles, kept: Polygons, own: IntArray, V: FloatArray) -> Triangles:
     """Polygons whose diagonals are edges of others, as the two faces of a card may be, get other ones."""
     n = len(V)
 
@@ -231,7 +233,7 @@ def _untangled(done: Triangles, kept: Polygons, own: IntArray, V: FloatArray) ->
         if len(rows) and 3 < at.shape[1] <= LARGEST_SEARCHED_POLYGON:
             v = kept.corners[at]
             local = triangulated(V[v], np.isin(keys(v[:, :, None], v[:, None]), taken))
-            owner, place, inner = _named(rows, at, local)
+            owner, place, inner = _triangles_of_group(rows, at, local)
             parts.append(
                 Triangles(done.polygons, done.polygons.corners[own[place]], owner, own[place], inner)
             )
@@ -242,18 +244,18 @@ def _untangled(done: Triangles, kept: Polygons, own: IntArray, V: FloatArray) ->
     return Triangles(done.polygons, F, owner, place, inner).rows(np.argsort(owner, kind="stable"))
 
 
-def _whole(row: np.ndarray) -> bool:
+def _of_integers(row: np.ndarray) -> bool:
     if row.dtype.kind == "f":
         return bool((row == np.round(row)).all())
     return row.dtype.kind in "iu" or row.size == 0
 
 
-def _ragged(F: ArrayLike) -> list[np.ndarray]:
+def _rows_of_faces(F: ArrayLike) -> list[np.ndarray]:
     try:
         rows = [np.asarray(row) for row in F]  # type: ignore[union-attr]
     except (TypeError, ValueError):
         raise MeshError("F is no list of faces: pass one list of vertex indices a face") from None
-    bad = [i for i, row in enumerate(rows) if row.ndim != 1 or not _whole(row)]
+    bad = [i for i, row in enumerate(rows) if row.ndim != 1 or not _of_integers(row)]
     if bad:
         raise MeshError(f"faces {some(bad)} have entries that are no vertex indices: pass integers")
     return [row.astype(np.int64) for row in rows]

@@ -173,7 +173,7 @@ def topology_of(F: IntArray, vertices: IntArray) -> Topology:
     """
     made = sound_topology(F, vertices)
     if made is None:
-        raise _unsound(F, undirected(np.ascontiguousarray(F.T), len(vertices))[0], vertices)
+        raise _nonmanifold_error(F, undirected(np.ascontiguousarray(F.T), len(vertices))[0], vertices)
     return made
 
 
@@ -218,7 +218,7 @@ def with_outer_loop(topology: Topology, outer: int) -> Topology:
     return replace(topology, loops=loops)
 
 
-def faults(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
+def nonmanifold_edges(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
     """The edge of each half-edge, (3 #F,); the edges with more than two, and with two of one direction."""
     tail, head = corner[NEXT].ravel(), corner[PREV].ravel()
     n = int(corner.max()) + 1
@@ -228,7 +228,7 @@ def faults(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, Bool
     return edge, count > 2, (count == 2) & (along == 2)
 
 
-def triangles_of(F: IntArray) -> tuple[IntArray, BoolArray]:
+def triangle_numbers(F: IntArray) -> tuple[IntArray, BoolArray]:
     """The number of each face's triangle, by its vertices; and which faces have that of one before them."""
     corners = np.sort(F, axis=1).T
     order = np.lexsort((corners[2], corners[0] * (int(F.max()) + 1) + corners[1]))
@@ -239,11 +239,11 @@ def triangles_of(F: IntArray) -> tuple[IntArray, BoolArray]:
     return triangle, twin
 
 
-def _unsound(F: IntArray, edges: IntArray, vertices: IntArray) -> MeshError:
+def _nonmanifold_error(F: IntArray, edges: IntArray, vertices: IntArray) -> MeshError:
     """The error for edges with more than two faces, or with two of opposite orientation."""
-    edge, many, same_way = faults(F.T, edges)
+    edge, many, same_way = nonmanifold_edges(F.T, edges)
     crowded, turned = np.flatnonzero(many), np.flatnonzero(same_way)
-    triangle, twin = triangles_of(F)
+    triangle, twin = triangle_numbers(F)
     if twin.any():
         several = np.unique(triangle[twin])
         same = np.flatnonzero(triangle == several[0])

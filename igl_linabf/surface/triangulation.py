@@ -37,26 +37,26 @@ def triangulated(points: FloatArray, taken: BoolArray | None = None) -> IntArray
     if k == 3:
         return np.tile(np.arange(3), (n, 1, 1))
     if taken is None:
-        made, bad = _fans(points)
+        made, bad = _fans_of_first_corners(points)
         if len(bad):
-            made[bad] = _found(points[bad], None)
+            made[bad] = _triangulated_apart(points[bad], None)
         return made
-    return _found(points, taken)
+    return _triangulated_apart(points, taken)
 
 
-def _found(points: FloatArray, taken: BoolArray | None) -> IntArray:
+def _triangulated_apart(points: FloatArray, taken: BoolArray | None) -> IntArray:
     n, k, _ = points.shape
     if k > LARGEST_SEARCHED_POLYGON:
-        return np.stack([_clipped(polygon) for polygon in points])
+        return np.stack([_clip_ears(polygon) for polygon in points])
     step = max(1, SEARCH_BATCH // k**2)
     parts = [
-        _searched(points[i : i + step], None if taken is None else taken[i : i + step])
+        _least_cost_triangles(points[i : i + step], None if taken is None else taken[i : i + step])
         for i in range(0, n, step)
     ]
     return np.concatenate(parts)
 
 
-def _fans(points: FloatArray) -> tuple[IntArray, IntArray]:
+def _fans_of_first_corners(points: FloatArray) -> tuple[IntArray, IntArray]:
     """Fans around the first corners, as igl splits polygons, and the polygons that they turn or squash."""
     k = points.shape[1]
     step = np.arange(1, k - 1)
@@ -71,10 +71,10 @@ def _fans(points: FloatArray) -> tuple[IntArray, IntArray]:
     return np.tile(fan, (len(points), 1, 1)), np.flatnonzero(bad)
 
 
-def _searched(points: FloatArray, taken: BoolArray | None) -> IntArray:
+def _least_cost_triangles(points: FloatArray, taken: BoolArray | None) -> IntArray:
     """The triangulation of least cost, by the least cost of each run of corners i .. j."""
     n, k, _ = points.shape
-    points, normal = _sized(points)
+    points, normal = _normalised(points)
     length = ((points[:, :, None] - points[:, None]) ** 2).sum(axis=-1)
     turn = np.cross(points[:, :, None], points[:, None])
     area = np.einsum("pijx,px->pij", turn, normal)  # that of 0, i, j; it is antisymmetric
@@ -109,7 +109,7 @@ def _searched(points: FloatArray, taken: BoolArray | None) -> IntArray:
     return made
 
 
-def _sized(points: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _normalised(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The polygons around the origin, of size one, and their unit normals (Newell)."""
     points = np.where(np.isfinite(points), points, 0.0)
     far = np.abs(points).max(axis=(1, 2), keepdims=True)
@@ -122,9 +122,9 @@ def _sized(points: FloatArray) -> tuple[FloatArray, FloatArray]:
     return points, np.asarray(normal / np.where(length > 0, length, 1.0))
 
 
-def _clipped(polygon: FloatArray) -> IntArray:
+def _clip_ears(polygon: FloatArray) -> IntArray:
     """Ears of one polygon, the best shaped first."""
-    (points,), (normal,) = _sized(polygon[None])
+    (points,), (normal,) = _normalised(polygon[None])
     across = np.cross(normal, np.eye(3)[np.argmin(np.abs(normal))])
     flat = np.column_stack((points @ across, points @ np.cross(normal, across)))
     k = len(flat)

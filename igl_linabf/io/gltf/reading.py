@@ -71,14 +71,14 @@ class _Content(NamedTuple):
 def parse_gltf(path: Path) -> MeshFile:
     """The mesh of a glTF or GLB file; each mesh once, where the first node shows it."""
     try:
-        return _parsed(load_gltf(path))
+        return _parse_gltf(load_gltf(path))
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, OverflowError) as error:
         raise Damaged(
             f"its description is not as glTF 2.0 has it ({type(error).__name__}: {error})"
         ) from None
 
 
-def _parsed(gltf: Gltf) -> MeshFile:
+def _parse_gltf(gltf: Gltf) -> MeshFile:
     shown = placements(gltf)
     found = [
         (i, j, _content(gltf, primitive, i, shown.get(i, UNMOVED)[1]))

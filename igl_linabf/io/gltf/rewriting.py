@@ -10,7 +10,7 @@ from urllib.parse import unquote
 from ..._types import IntArray
 from ..materials import PLAIN, Material, as_gltf, warn_of_images
 from ..mesh_file import MeshFile
-from ..one_index import single_precision, unique_tuples
+from ..vertex_splits import single_precision, unique_tuples
 from .ngons import EXTENSION
 from .reading import TEXTURE, GltfFile
 from .scene import Gltf, Mode, Target
@@ -23,12 +23,12 @@ REFERENCES = {"indices", "input", "output", "inverseBindMatrices"}
 def save_gltf(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write GLB or glTF: a new file, or the one that was read with texture coordinates."""
     if isinstance(mesh.extras.source, GltfFile):
-        _save_again(temporary, mesh, mesh.extras.source)
+        _rewrite_gltf(temporary, mesh, mesh.extras.source)
     else:
         save_new_gltf(temporary, mesh)
 
 
-def _save_again(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
+def _rewrite_gltf(temporary: str, mesh: MeshFile, source: GltfFile) -> None:
     """The file that was read, each primitive's vertices once for each of their texture coordinates."""
     assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
     gltf, text, buffer = source.gltf, copy.deepcopy(source.gltf.text), Buffer()

@@ -13,7 +13,7 @@ from ..._types import IntArray
 from ...errors import MeshError
 from ..materials import Material, as_gltf, linear, without_images
 from ..mesh_file import MeshFile
-from ..one_index import single_precision, split_vertices
+from ..vertex_splits import single_precision, split_vertices
 from .ngons import EXTENSION, fans
 from .scene import DTYPES, Component, Filter, Target
 

@@ -59,14 +59,14 @@ class ObjText:
 
 def parse_obj(data: bytes, name: str) -> MeshFile:
     """The mesh in the bytes of an OBJ file; warns of lines that are not OBJ statements."""
-    raw = _joined(data.splitlines()) if b"\\" in data else data.splitlines()
-    lines = _plain(data, raw)
+    raw = _continued_lines(data.splitlines()) if b"\\" in data else data.splitlines()
+    lines = _without_comments(data, raw)
     where = _by_statement(lines)
     advance("reading", 0.2)
     V, colours = _vertices(lines, where[b"v"])
     advance("reading", 0.4)
-    TC = _table(lines, where[b"vt"], 1, 2, NO_TEXTURE)[:, :2]
-    normals = _table(lines, where[b"vn"], 3, 3, NO_NORMAL)[:, :3]
+    TC = _statement_numbers(lines, where[b"vt"], 1, 2, NO_TEXTURE)[:, :2]
+    normals = _statement_numbers(lines, where[b"vn"], 3, 3, NO_NORMAL)[:, :3]
     index, sizes = _faces(lines, where)
     advance("reading", 0.8)
     n = len(V)
@@ -88,8 +88,8 @@ def parse_obj(data: bytes, name: str) -> MeshFile:
         colours=colours,
         normals=normals if own_normals else None,
         normal=index[:, 2] if own_normals else None,
-        parts=_named(lines, where, b"o" if b"o" in where else b"g", where[b"f"]),
-        materials=_named(lines, where, b"usemtl", where[b"f"]),
+        parts=_names_of_faces(lines, where, b"o" if b"o" in where else b"g", where[b"f"]),
+        materials=_names_of_faces(lines, where, b"usemtl", where[b"f"]),
         source=ObjText(raw, where[b"f"]),
     )
     return MeshFile(V, polygons, TC, index[:, 1], extras)
@@ -112,7 +112,7 @@ def with_looks(extras: Extras, path: Path) -> Extras:
     return replace(extras, looks=tuple(known.get(name, Material()) for name in extras.materials[0]))
 
 
-def _joined(lines: list[bytes]) -> list[bytes]:
+def _continued_lines(lines: list[bytes]) -> list[bytes]:
     """Lines that end with a backslash go on in the next one, of which an empty line is left."""
     made = [*lines, b""]
     for i in reversed(range(len(lines))):
@@ -122,7 +122,7 @@ def _joined(lines: list[bytes]) -> list[bytes]:
     return made[:-1]
 
 
-def _plain(data: bytes, lines: list[bytes]) -> list[bytes]:
+def _without_comments(data: bytes, lines: list[bytes]) -> list[bytes]:
     """The lines without comments, their words one space apart."""
     if b"#" in data:
         lines = [text.partition(b"#")[0] if b"#" in text else text for text in lines]
@@ -158,11 +158,11 @@ def _by_statement(lines: list[bytes]) -> dict[bytes, IntArray]:
 
 def _vertices(lines: list[bytes], at: IntArray) -> tuple[FloatArray, FloatArray | None]:
     """Positions, and the colours that follow them in some files."""
-    table = _table(lines, at, 3, 3, NO_VERTEX)
+    table = _statement_numbers(lines, at, 3, 3, NO_VERTEX)
     return np.ascontiguousarray(table[:, :3]), table[:, 3:6] if table.shape[1] >= 6 else None
 
 
-def _table(lines: list[bytes], at: IntArray, least: int, columns: int, what: str) -> FloatArray:
+def _statement_numbers(lines: list[bytes], at: IntArray, least: int, columns: int, what: str) -> FloatArray:
     """All numbers of the lines, if they are equally many; else the first of each. What lacks is 0."""
     if not len(at):
         return np.empty((0, 3))
@@ -188,7 +188,7 @@ def _faces(lines: list[bytes], at: dict[bytes, IntArray]) -> tuple[IntArray, Int
     An index that is not given is -1; a texture or normal before the first is -2.
     """
     texts = [lines[i][2:] for i in at[b"f"].tolist()]
-    index, sizes = _at_once(texts) or _one_by_one(texts, lines, at[b"f"])
+    index, sizes = _faces_by_form(texts) or _faces_line_by_line(texts, lines, at[b"f"])
     line = np.repeat(at[b"f"], sizes)
     for column, key in enumerate((b"v", b"vt", b"vn")):
         values = index[:, column]
@@ -200,7 +200,7 @@ def _faces(lines: list[bytes], at: dict[bytes, IntArray]) -> tuple[IntArray, Int
     return index, sizes
 
 
-def _at_once(texts: list[bytes]) -> tuple[IntArray, IntArray] | None:
+def _faces_by_form(texts: list[bytes]) -> tuple[IntArray, IntArray] | None:
     """The faces, if there are only a few forms of lines; None if one of them is damaged."""
     whole = b"\n".join(texts)
     if b"!" in whole:
@@ -231,7 +231,7 @@ def _at_once(texts: list[bytes]) -> tuple[IntArray, IntArray] | None:
     return index, sizes
 
 
-def _one_by_one(texts: list[bytes], lines: list[bytes], at: IntArray) -> tuple[IntArray, IntArray]:
+def _faces_line_by_line(texts: list[bytes], lines: list[bytes], at: IntArray) -> tuple[IntArray, IntArray]:
     index: list[tuple[int, int, int]] = []
     sizes = []
     for text, line in zip(texts, at.tolist(), strict=True):
@@ -243,7 +243,9 @@ def _one_by_one(texts: list[bytes], lines: list[bytes], at: IntArray) -> tuple[I
     return np.array(index, dtype=np.int64).reshape(-1, 3), np.array(sizes, dtype=np.int64)
 
 
-def _named(lines: list[bytes], where: dict[bytes, IntArray], key: bytes, faces: IntArray) -> Named | None:
+def _names_of_faces(
+    lines: list[bytes], where: dict[bytes, IntArray], key: bytes, faces: IntArray
+) -> Named | None:
     """Names that statements before the faces give them, and the name's number of each face; -1: none."""
     at = where.get(key)
     if at is None:

@@ -38,7 +38,7 @@ def save_obj(temporary: str, mesh: MeshFile, path: Path) -> None:
     """Write the mesh; the lines that were read stay as they are, but for `vt` and the faces."""
     assert mesh.TC is not None and mesh.texture is not None  # a caller's mistake
     if isinstance(mesh.extras.source, ObjText):
-        _save_again(temporary, mesh, mesh.extras.source, path)
+        _rewrite_lines(temporary, mesh, mesh.extras.source, path)
         return
     extras = mesh.extras
     V = mesh.V if extras.colours is None else np.column_stack((mesh.V, extras.colours[:, :3]))
@@ -83,7 +83,7 @@ def _heads(n: int, named: Iterable[tuple[str, Named | None]]) -> dict[int, str]:
     return heads
 
 
-def _save_again(temporary: str, mesh: MeshFile, text: ObjText, path: Path) -> None:
+def _rewrite_lines(temporary: str, mesh: MeshFile, text: ObjText, path: Path) -> None:
     """The lines as they were read, with other texture coordinates."""
     assert mesh.TC is not None and mesh.texture is not None
     map_ = "".join(f"vt {u!r} {v!r}\n" for u, v in mesh.TC.tolist()).encode()
@@ -111,7 +111,7 @@ def _save_again(temporary: str, mesh: MeshFile, text: ObjText, path: Path) -> No
             elif word == [LIBRARY] and new_library:
                 continue
             elif word == [LIBRARY] and mesh.path is not None:
-                line = _moved(line, mesh.path.parent, path.parent)
+                line = _library_from_new_folder(line, mesh.path.parent, path.parent)
             file.write(line + b"\n")
 
 
@@ -135,7 +135,7 @@ def _corner(word: bytes, texture: int) -> bytes:
     return b"%b/%d" % (vertex, texture)
 
 
-def _moved(line: bytes, old: Path, new: Path) -> bytes:
+def _library_from_new_folder(line: bytes, old: Path, new: Path) -> bytes:
     """A library of materials, as seen from the folder of the new file."""
     name = os.fsdecode(line.split(None, 1)[1].strip()) if len(line.split(None, 1)) > 1 else ""
     if not name or not (old / name).is_file() or old.resolve() == new.resolve():

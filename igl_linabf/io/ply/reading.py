@@ -60,7 +60,11 @@ def parse_ply(data: bytes) -> MeshFile:
         The text names the line of a text file, or the element of a binary one.
     """
     order, elements, comments, start, line = _header(data)
-    tables = _binary(data, start, elements, order) if order else _text(data[start:], elements, line)
+    tables = (
+        _read_binary_elements(data, start, elements, order)
+        if order
+        else _read_text_elements(data[start:], elements, line)
+    )
     if "vertex" not in tables:
         raise Damaged("its head has no element vertex")
     if "range_grid" in tables and "face" not in tables:
@@ -68,7 +72,7 @@ def parse_ply(data: bytes) -> MeshFile:
     if "tristrips" in tables:
         elements = _with_strips(elements, tables)
     vertex = tables["vertex"]
-    V = _side_by_side(vertex, *"xyz")
+    V = _columns(vertex, *"xyz")
     if V is None:
         raise Damaged("its element vertex has not the properties x, y and z")
     if "face" not in tables:  # a cloud of points
@@ -83,7 +87,7 @@ def parse_ply(data: bytes) -> MeshFile:
         raise Damaged(f"faces {some(outside)} name vertices outside 0..{len(V) - 1}")
     extras = _extras(vertex, faces, PlyTables(elements, tables, comments))
     for names in TEXTURE_NAMES:
-        TC = _side_by_side(vertex, *names)
+        TC = _columns(vertex, *names)
         if TC is not None:
             return MeshFile(V, faces, TC, faces.corners, extras)
     return MeshFile(V, faces, extras=extras)
@@ -125,10 +129,10 @@ def _with_strips(elements: list[Element], tables: dict[str, Columns]) -> list[El
 
 def _extras(vertex: Columns, faces: Polygons, source: PlyTables) -> Extras:
     """Colours and normals at vertices, in the names that most programs give them."""
-    colours = _side_by_side(vertex, "red", "green", "blue", "alpha")
+    colours = _columns(vertex, "red", "green", "blue", "alpha")
     if colours is None:
-        colours = _side_by_side(vertex, "red", "green", "blue")
-    normals = _side_by_side(vertex, "nx", "ny", "nz")
+        colours = _columns(vertex, "red", "green", "blue")
+    normals = _columns(vertex, "nx", "ny", "nz")
     types = {of.name: of.type for element in source.elements[:1] for of in element.properties}
     whole = types.get("red", "f")[0] != "f"
     largest = np.iinfo(types["red"]).max if colours is not None and whole else 1
@@ -140,7 +144,7 @@ def _extras(vertex: Columns, faces: Polygons, source: PlyTables) -> Extras:
     )
 
 
-def _side_by_side(table: Columns, *names: str) -> FloatArray | None:
+def _columns(table: Columns, *names: str) -> FloatArray | None:
     """The numbers of these properties, if the element has all of them."""
     columns = [table[name].values for name in names if name in table and table[name].sizes is None]
     return np.column_stack(columns).astype(np.float64) if len(columns) == len(names) else None
@@ -187,7 +191,7 @@ def _header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
     return order, elements, comments, start, line
 
 
-def _text(data: bytes, elements: list[Element], before: int) -> dict[str, Columns]:
+def _read_text_elements(data: bytes, elements: list[Element], before: int) -> dict[str, Columns]:
     """All elements of a text file, one row a line."""
     rows, at = rows_of(data)
     promised = sum(element.rows for element in elements)
@@ -206,22 +210,22 @@ def _text(data: bytes, elements: list[Element], before: int) -> dict[str, Column
     return tables
 
 
-def _binary(data: bytes, start: int, elements: list[Element], order: str) -> dict[str, Columns]:
+def _read_binary_elements(data: bytes, start: int, elements: list[Element], order: str) -> dict[str, Columns]:
     tables = {}
     for element in elements:
-        tables[element.name], start = _table(data, start, element, order)
+        tables[element.name], start = _read_element(data, start, element, order)
     if start != len(data):
         raise Damaged(f"{len(data) - start} bytes follow after the rows that its head promises")
     return tables
 
 
-def _table(data: bytes, start: int, element: Element, order: str) -> tuple[Columns, int]:
+def _read_element(data: bytes, start: int, element: Element, order: str) -> tuple[Columns, int]:
     """The columns of an element and the byte where it ends, read in runs of rows with equal list sizes."""
     runs: list[NDArray[Any]] = []
     sizes: list[tuple[int, ...]] = []
     done, ahead = 0, element.rows  # a run is looked for among so many rows
     while done < element.rows:
-        sizes.append(_sizes(data, start, element, order, done))
+        sizes.append(_list_sizes(data, start, element, order, done))
         dtype = row_type(tuple(element.properties), sizes[-1], order)
         n = min(ahead, element.rows - done, (len(data) - start) // dtype.itemsize)
         run = np.frombuffer(data, dtype, n, start)
@@ -252,7 +256,7 @@ def row_type(properties: tuple[Property, ...], sizes: tuple[int, ...], order: st
     return np.dtype(fields)
 
 
-def _sizes(data: bytes, start: int, element: Element, order: str, i: int) -> tuple[int, ...]:
+def _list_sizes(data: bytes, start: int, element: Element, order: str, i: int) -> tuple[int, ...]:
     """How many values row `i`, at byte `start`, has of each property."""
     sizes = []
     for of in element.properties:

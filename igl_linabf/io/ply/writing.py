@@ -8,8 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..mesh_file import MeshFile
-from ..one_index import SplitVertices, single_precision, split_vertices, unique_tuples
 from ..parsing import Column, Property
+from ..vertex_splits import SplitVertices, single_precision, split_vertices, unique_tuples
 from .reading import INDICES, NAMES, PlyTables, row_type
 
 TEXTURE = ("s", "t")  # MeshLab passes over them if they are doubles
@@ -32,7 +32,7 @@ def save_ply(temporary: str, mesh: MeshFile, path: Path) -> None:
     with open(temporary, "wb") as file:
         file.write("\n".join([*head, "end_header\n"]).encode())
         for columns in elements.values():
-            file.write(_table(columns))
+            file.write(_binary_rows(columns))
 
 
 def _numbers(names: Iterable[str], kind: str, table: NDArray[Any]) -> Fields:
@@ -63,7 +63,7 @@ def _declared(of: Property) -> str:
     return f"property {f'list {NAMES[of.length]} ' if of.length else ''}{NAMES[of.type]} {of.name}"
 
 
-def _table(columns: Fields) -> bytes:
+def _binary_rows(columns: Fields) -> bytes:
     """Rows one after another, which differ in length where their lists do: those of one form at a time."""
     every = np.ones(len(columns[0][1]), dtype=np.int64)
     sizes = [every if column.sizes is None else column.sizes for _, column in columns]

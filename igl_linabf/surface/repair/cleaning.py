@@ -18,8 +18,8 @@ from ..constants import SMALLEST_COORDINATE
 from ..submesh import Submesh
 from ..topology import connected_labels, face_components
 from .constants import FLATNESS, LARGEST_USUAL_COORDINATE, SMALLEST_USUAL_COORDINATE
-from .sheets import Sheets, as_sheets
-from .slivers import collapsed, opened_caps
+from .sheets import Sheets, separate_sheets
+from .slivers import collapse_short_sides, open_caps
 
 
 def is_soup(V: FloatArray, F: IntArray, label: IntArray) -> bool:
@@ -278,12 +278,12 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
         note("tiny", "vertices", tiny)
         V = V.copy()
         V[tiny] = 0.0
-    merged = collapsed(V, merged[F])[merged]
+    merged = collapse_short_sides(V, merged[F])[merged]
     G = merged[F]
     distinct = distinct_corners(G)
     note("collapsed", "faces", np.flatnonzero(~distinct))
     rows = np.flatnonzero(distinct)
-    sheets = as_sheets(V, G[rows])
+    sheets = separate_sheets(V, G[rows])
     note("crowded", "edges", sheets.crowded)
     note("twin", "faces", rows[sheets.twins])
     note("turned", "faces", rows[sheets.turned])
@@ -295,7 +295,7 @@ def _repaired(V: FloatArray, F: IntArray, used: IntArray, weld: float | None) ->
     kept[sheets.F[solid]] = True
     number = np.cumsum(kept) - 1
     F_new, origin = number[sheets.F[solid]], sheets.origin[kept]
-    V_new, opened = opened_caps(V[origin], F_new)
+    V_new, opened = open_caps(V[origin], F_new)
     note("opened", "faces", rows[solid][opened])
     return Cleaned(V_new, F_new, origin, tuple(did), rows[solid], sheets.turned[solid], merged, power)
 

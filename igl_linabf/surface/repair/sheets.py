@@ -11,7 +11,7 @@ from scipy import sparse
 from ..._core import in_edges
 from ..._types import BoolArray, FloatArray, IntArray
 from ..ragged import index_and_rank
-from ..topology import connected_labels, triangles_of
+from ..topology import connected_labels, triangle_numbers
 from .constants import COST_OF_ONE_SIDEDNESS, COST_OF_OTHER_PATCH, JOIN_COST_DECIMALS, MOST_FACES_PAIRED
 
 
@@ -41,7 +41,7 @@ class Sheets:
     twins: IntArray
 
 
-def as_sheets(V: FloatArray, F: IntArray) -> Sheets:
+def separate_sheets(V: FloatArray, F: IntArray) -> Sheets:
     """Make triangles, none with a vertex twice, an oriented manifold surface.
 
     Of three and more faces at an edge those that continue each other best stay joined, pair by pair.
@@ -55,7 +55,7 @@ def as_sheets(V: FloatArray, F: IntArray) -> Sheets:
     triangle, twin = _triangles(F, edges)
     links, crowded = _links(V, F, triangle, edges)
     turned, torn = _orientation(F, links)
-    torn_edges = _ends(F, links[torn])
+    torn_edges = _edge_ends(F, links[torn])
     links = links[~torn]
     turn = turned[links // 3]
     links = np.where(turn, links // 3 * 3 + 2 - links % 3, links)
@@ -70,7 +70,7 @@ def _tails_heads(F: IntArray) -> tuple[IntArray, IntArray]:
     return F.ravel(), F[:, [1, 2, 0]].ravel()
 
 
-def _ends(F: IntArray, links: IntArray) -> IntArray:
+def _edge_ends(F: IntArray, links: IntArray) -> IntArray:
     tail, head = _tails_heads(F)
     return np.sort(np.column_stack((tail[links[:, 0]], head[links[:, 0]])), axis=1)
 
@@ -107,7 +107,7 @@ def _triangles(F: IntArray, edges: _Edges) -> tuple[IntArray, BoolArray]:
     some = np.unique(np.concatenate((a[twins], b[twins], crowd)) // 3)  # no others can be equal
     triangle, twin = np.arange(len(F)), np.zeros(len(F), dtype=bool)
     if len(some):
-        number, twin[some] = triangles_of(F[some])
+        number, twin[some] = triangle_numbers(F[some])
         triangle[some] = some[np.unique(number, return_index=True)[1]][number]
     return triangle, twin
 
@@ -230,7 +230,7 @@ def _with_fans(
     """
     partner = np.full(F.size, -1)
     partner[links[:, 0]], partner[links[:, 1]] = links[:, 1], links[:, 0]
-    fan = _fans(F, partner, np.arange(F.size))
+    fan = _fans_at_corners(F, partner, np.arange(F.size))
     while True:
         loose = np.flatnonzero((number > 2) | ((number == 2) & (partner < 0)))
         spoilt = _indistinct(fan.reshape(F.shape), partner, triangle, loose)
@@ -243,7 +243,7 @@ def _with_fans(
             partner[other[other >= 0]] = -1
             partner[side] = -1
         corners = np.flatnonzero(at[F.ravel()])
-        fan[corners] = int(fan.max()) + 1 + _fans(F, partner, corners)
+        fan[corners] = int(fan.max()) + 1 + _fans_at_corners(F, partner, corners)
     used = np.zeros(int(fan.max()) + 1, dtype=bool)
     used[fan] = True
     fan = (np.cumsum(used) - 1)[fan]
@@ -255,7 +255,7 @@ def _with_fans(
     return place[fan].reshape(F.shape), vertex[order]
 
 
-def _fans(F: IntArray, partner: IntArray, corners: IntArray) -> IntArray:
+def _fans_at_corners(F: IntArray, partner: IntArray, corners: IntArray) -> IntArray:
     """The fan of each of some corners, all of their vertices, by what sides are joined."""
     place = np.empty(F.size, dtype=np.int64)
     place[corners] = np.arange(len(corners))

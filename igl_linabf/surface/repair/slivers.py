@@ -14,7 +14,7 @@ def sides_of(V: FloatArray, F: IntArray) -> FloatArray:
     return np.asarray(np.linalg.norm(V[F[:, [1, 2, 0]]] - V[F], axis=2))
 
 
-def collapsed(V: FloatArray, F: IntArray) -> IntArray:
+def collapse_short_sides(V: FloatArray, F: IntArray) -> IntArray:
     """For each vertex the one that it becomes, where the short sides of faces without area collapse."""
     merged = np.arange(len(V))
     while True:
@@ -32,7 +32,7 @@ def collapsed(V: FloatArray, F: IntArray) -> IntArray:
         merged = np.unique(label, return_index=True)[1][label][merged]
 
 
-def opened_caps(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArray]:
+def open_caps(V: FloatArray, F: IntArray) -> tuple[FloatArray, IntArray]:
     """`V` with the vertices of faces without area moved a little, and these faces; F is a manifold.
 
     The caps on an edge triangulate a line. Their vertices move to a flat arc, which bulges away from
@@ -65,7 +65,7 @@ def _on_arcs(V: FloatArray, F: IntArray, flat: IntArray) -> FloatArray:
     side = lengths.argmax(axis=1)
     order = (side[:, None] + np.arange(3)) % 3
     a, b, c = F[flat[:, None], order].T  # a - b is the longest side, c between them
-    across = _across(F, flat * 3 + side)
+    across = _faces_across(F, flat * 3 + side)
     cap = np.full(len(F) + 1, -1)
     cap[flat] = np.arange(len(flat))
     up = cap[across]  # -1 of a missing face reads the -1 at the end
@@ -75,7 +75,7 @@ def _on_arcs(V: FloatArray, F: IntArray, flat: IntArray) -> FloatArray:
     for _ in range(len(flat).bit_length()):
         root = root[root]
     away = np.empty((len(flat), 3))
-    away[ends] = _away(V, F, flat[ends] * 3 + side[ends], across[ends], up[ends] > own[ends])
+    away[ends] = _away_from_faces(V, F, flat[ends] * 3 + side[ends], across[ends], up[ends] > own[ends])
     start, along = V[a[root]], V[b[root]] - V[a[root]]
     length = np.linalg.norm(along, axis=1)
     shortest = np.full(len(flat), np.inf)
@@ -87,7 +87,7 @@ def _on_arcs(V: FloatArray, F: IntArray, flat: IntArray) -> FloatArray:
     return moved
 
 
-def _across(F: IntArray, side: IntArray) -> IntArray:
+def _faces_across(F: IntArray, side: IntArray) -> IntArray:
     """The faces on the other sides of these sides 3 t + k, or -1."""
     n = int(F.max()) + 1
     tail, head = F.ravel(), F[:, [1, 2, 0]].ravel()
@@ -97,7 +97,9 @@ def _across(F: IntArray, side: IntArray) -> IntArray:
     return np.where(forth[order[place]] == back, order[place] // 3, -1)
 
 
-def _away(V: FloatArray, F: IntArray, side: IntArray, across: IntArray, second: BoolArray) -> FloatArray:
+def _away_from_faces(
+    V: FloatArray, F: IntArray, side: IntArray, across: IntArray, second: BoolArray
+) -> FloatArray:
     """Unit vectors at right angles to the sides, in the plane of the faces across, and away from these.
 
     Any one where there is none, and the opposite one for the second of two caps on one side.

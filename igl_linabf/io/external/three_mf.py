@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .._types import BoolArray, FloatArray
-from ..errors import MeshError, MeshWarning, some, stack_level
-from ..surface import Polygons, distinct_corners
-from .mesh_file import MeshFile
-from .one_index import single_precision
-from .packages import call_reader, checked_mesh_file, import_optional
-from .parsing import Damaged, Extras
-from .pictures import png
+from ..._types import BoolArray, FloatArray
+from ...errors import MeshError, MeshWarning, some, stack_level
+from ...surface import Polygons, distinct_corners
+from ..mesh_file import MeshFile
+from ..parsing import Damaged, Extras
+from ..pictures import png
+from ..vertex_splits import single_precision
+from .optional_packages import call_reader, checked_mesh_file, import_optional
 
 UNITS = ("micron", "millimeter", "centimeter", "inch", "foot", "meter")  # as lib3mf numbers them
 RELATION = "http://schemas.microsoft.com/3dmanufacturing/2013/01/3dtexture"
@@ -28,16 +28,16 @@ def parse_3mf(path: Path) -> MeshFile:
     wrapper = import_optional("lib3mf").get_wrapper()
     model = wrapper.CreateModel()
     call_reader(model.QueryReader("3mf").ReadFromFile, path)
-    mesh: MeshFile = call_reader(_parsed, model)
+    mesh: MeshFile = call_reader(_parse_model, model)
     return mesh
 
 
-def _parsed(model: Any) -> MeshFile:
+def _parse_model(model: Any) -> MeshFile:
     V, F, TC, FTC, part = [], [], [], [], []
     names, points, rows = list[str](), 0, 0
-    for mesh, matrix, name in _placed(model):
-        given = _array(mesh.GetVertices(), "<f4", 3).astype(np.float64)
-        F.append(_array(mesh.GetTriangleIndices(), "<u4", 3).astype(np.int64) + points)
+    for mesh, matrix, name in _placed_meshes(model):
+        given = _record_array(mesh.GetVertices(), "<f4", 3).astype(np.float64)
+        F.append(_record_array(mesh.GetTriangleIndices(), "<u4", 3).astype(np.int64) + points)
         V.append(given @ matrix[:3] + matrix[3])
         map_, index = _texture(model, mesh)
         TC.append(map_)
@@ -52,7 +52,7 @@ def _parsed(model: Any) -> MeshFile:
     return replace(made, TC=np.concatenate(TC), texture=np.concatenate(FTC).ravel())
 
 
-def _placed(model: Any) -> Iterator[tuple[Any, FloatArray, str]]:
+def _placed_meshes(model: Any) -> Iterator[tuple[Any, FloatArray, str]]:
     """The meshes of the build, those in assemblies as well: mesh, transform (4, 3) of rows, name."""
     items = model.GetBuildItems()
     waiting = []
@@ -77,7 +77,7 @@ def _matrix(transform: Any) -> FloatArray:
     return np.array([list(row) for row in transform.Fields], dtype=np.float64)
 
 
-def _array(records: list[Any], kind: str, width: int) -> NDArray[Any]:
+def _record_array(records: list[Any], kind: str, width: int) -> NDArray[Any]:
     """lib3mf's lists of records, all of one size, as rows."""
     return np.frombuffer(b"".join(map(bytes, records)), dtype=kind).reshape(-1, width)
 

@@ -6,11 +6,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 
-from .._types import FloatArray
-from ..errors import some
-from ..surface import Polygons
-from .mesh_file import MeshFile
-from .parsing import Damaged, Extras
+from ..._types import FloatArray
+from ...errors import some
+from ...surface import Polygons
+from ..mesh_file import MeshFile
+from ..parsing import Damaged, Extras
 
 
 def import_optional(
