@@ -11,7 +11,7 @@ from .._types import FloatArray, IntArray
 from ..angles import inscribed_sums
 from ..errors import MeshError, some
 from ..surface import Mesh, Topology, chords_of, vertex_indices
-from .constants import CORNER_WINDOW, GAUSS_BONNET_TOL
+from .constants import BOUNDARY_TOL, CORNER_WINDOW
 
 BoundaryName = Literal["free", "circle", "circles", "rectangle"]
 
@@ -164,7 +164,7 @@ def _check_shape(mesh: Mesh, shape: Shape) -> None:
             "of a flat map is positive"
         )
     _check_gauss_bonnet(mesh, shape, faces)
-    if len(bad := np.flatnonzero(sums >= np.pi * faces - GAUSS_BONNET_TOL)):
+    if len(bad := np.flatnonzero(sums >= np.pi * faces - BOUNDARY_TOL)):
         first = bad[0]
         raise MeshError(
             f"the angles at vertices {some(vertices[bad])} cannot be so large (at vertex {vertices[first]} "
@@ -192,7 +192,7 @@ def _check_gauss_bonnet(mesh: Mesh, shape: Shape, faces: IntArray) -> None:
         wanted = (m + 2 if i else m - 2) * np.pi
         given, left, where = float(np.nansum(asked)), int(free.sum()), f"vertex {mesh.vertices[loop[0]]}"
         around = f"{'hole' if i else 'outer loop'} of {m} vertices through {where}"
-        if not left and abs(given - wanted) > GAUSS_BONNET_TOL:
+        if not left and abs(given - wanted) > BOUNDARY_TOL:
             raise MeshError(
                 f"the angles asked for at the {around} sum to {given:.6f} rad, and those of a flat map to "
                 f"({m} {'+' if i else '-'} 2) pi = {wanted:.6f}: add {(wanted - given) / m:+.6f} to each, or "
@@ -219,5 +219,5 @@ def _chords_without_area(topology: Topology, sums: FloatArray) -> Iterator[tuple
     i, j = ends.T
     one = before[j] - before[i + 1]
     other = before[-1] - before[j + 1] + before[i]
-    for a, b in rim[ends[np.minimum(one, other) <= GAUSS_BONNET_TOL]]:
+    for a, b in rim[ends[np.minimum(one, other) <= BOUNDARY_TOL]]:
         yield int(a), int(b)

@@ -31,7 +31,7 @@ from ..angles import (
 )
 from ..linalg import Factor, NotPositiveDefiniteError, Solvers
 from ..surface import Mesh, Topology
-from .constants import ABF_TOL, LARGEST_SCALED_ANGLE, TOL, WIDER
+from .constants import ABF_TOL, LARGEST_SCALED_ANGLE, LARGEST_WIDENING, TOL
 from .fallbacks import (
     ACTIVE_SET_RTOL,
     MAX_ACTIVE_SET_STEPS,
@@ -240,7 +240,7 @@ def _scaled_conformally(
             u = np.append(-lin.inverse.solve(constraints.target - sums), 0.0)[constraints.row]
         sine = np.maximum(np.sin(surface), np.finfo(np.float64).tiny ** 0.25)  # the sides, up to their scale
         alpha, bad = rescaled(constraints.topology, sine, u)
-        bad |= alpha.max(axis=0) > np.maximum(LARGEST_SCALED_ANGLE, surface.max(axis=0) + WIDER)
+        bad |= alpha.max(axis=0) > np.maximum(LARGEST_SCALED_ANGLE, surface.max(axis=0) + LARGEST_WIDENING)
         at = angles.at(np.where(bad, angles.estimate, alpha))
     return State(angles, at, lin=lin)
 

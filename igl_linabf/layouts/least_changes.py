@@ -20,7 +20,7 @@ from .constants import (
     CURVED_CHANGE,
     CURVED_PATCH_RINGS,
     LARGEST_PATCHES,
-    LONGEST_TRIAL,
+    LONG_STEP,
     MAX_BOUNDS,
     MAX_CORRECTIONS,
     MAX_HALVINGS,
@@ -30,7 +30,6 @@ from .constants import (
     PLANE_DAMPING,
     SHORTEST_TRIAL,
     SUFFICIENT_DECREASE,
-    TELLING_SCALE,
     ZIGZAG_GAIN,
 )
 from .isometry import Hessians
@@ -139,7 +138,7 @@ def _descend_in_plane(
         # the gains fall like a geometric series: what is left of it is foreseen
         foreseen = gain**2 / (last - gain) if 0 < gain < last < np.inf else np.inf
         last = gain
-        if foreseen <= enough * at.value and scale >= TELLING_SCALE:
+        if foreseen <= enough * at.value and scale >= LONG_STEP:
             return LeastChange(at.z, at.alpha, at.held, k + 1, foreseen / at.value)
     return done
 
@@ -180,10 +179,10 @@ def _search_step(
         falls = falls and left <= max(broken, BOUND_TOL)
         if valid and (falls or (broken > BOUND_TOL and left <= BOUND_SHARE * broken)):
             return _MapOnTheWay(z, alpha, after, step.held), scale
-        shorter = LONGEST_TRIAL
+        shorter = LONG_STEP
         if valid:  # where the parabola through both has its minimum
             shorter = scale * promised / (after - value + 2 * scale * promised)
-        scale *= min(max(shorter, SHORTEST_TRIAL), LONGEST_TRIAL)
+        scale *= min(max(shorter, SHORTEST_TRIAL), LONG_STEP)
     return None
 
 

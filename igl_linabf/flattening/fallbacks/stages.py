@@ -26,11 +26,11 @@ from ...errors import FallbackWarning, SingularSystemError, some, stack_level
 from ...layouts import GAP, LARGEST_HOLE_GAP, Boundary, Layout, LayoutOptions, develop_boundary, lay_out
 from ...surface import area_scale_ratio, chords_of, coordinates, flipped_faces, shape_is_pinned
 from ..boundary_shapes import HELP
+from ..constants import BOUNDARY_TOL
 from ..result import StageName, Status
 from .attempts import Problem, Stage, StageResult, StageResults, best_of
 from .constants import (
     ACTIVE_SET_RTOL,
-    CIRCLE_TOL,
     CONTINUED_RTOL,
     MAX_ACTIVE_SET_STEPS,
     MAX_STEPS_TO_SUMS,
@@ -170,7 +170,7 @@ def continued(problem: Problem, earlier: StageResults, rtol: float | None, tol: 
 def prescribed(problem: Problem, earlier: StageResults, rtol: float, tol: float) -> StageResult:
     """Steps to the angle sums that are prescribed at the boundary."""
     # the outer loop is drawn on its circle anyway, but small errors move those of holes a lot
-    enough = {"circle": max(tol, CIRCLE_TOL), "circles": tol / 10}.get(problem.shape.name, tol)
+    enough = {"circle": max(tol, BOUNDARY_TOL), "circles": tol / 10}.get(problem.shape.name, tol)
     state = iterate_to_prescribed_sums(problem.start, rtol, enough, MAX_STEPS_TO_SUMS).without_factors()
     reached = state.at.residual.largest <= enough
     note = "" if reached else f"the iterations did not converge within {MAX_STEPS_TO_SUMS} steps"
