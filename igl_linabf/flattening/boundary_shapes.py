@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from typing import Literal, get_args
 
 import numpy as np
@@ -15,7 +16,6 @@ from .constants import BOUNDARY_TOL, CORNER_WINDOW
 
 BoundaryName = Literal["free", "circle", "circles", "rectangle"]
 
-NO_CORNERS = np.empty(0, dtype=np.int64)
 HELP = "igl_linabf.split_chords(V, F) splits these edges at their midpoints"
 
 
@@ -37,7 +37,7 @@ class Shape:
     name: str = "free"
     sums: FloatArray | None = None
     circles: tuple[int, ...] = ()
-    corners: IntArray = field(default_factory=lambda: NO_CORNERS)
+    corners: IntArray = field(default_factory=partial(np.empty, 0, dtype=np.int64))
 
 
 FREE = Shape()

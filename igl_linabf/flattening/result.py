@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -14,7 +15,7 @@ from ..angles import Residual, Step, largest_magnitude
 from ..errors import some
 from ..surface import HOPELESS_AREA_RATIO, SAFE_AREA_RATIO, Mesh
 
-NONE = np.empty(0, dtype=np.int64)  # faces or vertices
+no_indices = partial(np.empty, 0, dtype=np.int64)
 Guarantee = Literal["injective"]
 StageName = Literal["linear step", "active set", "converged ABF", "feasible ABF", "injective", "isometric"]
 
@@ -68,7 +69,7 @@ class Findings:
     area_ratio: float
     flipped: IntArray
     residual: float
-    invalid: IntArray = field(default_factory=lambda: NONE)
+    invalid: IntArray = field(default_factory=no_indices)
     converged: bool = False
     note: str = ""
     pins: int = 0
@@ -289,7 +290,7 @@ class Flattening:
     outcome: Outcome
     message: str
     flipped: IntArray
-    repaired: IntArray = field(default_factory=lambda: NONE)
+    repaired: IntArray = field(default_factory=no_indices)
     attempts: tuple[Attempt, ...] = ()
     steps: tuple[Step, ...] = ()
     before: Residuals
@@ -301,7 +302,7 @@ class Flattening:
     layout_solver: str
     seconds: dict[str, float] = field(default_factory=dict)
     boundary: str = "free"
-    corners: IntArray = field(default_factory=lambda: NONE)
+    corners: IntArray = field(default_factory=no_indices)
 
     @property
     def iterations(self) -> int:

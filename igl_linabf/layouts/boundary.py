@@ -30,11 +30,6 @@ class Boundary:
     z: ComplexArray
     gaps: FloatArray
 
-    @property
-    def gap(self) -> float:
-        """The largest."""
-        return float(self.gaps.max())
-
 
 def develop_boundary(constraints: Constraints, b: Residual) -> Boundary:
     """Draw the outer loops from their exterior angles and the ratios of their successive edges.

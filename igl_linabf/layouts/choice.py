@@ -94,20 +94,20 @@ def lay_out(
     check_pins(method, pinned)
     topology, cot, holes = constraints.topology, at.cot, len(constraints.topology.holes)
     boundary = boundary or develop_boundary(constraints, at.residual)
-    rim = topology.loops[0]
+    rim, gap = topology.loops[0], float(boundary.gaps.max())
     prescribed = not np.isnan(constraints.sums[rim]).all()
     solver, relaxes, relaxed = "none", False, None
     if method == "auto":
         held = shape_is_pinned(pinned)
-        draws = boundary.gap <= GAP or prescribed
+        draws = gap <= GAP or prescribed
         if holes:
             # their loops may be drawn if each has a row, and there are few
             may_draw = (
                 constraints.wheels == constraints.n and not constraints.paths and holes <= MAX_DRAWN_HOLES
             )
             draws = draws and may_draw and at.residual.largest <= FLAT_RESIDUAL
-            gap = max(boundary.gap, float(np.abs(at.residual.holonomy.gap).max()))
-            relaxes = may_draw and not prescribed and not held and gap <= LARGEST_HOLE_GAP
+            widest = max(gap, float(np.abs(at.residual.holonomy.gap).max()))
+            relaxes = may_draw and not prescribed and not held and widest <= LARGEST_HOLE_GAP
         method = "boundary" if draws and not held else "least-squares"
     elif method == "boundary" and holes:
         raise MeshError(
@@ -142,7 +142,7 @@ def lay_out(
     if pinned is None and options.side is not None and len(options.side):
         side = z[options.side[1]] - z[options.side[0]]
         z = z * (abs(side) / side)
-    return Layout(z, method, boundary.gap, solver)
+    return Layout(z, method, gap, solver)
 
 
 def _thinnest(method: str, alpha: FloatArray) -> str:

@@ -3,6 +3,7 @@
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -25,8 +26,6 @@ from ...surface import Mesh, Pins, area_scale_ratio, coordinates, flipped_faces,
 from ..boundary_shapes import FREE, Shape, shape_of
 from ..result import Attempt, Findings, Flattening, Hole, Residuals, StageName, Status, judge
 from .ears import Ears
-
-NO_FACES = np.empty(0, dtype=np.int64)
 
 
 @dataclass(frozen=True)
@@ -107,7 +106,7 @@ class StageResult:
     note: str = ""
     remark: str = ""
     layout: Layout | None = None
-    flipped: IntArray = field(default_factory=lambda: NO_FACES)
+    flipped: IntArray = field(default_factory=partial(np.empty, 0, dtype=np.int64))
 
 
 StageResults = tuple[StageResult, ...]

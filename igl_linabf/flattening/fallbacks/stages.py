@@ -111,7 +111,7 @@ def one_system(
                 gap, allowed = float(np.abs(state.at.residual.holonomy.gap).max()), LARGEST_HOLE_GAP
             else:
                 boundary = develop_boundary(problem.angles.constraints, state.at.residual)
-                gap, allowed = boundary.gap, largest_gap
+                gap, allowed = float(boundary.gaps.max()), largest_gap
             state = state.without_factors()
             if gap > allowed:
                 detail = f"a boundary loop fails to close by {gap:.1%} of its length"
@@ -136,7 +136,7 @@ def preview(
     if len(problem.mesh.topology.loops) > 1 or residual.at_vertices < PREVIEW_RESIDUAL:
         return None
     boundary = develop_boundary(problem.angles.constraints, residual)
-    if boundary.gap > largest_gap:
+    if boundary.gaps.max() > largest_gap:
         return None
     try:
         made = with_layout(replace(problem, layout="boundary"), StageResult("linear step", state), boundary)
