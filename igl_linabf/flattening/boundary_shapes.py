@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
-from functools import partial
 from typing import Literal, get_args
 
 import numpy as np
@@ -37,7 +36,7 @@ class Shape:
     name: str = "free"
     sums: FloatArray | None = None
     circles: tuple[int, ...] = ()
-    corners: IntArray = field(default_factory=partial(np.empty, 0, dtype=np.int64))
+    corners: IntArray = field(default_factory=np.empty(0, dtype=np.int64).copy)
 
 
 FREE = Shape()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import Enum
-from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -15,7 +14,7 @@ from ..angles import Residual, Step, largest_magnitude
 from ..errors import some
 from ..surface import HOPELESS_AREA_RATIO, SAFE_AREA_RATIO, Mesh
 
-no_indices = partial(np.empty, 0, dtype=np.int64)
+NO_INDICES: IntArray = np.empty(0, dtype=np.int64)
 Guarantee = Literal["injective"]
 StageName = Literal["linear step", "active set", "converged ABF", "feasible ABF", "injective", "isometric"]
 
@@ -69,7 +68,7 @@ class Findings:
     area_ratio: float
     flipped: IntArray
     residual: float
-    invalid: IntArray = field(default_factory=no_indices)
+    invalid: IntArray = field(default_factory=NO_INDICES.copy)
     converged: bool = False
     note: str = ""
     pins: int = 0
@@ -290,7 +289,7 @@ class Flattening:
     outcome: Outcome
     message: str
     flipped: IntArray
-    repaired: IntArray = field(default_factory=no_indices)
+    repaired: IntArray = field(default_factory=NO_INDICES.copy)
     attempts: tuple[Attempt, ...] = ()
     steps: tuple[Step, ...] = ()
     before: Residuals
@@ -302,7 +301,7 @@ class Flattening:
     layout_solver: str
     seconds: dict[str, float] = field(default_factory=dict)
     boundary: str = "free"
-    corners: IntArray = field(default_factory=no_indices)
+    corners: IntArray = field(default_factory=NO_INDICES.copy)
 
     @property
     def iterations(self) -> int:

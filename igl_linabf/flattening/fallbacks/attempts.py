@@ -3,7 +3,6 @@
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import partial
 
 import numpy as np
 
@@ -106,7 +105,7 @@ class StageResult:
     note: str = ""
     remark: str = ""
     layout: Layout | None = None
-    flipped: IntArray = field(default_factory=partial(np.empty, 0, dtype=np.int64))
+    flipped: IntArray = field(default_factory=np.empty(0, dtype=np.int64).copy)
 
 
 StageResults = tuple[StageResult, ...]
