@@ -164,8 +164,11 @@ def replace_steps(graph: SurfaceGraph, steps: Steps, old: IntArray, new: IntArra
 
 def arcs_from(graph: SurfaceGraph, steps: Steps, start: int) -> list[ArcTo]:
     """The arcs of the seam that start at a node, and the branch point, leaf or hole where they end."""
-    arcs = [arc_from(graph, steps, set(), start, step, np.inf) for step in steps.get(start, [])]
-    return [(np.array(edges), nodes[-1]) for edges, nodes in arcs]
+    arcs = list[ArcTo]()
+    for step in steps.get(start, []):
+        edges, nodes = arc_from(graph, steps, set(), start, step, np.inf)
+        arcs.append((np.array(edges), nodes[-1]))
+    return arcs
 
 
 def arc_from(

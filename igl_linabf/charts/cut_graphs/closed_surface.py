@@ -95,11 +95,11 @@ class ClosedSurface:
         component: Submesh,
         hidden: FloatArray | None = None,
         isometric: bool = False,
-        bend: FloatArray | None = None,
+        dihedral: FloatArray | None = None,
     ) -> ClosedSurface:
         """Contract the boundary loops of a surface in one piece.
 
-        `hidden` is as `hiding_weights` returns it; `bend` are the `dihedral_angles`, if they are known.
+        `hidden` is as `hiding_weights` returns it; `dihedral` are the `dihedral_angles`, if they are known.
         """
         V, topology = component.V, component.topology
         holes = len(topology.loops)
@@ -110,10 +110,10 @@ class ClosedSurface:
         node[node < 0] = np.arange(holes, n)
         cell, inside = component.polygon_labels, component.cuttable_edges
         edges, beside = topology.edges[topology.inside], topology.faces_inside
-        every, bend = topology.inside, dihedral_angles(component) if bend is None else bend
+        every, dihedral = topology.inside, dihedral_angles(component) if dihedral is None else dihedral
         if component.inner is not None:
             taken = np.searchsorted(every, inside)
-            edges, beside, bend = edges[taken], cell[beside[taken]], bend[taken]
+            edges, beside, dihedral = edges[taken], cell[beside[taken]], dihedral[taken]
         every_length = lengths(V, topology.edges)
         in_space = every_length[inside]
         double_area, dot = component.measured
@@ -128,7 +128,7 @@ class ClosedSurface:
         vertex[node] = np.arange(len(V))
         cotangent = topology.sum_at_edges(dot / double_area)[every] / 2
         weight = np.clip(cotangent, SMALLEST_WEIGHT, LARGEST_WEIGHT)
-        length = seam_lengths(in_space, bend) * seen
+        length = seam_lengths(in_space, dihedral) * seen
         return cls(
             SurfaceGraph(
                 n, holes, topology.genus, int(cell.max()) + 1, node[edges], beside, length, V[vertex]
@@ -138,8 +138,8 @@ class ClosedSurface:
             features=EdgeFeatures(
                 in_space,
                 seen,
-                sharpness(bend),
-                lambda: valley_factors(component, edges, in_space, bend, smoothing(), size),
+                sharpness(dihedral),
+                lambda: valley_factors(component, edges, in_space, dihedral, smoothing(), size),
             ),
             curvature=np.asarray(2 * np.pi - np.bincount(node, component.angle_sums, n)),
             noise=curvature_noise(component, every_length, node, n),
@@ -167,6 +167,6 @@ class ClosedSurface:
         return replace(self, graph=replace(self.graph, length=length))
 
 
-def seam_lengths(length: FloatArray, bend: FloatArray) -> FloatArray:
+def seam_lengths(length: FloatArray, dihedral: FloatArray) -> FloatArray:
     """The lengths of edges for a seam, which shows less along bends."""
-    return np.asarray(length * (1 - FEATURE_DISCOUNT * np.minimum(np.abs(bend) / (np.pi / 2), 1)))
+    return np.asarray(length * (1 - FEATURE_DISCOUNT * np.minimum(np.abs(dihedral) / (np.pi / 2), 1)))

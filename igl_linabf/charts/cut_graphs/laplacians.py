@@ -36,7 +36,7 @@ class DirichletSolver:
 
     def solve(self, fixed: IntArray, r: FloatArray) -> FloatArray:
         """u for a right side (n,), of which the rows of the fixed nodes do not count."""
-        return self.solver(fixed)(r)
+        return self.factored(fixed).solve(np.where(self.free(fixed), r, 0.0))
 
     def solver(self, fixed: IntArray) -> Callable[[FloatArray], FloatArray]:
         """`solve` for several right sides, (n,) or (n, k): the system is factored once."""

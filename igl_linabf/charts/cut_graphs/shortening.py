@@ -1,4 +1,4 @@
-"""Seams made shorter: straightened, moved into valleys nearby, and drawn tight around branch points."""
+"""Seams made shorter: straightened, moved into valleys nearby, and pulled tight around branch points."""
 
 from collections.abc import Callable
 from dataclasses import replace

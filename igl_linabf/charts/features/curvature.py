@@ -49,10 +49,10 @@ class Smoothing:
 
 
 def mean_curvature(
-    component: Submesh, edges: IntArray, length: FloatArray, bend: FloatArray
+    component: Submesh, edges: IntArray, length: FloatArray, dihedral: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
     """Twice the mean curvature, integrated around each vertex, and the area there."""
-    half, corner, double_area = bend * length / 2, component.F.T.ravel(), component.measured[0]
+    half, corner, double_area = dihedral * length / 2, component.F.T.ravel(), component.measured[0]
     turned = sum_by(edges.T.ravel(), np.tile(half, 2), len(component.V))
     return turned, sum_by(corner, np.tile(double_area / 6, 3), len(component.V))
 
@@ -98,17 +98,17 @@ def dihedral_angles(component: Submesh, size: FloatArray | None = None) -> Float
     return bends(component.V, topology.corner, sides, face_normals(component, size))
 
 
-def flat_share(component: Submesh, bend: FloatArray | None = None) -> float:
+def flat_share(component: Submesh, dihedral: FloatArray | None = None) -> float:
     """The share of the area in faces with a neighbour nearly in their plane.
 
     Faces that make up one triangle, as those of a subdivided mesh do, count as this one. A normal may turn
     by `FLAT_TURN` along a way as long as the surface is large. On smooth surfaces, fine or coarse, that is
-    about a tenth of the area. `bend` are its `dihedral_angles`, if they are known.
+    about a tenth of the area. `dihedral` are its `dihedral_angles`, if they are known.
     """
-    return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), bend)[0])
+    return float(flat_shares(component, np.zeros(len(component.F), dtype=np.int64), dihedral)[0])
 
 
-def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) -> FloatArray:
+def flat_shares(surface: Submesh, of: IntArray, dihedral: FloatArray | None = None) -> FloatArray:
     """`flat_share` of each component; `of` is the component of each face."""
     topology, m, number = surface.topology, len(surface.F), int(of.max()) + 1
     sides = topology.faces_inside.T
@@ -116,39 +116,39 @@ def flat_shares(surface: Submesh, of: IntArray, bend: FloatArray | None = None) 
     total = sum_by(of, double_area, number)
     length = lengths(surface.V, topology.edges[topology.inside])
     size = component_extents(surface, of)[of] if number > 1 else np.broadcast_to(extent(surface.V), m)
-    if bend is None:
-        bend = dihedral_angles(surface, size if number > 1 else None)
-    bend = np.abs(bend)
-    facet = _facets(surface, sides, bend, size)
+    if dihedral is None:
+        dihedral = dihedral_angles(surface, size if number > 1 else None)
+    dihedral = np.abs(dihedral)
+    facet = _facets(surface, sides, dihedral, size)
     area, (one, other), whole = double_area, sides, np.sqrt(total / 2)
-    whole = whole[of[one]] if number > 1 else np.broadcast_to(whole, len(bend))
+    whole = whole[of[one]] if number > 1 else np.broadcast_to(whole, len(dihedral))
     if facet is not None:
         area, one, other = sum_by(facet, double_area, int(facet.max()) + 1), facet[one], facet[other]
         between = np.flatnonzero(one != other)
-        one, other, length, bend, whole = (x[between] for x in (one, other, length, bend, whole))
+        one, other, length, dihedral, whole = (x[between] for x in (one, other, length, dihedral, whole))
         large = np.bincount(facet) > 1  # the others have one edge in common
         rows = np.flatnonzero(large[one] | large[other])
         low, high = np.minimum(one[rows], other[rows]), np.maximum(one[rows], other[rows])
         pair = np.unique(low * len(area) + high, return_inverse=True)[1]
         length[rows] = sum_by(pair, length[rows], int(pair.max(initial=0)) + 1)[pair]
     way = (area[one] + area[other]) / np.maximum(length, np.finfo(float).tiny)
-    straight = bend < FLAT_TURN * way / whole
+    straight = dihedral < FLAT_TURN * way / whole
     flat = np.zeros(len(area), dtype=bool)
     flat[one[straight]], flat[other[straight]] = True, True
     even = flat if facet is None else flat[facet]
     return np.asarray(sum_by(of, np.where(even, double_area, 0.0), number) / total)
 
 
-def _facets(surface: Submesh, sides: IntArray, bend: FloatArray, size: FloatArray) -> IntArray | None:
+def _facets(surface: Submesh, sides: IntArray, dihedral: FloatArray, size: FloatArray) -> IntArray | None:
     """The facet of each face: itself, or a triangle in one plane that it is a part of; None if all are faces.
 
-    `sides` are the faces at the edges, `bend` the angle there, `size` the extent of each face's body.
+    `sides` are the faces at the edges, `dihedral` the angle there, `size` the extent of each face's body.
     """
     m, n = len(surface.F), len(surface.V)
     double_area, dot = surface.measured
     height = double_area / np.sqrt((dot[NEXT] + dot[PREV]).max(axis=0))
     noise = SINGLE_PRECISION * size[sides[0]] / np.minimum(*height[sides])
-    in_plane = bend <= np.minimum(4 * noise, FLAT_TURN / 2)
+    in_plane = dihedral <= np.minimum(4 * noise, FLAT_TURN / 2)
     if not in_plane.any():
         return None
     plane = connected_labels(sides[:, in_plane].T, m)
@@ -173,9 +173,9 @@ def component_extents(surface: Submesh, of: IntArray) -> FloatArray:
     return np.asarray((faces.max(corner.max(axis=1)) - faces.min(corner.min(axis=1))).max(axis=0))
 
 
-def sharpness(bend: FloatArray) -> FloatArray:
+def sharpness(dihedral: FloatArray) -> FloatArray:
     """From 0 for an edge that is no crease to 1 for one that shading shows anyway."""
-    return np.asarray(np.clip((np.abs(bend) - SOFT_CREASE) / (SHARP_CREASE - SOFT_CREASE), 0.0, 1.0))
+    return np.asarray(np.clip((np.abs(dihedral) - SOFT_CREASE) / (SHARP_CREASE - SOFT_CREASE), 0.0, 1.0))
 
 
 def curvature_noise(component: Submesh, length: FloatArray, node: IntArray, n: int) -> FloatArray:

@@ -21,10 +21,10 @@ def facing_away(component: Submesh) -> FloatArray:
     nowhere = np.zeros(len(component.F))
     if (
         len(component.F) < FEWEST_DETAILED
-        or flat_share(component, bend := dihedral_angles(component)) > FLATTEST_DETAILED
+        or flat_share(component, dihedral := dihedral_angles(component)) > FLATTEST_DETAILED
     ):
         return nowhere
-    double_area, salience = component.measured[0], _salience(component, bend)[component.F].sum(axis=1)
+    double_area, salience = component.measured[0], _salience(component, dihedral)[component.F].sum(axis=1)
     a, b, c = component.V[component.F.T]
     normal = np.cross(b - a, c - a)  # times twice the area
     looking = salience @ normal
@@ -35,12 +35,12 @@ def facing_away(component: Submesh) -> FloatArray:
     return np.asarray(-(normal @ direction) / np.maximum(double_area, np.finfo(float).tiny))
 
 
-def _salience(component: Submesh, bend: FloatArray) -> FloatArray:
+def _salience(component: Submesh, dihedral: FloatArray) -> FloatArray:
     """Of each vertex: the difference between its curvature, by the edges' bends, and that around it."""
     topology = component.topology
     edges = topology.edges[topology.sides[1] >= 0]
     length = lengths(component.V, edges)
-    turned = np.column_stack(mean_curvature(component, edges, length, bend))  # and the area
+    turned = np.column_stack(mean_curvature(component, edges, length, dihedral))  # and the area
     smoothing, size = Smoothing(component, edges, length), float(np.sqrt(turned[:, 1].sum()))
     curvature = []
     for steps in (1, max(smoothing.steps(DETAIL_SCALE * size) - 1, 1)):

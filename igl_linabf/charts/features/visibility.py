@@ -81,13 +81,13 @@ def valley_factors(
     component: Submesh,
     edges: IntArray,
     length: FloatArray,
-    bend: FloatArray,
+    dihedral: FloatArray,
     smoothing: Smoothing,
     size: float,
 ) -> FloatArray:
     """What a seam's length is multiplied by at each edge: less than 1 in concave valleys."""
     steps = smoothing.steps(VALLEY_SCALE * size)
-    turned, area = smoothing.of(np.column_stack(mean_curvature(component, edges, length, bend)), steps).T
+    turned, area = smoothing.of(np.column_stack(mean_curvature(component, edges, length, dihedral)), steps).T
     depth = np.maximum(-turned / area * size, 0)
     depth = (depth[edges[:, 0]] + depth[edges[:, 1]]) / 2
     return np.asarray(1 - FEATURE_DISCOUNT * depth / (depth + VALLEY_CURVATURE))

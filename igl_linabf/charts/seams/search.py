@@ -125,7 +125,7 @@ def find_seams(
     first flattening). Branches are kept as long as the lower stretch is worth their length.
     Finally, branch points move if a shorter seam is worth the change of stretch, and the seam is
     straightened and slides into valleys nearby. On surfaces of more than 10,000 vertices all this is
-    done on clusters of vertices, and the seam is then drawn tight along the edges.
+    done on clusters of vertices, and the seam is then pulled tight along the edges.
 
     Where faces meet in creases, the seam is compared with nets: trees through all that is curved at
     creases. Cut along one, planes, cylinders and cones are laid flat exactly; overlapping parts of a net
