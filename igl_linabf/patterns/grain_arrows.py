@@ -6,14 +6,10 @@ from scipy.spatial import cKDTree
 from shapely import LineString, polygons, unary_union
 
 from .._types import FloatArray, IntArray
-
-HALF = 0.3  # of an arrow, as a share of the piece along it
-SHORTER = 0.8  # until the arrow is within the piece
-LEAST = 0.1  # of the direction's length that is left on a piece: with less it points nowhere
-TINY = 1e-300  # instead of the area of a collapsed triangle
+from .constants import ARROW_HALF, ARROW_SHRINKAGE, LEAST_GRAIN
 
 
-def arrows(
+def arrows_of(
     surface: FloatArray,
     flat: FloatArray,
     F: IntArray,
@@ -21,10 +17,11 @@ def arrows(
     piece: IntArray,
     grain: ArrayLike,
 ) -> FloatArray:
-    """From where to where each piece's arrow points, (#pieces, 2, 2); the first four are as in `seams_of`.
+    """Tail and head of each piece's arrow, (#pieces, 2, 2).
 
     Parameters
     ----------
+    surface, flat, loops, piece : as in `seams_of`
     F : (#f, 3) int64
     grain : (3,) float
         The direction in space. Where it points nowhere, the arrow is along the piece.
@@ -32,40 +29,40 @@ def arrows(
     direction = np.asarray(grain, dtype=float)
     if direction.shape != (3,) or not np.linalg.norm(direction) > 0:
         raise ValueError(f"grain is {direction.tolist()}: give a direction in space, three numbers")
-    along, area = _on_map(surface, flat, F, direction)
+    along, area = _project(surface, flat, F, direction)
     found = []
     for i in range(int(piece.max()) + 1):
         faces = np.flatnonzero(piece[F[:, 0]] == i)
         mean = (along[faces] * area[faces, None]).sum(axis=0) / area[faces].sum() / np.linalg.norm(direction)
         points = flat[piece == i]
-        if np.linalg.norm(mean) < LEAST:
+        if np.linalg.norm(mean) < LEAST_GRAIN:
             mean = np.linalg.svd(points - points.mean(axis=0), full_matrices=False)[2][0]
         rim = np.concatenate([flat[loop] for loop in loops if piece[loop[0]] == i])
-        found.append(_within(flat[F[faces]], rim, points, mean / np.linalg.norm(mean)))
+        found.append(_longest_arrow(flat[F[faces]], rim, points, mean / np.linalg.norm(mean)))
     return np.array(found)
 
 
-def _on_map(
+def _project(
     surface: FloatArray, flat: FloatArray, F: IntArray, direction: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """The direction's part in each triangle, taken to the map, (#f, 2); and their areas on the surface."""
+    """The direction projected to each triangle and mapped, (#f, 2); and the areas on the surface."""
     e, f = (surface[F[:, k]] - surface[F[:, 0]] for k in (1, 2))
     u, v = (flat[F[:, k]] - flat[F[:, 0]] for k in (1, 2))
     ee, ef, ff = (e * e).sum(1), (e * f).sum(1), (f * f).sum(1)
     de, df = e @ direction, f @ direction
-    det = np.maximum(ee * ff - ef * ef, TINY)
+    det = np.maximum(ee * ff - ef * ef, np.finfo(float).tiny)  # a collapsed triangle has none
     along = ((de * ff - df * ef) / det)[:, None] * u + ((df * ee - de * ef) / det)[:, None] * v
     return along, np.sqrt(det) / 2
 
 
-def _within(
+def _longest_arrow(
     triangles: FloatArray, rim: FloatArray, points: FloatArray, along: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """An arrow of this direction within a piece, far from its outline."""
+    """Tail and head of an arrow of this direction within a piece, about a point far from its outline."""
     centres = triangles.mean(axis=1)
     room, _ = cKDTree(rim).query(centres)
     at, inside = centres[np.argmax(room)], unary_union(polygons(triangles))
-    half = HALF * np.ptp(points @ along)
+    half = ARROW_HALF * np.ptp(points @ along)
     while half > room.max() and not inside.contains(LineString((at - half * along, at + half * along))):
-        half *= SHORTER
+        half *= ARROW_SHRINKAGE
     return at - half * along, at + half * along

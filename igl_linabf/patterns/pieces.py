@@ -23,7 +23,7 @@ from ..surface import (
     topology_of,
     vertex_array,
 )
-from .grain_arrows import TINY, arrows
+from .grain_arrows import arrows_of
 from .seam_pairs import PatternSeam, seams_of
 
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
@@ -84,29 +84,29 @@ def pattern_of(
     """The pattern of a surface; arguments as in `write_pattern`."""
     if units not in MILLIMETRES:
         raise ValueError(f"units is {units!r}: use one of {', '.join(MILLIMETRES)}")
-    made = _Made.of(V, F, atlas, MILLIMETRES[units])
-    topology = topology_of(made.F, made.vertices)
-    _, piece = np.unique(connected_labels(topology.edges, len(made.flat)), return_inverse=True)
+    cut = _CutSurface.of(V, F, atlas, MILLIMETRES[units])
+    topology = topology_of(cut.F, cut.vertices)
+    _, piece = np.unique(connected_labels(topology.edges, len(cut.flat)), return_inverse=True)
     loops = topology.loops
     length, flat_length = (
         np.linalg.norm(points[topology.edges[:, 0]] - points[topology.edges[:, 1]], axis=1)
-        for points in (made.surface, made.flat)
+        for points in (cut.surface, cut.flat)
     )
     return Pattern(
-        size=(float(made.flat[:, 0].max()), float(made.flat[:, 1].max())),
-        outlines=tuple(made.flat[loop] for loop in loops),
+        size=(float(cut.flat[:, 0].max()), float(cut.flat[:, 1].max())),
+        outlines=tuple(cut.flat[loop] for loop in loops),
         piece=np.array([piece[loop[0]] for loop in loops], dtype=np.int64),
-        seams=seams_of(made.surface, made.flat, loops, piece),
-        folds=made.flat[_creases(made.surface, topology, made.inner, crease)],
-        grain=arrows(made.surface, made.flat, made.F, loops, piece, grain),
-        error=float(np.max(np.abs(flat_length / np.maximum(length, TINY) - 1), initial=0)),
+        seams=seams_of(cut.surface, cut.flat, loops, piece),
+        folds=cut.flat[_creases(cut.surface, topology, cut.inner, crease)],
+        grain=arrows_of(cut.surface, cut.flat, cut.F, loops, piece, grain),
+        error=float(np.max(np.abs(flat_length / np.maximum(length, np.finfo(float).tiny) - 1), initial=0)),
         units=units,
     )
 
 
 @dataclass(frozen=True, eq=False)
-class _Made:
-    """A surface cut open and its map, both in millimetres, without collapsed faces.
+class _CutSurface:
+    """A surface cut along its seams, and its map; both in millimetres, without collapsed faces.
 
     Attributes
     ----------
@@ -125,7 +125,7 @@ class _Made:
     inner: BoolArray | None
 
     @classmethod
-    def of(cls, V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: float) -> _Made:
+    def of(cls, V: ArrayLike, F: ArrayLike, atlas: Atlas | ArrayLike, unit: float) -> _CutSurface:
         points = vertex_array(V)
         split: Triangles | None
         if isinstance(atlas, Atlas):

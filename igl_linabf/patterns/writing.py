@@ -16,19 +16,15 @@ from .._types import FloatArray
 from ..charts import Atlas
 from ..errors import MeshError
 from ..io import import_optional, replacing
-from .pieces import Pattern, pattern_of
+from .constants import BAR_LENGTHS, LINE_WIDTH, MARGIN
+from .pieces import MILLIMETRES, Pattern, pattern_of
 
 PAPERS = {"A4": (210.0, 297.0), "A3": (297.0, 420.0), "A0": (841.0, 1189.0), "letter": (215.9, 279.4)}
-OVERLAP = 10.0  # of neighbouring pages, and the frame around what is printed on each
-INCH = 25.4
-WIDTH = 0.25  # of lines
 EXTRA = "patterns need pip install 'igl-linabf[patterns]'"
 
-MARGIN = 10.0  # around the pieces
 OUTLINE, SEAM, FOLD, TEXT, GRAIN = "outline", "seam", "fold", "text", "grain"
 COLOURS = {OUTLINE: "#000000", SEAM: "#c02020", FOLD: "#2050c0", TEXT: "#000000", GRAIN: "#208040"}
 DASHED = {FOLD}
-NICE = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)  # lengths of the bar
 Units = Literal["mm", "cm", "m", "in"]
 
 
@@ -153,14 +149,19 @@ def _sheet_of(pattern: Pattern) -> Sheet:
     for seam in pattern.seams:
         small = float(np.clip(0.4 * min(seam.lengths), 0.3 * text, text))  # that neighbours do not touch
         for side, towards in zip(seam.sides, (1.0, 1.0 if seam.twisted else -1.0), strict=True):
-            at, normal = _middle(side)
+            at, normal = _midpoint(side)
             notch = np.array([at, at + 0.8 * small * towards * normal])
             strokes.append(Stroke(SEAM, notch + shift))
             labels.append(Label(SEAM, str(seam.number), at + 1.6 * small * towards * normal + shift, small))
     for i, (tail, head) in enumerate(pattern.grain):
         strokes += [Stroke(GRAIN, line + shift) for line in _arrow(tail, head, text)]
         labels.append(Label(TEXT, f"piece {i}", 0.4 * tail + 0.6 * head + shift + [0, 1.5 * text], text))
-    bar = float(max((length for length in NICE if length <= 0.6 * max(width, 10 * text)), default=NICE[0]))
+    bar = float(
+        max(
+            (length for length in BAR_LENGTHS if length <= 0.6 * max(width, 10 * text)),
+            default=BAR_LENGTHS[0],
+        )
+    )
     left, base = MARGIN, MARGIN + 1.5 * text
     ends = [np.array([[x, base - text / 2], [x, base + text / 2]]) for x in (left, left + bar)]
     rule = np.array([[left, base], [left + bar, base]])
@@ -170,18 +171,18 @@ def _sheet_of(pattern: Pattern) -> Sheet:
     return Sheet(whole, height + foot + 2 * MARGIN, tuple(strokes), tuple(labels))
 
 
-def _middle(line: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _midpoint(line: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The point in the middle of a line, by length, and the unit normal to its left there."""
     step = np.linalg.norm(np.diff(line, axis=0), axis=1)
     reached = np.cumsum(step)
     k = min(int(np.searchsorted(reached, reached[-1] / 2)), len(step) - 1)
-    share = (reached[-1] / 2 - reached[k] + step[k]) / max(step[k], 1e-300)
-    along = (line[k + 1] - line[k]) / max(step[k], 1e-300)
+    share = (reached[-1] / 2 - reached[k] + step[k]) / max(step[k], np.finfo(float).tiny)
+    along = (line[k + 1] - line[k]) / max(step[k], np.finfo(float).tiny)
     return line[k] + share * (line[k + 1] - line[k]), np.array([-along[1], along[0]])
 
 
 def _arrow(tail: FloatArray, head: FloatArray, size: float) -> list[FloatArray]:
-    along = (head - tail) / max(float(np.linalg.norm(head - tail)), 1e-300)
+    along = (head - tail) / max(float(np.linalg.norm(head - tail)), np.finfo(float).tiny)
     aside = np.array([-along[1], along[0]])
     barb = np.array([head - size * (along + aside / 2), head, head - size * (along - aside / 2)])
     return [np.array([tail, head]), barb]
@@ -200,7 +201,7 @@ def _save_svg(path: str, sheet: Sheet, _: tuple[float, float]) -> None:
         return [(x, sheet.height - y) for x, y in points.tolist()]
 
     for layer, colour in COLOURS.items():
-        group = drawing.g(id=layer, stroke=colour, fill="none", stroke_width=WIDTH)
+        group = drawing.g(id=layer, stroke=colour, fill="none", stroke_width=LINE_WIDTH)
         for stroke in sheet.strokes:
             if stroke.layer == layer:
                 shape = drawing.polygon if stroke.closed else drawing.polyline
@@ -237,15 +238,15 @@ def _save_pdf(path: str, sheet: Sheet, paper: tuple[float, float]) -> None:
     """One page where the sheet fits on it, else tiles that overlap, with their row and column."""
     figures = import_optional("matplotlib.figure", EXTRA)
     pages = import_optional("matplotlib.backends.backend_pdf", EXTRA)
-    free = np.array(paper) - 2 * OVERLAP
+    free = np.array(paper) - 2 * MARGIN
     if sheet.width > sheet.height and (sheet.width > free[0]):
         free, paper = free[::-1], (paper[1], paper[0])
-    columns, rows = (max(1, int(np.ceil((size - OVERLAP) / (room - OVERLAP) - 1e-9)))
+    columns, rows = (max(1, int(np.ceil((size - MARGIN) / (room - MARGIN) - 1e-9)))
                      for size, room in zip((sheet.width, sheet.height), free, strict=True))  # fmt: skip
     with pages.PdfPages(path, metadata={"Creator": "igl_linabf", "CreationDate": None}) as file:
         for row in range(rows):
             for column in range(columns):
-                corner = np.array([column, rows - 1 - row]) * (free - OVERLAP)
+                corner = np.array([column, rows - 1 - row]) * (free - MARGIN)
                 name = f"row {row + 1} of {rows}, column {column + 1} of {columns}"
                 file.savefig(_page(figures, sheet, corner, free, paper, name))
 
@@ -254,12 +255,12 @@ def _page(
     module: Any, sheet: Sheet, corner: FloatArray, free: FloatArray, paper: tuple[float, float], name: str
 ) -> Any:
     """A page of the sheet whose frame has its lower left corner at `corner`."""
-    figure = module.Figure(figsize=(paper[0] / INCH, paper[1] / INCH))
+    figure = module.Figure(figsize=(paper[0] / MILLIMETRES["in"], paper[1] / MILLIMETRES["in"]))
     axes = figure.add_axes((0, 0, 1, 1))
     axes.set_axis_off()
-    axes.set_xlim(corner[0] - OVERLAP, corner[0] - OVERLAP + paper[0])
-    axes.set_ylim(corner[1] - OVERLAP, corner[1] - OVERLAP + paper[1])
-    points = 72 / INCH
+    axes.set_xlim(corner[0] - MARGIN, corner[0] - MARGIN + paper[0])
+    axes.set_ylim(corner[1] - MARGIN, corner[1] - MARGIN + paper[1])
+    points = 72 / MILLIMETRES["in"]
     frame = import_optional("matplotlib.patches", EXTRA).Rectangle(
         (corner[0], corner[1]), *free, fill=False, linewidth=0.5, edgecolor="#888888"
     )
@@ -269,13 +270,15 @@ def _page(
         if (line.max(axis=0) < corner).any() or (line.min(axis=0) > corner + free).any():
             continue
         style = (0, (6, 4)) if stroke.layer in DASHED else "-"
-        (drawn,) = axes.plot(*line.T, color=COLOURS[stroke.layer], linewidth=WIDTH * points, linestyle=style)
-        drawn.set_clip_path(frame)
+        (shape,) = axes.plot(
+            *line.T, color=COLOURS[stroke.layer], linewidth=LINE_WIDTH * points, linestyle=style
+        )
+        shape.set_clip_path(frame)
     for label in sheet.labels:
         if (label.at >= corner).all() and (label.at <= corner + free).all():
             axes.text(*label.at, label.text, fontsize=label.height * points, color=COLOURS[label.layer],
                       ha="center", va="center")  # fmt: skip
-    axes.text(corner[0], corner[1] - OVERLAP / 2, name, fontsize=8, va="center")
+    axes.text(corner[0], corner[1] - MARGIN / 2, name, fontsize=8, va="center")
     return figure
 
 

@@ -12,10 +12,8 @@ from .._types import BoolArray, FloatArray, IntArray
 from ..errors import MeshError, is_number, some
 from ..measures import change_of
 from ..surface import Submesh, complex_positions, connected_labels, cycles, signed_double_areas
-from .slicing import Fragments, slice_region, sliced_along_integers
-
-DEFAULT_CELLS, MAX_CELLS = 1000, 10_000_000
-STRAIGHT_SINE = 1e-9  # sine of the angle by which a boundary may turn at a vertex that is left out
+from .constants import DEFAULT_CELLS, MAX_CELLS, ROUNDING
+from .slicing import Fragments, slice_along_integers, slice_region
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,18 +105,18 @@ def quad_grid(V: ArrayLike, F: ArrayLike, uv: ArrayLike, spacing: float | None =
     cells = max(area / spacing**2, crossed)
     if cells > MAX_CELLS:
         raise MeshError(f"spacing {spacing:g} would make {cells:.2g} cells: give more distance between lines")
-    fragments = sliced_along_integers(Fragments(map_ / spacing, surface.V, surface.F))
-    loops = _loops(fragments)
+    fragments = slice_along_integers(Fragments(map_ / spacing, surface.V, surface.F))
+    loops = _trace_loops(fragments)
     while loops.holes:
         regions = len(np.unique(loops.region))
         for region, hole in loops.holes.items():
             low, high = fragments.x[hole].min(axis=0), fragments.x[hole].max(axis=0)
             axis = int(np.argmax(high - low))
             fragments = slice_region(fragments, region, axis, float((low + high)[axis] / 2))
-        loops = _loops(fragments)
+        loops = _trace_loops(fragments)
         if len(np.unique(loops.region)) == regions:
             break  # a hole too small for double precision
-    return _assembled(fragments, loops, spacing, topology.characteristic)
+    return _assemble_grid(fragments, loops, spacing, topology.characteristic)
 
 
 @dataclass(frozen=True, eq=False)
@@ -145,7 +143,7 @@ class _Loops:
     holes: dict[int, IntArray]
 
 
-def _loops(fragments: Fragments) -> _Loops:
+def _trace_loops(fragments: Fragments) -> _Loops:
     """Merge the fragments of a cell to regions, relabel them by region, and trace the regions' loops."""
     F = fragments.F
     beside, side = igl.triangle_triangle_adjacency(F)
@@ -180,7 +178,7 @@ def _holes(x: FloatArray, region: IntArray, loops: list[IntArray]) -> dict[int, 
     return {int(region[i]): loops[i] for i in sorted(enclosed, key=lambda i: -enclosed[i])}
 
 
-def _assembled(fragments: Fragments, loops: _Loops, spacing: float, euler: int) -> QuadGrid:
+def _assemble_grid(fragments: Fragments, loops: _Loops, spacing: float, euler: int) -> QuadGrid:
     """The grid without the vertices at which no lines meet and the boundary does not turn."""
     x, V = fragments.x, fragments.V
     degree = np.bincount(loops.borders.ravel(), minlength=len(x))
@@ -194,7 +192,7 @@ def _assembled(fragments: Fragments, loops: _Loops, spacing: float, euler: int) 
         first, second = points[b] - points[a], points[c] - points[b]
         along = (first * second).sum(axis=1)
         total = np.linalg.norm(first, axis=1) * np.linalg.norm(second, axis=1)
-        turns |= total - along > STRAIGHT_SINE**2 * total + 4 * np.finfo(float).eps * total
+        turns |= total - along > ROUNDING**2 * total + 4 * np.finfo(float).eps * total
     kept[b[turns]] = True
     number = np.cumsum(kept) - 1
     cell_area = np.bincount(fragments.label, signed_double_areas(complex_positions(x), fragments.F.T) / 2)
@@ -205,11 +203,11 @@ def _assembled(fragments: Fragments, loops: _Loops, spacing: float, euler: int) 
             polygons.append(polygon)
             whole.append(len(polygon) == 4 and abs(cell_area[region] - 1) < 1e-6)
     grid = QuadGrid(V[kept], x[kept] * spacing, tuple(polygons), np.array(whole, dtype=bool), spacing)
-    if _euler(grid) != euler:
+    if _euler_characteristic(grid) != euler:
         raise MeshError(f"spacing {spacing:g} is too large for the surface: give a smaller spacing")
     return grid
 
 
-def _euler(grid: QuadGrid) -> int:
+def _euler_characteristic(grid: QuadGrid) -> int:
     sides = np.concatenate([np.column_stack((face, np.roll(face, -1))) for face in grid.faces])
     return len(grid.V) - len(np.unique(np.sort(sides, axis=1), axis=0)) + len(grid.faces)

@@ -5,8 +5,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from .._types import BoolArray, FloatArray, IntArray
-
-SNAP = 1e-9  # distance from a line, in units of the lines', that is none
+from .constants import ROUNDING
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,14 +29,14 @@ class Fragments:
     label: IntArray = field(default_factory=lambda: np.empty(0, dtype=np.int64))
 
 
-def sliced_along_integers(fragments: Fragments) -> Fragments:
+def slice_along_integers(fragments: Fragments) -> Fragments:
     """Cut along all lines of integer coordinates, and label the parts by their cells."""
     x = _snapped(fragments.x)
     parts = Fragments(x, fragments.V, fragments.F, np.zeros(len(fragments.F), dtype=np.int64))
     for axis in (0, 1):
         low, high = x[:, axis].min(), x[:, axis].max()
         for value in range(int(np.floor(low)) + 1, int(np.ceil(high))):
-            parts = _sliced(parts, axis, float(value), None)
+            parts = _slice(parts, axis, float(value), None)
     low = parts.x[parts.F].min(axis=1)
     cell = np.floor(low).astype(np.int64)
     cell -= cell.min(axis=0)
@@ -48,7 +47,7 @@ def sliced_along_integers(fragments: Fragments) -> Fragments:
 def slice_region(fragments: Fragments, region: int, axis: int, value: float) -> Fragments:
     """Cut the triangles of one label along a line, and give the parts behind it a new label."""
     fresh = int(fragments.label.max()) + 1
-    parts = _sliced(fragments, axis, value, fragments.label == region)
+    parts = _slice(fragments, axis, value, fragments.label == region)
     behind = parts.x[parts.F][..., axis].min(axis=1) >= value
     parts.label[behind & (parts.label == region)] = fresh
     return parts
@@ -56,10 +55,10 @@ def slice_region(fragments: Fragments, region: int, axis: int, value: float) -> 
 
 def _snapped(x: FloatArray) -> FloatArray:
     near = np.round(x)
-    return np.where(np.abs(x - near) < SNAP, near, x)
+    return np.where(np.abs(x - near) < ROUNDING, near, x)
 
 
-def _sliced(parts: Fragments, axis: int, value: float, rows: BoolArray | None) -> Fragments:
+def _slice(parts: Fragments, axis: int, value: float, rows: BoolArray | None) -> Fragments:
     """Cut the triangles of `rows` along a line; neighbours get the new vertices on their sides."""
     x, V, F, label = parts.x, parts.V, parts.F, parts.label
     side = np.sign(x[:, axis] - value).astype(np.int8)

@@ -5,6 +5,7 @@ holds v = (k + 1/2) / resolution.
 """
 
 from dataclasses import dataclass
+from enum import IntEnum
 
 import numpy as np
 import scipy
@@ -12,9 +13,16 @@ import scipy
 from .._types import FloatArray, IntArray
 from ..surface import NEXT, PREV, index_and_rank
 
-ROUNDING = 1e-9  # texels by which a triangle is taken as larger, so that its sides belong to it
-FREE, OUTSIDE = -1, -2  # texels of which none is known near, and the rim around a page
-NEAR = 1.0  # a bilinear lookup asks for texels less than this far, in x and in y
+# Texels by which triangles are taken as larger, so that their sides are covered. With less, rounding leaves
+# gaps between neighbours; with more, texels beside a triangle show it. tests/textures/test_baking.py.
+ROUNDING = 1e-9
+
+
+class Source(IntEnum):
+    """What stands for the texel that another one copies, where there is none."""
+
+    FREE = -1  # none is known near
+    OUTSIDE = -2  # the rim around a page
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,9 +121,9 @@ class Nearby:
 
 
 def near_sides(start: FloatArray, end: FloatArray, resolution: int) -> Nearby:
-    """The texels that a bilinear lookup at a point of sides (#S, 2) to (#S, 2) may ask for."""
-    low = np.clip(np.floor(np.minimum(start, end) - NEAR) + 1, 0, resolution - 1).astype(np.int64)
-    high = np.clip(np.ceil(np.maximum(start, end) + NEAR) - 1, 0, resolution - 1).astype(np.int64)
+    """The texels that a bilinear lookup on sides (#S, 2) to (#S, 2) may ask for: less than 1 away."""
+    low = np.clip(np.floor(np.minimum(start, end) - 1) + 1, 0, resolution - 1).astype(np.int64)
+    high = np.clip(np.ceil(np.maximum(start, end) + 1) - 1, 0, resolution - 1).astype(np.int64)
     side, step = index_and_rank(np.prod(np.maximum(high - low + 1, 0), axis=1))
     wide = (high - low + 1)[side, 0]
     centre = low[side] + np.column_stack((step % wide, step // wide))
@@ -130,7 +138,7 @@ def near_sides(start: FloatArray, end: FloatArray, resolution: int) -> Nearby:
         distance = np.abs(offset + t[:, None] * direction).max(axis=1)
         nearer = distance < best
         best[nearer], at[nearer] = distance[nearer], t[nearer]
-    near = best < NEAR + ROUNDING
+    near = best < 1 + ROUNDING
     return Nearby(centre[near] @ [1, resolution], side[near], at[near], best[near])
 
 
@@ -156,13 +164,13 @@ def nearest_known(known: IntArray, resolution: int, steps: int) -> tuple[IntArra
     is_known = np.zeros((resolution, resolution), dtype=bool)
     is_known.flat[known] = True
     index = np.arange(is_known.size).reshape(is_known.shape)
-    source = np.pad(np.where(is_known, index, FREE), 1, constant_values=OUTSIDE).ravel()
+    source = np.pad(np.where(is_known, index, Source.FREE), 1, constant_values=Source.OUTSIDE).ravel()
     edge = np.flatnonzero(np.pad(is_known & ~scipy.ndimage.binary_erosion(is_known, border_value=1), 1))
     wide, found = resolution + 2, [edge[:0]]
     neighbours = np.array([1, -1, wide, -wide, wide + 1, wide - 1, 1 - wide, -1 - wide])
     for _ in range(steps):
         to, by = np.add.outer(neighbours, edge).ravel(), np.tile(source[edge], len(neighbours))
-        free = np.flatnonzero(source[to] == FREE)
+        free = np.flatnonzero(source[to] == Source.FREE)
         edge, first = np.unique(to[free], return_index=True)
         source[edge] = by[free[first]]
         found.append(edge)
