@@ -13,13 +13,9 @@ from typing import Any
 import psutil
 
 from .._runtime import undo_at_interrupt
+from .constants import MENDING_INTERVAL, NO_WORKER, PATIENCE, TERMINATE, WORKER_MEMORY
 
 THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_MAXIMUM_THREADS")
-ROOM = 2**29  # bytes that a worker takes before a mesh is there, at most
-PATIENCE = 30  # seconds until a scheduler answers, or without a result until it is asked for its workers
-NO_WORKER = 600  # seconds after which none of our own is thought to come back
-MENDS = 1000  # milliseconds between two looks whether a worker is gone for good
-TERMINATE = 0.95  # of a worker's memory
 
 SETTINGS = {
     # the largest part of a worker's memory is that of the mesh at hand: neither can go to disk
@@ -61,7 +57,7 @@ def local_client(workers: int | None, memory: int | None) -> Iterator[Any]:
             threads_per_worker=1,
             host="127.0.0.1",
             dashboard_address="127.0.0.1:0",
-            memory_limit="auto" if memory is None else int((memory + ROOM) / TERMINATE),
+            memory_limit="auto" if memory is None else int((memory + WORKER_MEMORY) / TERMINATE),
             local_directory=folder,
             silence_logs=logging.CRITICAL,  # what becomes of a mesh is in its row
             preload=["igl_linabf.batch_runs.one_mesh"],
@@ -103,7 +99,7 @@ def _mended(cluster: Any) -> Iterator[threading.Event]:
         if len(cluster.workers) < wanted and not ending.is_set():
             cluster.scale(wanted)
 
-    mending = PeriodicCallback(mend, MENDS)
+    mending = PeriodicCallback(mend, MENDING_INTERVAL)
     cluster.loop.add_callback(mending.start)
     try:
         yield ending

@@ -74,7 +74,7 @@ def run(task: Task) -> Row:
     with _one_at_a_time, warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         warnings.simplefilter("ignore", OutcomeWarning)  # what they say is the message
-        row = _tried(task)
+        row = _row_of(task)
     told = dict.fromkeys(str(w.message) for w in caught if issubclass(w.category, UserWarning))
     message = " ".join("; ".join(filter(None, (row.message, *told))).split())
     row = replace(row, message=message, seconds=perf_counter() - start)
@@ -82,7 +82,7 @@ def run(task: Task) -> Row:
     return row
 
 
-def _tried(task: Task) -> Row:
+def _row_of(task: Task) -> Row:
     row, writing = task.row, False
     try:
         with _limited(task.settings.memory):
@@ -92,7 +92,7 @@ def _tried(task: Task) -> Row:
             except OSError as error:
                 return replace(row, outcome=UNREADABLE, message=error.strerror or str(error))
             row = replace(row, triangles=len(mesh.triangles))
-            made = _unwrapped if task.settings.how == "unwrap" else _flattened
+            made = _unwrap_file if task.settings.how == "unwrap" else _flatten_file
             TC, FTC, done = made(mesh, row, task.settings)
             writing = True
             with places.destination(places.joined(task.folder, row.output)) as path:
@@ -108,16 +108,16 @@ def _tried(task: Task) -> Row:
         return replace(row, outcome=FAILED, message=f"{type(error).__name__}: {error}")
 
 
-def _unwrapped(mesh: MeshFile, row: Row, settings: Settings) -> Made:
+def _unwrap_file(mesh: MeshFile, row: Row, settings: Settings) -> Made:
     chosen = {name: getattr(settings, name) for name in OF_UNWRAP}
     atlas = unwrap(mesh.V, mesh.F, method=settings.method, progress=False, **chosen)
     flipped = any(not chart.result.outcome.good for chart in atlas.charts)
     outcome = VALID if atlas.good else Outcome.FLIPPED.value if flipped else OVERLAPPING
     told = replace(row, outcome=outcome, message="; ".join(atlas.troubles), charts=len(atlas.charts))
-    return atlas.TC, atlas.FTC, _measured(told, atlas.quality)
+    return atlas.TC, atlas.FTC, _with_quality(told, atlas.quality)
 
 
-def _flattened(mesh: MeshFile, row: Row, settings: Settings) -> Made:
+def _flatten_file(mesh: MeshFile, row: Row, settings: Settings) -> Made:
     V, F = mesh.V, mesh.triangles
     result = flatten(V, F, settings.method, boundary=settings.boundary, progress=False)
     uv = unit_square(result.uv)
@@ -126,10 +126,10 @@ def _flattened(mesh: MeshFile, row: Row, settings: Settings) -> Made:
     if outcome.good and measured.flips:
         outcome, message = Outcome.FLIPPED, "the map's scale varies too much for the unit square: unwrap it"
     told = replace(row, outcome=outcome.value, message=message, charts=1)
-    return uv, None, _measured(told, measured)
+    return uv, None, _with_quality(told, measured)
 
 
-def _measured(row: Row, of: Quality) -> Row:
+def _with_quality(row: Row, of: Quality) -> Row:
     return replace(row, angle_distortion=of.angle_distortion, stretch=of.stretch_l2, flips=of.flips)
 
 

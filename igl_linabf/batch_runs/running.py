@@ -25,14 +25,12 @@ from ..errors import is_number
 from ..flattening import BoundaryName, Method, method_of
 from ..io import SUFFIXES
 from . import places
-from .clusters import PATIENCE, Lookout, client_of, local_client
+from .clusters import Lookout, client_of, local_client
+from .constants import AHEAD, AHEAD_AT_LEAST, DEATHS_ALONE, PATIENCE
 from .one_mesh import OF_UNWRAP, How, Settings, Task, run
 from .table import CSV, DIED, MAY_DIFFER, MISSING, OUT_OF_MEMORY, Row, Table, shown, write_down
 
-AHEAD = 8  # meshes that are handed out for each thread, and
-AT_LEAST = 64  # in all
 NO_ROOM = "its process took more memory than it may, also alone: allow it more, or decimate the mesh"
-ALONE = 3  # deaths of the process that has a mesh alone, until that mesh is to blame
 Paths = str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
 
 
@@ -163,7 +161,7 @@ def batch(
     if cones is not None and not isinstance(cones, Cones):
         cones = Cones(cones)
     settings = Settings(how, method_of(method), format, seams, cones, packing, boundary, limit)
-    _check(settings)
+    _check_settings(settings)
     if workers is not None and scheduler is not None:
         raise ValueError("workers are those of the scheduler: give one of the two")
     if workers is not None and not is_number(workers, 1, whole=True):
@@ -209,7 +207,7 @@ def _in_bytes(memory: int | str | None) -> int | None:
     return limit
 
 
-def _check(asked: Settings) -> None:
+def _check_settings(asked: Settings) -> None:
     """Refuse here what would be wrong with every mesh."""
     seams, cones, method = asked.seams, asked.cones, asked.method
     if asked.how not in get_args(How):
@@ -286,12 +284,12 @@ def _results(client: Any, tasks: list[Task]) -> Iterator[Row]:
     """
     threads = sum(client.nthreads().values())
     suspects: list[Task] = []
-    for task, result in _run(client, iter(tasks), max(AT_LEAST, AHEAD * threads)):
+    for task, result in _run(client, iter(tasks), max(AHEAD_AT_LEAST, AHEAD * threads)):
         if isinstance(result, Row):
             yield result
         else:
             suspects.append(task)
-    for _ in range(ALONE):
+    for _ in range(DEATHS_ALONE):
         tried, suspects = suspects, []
         for task, result in _run(client, iter(tried), 1):
             if isinstance(result, Row):
@@ -302,7 +300,7 @@ def _results(client: Any, tasks: list[Task]) -> Iterator[Row]:
                 suspects.append(task)
     for task in suspects:
         limit = ", maybe for want of memory" if task.settings.memory else ""
-        said = f"its process died {ALONE} times when it had this mesh alone{limit}"
+        said = f"its process died {DEATHS_ALONE} times when it had this mesh alone{limit}"
         yield _blamed(task, DIED, said)
 
 

@@ -18,6 +18,7 @@ from typing import Any, get_args, get_type_hints
 
 from ..flattening import Outcome
 from . import places
+from .constants import WRITING_PAUSE
 
 WAITING = "waiting"
 VALID, OVERLAPPING = Outcome.VALID.value, "overlapping"
@@ -28,7 +29,6 @@ MAY_DIFFER = frozenset({FAILED, OUT_OF_MEMORY, DIED})  # another time
 
 CSV, PARQUET = "results.csv", "results.parquet"
 JOURNAL, LOCK = ".results.journal", ".results.lock"
-PAUSES = 50  # writing the table takes a fiftieth of the time at most
 
 
 @dataclass(frozen=True)
@@ -170,7 +170,7 @@ class Table:
     def add(self, row: Row) -> None:
         """A result, which is in a journal."""
         self._rows[row.input] = row
-        if perf_counter() - self._written_at > PAUSES * self._cost:
+        if perf_counter() - self._written_at > WRITING_PAUSE * self._cost:
             self.write()
 
     def write(self) -> None:

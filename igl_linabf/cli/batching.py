@@ -7,7 +7,7 @@ from ..batch_runs import batch
 from ..charts import Cones, Packing, Seams
 from ..io import SUFFIXES
 from .arguments import choice, shared, switch, value
-from .commands import GOOD, NOT_VALID, Command, auto_or_number, options_as
+from .commands import Command, ExitCode, auto_or_number, options_as
 
 
 def _batch(options: argparse.Namespace) -> int:
@@ -22,7 +22,7 @@ def _batch(options: argparse.Namespace) -> int:
     done = batch(options.inputs, options.output, seams=seams, cones=cones, packing=packing, **chosen)
     print(done, flush=True)
     options.settled()
-    return GOOD if done.good else NOT_VALID
+    return ExitCode.GOOD if done.good else ExitCode.NOT_VALID
 
 
 BATCH = Command(

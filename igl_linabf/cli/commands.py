@@ -5,17 +5,25 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
+from enum import IntEnum
 from typing import Any, Literal, TypeVar
 
 from ..errors import MeshError
 from ..flattening import METHODS, Method
 from .arguments import Argument
 
-GOOD, NOT_VALID, ERROR = 0, 1, 2
 STANDARD = "-"  # input or output
 
 Asked = TypeVar("Asked")
 Run = Callable[[argparse.Namespace], int]
+
+
+class ExitCode(IntEnum):
+    """What the command's end tells a shell: all maps are valid; some are not; there is none."""
+
+    GOOD = 0
+    NOT_VALID = 1
+    ERROR = 2
 
 
 @dataclass(frozen=True)
@@ -84,7 +92,7 @@ def told(run: Run, options: argparse.Namespace) -> int:
         said = str(error)
     begin = "" if said.startswith(options.title) else options.of
     print(f"igl-linabf: {begin}{said}", file=sys.stderr)
-    return ERROR
+    return ExitCode.ERROR
 
 
 def _give_up_stdout() -> None:

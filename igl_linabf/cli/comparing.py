@@ -5,8 +5,8 @@ import argparse
 from .._runtime import progress_part
 from ..flattening import METHODS, compare
 from .arguments import shared, value
-from .commands import GOOD, Command
-from .jobs import COMPUTED, given_mesh
+from .commands import Command, ExitCode
+from .jobs import PROGRESS, given_mesh
 from .outputs import check_outputs, hand_out
 
 
@@ -16,10 +16,10 @@ def _compare(options: argparse.Namespace) -> int:
     mesh = given_mesh(options)
     V, F = mesh.V, mesh.triangles
     shape = {"boundary": options.boundary, "corners": options.corners}
-    with progress_part("comparing", COMPUTED):
+    with progress_part("comparing", PROGRESS["computing"]):
         comparison = compare(V, F, methods, repeat=options.repeat, **shape)
     hand_out(options, str(comparison), {"comparison": comparison}, (V, F, comparison.maps))
-    return GOOD
+    return ExitCode.GOOD
 
 
 COMPARE = Command(

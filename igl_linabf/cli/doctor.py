@@ -6,7 +6,7 @@ from importlib import metadata
 
 from .._core import BUILD
 from ..linalg import HOW_TO_GET, blas_of_cholmod, has_cholmod
-from .commands import GOOD, Command
+from .commands import Command, ExitCode
 
 NEEDED = ("libigl", "numpy", "scipy", "shapely", "pillow", "psutil", "rich", "shtab")
 EXTRAS = {  # packages that a user may install; README and docs/install.md say what for
@@ -30,7 +30,7 @@ def _doctor(options: argparse.Namespace) -> int:
     else:
         print(f"CHOLMOD: no; solver='cholmod' needs it. To get it, {HOW_TO_GET}")
     print(f"Core: built for {BUILD}")
-    return GOOD
+    return ExitCode.GOOD
 
 
 def version(package: str) -> str:

@@ -8,8 +8,8 @@ from ..flattening import flatten
 from ..io import SUFFIXES, unit_square, write_atomically
 from ..measures import quality
 from .arguments import choice, shared, value
-from .commands import GOOD, Command, auto_or_number, method_with
-from .jobs import COMPUTED, given_mesh
+from .commands import Command, ExitCode, auto_or_number, method_with
+from .jobs import PROGRESS, given_mesh
 from .outputs import check_outputs, hand_out, judged
 
 
@@ -21,7 +21,7 @@ def _flatten(options: argparse.Namespace) -> int:
     mesh = given_mesh(options)
     V, F = mesh.V, mesh.triangles
     shape = {"outer": options.outer, "boundary": options.boundary, "corners": options.corners}
-    with progress_part("flattening", COMPUTED):
+    with progress_part("flattening", PROGRESS["computing"]):
         result = flatten(V, F, method, **shape)
         uv = unit_square(result.uv) if options.units == "square" else result.uv
         measured = quality(V, F, uv)
@@ -32,7 +32,7 @@ def _flatten(options: argparse.Namespace) -> int:
     if not result.outcome.good:
         return judged(options, False, [result.message])
     if measured.flips <= len(result.flipped):
-        return GOOD
+        return ExitCode.GOOD
     message = (
         f"{measured.flips} triangles flip by rounding when the map is scaled to the unit square: its scale "
         "varies too much; use --units mesh, or unwrap the mesh"

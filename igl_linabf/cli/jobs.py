@@ -14,7 +14,8 @@ from .._runtime import progress_part, reporting, undo_at_interrupt
 from ..io import MeshFile, detect_suffix, read_file
 from .commands import STANDARD, Run, told
 
-READ, COMPUTED = 0.1, 0.8  # of the whole: the bar when the mesh is read, and when its map is made
+# Share of the progress bar at which each part of a job ends; a picture may follow what is written.
+PROGRESS = {"reading": 0.1, "computing": 0.8, "baking": 0.9, "writing": 0.9}
 
 
 def run_each(options: argparse.Namespace, run: Run) -> int:
@@ -55,7 +56,7 @@ def given_mesh(options: argparse.Namespace) -> MeshFile:
     """What the file of `options.mesh` holds."""
     if options.mesh.is_dir():
         raise ValueError(f"{options.mesh} is a folder: give its files, or use igl-linabf batch")
-    with progress_part("reading", READ):
+    with progress_part("reading", PROGRESS["reading"]):
         return read_file(options.mesh)
 
 

@@ -20,11 +20,11 @@ from .._runtime import progress_part
 from .._types import FloatArray, IntArray
 from ..errors import MeshWarning, stack_level
 from ..io import replacing
-from .commands import GOOD, NOT_VALID, STANDARD
+from .commands import STANDARD, ExitCode
+from .jobs import PROGRESS
 
 MAPS = {"FTC", "split", "outlines", "sides"}  # of an atlas of polygons, and of a pattern
 LISTED = {"flipped", "repaired", "first"}  # the arrays of indices that say where something is wrong
-WRITTEN = 0.9  # of the whole, where a picture follows
 
 
 def check_outputs(mesh: Path | None, png: Path | None, suffixes: Sequence[str] = (".obj",)) -> None:
@@ -44,7 +44,7 @@ def judged(options: argparse.Namespace, good: bool, troubles: Iterable[str]) -> 
     """Say what is wrong with a map that is written; the exit code."""
     for message in troubles:
         print(f"igl-linabf: {options.of}{message}", file=sys.stderr)
-    return GOOD if good else NOT_VALID
+    return ExitCode.GOOD if good else ExitCode.NOT_VALID
 
 
 def hand_out(
@@ -62,7 +62,7 @@ def hand_out(
     to_stdout = write is not None and options.output == Path(STANDARD)
     with contextlib.ExitStack() as stack:
         if write is not None:
-            with progress_part("writing", WRITTEN if picture else 1.0):
+            with progress_part("writing", PROGRESS["writing"] if picture else 1.0):
                 if to_stdout:
                     data = _spooled(options, write)
                 else:

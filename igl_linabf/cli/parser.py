@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, NoReturn
 
 from .batching import BATCH
-from .commands import ERROR, Command, told
+from .commands import Command, ExitCode, told
 from .comparing import COMPARE
 from .doctor import DOCTOR, version
 from .flattening import FLATTEN
@@ -45,7 +45,7 @@ class Parser(argparse.ArgumentParser):
     """Reports errors in one line, like all errors of the command."""
 
     def error(self, message: str) -> NoReturn:
-        self.exit(ERROR, f"igl-linabf: {message} (see {self.prog} --help)\n")
+        self.exit(ExitCode.ERROR, f"igl-linabf: {message} (see {self.prog} --help)\n")
 
 
 class Help(argparse.HelpFormatter):

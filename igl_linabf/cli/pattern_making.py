@@ -11,7 +11,7 @@ from ..flattening import METHODS
 from ..patterns import PAPERS, PATTERN_SUFFIXES, UNITS, pattern_of, writing_pattern
 from .arguments import choice, format_of, shared, value, written_to
 from .commands import Command
-from .jobs import COMPUTED, given_mesh
+from .jobs import PROGRESS, given_mesh
 from .outputs import check_outputs, hand_out, judged
 from .unwrapping import direction
 
@@ -19,7 +19,7 @@ from .unwrapping import direction
 def _pattern(options: argparse.Namespace) -> int:
     check_outputs(options.output, None, PATTERN_SUFFIXES)
     mesh = given_mesh(options)
-    with warnings.catch_warnings(), progress_part("unwrapping", COMPUTED):
+    with warnings.catch_warnings(), progress_part("unwrapping", PROGRESS["computing"]):
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
         atlas = unwrap(mesh.V, mesh.F, Seams(trade=options.trade), options.method)
     pattern = pattern_of(mesh.V, mesh.F, atlas, options.units, options.crease, options.grain)

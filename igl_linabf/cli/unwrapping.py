@@ -17,11 +17,12 @@ from ..io import SUFFIXES, WITH_IMAGES, MeshFile, write_atomically
 from ..textures import bake
 from .arguments import choice, format_of, shared, switch, value
 from .commands import Command, method_with, options_as
-from .jobs import COMPUTED, given_mesh
+from .jobs import PROGRESS, given_mesh
 from .outputs import check_outputs, hand_out, judged
 
-RESOLUTION = 2048  # of a texture, if none is asked for
-BAKED = 0.9  # of the whole: the bar when the texture is baked
+# Texels along the side of a baked texture where none are asked for. Less shows texels on a screen; more makes
+# files that take long to load. docs/baking.md has the time that it takes.
+BAKED_RESOLUTION = 2048
 
 
 def _unwrap(options: argparse.Namespace) -> int:
@@ -30,7 +31,7 @@ def _unwrap(options: argparse.Namespace) -> int:
     mesh = given_mesh(options)
     _check_bake(options.bake, mesh, options.output, options.pages)
     if options.bake and options.resolution is None:
-        options.resolution = RESOLUTION
+        options.resolution = BAKED_RESOLUTION
     V, F = mesh.V, mesh.F
     seams: list[Any] = []
     if options.seams == "uv":
@@ -40,15 +41,15 @@ def _unwrap(options: argparse.Namespace) -> int:
             )
         seams = [texture_seams(F, mesh.FTC, V, mesh.TC, sides=True)]
     elif options.seams != "auto":
-        seams = [_table(options.seams, np.int64, "integers: write two vertices on each line")]
+        seams = [_read_rows(options.seams, np.int64, "integers: write two vertices on each line")]
     cones = options.cones
     if cones is not None and cones != "auto":
         lines = "integers: write one vertex on each line"
-        cones = int(cones) if cones.isdecimal() else _table(cones, np.int64, lines).ravel()
+        cones = int(cones) if cones.isdecimal() else _read_rows(cones, np.int64, lines).ravel()
     angles = options.cone_angles
     if angles is not None and angles != "quarter":
         lines = "numbers: write one angle in degrees on each line"
-        angles = np.deg2rad(_table(angles, np.float64, lines).ravel())
+        angles = np.deg2rad(_read_rows(angles, np.float64, lines).ravel())
     if cones is not None:
         cones = Cones(cones, angles=angles, period=options.period)
     elif angles is not None or options.period is not None:
@@ -62,13 +63,13 @@ def _unwrap(options: argparse.Namespace) -> int:
     }
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", OutcomeWarning)  # what is wrong is said below
-        with progress_part("unwrapping", COMPUTED):
+        with progress_part("unwrapping", PROGRESS["computing"]):
             atlas = unwrap(V, F, method=method, **asked)
     if options.picture and not len(atlas.drawn):
         raise MeshError(f"no face of {options.mesh} has an area, and a picture would be empty: leave it out")
     pictured = V[atlas.origin], atlas.drawn, {options.method: atlas.TC}
     figures = {"good": atlas.good, "troubles": atlas.troubles, "atlas": atlas}
-    with progress_part("baking", BAKED):
+    with progress_part("baking", PROGRESS["baking"]):
         image = _baked(options.bake, mesh, atlas, options.resolution) if options.bake else None
     write = partial(write_atomically, mesh=mesh, TC=atlas.TC, FTC=atlas.FTC, image=image)
     hand_out(options, str(atlas), figures, pictured, write)
@@ -87,7 +88,7 @@ def direction(text: str) -> list[float] | str:
     return [x, y, z]
 
 
-def _table(path: str, kind: type, what: str) -> Any:
+def _read_rows(path: str, kind: type, what: str) -> Any:
     """The rows of a text file; of an empty one (0, 2)."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # numpy's, of an empty file
@@ -182,9 +183,9 @@ UNWRAP = Command(
         "pages": value("N", "pages, as UDIM tiles (default: 1, or what it takes)", int),
         "bake": choice(
             ("colors", "normals", "position"),
-            help=f"bake a texture of --resolution texels ({RESOLUTION}) into a GLB, glTF or 3MF file, or "
-            "beside an OBJ: the colours of the vertices, normals in the object's space (127.5 (n + 1)), or "
-            "positions in the bounding cube",
+            help=f"bake a texture of --resolution texels ({BAKED_RESOLUTION}) into a GLB, glTF or 3MF file, "
+            "or beside an OBJ: the colours of the vertices, normals in the object's space (127.5 (n + 1)), "
+            "or positions in the bounding cube",
         ),
         **shared("method", "json", "quiet", "weight"),
     },

@@ -6,7 +6,7 @@ from pathlib import Path
 from ..io import read_mesh, replacing
 from ..measures import MEASURES
 from .arguments import choice, shared, value
-from .commands import GOOD, Command, auto_or_number
+from .commands import Command, ExitCode, auto_or_number
 from .outputs import check_outputs
 
 
@@ -24,7 +24,7 @@ def _view(options: argparse.Namespace) -> int:
         with replacing(options.screenshot) as temporary:
             view(V, F, options.method, off_screen=True, screenshot=temporary, **settings)
             options.settled()
-    return GOOD
+    return ExitCode.GOOD
 
 
 VIEW = Command(
