@@ -4,14 +4,15 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from ..._runtime import timed
-from ..._types import FloatArray
+from ..._types import FloatArray, Solve
 from ...linalg import NotPositiveDefiniteError
-from ..system import LARGE_SYSTEM, HolonomyConstraints, System, conformal_inverse, laplacian_inverse
+from ..system import LARGE_SYSTEM, HolonomyConstraints, System, laplacian_inverse, solve_pairs
 from .acceleration import anderson_coefficients
 from .constants import (
     ACCELERATING_CORRECTIONS,
@@ -21,6 +22,7 @@ from .constants import (
     FEW_INNER_STEPS,
     GROWING_STEPS,
     IN_VAIN,
+    MANY_PATHS,
     ROUGH_RTOL,
     SLOW_CORRECTION,
     STALE_FACTOR,
@@ -165,7 +167,8 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
         Residual below which corrections begin.
     """
     least_norm, conformal = state.lin, None
-    slow = SLOW_CORRECTION
+    many_paths = len(state.problem.constraints.paths) >= MANY_PATHS
+    least = slow = 2 * SLOW_CORRECTION if many_paths else SLOW_CORRECTION
     earlier: tuple[PastCorrection, ...] = ()
     gone: FloatArray | float = 0.0  # multipliers so far with the same factor
     while tol < (missing := state.at.residual.largest) < below and not state.steps[-1].limited:
@@ -183,7 +186,7 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
         elif fresh or left <= slow:
             break
         if fresh:
-            slow = min(max(SLOW_CORRECTION, STALE_FACTOR * left), IN_VAIN)
+            slow = min(max(least, STALE_FACTOR * left), IN_VAIN)
         if not left <= slow:
             conformal = None
     return replace(state, lin=least_norm)
@@ -229,7 +232,9 @@ def _conformal_system(state: State) -> Linearised | None:
     try:
         with timed("factor"):
             inverse = laplacian_inverse(system, lin.laplacian, lower)
-            precondition, _ = conformal_inverse(system, holonomy, inverse.solve)
+            precondition: Solve = partial(solve_pairs, inverse.solve)
+            if holonomy is not None:
+                precondition, _ = holonomy.preconditioner(system, inverse.solve, None)
     except NotPositiveDefiniteError:
         return None
     return replace(lin, system=system, holonomy=holonomy, inverse=inverse, precondition=precondition)

@@ -35,8 +35,11 @@ IN_VAIN = 0.5
 # Share of the residual that a correction leaves, above which the next one has a new factor. With less,
 # factors take more time than corrections; with more, corrections do. benchmarks/cones.py prints the times.
 SLOW_CORRECTION = 0.2
-# The same, times what the first correction with the factor left, where that is more: a new factor would
-# leave as much.
+# Closed paths from which twice that share is slow, as a new factor has columns to solve for with each. With
+# fewer, corrections take more time; with more, factors do. benchmarks/cones.py prints the times.
+MANY_PATHS = 4
+# The share above which a factor is kept, times what the first correction with the factor left, where that is
+# more: a new factor would leave as much.
 STALE_FACTOR = 1.5
 # Share of the residual that a correction leaves, above which earlier ones accelerate the next. Below, it
 # converges without: acceleration costs more than it saves. benchmarks/cones.py prints the times.

@@ -41,7 +41,7 @@ class State:
 
     def without_factors(self) -> State:
         """The same state with the analyses, but without the factors, which take most of the memory."""
-        return self if self.lin is None else replace(self, lin=self.lin.without_factors)
+        return self if self.lin is None else replace(self, lin=replace(self.lin.without_matrix, inverse=None))
 
     def back_to_start(self) -> State:
         """The state at the initial estimate, with the steps and analyses so far."""

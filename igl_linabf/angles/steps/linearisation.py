@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import warnings
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Literal
 
 import numpy as np
@@ -27,9 +28,9 @@ from ..system import (
     Slivers,
     Symmetric,
     System,
-    conformal_inverse,
     correct_at_slivers,
     laplacian_inverse,
+    solve_pairs,
 )
 from .constants import LONGEST_WAY
 from .iterates import AngleProblem, Iterate, Kind, Step
@@ -49,7 +50,7 @@ class Linearised:
     system : System
     S : Symmetric
         The reduced matrix.
-    closing : HolonomyConstraints or None
+    holonomy : HolonomyConstraints or None
         Those that close the loops of holes, and closed paths.
     laplacian : Analysis or None
         Analysis of the Laplacians over the problem's pattern, which the layout uses, too.
@@ -95,11 +96,6 @@ class Linearised:
         return cls(problem, system, EMPTY_MATRIX, None, laplacian=laplacian, inverse=inverse, columns=columns)
 
     @property
-    def without_factors(self) -> Linearised:
-        """The same without the matrix and the factors, which take most of the memory; the analyses stay."""
-        return replace(self, S=EMPTY_MATRIX, precondition=None, whole=None, inverse=None)
-
-    @property
     def without_matrix(self) -> Linearised:
         """The same without what only its own solves need; the preconditioner's factor stays."""
         return replace(self, S=EMPTY_MATRIX, precondition=None, whole=None)
@@ -129,7 +125,7 @@ class Direction:
     Attributes
     ----------
     e : (3, #F) float64
-    x : (2 #rows + #closing rows,) float64
+    x : (2 #rows + #holonomy constraints,) float64
         The multipliers.
     lin : Linearised
         The system, with any fallback of its solver, for the next solve.
@@ -226,14 +222,17 @@ def _preconditioned(lin: Linearised) -> Linearised:
         with timed("factor"):
             inverse = laplacian_inverse(lin.system, laplacian, lower)
     with timed("factor"):
-        precondition, columns = conformal_inverse(lin.system, lin.holonomy, inverse.solve, lin.S, lin.columns)
+        columns = lin.columns
+        precondition: Solve = partial(solve_pairs, inverse.solve)
+        if lin.holonomy is not None:
+            precondition, columns = lin.holonomy.preconditioner(lin.system, inverse.solve, lin.S, columns)
         slivers = lin.slivers or Slivers.of(lin.system, lin.S, solvers)
         precondition = correct_at_slivers(precondition, slivers, lin.S, lin.holonomy)
     return replace(
         lin,
         laplacian=laplacian,
         inverse=inverse,
-        columns=lin.columns if columns is None else columns,
+        columns=columns,
         slivers=slivers,
         precondition=precondition,
         how=f"conjugate gradients, {inverse.name}",

@@ -118,7 +118,8 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
             return AbfResult(state.without_factors(), True, held)
         enough = LEFT_TO_STEPS * tol * np.sqrt(objective(state))
         if same and not limited and not held.any() and _change_left(size, size_before) <= enough:
-            lin, state = lin.without_factors, state.without_factors()
+            state = state.without_factors()
+            lin = state.lin
             ended = _end_by_corrections(state, enough, tol)
             if ended is not None:
                 return AbfResult(ended.without_factors(), True, held)

@@ -16,7 +16,7 @@ from .constraints import (
     residual,
 )
 from .holonomy import HolonomyConstraints, HolonomyRows
-from .patterns import Pattern, Symmetric, with_identity
-from .preconditioner import Slivers, conformal_inverse, correct_at_slivers, laplacian_inverse
+from .patterns import Pattern, Symmetric, solve_pairs, with_identity
+from .preconditioner import Slivers, correct_at_slivers, laplacian_inverse
 from .reduced_system import System
 from .schur_columns import SchurColumns

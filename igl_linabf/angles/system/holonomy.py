@@ -215,7 +215,7 @@ class HolonomyConstraints:
     def preconditioner(
         self, system: System, inverse: Solve, S: Symmetric | None, known: SchurColumns | None = None
     ) -> tuple[Solve, SchurColumns]:
-        """Solve the bordered system approximately, by the `inverse` of the Laplacians, (#rows, k).
+        """Solve the bordered system approximately, with the `inverse` of `laplacian_inverse`.
 
         With C = diag(L_s, L_s)^-1 B of the conformal metric, the rows T - C^T M close the same loops, and in
         that metric they are orthogonal to M. So they are solved for separately, in their own metric: by

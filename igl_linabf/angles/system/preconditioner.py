@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import partial
 
 import numpy as np
 from scipy import sparse
@@ -13,9 +12,8 @@ from ..._types import FloatArray, Solve
 from ...linalg import Analysis, Factor, Solvers
 from .constants import LARGE_SYSTEM, SLIVER, SLIVER_OF_SMALL_SYSTEM
 from .holonomy import HolonomyConstraints
-from .patterns import RowSubset, Symmetric, solve_pairs, with_identity
+from .patterns import RowSubset, Symmetric, with_identity
 from .reduced_system import System
-from .schur_columns import SchurColumns
 
 
 def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_array) -> Factor:
@@ -34,23 +32,6 @@ def laplacian_inverse(system: System, laplacian: Analysis, lower: sparse.csc_arr
         return np.hstack((vertex.solve(pairs[:, :k]), wheel.solve(pairs[:, k:])))
 
     return Factor(vertex.name, both)
-
-
-def conformal_inverse(
-    system: System,
-    holonomy: HolonomyConstraints | None,
-    inverse: Solve,
-    S: Symmetric | None = None,
-    known: SchurColumns | None = None,
-) -> tuple[Solve, SchurColumns | None]:
-    """diag(L_s+, L_s)^-1 from `laplacian_inverse`; with holonomy constraints, that of the bordered system.
-
-    With `S` these have the paper's metric, and else that of K alone. Also returns their Schur columns, which
-    may be `known` of an earlier system.
-    """
-    if holonomy is None:
-        return partial(solve_pairs, inverse), None
-    return holonomy.preconditioner(system, inverse, S, known)
 
 
 @dataclass(frozen=True, eq=False)
