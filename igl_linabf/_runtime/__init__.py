@@ -1,4 +1,4 @@
-"""Support for computations: progress, cleanup, child processes, memory, timing, text tables.
+"""Support for computations: progress, cleanup, child processes, threads, timing, text tables.
 
 Progress goes to a callback or a bar. Cleanup undoes work at Ctrl-C; files are written completely or not at
 all. Child processes run code that may crash or hang.

@@ -88,6 +88,7 @@ def detect_suffix(data: bytes) -> str:
 
 
 def parse_file(path: str | os.PathLike[str]) -> MeshFile:
+    """The mesh in a file; its suffix, or for FreeSurfer its first bytes, says how to read it."""
     path = Path(path)
     suffix = path.suffix.lower()
     if suffix in BYTES:

@@ -52,9 +52,9 @@ class Disks:
 
 
 def sound_disks(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
-    """Put those meshes side by side that are sound disks without holes; their places among `meshes`.
+    """Those meshes that are sound disks without holes, side by side, and which of `meshes` they are.
 
-    What a mesh lacks that is left out is not said: `planar` of it says it.
+    Of another mesh, `planar_mesh` raises what is wrong with it.
     """
     places = np.arange(len(meshes))
     while len(places):
@@ -66,7 +66,7 @@ def sound_disks(meshes: Sequence[Arrays]) -> tuple[Disks | None, IntArray]:
 
 
 def _side_by_side(meshes: list[Arrays]) -> tuple[Disks | None, BoolArray]:
-    """All of them side by side, if all are sound; or which of them may be."""
+    """All meshes side by side if all are sound disks; else None, and which of them may be."""
     vertices = Ragged.of_sizes([len(V) for V, _ in meshes])
     faces = Ragged.of_sizes([len(F) for _, F in meshes])
     F = np.concatenate([F for _, F in meshes])

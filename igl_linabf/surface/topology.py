@@ -85,7 +85,7 @@ class Topology:
 
     @cached_property
     def rims(self) -> tuple[IntArray, IntArray]:
-        """The vertices of the outer loops, one after the other; where each begins, and the last one ends."""
+        """The vertices of the outer loops, one loop after another, and where each begins; the end is last."""
         outer = self.loops[: self.n_outer]
         return np.concatenate(outer), np.cumsum([0, *map(len, outer)])
 
@@ -108,7 +108,7 @@ class Topology:
         return loops > 0 and self.characteristic == 2 - loops and in_one_piece(self.sides, n_faces)
 
     def once(self, name: str, make: Callable[[], T]) -> T:
-        """What follows from the connectivity alone; a `KeptTopology` keeps it under its name."""
+        """What `make` computes from the connectivity alone; a `KeptTopology` computes it once a name."""
         return make()
 
     def sum_at_vertices(self, values: FloatArray) -> FloatArray:
@@ -140,7 +140,7 @@ class Topology:
 
 @dataclass(frozen=True, eq=False)
 class KeptTopology(Topology):
-    """A topology that is used again and again: what follows from it is made once."""
+    """A topology of many calls: what follows from it is computed in the first one."""
 
     _kept: dict[str, Any] = field(init=False, default_factory=dict, repr=False)
 
@@ -219,7 +219,7 @@ def with_outer_loop(topology: Topology, outer: int) -> Topology:
 
 
 def nonmanifold_edges(corner: IntArray, edges: IntArray) -> tuple[IntArray, BoolArray, BoolArray]:
-    """The edge of each half-edge, (3 #F,); the edges with more than two, and with two of one direction."""
+    """The edge of each half-edge, (3 #F,); which edges have more than two, and which two of one direction."""
     tail, head = corner[NEXT].ravel(), corner[PREV].ravel()
     n = int(corner.max()) + 1
     key, of_edge = (np.minimum(a, b) * n + np.maximum(a, b) for a, b in ((tail, head), edges.T))

@@ -39,6 +39,7 @@ def call_reader(read: Callable[[Any], Any], given: Any) -> Any:
 
 
 def checked_mesh_file(V: FloatArray, polygons: Polygons, extras: Extras) -> MeshFile:
+    """The mesh that a package has read; raises where faces name vertices that are not there."""
     bad = polygons.outside(len(V))
     if len(bad):
         raise Damaged(f"faces {some(bad)} name vertices outside 0..{len(V) - 1}")

@@ -203,7 +203,7 @@ def clean(V: ArrayLike, F: ArrayLike, *, weld: float | None = None) -> Cleaned:
 
 
 def cleaned_surface(V: ArrayLike, F: ArrayLike, weld: float | None = None) -> tuple[Cleaned, Submesh]:
-    """`clean`, and its surface: of the caller's faces, and if these were clean of the caller's vertices."""
+    """`clean`, and the cleaned surface; of a clean mesh, it has the caller's vertices."""
     positions, faces = vertex_array(V), face_array(F)
     check_indices(faces, len(positions))
     in_use = np.zeros(len(positions), dtype=bool)

@@ -1,4 +1,4 @@
-"""Any triangles as sheets: which sides are joined, how the faces are oriented, a vertex for each fan.
+"""Any triangles as sheets, oriented manifolds: which sides are joined, and a vertex for each fan of faces.
 
 Side 3 t + k of the faces runs from corner k of face t to its corner k + 1.
 """
