@@ -24,19 +24,12 @@ from ..measures import (
 )
 from ..surface import Cleaned, Submesh, check_finite, seam_mask
 from .atlas import Chart, flatten_piece, open_slivers, sides_of_cleaned, uv_of_part
-from .constants import (
-    DISK_GAIN,
-    FEW_FACES,
-    FEW_TRIANGLES,
-    NEEDLE_AREA,
-    PROGRESS,
-    SEAM_ROUNDS,
-    TRADE_DOUBLINGS,
-)
+from .constants import DISK_GAIN, FEW_TRIANGLES, NEEDLE_AREA, PROGRESS, SEAM_ROUNDS, TRADE_DOUBLINGS
 from .features import extent
 from .options import ChartOptions
 from .seams import FEW_BODIES, MEDIUM_BODY
 from .splitting import (
+    FEW_FACES,
     REUSED_STRETCH,
     TIP_STRETCH,
     KnownMap,

@@ -19,10 +19,6 @@ TRADE_DOUBLINGS = 12
 
 # -- Charts
 
-# Share of a chart's faces that are few. Fewer flips or overlaps than that are mended where they are, or by
-# seams to tips; for more, the whole chart is cut. benchmarks/constants.py charts.constants.
-FEW_FACES = 0.02
-
 # Area over squared extent up to which a map is taken for a line, and bisected. Less leaves charts that no
 # packing can turn; more bisects thin strips. tests/surface/repair/test_slivers.py.
 NEEDLE_AREA = 1e-13

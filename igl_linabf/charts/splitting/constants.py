@@ -38,10 +38,9 @@ SAME_MAP = 1 + 1e-4
 
 # Overlaps that are predicted, and tips
 
-# Share of the faces, below which overlaps are left to the map of the surface itself, and a part is left to a
-# neighbour. Less cuts chips off; more leaves overlaps for later.
-# tests/charts/splitting/test_predicted_overlaps.py.
-SMALL_PART = 0.02
+# Share of a chart's faces that are few. Fewer that flip or overlap are mended where they are, and a part of
+# fewer is left to a neighbour; for more, the chart is cut. tests/charts/splitting/test_predicted_overlaps.py.
+FEW_FACES = 0.02
 # Predicted overlaps that one seam separates; a map made anew shows what is left of the others. Fewer take
 # longer; more part overlaps that are gone by then. benchmarks/constants.py charts.splitting.
 PREDICTED_AT_ONCE = 3

@@ -1,4 +1,4 @@
-"""Overlaps of a map, and tips that it shrinks, foreseen on the clusters of a surface; and seams for them.
+"""Overlaps of a map, and tips that it shrinks, predicted on the clusters of a surface; and seams for them.
 
 Clusters are the vertices of a coarse mesh, whose map is much like the one of the surface. Where it overlaps,
 the surface is cut before it is flattened at all: that is the same search for seams on far fewer triangles.
@@ -15,7 +15,7 @@ from ...measures import change_of, overlapping_pairs_of_chart
 from ...surface import NEXT, Submesh, cleaned_surface
 from ..atlas import flatten_piece
 from ..cut_graphs import SurfaceGraph
-from .constants import MAX_SPLITS, PREDICTED_AT_ONCE, SHRUNK, SMALL_PART, TIP_ROUNDS
+from .constants import FEW_FACES, MAX_SPLITS, PREDICTED_AT_ONCE, SHRUNK, TIP_ROUNDS
 from .crease_cuts import split_at_creases
 from .overlap_seams import split_overlaps
 from .reused_maps import keeps_map
@@ -55,7 +55,7 @@ def predicted_seams(
         for entry in waiting:
             number += 1
             label[entry[0].faces] = number
-            if len(entry[0].F) >= SMALL_PART * len(mesh.F):
+            if len(entry[0].F) >= FEW_FACES * len(mesh.F):
                 large.append(entry)
         for (part, rounds, stays), sketch in zip(large, _sketch_maps(large), strict=True):
             parts, uv, stays = _split_sketch(part, sketch, stays)
@@ -127,7 +127,7 @@ def _with_chips_joined(label: IntArray, sides: IntArray) -> IntArray:
         right, left = label[sides]
         around = np.append(left[right == chip], right[left == chip])
         around = around[around != chip]
-        if 0 < faces < SMALL_PART * len(label) and len(around):
+        if 0 < faces < FEW_FACES * len(label) and len(around):
             label[label == chip] = np.bincount(around).argmax()
     return label
 
@@ -158,7 +158,7 @@ def _split_sketch(
     if stays or result.holes:
         return [], uv, stays
     pairs = overlapping_pairs_of_chart(disk.topology, result.uv)
-    if not len(pairs) or len(np.unique(pairs)) < SMALL_PART * len(disk.F) or uv is None:
+    if not len(pairs) or len(np.unique(pairs)) < FEW_FACES * len(disk.F) or uv is None:
         return [], uv, False
     parts = split_at_creases(disk, uv, pairs) or split_overlaps(disk, disk.faces[pairs], PREDICTED_AT_ONCE)
     _, squared = size_and_stretch(change_of(disk, uv))

@@ -172,7 +172,7 @@ def lattice(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
 
 
 def test_clusters_around_thin_handles_are_neighbours_by_one_edge() -> None:
-    """They are the vertices of a mesh then, on which overlaps are foreseen."""
+    """They are the vertices of a mesh then, on which overlaps are predicted."""
     whole = Submesh.checked_manifold(*level_set(lattice, 2.0, 56))
     assert whole.topology.genus == 81
     piece = ClosedSurface.of(whole)
