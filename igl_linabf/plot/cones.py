@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 from .._types import FloatArray, IntArray
 from ..charts import Atlas
 from ..surface import connected_labels
+from .constants import MARKER_RADIUS
 
-BALL = 0.012  # radius of a cone's sphere, of the diagonal of what is drawn
 CONE = "#e09f1f"
-GOLDEN = 0.618  # of the colour circle from one arc to the next: neighbours differ
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,13 +63,14 @@ def _arcs(seams: IntArray, cones: IntArray, n: int) -> IntArray:
 
 def colours_of(arcs: IntArray) -> NDArray[np.uint8]:
     """The colour of each arc, (#arcs, 3) from 0 to 255; other arcs have other colours."""
-    each = [hsv_to_rgb(i * GOLDEN % 1, 0.85, 0.65 if i % 2 else 0.9) for i in range(arcs.max(initial=0) + 1)]
+    golden = (np.sqrt(5) - 1) / 2  # of the colour circle: neighbours differ
+    each = [hsv_to_rgb(i * golden % 1, 0.85, 0.65 if i % 2 else 0.9) for i in range(arcs.max(initial=0) + 1)]
     return (255 * np.array(each).reshape(-1, 3)).astype(np.uint8)[arcs]
 
 
 def add_balls(plotter: pv.Plotter, centres: FloatArray, diagonal: float, **options: Any) -> None:
     """Add a sphere at each cone."""
     if len(centres):
-        ball = pv.Sphere(radius=BALL * diagonal, theta_resolution=16, phi_resolution=16)
+        ball = pv.Sphere(radius=MARKER_RADIUS * diagonal, theta_resolution=16, phi_resolution=16)
         balls = pv.PolyData(centres).glyph(geom=ball, scale=False, orient=False)
         plotter.add_mesh(balls, color=CONE, smooth_shading=True, **options)

@@ -23,12 +23,15 @@ class DrawnSeams:
         The vertices of each path.
     end : int or None
         The vertex from which the next click draws; None begins a new seam.
+    active : bool
+        Whether clicks draw seams.
     """
 
     V: FloatArray
     F: IntArray
     paths: list[IntArray] = field(default_factory=list)
     end: int | None = None
+    active: bool = False
 
     @cached_property
     def _graph(self) -> csr_array:

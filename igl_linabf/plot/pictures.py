@@ -19,6 +19,7 @@ from ..errors import MeshError
 from ..measures import Measure, quality
 from ..remesh import QuadGrid
 from ..surface import vertex_array
+from .constants import CAPTION_SIZE
 from .scene import (
     DARK,
     LIGHT,
@@ -31,10 +32,8 @@ from .scene import (
     face_the_camera,
     flat_scene,
     look_at_the_plane,
-    scene,
+    scene_of,
 )
-
-CAPTION_SIZE = 14
 
 
 def plot_checkerboard(
@@ -94,7 +93,7 @@ def plot_checkerboard(
     >>> plotter.close()
     """
     colours = {**board(frequency, texture), **kwargs}
-    return _surface(scene(V, F, uv, seams), colours, plotter, show, screenshot)
+    return _plot_surface(scene_of(V, F, uv, seams), colours, plotter, show, screenshot)
 
 
 def plot_uv(
@@ -146,9 +145,9 @@ def plot_uv(
     drawn = flat_scene(uv, F)
     uv, F = (uv.TC, uv.triangles) if isinstance(uv, Atlas) else (uv, F)
     target, _ = _target(plotter)
-    colours = board(frequency, texture) if scalars is None else {"scalars": _used(scalars, uv, F)}
+    colours = board(frequency, texture) if scalars is None else {"scalars": _used_scalars(scalars, uv, F)}
     add_flat(target, drawn, **{**colours, **kwargs})
-    return _shown(target, show, screenshot)
+    return _show(target, show, screenshot)
 
 
 def plot_distortion(
@@ -197,9 +196,9 @@ def plot_distortion(
     True
     >>> plotter.close()
     """
-    drawn = scene(V, F, uv, seams)
+    drawn = scene_of(V, F, uv, seams)
     (colours,) = distortions([drawn], measure)
-    return _surface(drawn, {**colours, **kwargs}, plotter, show, screenshot)
+    return _plot_surface(drawn, {**colours, **kwargs}, plotter, show, screenshot)
 
 
 def plot_grid(
@@ -249,7 +248,7 @@ def plot_grid(
     elif alone:
         fans = [(face[0], face[i], face[i + 1]) for face in grid.faces for i in range(1, len(face) - 1)]
         face_the_camera(target, grid.V, np.array(fans))
-    return _shown(target, show, screenshot)
+    return _show(target, show, screenshot)
 
 
 def plot_compare(
@@ -313,7 +312,7 @@ def plot_compare(
     """
     if not maps:
         raise MeshError("maps is empty: give at least one flat map with its name")
-    scenes = [scene(V, F, uv, seams) for uv in maps.values()]
+    scenes = [scene_of(V, F, uv, seams) for uv in maps.values()]
     single = [i for i, uv in enumerate(maps.values()) if not isinstance(uv, Atlas)]
     for i in single[1:]:
         scenes[i] = scenes[i].fitted(scenes[single[0]])
@@ -332,10 +331,10 @@ def plot_compare(
             plotter.add_text(caption, font_size=CAPTION_SIZE)
             plotter.subplot(row, 1)
             add_flat(plotter, drawn.flat, **colours[row])
-        return _shown(plotter, show, screenshot)
+        return _show(plotter, show, screenshot)
 
 
-def _surface(
+def _plot_surface(
     drawn: Scene, colours: dict[str, Any], plotter: pv.Plotter | None, show: bool, screenshot: str | bool
 ) -> pv.Plotter:
     """The surface with its seams, in the caller's plotter or in a new one."""
@@ -344,10 +343,10 @@ def _surface(
     add_cut(target, drawn)
     if alone:
         face_the_camera(target, drawn.V, drawn.F)
-    return _shown(target, show, screenshot)
+    return _show(target, show, screenshot)
 
 
-def _used(scalars: ArrayLike, uv: ArrayLike, F: ArrayLike) -> FloatArray:
+def _used_scalars(scalars: ArrayLike, uv: ArrayLike, F: ArrayLike) -> FloatArray:
     """The scalars; if they are by vertex, of the vertices that a face uses."""
     values = np.asarray(scalars, dtype=np.float64).ravel()
     n = len(vertex_array(uv, 2, "uv"))
@@ -362,7 +361,7 @@ def _target(plotter: pv.Plotter | None) -> tuple[pv.Plotter, bool]:
         return pv.Plotter(), True
 
 
-def _shown(plotter: pv.Plotter, show: bool, screenshot: str | bool) -> pv.Plotter:
+def _show(plotter: pv.Plotter, show: bool, screenshot: str | bool) -> pv.Plotter:
     if show:
         with pv.vtk_verbosity("error"):
             plotter.show(screenshot=screenshot)

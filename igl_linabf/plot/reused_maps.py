@@ -14,7 +14,7 @@ from ..errors import OutcomeWarning
 from ..flattening import BoundaryName, LinABF, flatten, method_of
 from ..measures import Quality, quality
 from ..surface import compact, topology_of
-from .scene import Scene, scene
+from .scene import Scene, scene_of
 
 Pairs = tuple[tuple[int, int], ...]
 
@@ -44,7 +44,7 @@ class Shown:
 
 
 @dataclass(frozen=True)
-class Asked:
+class MapRequest:
     """What a map depends on.
 
     Attributes
@@ -64,7 +64,7 @@ class Asked:
     drawn: Pairs = ()
 
 
-class KeptMaps:
+class ReusedMaps:
     """The maps of a surface by what was asked for.
 
     Those of methods that can have the `boundary`, or the `cones`, until seams are drawn or found anew.
@@ -82,38 +82,38 @@ class KeptMaps:
         self.V, self.F, self._boundary, self._cones = V, F, boundary, cones
         vertices, faces = compact(F, len(V))
         self.planar = topology_of(faces, vertices).is_planar
-        self._maps: dict[Asked, Shown] = {}
+        self._maps: dict[MapRequest, Shown] = {}
         self._seams: dict[float, IntArray] = {}
 
-    def shown(self, asked: Asked) -> Shown:
+    def map_for(self, request: MapRequest) -> Shown:
         """The map, computed where it is asked for the first time."""
-        if asked not in self._maps:
-            self._maps[asked] = self._made(asked)
-        return self._maps[asked]
+        if request not in self._maps:
+            self._maps[request] = self._compute(request)
+        return self._maps[request]
 
-    def _made(self, asked: Asked) -> Shown:
-        method = LinABF(iterations=asked.iterations) if asked.iterations else asked.method
-        plain, shapes = asked.trade is None and not asked.drawn, method_of(method).shapes
-        coned = plain and self._cones is not None and shapes
-        if not coned and plain and (self.planar or self._boundary != "free"):
+    def _compute(self, request: MapRequest) -> Shown:
+        method = LinABF(iterations=request.iterations) if request.iterations else request.method
+        plain, shapes = request.trade is None and not request.drawn, method_of(method).shapes
+        with_cones = plain and self._cones is not None and shapes
+        if not with_cones and plain and (self.planar or self._boundary != "free"):
             uv = flatten(self.V, self.F, method, boundary=self._boundary if shapes else "free").uv
-            drawn = scene(self.V, self.F, uv)
+            drawn = scene_of(self.V, self.F, uv)
             if self._maps:  # turned alike
                 drawn = drawn.fitted(next(iter(self._maps.values())).drawn)
             return Shown(drawn, quality(drawn.V, drawn.F, drawn.uv), 1, uv, self.F)
         options: dict[str, Any] = {"cones": self._cones}
-        if not coned:
-            trade = Seams.trade if asked.trade is None else asked.trade
-            seams = np.array(asked.drawn, dtype=np.int64) if asked.drawn else self._found(trade)
-            complete = bool(asked.drawn) and not self.planar
+        if not with_cones:
+            trade = Seams.trade if request.trade is None else request.trade
+            seams = np.array(request.drawn, dtype=np.int64) if request.drawn else self._seams_of(trade)
+            complete = bool(request.drawn) and not self.planar
             options = {"seams": Seams(seams, trade=trade, complete=complete)}
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", OutcomeWarning)  # what is flipped is seen, and counted
             atlas = unwrap(self.V, self.F, method=method, **options)
-        drawn = scene(self.V, self.F, atlas)
+        drawn = scene_of(self.V, self.F, atlas)
         return Shown(drawn, atlas.quality, len(atlas.charts), atlas.TC, np.asarray(atlas.FTC))
 
-    def _found(self, trade: float) -> IntArray:
+    def _seams_of(self, trade: float) -> IntArray:
         if trade not in self._seams:
             self._seams[trade] = find_seams(self.V, self.F, trade=trade, disks=True)
         return self._seams[trade]

@@ -18,10 +18,10 @@ from ..errors import MeshError
 from ..measures import Measure, distortion
 from ..surface import compact, complex_positions, face_array, map_array, seam_mask, vertex_array
 from .cones import SeamSides, add_balls, colours_of, seam_sides
+from .constants import SCALAR_BAR_HEIGHT
 
 LIGHT, DARK, WARNING, SEAM = "#f4f1e8", "#2f6690", "#d1242f", "#16161d"
-FORMAT = "{:.3g}" if pv.vtk_version_info >= (9, 6) else "%.3g"  # VTK changed the language of it
-BAR = 0.12  # share of the window's height that a scalar bar takes
+FORMAT = "{:.3g}" if pv.vtk_version_info >= (9, 6) else "%.3g"  # VTK changed its language
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,18 +66,18 @@ class Scene:
         return replace(self, uv=fit(self.uv, onto.uv), period=None)
 
 
-def scene(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | None = None) -> Scene:
+def scene_of(V: ArrayLike, F: ArrayLike, uv: ArrayLike | Atlas, seams: ArrayLike | None = None) -> Scene:
     """The scene of a surface and its map or atlas; by default with the seams of the atlas."""
     points = vertex_array(V)
     if isinstance(uv, Atlas):
-        return _of_atlas(points, F, uv, seams)
+        return _atlas_scene(points, F, uv, seams)
     faces, map_ = face_array(F), map_array(uv, len(points))
     lines = points[_ends(() if seams is None else seams, faces, len(points))]
     vertices, faces = compact(faces, len(points))
     return Scene(points[vertices], faces, map_[vertices], lines)
 
 
-def _of_atlas(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: ArrayLike | None) -> Scene:
+def _atlas_scene(points: FloatArray, F: ArrayLike, atlas: Atlas, seams: ArrayLike | None) -> Scene:
     given = face_array(F) if atlas.split is None else atlas.split.F
     if len(atlas.triangles) != len(given) or atlas.origin.max() >= len(points):
         raise MeshError(
@@ -103,7 +103,7 @@ def flat_scene(uv: ArrayLike | Atlas, F: ArrayLike) -> Scene:
     if isinstance(uv, Atlas):
         flat = replace(flat_scene(uv.TC, uv.drawn), period=uv.period)
         return replace(flat, sides=seam_sides(uv)) if len(uv.cones) else flat
-    return scene(np.insert(vertex_array(uv, 2, "uv"), 2, 0.0, axis=1), F, uv)
+    return scene_of(np.insert(vertex_array(uv, 2, "uv"), 2, 0.0, axis=1), F, uv)
 
 
 def board(frequency: float, texture: pv.Texture | None = None) -> dict[str, Any]:
@@ -203,8 +203,8 @@ def look_at_the_plane(plotter: pv.Plotter, bar: bool = False) -> None:
     camera = plotter.camera
     camera.tight(padding=0.08, view="xy", adjust_render_window=False)
     if bar:
-        camera.parallel_scale *= 1 + BAR
-        down = np.array([0, BAR * camera.parallel_scale, 0])
+        camera.parallel_scale *= 1 + SCALAR_BAR_HEIGHT
+        down = np.array([0, SCALAR_BAR_HEIGHT * camera.parallel_scale, 0])
         camera.position, camera.focal_point = camera.position - down, camera.focal_point - down
     _step_back(plotter, 2 * camera.parallel_scale)
 
@@ -274,7 +274,7 @@ def colour_scale(values: Iterable[FloatArray], measure: Measure) -> dict[str, An
             "position_x": 0.2,
             "position_y": 0.02,
             "width": 0.6,
-            "height": BAR,
+            "height": SCALAR_BAR_HEIGHT,
         },
     }
 

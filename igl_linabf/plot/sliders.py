@@ -7,12 +7,10 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from ..measures import MEASURES
+from .constants import MAX_SLIDER_ITERATIONS, MAX_SLIDER_TRADE, SLIDER_LETTERS
 
 if TYPE_CHECKING:
     from .window import Viewer
-
-MOST_ITERATIONS, LARGEST_TRADE = 8, 60.0
-LETTERS = 0.1  # of the height of the row
 
 
 def add_sliders(viewer: Viewer) -> None:
@@ -28,13 +26,13 @@ def add_sliders(viewer: Viewer) -> None:
         viewer.iterate(round(value) - viewer.iterations)
 
     def colour(name: str) -> None:
-        viewer.measure = None if name == "board" else next(m for m in MEASURES if m == name)
+        viewer.look.measure = None if name == "board" else next(m for m in MEASURES if m == name)
         viewer.draw()
 
     _choice(viewer, 0, viewer.methods, viewer.method, method)
-    _number(viewer, 1, "iterations, 0: auto", MOST_ITERATIONS, viewer.iterations, iterate)
-    _number(viewer, 2, "trade", LARGEST_TRADE, 6.0, viewer.set_trade)
-    _choice(viewer, 3, colours, viewer.measure or colours[0], colour)
+    _number(viewer, 1, "iterations, 0: auto", MAX_SLIDER_ITERATIONS, viewer.iterations, iterate)
+    _number(viewer, 2, "trade", MAX_SLIDER_TRADE, 6.0, viewer.set_trade)
+    _choice(viewer, 3, colours, viewer.look.measure or colours[0], colour)
 
 
 def _look(i: int) -> dict[str, Any]:
@@ -47,17 +45,17 @@ def _choice(viewer: Viewer, i: int, names: Sequence[str], now: str, chosen: Call
     slider = viewer.plotter.add_text_slider_widget(
         _changed(viewer, now, chosen), list(names), value=list(names).index(now), **_look(i)
     )
-    slider.GetRepresentation().SetTitleHeight(LETTERS)
+    slider.GetRepresentation().SetTitleHeight(SLIDER_LETTERS)
 
 
 def _number(
     viewer: Viewer, i: int, title: str, most: float, now: float, chosen: Callable[[float], None]
 ) -> None:
-    titled = {"title": title, "fmt": "%.0f", "title_height": LETTERS}
+    titled = {"title": title, "fmt": "%.0f", "title_height": SLIDER_LETTERS}
     slider = viewer.plotter.add_slider_widget(
         _changed(viewer, float(now), chosen), (0, most), value=now, **titled, **_look(i)
     )
-    slider.GetRepresentation().SetLabelHeight(LETTERS)
+    slider.GetRepresentation().SetLabelHeight(SLIDER_LETTERS)
 
 
 def _changed(viewer: Viewer, now: object, chosen: Callable) -> Callable:  # type: ignore[type-arg]

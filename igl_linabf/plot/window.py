@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
+from dataclasses import dataclass
 from functools import partial
 from itertools import count
 from pathlib import Path
@@ -23,16 +24,16 @@ from ..flattening import METHODS, BoundaryName
 from ..io import replacing, unit_square, write_mesh
 from ..measures import MEASURES, Measure
 from ..surface import face_array, vertex_array
+from .constants import CLICK_MOVES, MARKER_RADIUS, PANEL_HEIGHT
 from .displays import NO_DISPLAY, has_display
 from .drawn_seams import DrawnSeams
 from .picking import hit_at
-from .reused_maps import Asked, KeptMaps, Shown
+from .reused_maps import MapRequest, ReusedMaps, Shown
 from .scene import SEAM, add_cut, add_flat, add_surface, board, distortions, face_the_camera
 from .sliders import add_sliders
 
 NAMES = {"lscm": "igl.lscm", "linabf": "linABF", "abf": "ABF"}
 MARK = "#e815c4"
-CLICK_MOVES = 4  # pixels at most between press and release of a click
 HELP = (
     """\
 click  marks a point on both
@@ -50,7 +51,26 @@ p w  save picture, mesh
 h    help on, off
 q    quit""",
 )
-PANEL = 130  # pixels below the two sides
+
+
+@dataclass
+class Look:
+    """What the window shows of a map.
+
+    Attributes
+    ----------
+    frequency : float
+        Squares of the checkerboard along the longer side of the map.
+    measure : {"angle", "conformal", "stretch", "area"} or None
+        The distortion that is shown instead of the checkerboard.
+    seams, help : bool
+        Whether the seams, and the help, are shown.
+    """
+
+    frequency: float
+    measure: Measure | None
+    seams: bool = True
+    help: bool = True
 
 
 class Viewer:
@@ -89,10 +109,10 @@ class Viewer:
         Of seam length for stretch; None leaves a disk uncut.
     picked : (int, (3,) float64) or None
         Face and barycentric coordinates of the marked point.
-    drawing : bool
-        Whether clicks draw seams.
     drawn : DrawnSeams
         The seams that were drawn.
+    look : Look
+        Checkerboard or distortion, seams, help.
     """
 
     def __init__(
@@ -106,27 +126,24 @@ class Viewer:
         boundary: BoundaryName = "free",
         cones: int | Literal["auto"] | None = None,
         off_screen: bool = False,
-        window_size: tuple[int, int] = (1400, 700 + PANEL),
+        window_size: tuple[int, int] = (1400, 700 + PANEL_HEIGHT),
         save_as: str | os.PathLike[str] = "igl_linabf",
         **options: Any,
     ) -> None:
         if method not in METHODS:
             raise ValueError(f"method is {method!r}: use one of {', '.join(map(repr, METHODS))}")
-        self.V, self.F = vertex_array(V), face_array(F)
         self.methods = list(dict.fromkeys((*NAMES, method)))
-        self.method, self.iterations, self.frequency = method, 0, frequency
-        self.measure: Measure | None = measure
-        self.seams, self.help, self.drawing = True, True, False
+        self.method, self.iterations, self.look = method, 0, Look(frequency, measure)
         self.trade: float | None = None
         self.picked: tuple[int, FloatArray] | None = None
-        self.drawn = DrawnSeams(self.V, self.F)
-        self._maps, self._save_as, self._said = KeptMaps(self.V, self.F, boundary, cones), Path(save_as), ""
+        self._maps = ReusedMaps(vertex_array(V), face_array(F), boundary, cones)
+        self.drawn = DrawnSeams(self._maps.V, self._maps.F)
+        self._save_as, self._message = Path(save_as), ""
         self._pressed: tuple[int, int] = (0, 0)
         shown = self.shown
         with pv.vtk_verbosity("error"):
             options = {"window_size": list(window_size), "border": False, **options}
-            self._height = int(options["window_size"][1])
-            rows = [max(self._height - PANEL, 1), PANEL]
+            rows = [max(int(options["window_size"][1]) - PANEL_HEIGHT, 1), PANEL_HEIGHT]
             self.plotter = pv.Plotter(
                 shape=(2, 2), groups=[(1, slice(None))], row_weights=rows, off_screen=off_screen, **options
             )
@@ -143,15 +160,24 @@ class Viewer:
             self._listen()
 
     @property
+    def drawing(self) -> bool:
+        """Whether clicks draw seams."""
+        return self.drawn.active
+
+    @property
     def shown(self) -> Shown:
         """The map of what is set at present, computed on first use."""
         iterations = self.iterations if self.method == "linabf" else 0
-        return self._maps.shown(Asked(self.method, iterations, self.trade, self.drawn.edges))
+        return self._maps.map_for(MapRequest(self.method, iterations, self.trade, self.drawn.edges))
 
     def draw(self) -> None:
         """Redraw both sides; the camera of the surface stays."""
         drawn = self.shown.drawn
-        (colours,) = [board(self.frequency)] if self.measure is None else distortions([drawn], self.measure)
+        (colours,) = (
+            [board(self.look.frequency)]
+            if self.look.measure is None
+            else distortions([drawn], self.look.measure)
+        )
         self.plotter.suppress_rendering = True  # each addition would render
         for title in tuple(self.plotter.scalar_bars.keys()):
             self.plotter.remove_scalar_bar(title)
@@ -159,7 +185,7 @@ class Viewer:
             self.plotter.renderers[side].clear_actors()
         self.plotter.subplot(0, 0)
         add_surface(self.plotter, drawn, **colours, show_scalar_bar=False, reset_camera=False)
-        if self.seams:
+        if self.look.seams:
             add_cut(self.plotter, drawn, reset_camera=False)
         self.plotter.add_text(self.caption, font_size=10)
         self.plotter.subplot(0, 1)
@@ -167,7 +193,7 @@ class Viewer:
         self.plotter.subplot(1, 0)
         for i, column in enumerate(HELP):
             self.plotter.add_text(
-                column if self.help else "",
+                column if self.look.help else "",
                 font_size=7,
                 font="courier",
                 position=(0.43 + 0.2 * i, 0.2),
@@ -190,11 +216,11 @@ class Viewer:
             face, weights = self.picked
             drawn = self.shown.drawn
             u, v = weights @ drawn.uv[drawn.F[face]]
-            x, y, z = weights @ self.V[self.F[face]]
+            x, y, z = weights @ self._maps.V[self._maps.F[face]]
             said += f"\nface {face}: ({x:.4g}, {y:.4g}, {z:.4g}) -> ({u:.4g}, {v:.4g})"
         if self.drawing:
             said += "\ndrawing a seam: click vertices; s ends, z takes back"
-        return f"{said}\n{self._said}" if self._said else said
+        return f"{said}\n{self._message}" if self._message else said
 
     def next_method(self) -> None:
         self.method = self.methods[(self.methods.index(self.method) + 1) % len(self.methods)]
@@ -207,20 +233,20 @@ class Viewer:
 
     def refine(self, factor: float) -> None:
         """Multiply the number of squares by `factor`."""
-        self.frequency = float(np.clip(self.frequency * factor, 1, 1000))
+        self.look.frequency = float(np.clip(self.look.frequency * factor, 1, 1000))
         self.draw()
 
     def next_measure(self) -> None:
         every = (None, *MEASURES)
-        self.measure = every[(every.index(self.measure) + 1) % len(every)]
+        self.look.measure = every[(every.index(self.look.measure) + 1) % len(every)]
         self.draw()
 
     def toggle_seams(self) -> None:
-        self.seams = not self.seams
+        self.look.seams = not self.look.seams
         self.draw()
 
     def toggle_help(self) -> None:
-        self.help = not self.help
+        self.look.help = not self.look.help
         self.draw()
 
     def set_trade(self, trade: float | None) -> None:
@@ -230,7 +256,7 @@ class Viewer:
 
     def toggle_drawing(self) -> None:
         """Clicks draw seams, or mark points again."""
-        self.drawing, self.drawn.end = not self.drawing, None
+        self.drawn.active, self.drawn.end = not self.drawing, None
         self.draw()
 
     def take_back(self) -> None:
@@ -240,25 +266,25 @@ class Viewer:
 
     def save_picture(self) -> Path:
         """Save both sides as a PNG that does not replace a file; its path."""
-        path = self._free(".png")
+        path = self._free_path(".png")
         with replacing(path) as temporary:
             self.plotter.screenshot(temporary)
-        return self._told(path)
+        return self._report_saved(path)
 
     def save_mesh(self) -> Path:
         """Save the surface with its map as an OBJ that does not replace a file; its path."""
-        path = self._free(".obj")
-        write_mesh(path, self.V, self.F, unit_square(self.shown.uv), self.shown.corners)
-        return self._told(path)
+        path = self._free_path(".obj")
+        write_mesh(path, self._maps.V, self._maps.F, unit_square(self.shown.uv), self.shown.corners)
+        return self._report_saved(path)
 
-    def _free(self, suffix: str) -> Path:
+    def _free_path(self, suffix: str) -> Path:
         numbered = (Path(f"{self._save_as}-{i}{suffix}") for i in count(1))
         return next(path for path in numbered if not path.exists())
 
-    def _told(self, path: Path) -> Path:
-        self._said = f"saved {path}"
+    def _report_saved(self, path: Path) -> Path:
+        self._message = f"saved {path}"
         self.draw()
-        self._said = ""
+        self._message = ""
         return path
 
     def pick(self, x: int, y: int) -> None:
@@ -266,7 +292,7 @@ class Viewer:
 
         Pixels count from the lower left.
         """
-        if y < PANEL:
+        if y < PANEL_HEIGHT:
             return
         drawn = self.shown.drawn
         side = int(x >= self.plotter.window_size[0] / 2)
@@ -274,7 +300,7 @@ class Viewer:
         if hit is not None:
             face, weights = hit
             if self.drawing:
-                self.drawn.to(int(self.F[face, np.argmax(weights)]))
+                self.drawn.to(int(self._maps.F[face, np.argmax(weights)]))
             else:
                 self.picked = face, weights
             self.draw()
@@ -285,9 +311,9 @@ class Viewer:
         if self.picked is not None:
             face, weights = self.picked
             for side, points in enumerate((drawn.V, drawn.flat.V)):
-                self._ball(side, points, weights @ points[drawn.F[face]], 0.012, MARK, "mark")
+                self._ball(side, points, weights @ points[drawn.F[face]], MARKER_RADIUS, MARK, "mark")
         if self.drawing and self.drawn.end is not None:
-            self._ball(0, self.V, self.V[self.drawn.end], 0.009, SEAM, "end")
+            self._ball(0, self._maps.V, self._maps.V[self.drawn.end], MARKER_RADIUS, SEAM, "end")
 
     def _ball(
         self, side: int, points: FloatArray, at: FloatArray, share: float, colour: str, name: str
@@ -323,9 +349,9 @@ class Viewer:
         try:
             action()
         except (MeshError, OSError) as error:
-            self._said = str(error)
+            self._message = str(error)
             self.draw()
-            self._said = ""
+            self._message = ""
         self.plotter.render()
 
     def _press(self, *_: object) -> None:
