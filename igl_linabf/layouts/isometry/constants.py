@@ -60,10 +60,6 @@ SLIM_STALLED_FALL = 2e-3
 # tests/layouts/test_pins.py
 STIFFNESSES = 10.0 ** np.arange(0, 11, 2)
 
-# Stiffness up to which the energy may hold the vertices back. Above, pins to which a spring does not bring
-# them twice as near are out of reach; less gives up pins that can be met. tests/layouts/test_pins.py
-SOFT_SPRINGS = 100.0
-
 # Newton steps for each stiffness. Fewer leave pins unmet that could be met; more wait for those out of
 # reach. tests/layouts/test_pins.py
 MAX_PINNED_STEPS = 40

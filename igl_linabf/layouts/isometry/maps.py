@@ -18,7 +18,6 @@ from .constants import (
     PINS_MET,
     SLIM_CHUNK_FAR,
     SLIM_SLOW_FALL,
-    SOFT_SPRINGS,
     STIFFNESSES,
 )
 from .energy import Rest
@@ -149,9 +148,8 @@ def _drawn_to_pins(
         pulled = replace(energy, springs=Springs(pull, to))
         z, (more,), _ = descend(pulled, z, hessians, MAX_PINNED_STEPS)
         before, missed, steps = missed, float(np.abs(z - to)[index].max()), steps + more
-        if (
-            stiffness > SOFT_SPRINGS and missed > before / 2
-        ):  # out of reach, as a spring that rules brings a tenth
+        # out of reach: a spring stiffer than the first two, which the surface may resist, brings a tenth
+        if stiffness > STIFFNESSES[1] and missed > before / 2:
             break
     made = (z - mean) * scale + middle
     if missed <= PINS_MET:
