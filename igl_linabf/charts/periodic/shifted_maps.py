@@ -10,19 +10,14 @@ from scipy import sparse
 
 from ..._types import ComplexArray, FloatArray, IntArray
 from ...surface import Submesh, complex_positions, connected_labels, coordinates, signed_double_areas
+from .constants import DOUBLING_CHANGE, PERIODIC_ROUNDING, SHIFT_COST, SOLVED_COLUMNS, WEIGHING_ROUNDS
 from .lattice import nearest_whole
 from .seam_shifts import FreeShifts, SeamSides, fans_of
 from .stiffness import Stiffness, changes, energy
 
-STAYING = 0.01  # what a shift costs by itself, of what one costs in the mean
-SURE = 1e-7  # share of what it costs to move only the triangles at the seam, above which a cost is told
-AT_ONCE = 32  # columns
-ROUNDS = 4  # with triangles weighed by how much they change, as long as some flip
-MUCH = 0.3  # change at which a triangle weighs twice as much
-
 
 @dataclass(frozen=True, eq=False)
-class Shifted:
+class ShiftedMap:
     """All ways to shift the seams of a map.
 
     The sides of a seam edge are at z and i^k z + t. If each t is a vector of the lattice of a period, a
@@ -59,7 +54,7 @@ class Shifted:
     corner: IntArray
 
     @classmethod
-    def of(cls, surface: Submesh, TC: FloatArray, FTC: IntArray) -> Shifted:
+    def of(cls, surface: Submesh, TC: FloatArray, FTC: IntArray) -> ShiftedMap:
         """Of a map with a seam.
 
         Raises
@@ -95,16 +90,16 @@ class Shifted:
 
     def by(self, period: float) -> FloatArray:
         """The texture coordinates whose seams shift by whole periods, (#TC, 2)."""
-        q, area = self._whole(period), signed_double_areas(self.z, self.corner)
-        moved, weight = self._moved(q, period, self._even), np.ones(len(area))
-        for _ in range(ROUNDS):
+        q, area = self._nearest_shifts(period), signed_double_areas(self.z, self.corner)
+        moved, weight = self._map_with(q, period, self._unweighed), np.ones(len(area))
+        for _ in range(WEIGHING_ROUNDS):
             if not (signed_double_areas(moved, self.corner) * area < 0).any():
                 break
-            weight = weight * (1 + changes(self.z, moved - self.z, self.corner) / MUCH)
-            moved = self._moved(q, period, self._with(weight))
+            weight = weight * (1 + changes(self.z, moved - self.z, self.corner) / DOUBLING_CHANGE)
+            moved = self._map_with(q, period, self._weighed(weight))
         return coordinates(moved)
 
-    def _moved(self, q: ComplexArray, period: float, stiffness: Stiffness) -> ComplexArray:
+    def _map_with(self, q: ComplexArray, period: float, stiffness: Stiffness) -> ComplexArray:
         """The map with these shifts where they can be chosen, in periods."""
         shift, cones = period * np.round(self.free.shifts @ q), self.free.cones
         d = np.zeros(len(self.first), dtype=np.complex128)
@@ -114,7 +109,7 @@ class Shifted:
         d[stiffness.inner] = stiffness.solve(-force[stiffness.inner])
         return np.asarray(shifted + self.turn @ d)
 
-    def _whole(self, period: float) -> ComplexArray:
+    def _nearest_shifts(self, period: float) -> ComplexArray:
         """The shifts that are chosen, in periods."""
         wanted = self.sides.shift[self.free.edges] / period
         q = np.zeros(len(wanted), dtype=np.complex128)
@@ -123,11 +118,11 @@ class Shifted:
         return q
 
     @cached_property
-    def _even(self) -> Stiffness:
+    def _unweighed(self) -> Stiffness:
         """All triangles count the same."""
-        return self._with(np.ones(self.corner.shape[1]))
+        return self._weighed(np.ones(self.corner.shape[1]))
 
-    def _with(self, weight: FloatArray) -> Stiffness:
+    def _weighed(self, weight: FloatArray) -> Stiffness:
         return Stiffness.of(energy(self.z, self.corner, weight), self.turn, self.free.cones)
 
     @cached_property
@@ -136,7 +131,7 @@ class Shifted:
 
         Components share the columns that are solved for.
         """
-        stiffness = self._even
+        stiffness = self._unweighed
         label = self.component[self.sides.vertex[self.free.edges, 0]]
         order = np.argsort(label, kind="stable")
         groups = np.split(order, np.flatnonzero(np.diff(label[order])) + 1) if len(order) else []
@@ -149,9 +144,9 @@ class Shifted:
         pushed = stiffness.of_copies @ alone
         force = (self.turn.conj().T @ pushed).tocsr()[stiffness.inner]
         forms = (alone.conj().T @ pushed @ compressed).toarray()
-        told = SURE * np.abs(forms).max(initial=0.0)
-        for k in range(0, forms.shape[1], AT_ONCE):
-            at_once = slice(k, k + AT_ONCE)
+        told = PERIODIC_ROUNDING * np.abs(forms).max(initial=0.0)
+        for k in range(0, forms.shape[1], SOLVED_COLUMNS):
+            at_once = slice(k, k + SOLVED_COLUMNS)
             columns = np.asfortranarray((force @ compressed[:, at_once]).toarray())
             forms[:, at_once] -= force.conj().T @ stiffness.solve(columns)
         return [(own, _definite(forms[own, : len(own)], told)) for own in groups]
@@ -161,4 +156,4 @@ def _definite(form: ComplexArray, told: float) -> ComplexArray:
     """A Hermitian form without what rounding made negative, in which each shift costs something by itself."""
     values, vectors = np.linalg.eigh((form + form.conj().T) / 2)
     size = max(float(values.mean()), told)
-    return np.asarray((vectors * (np.maximum(values, 0) + STAYING * size)) @ vectors.conj().T)
+    return np.asarray((vectors * (np.maximum(values, 0) + SHIFT_COST * size)) @ vectors.conj().T)
