@@ -51,10 +51,10 @@ SLIVER_BEND = 0.05
 # Share of the body's extent by which two sides of a crease may miss each other, and faces may reach into
 # each other. Less fails in single precision; more lets panels overlap. tests/charts/panels/test_panels.py:
 # fine boxes are one net.
-GAP = 1e-5
+PANEL_GAP = 1e-5
 # Share of its height by which a face may reach into another one. Less takes nets of slivers apart; more lets
 # charts overlap. tests/charts/panels/test_panels.py: fine boxes in single precision are one net.
-REACH = 0.05
+PANEL_REACH = 0.05
 # Share of the extent, and radians, up to which two motions are one, so that edges in a row are one crease.
 # Less tries each edge of it alone; more takes two creases for one. benchmarks/constants.py charts.panels:
 # the cone.
@@ -64,10 +64,10 @@ SAME_MOTION = 1e-3
 TRIED_CREASES = 8
 # Share of the empty area in a chart's rectangle that other charts leave empty. Less joins panels to long
 # nets that fill pages badly; more leaves them apart. benchmarks/unwrap.py prints seams and fill.
-WASTED = 0.02
+WASTED_SHARE = 0.02
 # Area of the page, in areas of the body, that a net should fit into. Less cuts long nets apart; more lets
 # pages become long. benchmarks/unwrap.py prints seams and fill.
-PAGE = 2.0
+PAGE_OF_NETS = 2.0
 # Half a page's squared diagonal, in squares of the longest panel: no page is smaller. Less cuts long panels
 # off their neighbours; more lets pages become long. benchmarks/constants.py charts.panels: the ant.
 LONGEST_PANEL = 0.6

@@ -21,9 +21,9 @@ from .constants import (
     FACETED_SHARE,
     FILLET_GAP_OF_LENGTH,
     FOLD,
-    GAP,
+    PANEL_GAP,
+    PANEL_REACH,
     PLANE_BEND,
-    REACH,
     SAME_MOTION,
     SHARP_CREASE_PRICE,
     SLIVER_BEND,
@@ -49,7 +49,7 @@ class Panels:
     """
 
     creased: CreasedSurface
-    gap: ClassVar[float] = GAP
+    gap: ClassVar[float] = PANEL_GAP
     same_motion: ClassVar[float] = SAME_MOTION
     opens_handles: ClassVar[bool] = False
     dearest: ClassVar[float] = np.inf
@@ -67,14 +67,13 @@ class Panels:
     @cached_property
     def reach(self) -> float | FloatArray:
         """Share of its height by which each face may reach into another one at most."""
-        return REACH
+        return PANEL_REACH
 
     def gaps(self, edges: BoolArray) -> FloatArray:
         """By how much the two sides of such edges may miss each other when panels are joined there."""
         extent = self.creased.edge_extent[edges]
-        return np.maximum(
-            GAP * extent, np.minimum(self.gap * extent, FILLET_GAP_OF_LENGTH * self.creased.length[edges])
-        )
+        most = FILLET_GAP_OF_LENGTH * self.creased.length[edges]
+        return np.maximum(PANEL_GAP * extent, np.minimum(self.gap * extent, most))
 
     def depths(self, z: ComplexArray) -> FloatArray:
         """By how much the faces, laid flat, may reach into each other; negative for slivers."""

@@ -24,10 +24,10 @@ from .constants import (
     FILLET_REACH,
     LARGER_THAN_BESIDE,
     LARGEST_TURN,
+    PANEL_REACH,
     PLANAR_SHARE,
     PLANE_AREA,
     PLANE_BEND,
-    REACH,
     SAME_FILLET_MOTION,
 )
 from .panels import Panels, in_one_plane
@@ -80,7 +80,7 @@ class RoundedPanels(Panels):
 
     @cached_property
     def reach(self) -> FloatArray:
-        return np.where(self._planes[1], REACH, FILLET_REACH)
+        return np.where(self._planes[1], PANEL_REACH, FILLET_REACH)
 
     def components(self, trade: float) -> BoolArray:
         """Which components are: they have creases, and large planes make up a good part of the area.

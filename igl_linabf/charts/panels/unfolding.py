@@ -23,7 +23,14 @@ from ...surface import (
 )
 from ..cut_graphs import ClosedSurface, join_terminals, open_handles
 from ..features import CreasedSurface, sharpness
-from .constants import LONGEST_PANEL, PAGE, SHARP_CREASE_PRICE, SLIVER_BEND, TRIED_CREASES, WASTED
+from .constants import (
+    LONGEST_PANEL,
+    PAGE_OF_NETS,
+    SHARP_CREASE_PRICE,
+    SLIVER_BEND,
+    TRIED_CREASES,
+    WASTED_SHARE,
+)
 from .panels import Panels, in_one_plane
 
 
@@ -247,7 +254,7 @@ def _merge_candidates(panels: Panels, panel: IntArray, z: ComplexArray, trade: f
     body = creased.label[creased.faces[rows[chosen], 0]]
     area = sum_by(creased.label, creased.surface.measured[0], len(creased.extent)) / 2
     page = np.maximum(
-        PAGE * area, LONGEST_PANEL * _longest_panels(creased, z, panel) ** 2
+        PAGE_OF_NETS * area, LONGEST_PANEL * _longest_panels(creased, z, panel) ** 2
     )  # half its diagonal, squared
-    worth = total[by_length] / SHARP_CREASE_PRICE * np.sqrt(area)[body] / (WASTED * trade)
+    worth = total[by_length] / SHARP_CREASE_PRICE * np.sqrt(area)[body] / (WASTED_SHARE * trade)
     return pairs[chosen], turn[chosen], shift[chosen], worth, page[body]

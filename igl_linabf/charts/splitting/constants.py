@@ -31,7 +31,7 @@ REUSED_SHARE = 0.9
 REUSED_STRETCH = 1.3
 # Share of a chart's faces from which on a part keeps a map of any stretch, as a new one is nearly the same.
 # Less keeps stretch; more flattens again. benchmarks/constants.py charts.splitting.
-NEARLY_ALL = 0.995
+REUSED_AT_ANY_STRETCH = 0.995
 # L2 stretch and conformal distortion up to which every part keeps its map: a new one would be the same. Less
 # flattens planes again; more keeps distortion. benchmarks/constants.py charts.splitting.
 SAME_MAP = 1 + 1e-4
@@ -73,7 +73,7 @@ NEGLIGIBLE_AREA = 1e-3
 MERGED_STRETCH = 1.01
 # Share of its extent by which a chart may miss the edges that it is moved to. Less lays it out anew, which
 # shears; more opens gaps. benchmarks/constants.py charts.splitting.
-ALIGNED = 1e-5
+ALIGNMENT_GAP = 1e-5
 # Mean angle distortion that nobody sees; a chart of less is isometric. Less leaves charts apart for
 # rounding; more shears planes. benchmarks/constants.py charts.splitting.
 UNSEEN_SHEAR = 1e-8

@@ -15,7 +15,7 @@ from ...flattening import Flattening
 from ...measures import Change, Quality, change_of, quality_of_each
 from ...surface import Ragged, Submesh, complex_positions, signed_double_areas
 from ..atlas import NO_QUALITY, flattening_of_part, scaled_to_surface, uv_of_part
-from .constants import NEARLY_ALL, REUSED_SHARE, REUSED_STRETCH, SAME_MAP
+from .constants import REUSED_AT_ANY_STRETCH, REUSED_SHARE, REUSED_STRETCH, SAME_MAP
 
 
 class KnownMap(NamedTuple):
@@ -95,7 +95,7 @@ def decisive(piece: Submesh, uv: FloatArray, overlaps: int) -> Quality:
 
 def keeps_map(part: int, whole: int, stretch: float) -> bool:
     """Whether a part of so many faces keeps its part of a map, of this L2 stretch."""
-    return part >= (REUSED_SHARE if stretch <= REUSED_STRETCH else NEARLY_ALL) * whole
+    return part >= (REUSED_SHARE if stretch <= REUSED_STRETCH else REUSED_AT_ANY_STRETCH) * whole
 
 
 def _area_ratios(

@@ -23,7 +23,7 @@ from ...measures import change_of, quality_of_each
 from ...surface import Ragged, Submesh, complex_positions, coordinates, flat_angles, signed_double_areas
 from ..atlas import Chart, scaled_to_surface
 from .constants import (
-    ALIGNED,
+    ALIGNMENT_GAP,
     LARGEST_DENSE,
     LARGEST_SMALL_CHART,
     MERGED_SHEAR,
@@ -131,7 +131,7 @@ class _Candidate:
         turn = np.divide(end - start, z[last] - z[first], out=np.zeros_like(start), where=apart)
         moved = start[:, None] + (z - z[first][:, None]) * turn[:, None]
         off = vertices.max(np.abs(moved[vertices.repeat(np.arange(len(runs))), own] - to))
-        return apart & (off <= ALIGNED * np.abs(moved - start[:, None]).max(axis=1)), moved
+        return apart & (off <= ALIGNMENT_GAP * np.abs(moved - start[:, None]).max(axis=1)), moved
 
     def _least_shear(self, runs: list[_Run]) -> list[float]:
         """The least mean angle distortion of any map with the vertices of a run held, for each.
