@@ -72,7 +72,7 @@ def test_links_lead_to_files(page: str) -> None:
 
 def test_the_tests_that_hold_the_promises_exist() -> None:
     named = set(re.findall(r"`(test_\w+)`", (ROOT / "docs" / "promises.md").read_text("utf-8")))
-    tests = "\n".join(path.read_text("utf-8") for path in (ROOT / "tests").glob("test_*.py"))
+    tests = "\n".join(path.read_text("utf-8") for path in (ROOT / "tests").rglob("test_*.py"))
     assert len(named) > 30
     assert named <= set(re.findall(r"^def (test_\w+)", tests, re.MULTILINE))
 
