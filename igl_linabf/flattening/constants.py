@@ -59,3 +59,7 @@ LARGEST_SCALED_ANGLE = 2.0
 # Radians by which the largest angle of a scaled triangle may exceed its own on the surface, if it exceeds
 # the limit above. More makes steps short; less leaves obtuse triangles unscaled. tests/charts/cones
 LARGEST_WIDENING = 0.2
+
+# Steps after converged ABF until the sides of seams match, at most. Fewer leave seams that are seen; more
+# lead away from its minimum, and rarely gain. tests/charts/cones
+MAX_STEPS_TO_SEAMS = 3

@@ -10,6 +10,7 @@ from .._runtime import stopwatch, timed
 from .._types import FloatArray, IntArray
 from ..angles import (
     ROUGH_RTOL,
+    SMALLEST_SINE,
     AngleProblem,
     ClosedPath,
     HolonomyAngles,
@@ -31,7 +32,7 @@ from ..angles import (
 )
 from ..linalg import Factor, NotPositiveDefiniteError, Solvers
 from ..surface import Mesh, Topology
-from .constants import ABF_TOL, LARGEST_SCALED_ANGLE, LARGEST_WIDENING, TOL
+from .constants import ABF_TOL, LARGEST_SCALED_ANGLE, LARGEST_WIDENING, MAX_STEPS_TO_SEAMS, TOL
 from .fallbacks import (
     ACTIVE_SET_RTOL,
     MAX_ACTIVE_SET_STEPS,
@@ -238,7 +239,7 @@ def _scaled_conformally(
             assert lin.inverse is not None
             sums = constraints.sum_at_rows(constraints.topology.sum_at_vertices(surface))
             u = np.append(-lin.inverse.solve(constraints.target - sums), 0.0)[constraints.row]
-        sine = np.maximum(np.sin(surface), np.finfo(np.float64).tiny ** 0.25)  # the sides, up to their scale
+        sine = np.maximum(np.sin(surface), SMALLEST_SINE)  # the sides, up to their scale
         alpha, bad = rescaled(constraints.topology, sine, u)
         bad |= alpha.max(axis=0) > np.maximum(LARGEST_SCALED_ANGLE, surface.max(axis=0) + LARGEST_WIDENING)
         at = angles.at(np.where(bad, angles.estimate, alpha))
@@ -281,7 +282,7 @@ def _with_matching_sides(
     made = stage(problem, earlier)
     if made is None or made.layout is None or made.state.at.residual.largest <= TOL:
         return made
-    state = active_set(made.state, ACTIVE_SET_RTOL, TOL, MAX_ACTIVE_SET_STEPS)
+    state = active_set(made.state, ACTIVE_SET_RTOL, TOL, MAX_STEPS_TO_SEAMS)
     converged = made.converged and state.at.residual.largest <= tol
     matching = with_layout(problem, replace(made, state=state, converged=converged))
     return made if len(matching.flipped) > len(made.flipped) else matching

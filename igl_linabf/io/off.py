@@ -6,10 +6,13 @@ from itertools import pairwise
 import numpy as np
 
 from .mesh_file import MeshFile
-from .parsing import INDEX_DIGITS, Damaged, Property, columns_of, indices, polygons_of, refuse, rows_of
+from .parsing import Damaged, Property, columns_of, indices, polygons_of, refuse, rows_of
 
 VERTEX = tuple(Property(axis, "f8") for axis in "xyz")
 FACE = (Property("corners", "i4", "i4"),)
+# Digits of a face's number of corners, at most: Python refuses to read numbers of thousands of digits. With
+# fewer, long polygons are refused; more fit no list of a file (tests/io/test_formats.py).
+CORNER_COUNT_DIGITS = 9
 NO_FACE = "is no face: it takes a number from 3 on and as many vertex indices"
 
 
@@ -55,7 +58,7 @@ def _one_a_line(rows: list[bytes], at: list[int], n: int, m: int) -> tuple[list[
     starts = list(range(0, 3 * n + 1, 3))
     for _ in range(m):
         size = words[starts[-1]][0] if starts[-1] < len(words) else b""
-        if not size.isdigit() or len(size) > INDEX_DIGITS or int(size) > len(words):
+        if not size.isdigit() or len(size) > CORNER_COUNT_DIGITS or int(size) > len(words):
             return rows, at
         starts.append(starts[-1] + 1 + int(size))
     if starts[-1] != len(words):

@@ -61,6 +61,10 @@ SHORT_OF_COLLAPSE = 0.9
 
 # --- converged ABF in the plane ---
 
+# Halvings of a step of converged ABF in the plane after which there is none. More find no step that lowers
+# the sum of squares; fewer end where angles are at their bounds. tests/angles/steps/test_newton.py
+MAX_PLANE_HALVINGS = 25
+
 # Steps after which converged ABF in the plane has failed, and is tried in angles. Fewer end hard input
 # early; more only wait for the failure. tests/angles/steps/test_newton.py
 MAX_PLANE_STEPS = 60

@@ -23,8 +23,8 @@ from .constants import (
     LONG_STEP,
     MAX_BOUNDS,
     MAX_CORRECTIONS,
-    MAX_HALVINGS,
     MAX_PATCH_STEPS,
+    MAX_PLANE_HALVINGS,
     MAX_PLANE_STEPS,
     PATCH_GAIN,
     PLANE_DAMPING,
@@ -152,7 +152,7 @@ def _search_step(
     """
     plane, scale = here.plane, 1.0
     least = np.minimum(plane.bound, here.alpha)
-    for _ in range(MAX_HALVINGS):
+    for _ in range(MAX_PLANE_HALVINGS):
         z = here.z + scale * step.dz
         alpha, after = plane.measured(z)
         for _ in range(MAX_CORRECTIONS):

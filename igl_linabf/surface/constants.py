@@ -5,7 +5,7 @@
 # Largest coordinate of a mesh or of pins; the largest one of a mesh is at least its inverse. Beyond, fourth
 # powers of lengths overflow or vanish: `clean` scales, all else refuses (tests/test_bad_input.py).
 LARGEST_COORDINATE = 1e60
-SMALLEST_COORDINATE = 1 / LARGEST_COORDINATE
+SMALLEST_COORDINATE = 1e-60
 
 # Flat maps
 
@@ -17,6 +17,11 @@ SAFE_AREA_RATIO = 1e12
 # The same ratio, beyond which edge lengths differ by all 15 digits of a double. Below, another layout may
 # help; above, none does and none is tried (tests/flattening/fallbacks/test_attempts.py).
 HOPELESS_AREA_RATIO = 1e30
+
+# Share of the largest area scale that the smallest one counts as, at least: the ratio of a collapsed map is
+# its inverse. Less tells nothing more, as all digits differ; more hides that a layout is hopeless
+# (tests/flattening/fallbacks/test_attempts.py).
+LEAST_AREA_SHARE = 1e-32
 
 # Triangulation of polygons (all of them: tests/charts/atlas/test_polygons.py)
 

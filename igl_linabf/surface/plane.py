@@ -7,7 +7,7 @@ from .._core import signed_double_areas
 from .._types import Array, ComplexArray, FloatArray, IntArray
 from ..errors import MeshError
 from .arrays import Pins
-from .constants import HOPELESS_AREA_RATIO
+from .constants import LEAST_AREA_SHARE
 from .mesh import Mesh
 from .topology import NEXT, PREV, Topology
 
@@ -20,7 +20,7 @@ def area_scale_ratio(mesh: Mesh, z: ComplexArray) -> float:
 
 def bounded_ratio(largest: Array, smallest: Array) -> Array:
     """The ratio of area scales, at most a hundred times a hopeless one: of a collapsed map it is that."""
-    return np.asarray(largest / np.maximum(smallest, largest / (100 * HOPELESS_AREA_RATIO)))
+    return np.asarray(largest / np.maximum(smallest, LEAST_AREA_SHARE * largest))
 
 
 def of_size_one(uv: FloatArray) -> FloatArray:

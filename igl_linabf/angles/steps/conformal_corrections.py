@@ -22,7 +22,11 @@ from .constants import (
     FEW_INNER_STEPS,
     GROWING_STEPS,
     IN_VAIN,
+    LITTLE_GAIN,
     MANY_PATHS,
+    MAX_CORRECTIONS,
+    MOST_LIMITED_STEPS,
+    PATCH_RESIDUAL,
     ROUGH_RTOL,
     SLOW_CORRECTION,
     STALE_FACTOR,
@@ -119,21 +123,25 @@ def step_with_known_factor(state: State, rtol: float, *, close: bool = False) ->
         same_factor=same,
         same_slivers=state.problem.constraints.n < LARGE_SYSTEM or not turned,
     )
-    return _eliminate_where_limited(state.advanced(solve(lin, state.at, rtol), "step"))
+    return _eliminate_leftovers(state.advanced(solve(lin, state.at, rtol), "step"))
 
 
-def _eliminate_where_limited(state: State) -> State:
-    """The state after steps within patches, if the last step was limited, and left much at few triangles.
+def _eliminate_leftovers(state: State) -> State:
+    """The state after steps within patches, where the last step left much at few triangles.
 
-    With paths that is done where turnings are prescribed. Without, the steps within patches have to lead to
-    where corrections begin.
+    With paths that is where turnings are prescribed, and it was limited. Without, it is also where it brought
+    little, unless steps are limited again and again, and the steps within patches have to lead to where
+    corrections begin.
     """
-    constraints, last = state.problem.constraints, state.steps[-1]
-    if not last.limited:
-        return state
+    constraints, (*_, last) = state.problem.constraints, state.steps
     if constraints.paths:
-        return eliminate_locally(state) if _prescribes_turning(state) else state
-    made = eliminate_locally(state) if constraints.plain else state
+        return eliminate_locally(state) if last.limited and _prescribes_turning(state) else state
+    before = [step for step in state.steps[:-1] if step.kind == "step"]
+    little = before and last.residual > LITTLE_GAIN * before[-1].residual
+    often = sum(step.limited > 0 for step in (*before, last)) > MOST_LIMITED_STEPS
+    if not constraints.plain or often or not (last.limited or little):
+        return state
+    made = eliminate_locally(state)
     return made if made.at.residual.at_vertices < CORRECTABLE else state
 
 
@@ -144,7 +152,7 @@ def step_from_surface(state: State, surface: FloatArray, rtol: float) -> State:
     """
     lin = linearise(state.problem, state.at, surface**2, state.lin, same_factor=True)
     direction = solve(lin, state.at, rtol, (state.at.alpha - surface) / surface**2)
-    state = _eliminate_where_limited(state.advanced(direction, "step"))
+    state = _eliminate_leftovers(state.advanced(direction, "step"))
     return state.without_factors() if direction.inner_steps > FEW_INNER_STEPS else state
 
 
@@ -156,6 +164,7 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     after one solve. This e is least in another norm, which does not matter where it is small.
 
     Corrections with the same factor are iterations of a fixed point, and are accelerated (Anderson 1965).
+    Where one leaves much at few triangles, steps within patches around these follow.
 
     Parameters
     ----------
@@ -171,7 +180,12 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
     least = slow = 2 * SLOW_CORRECTION if many_paths else SLOW_CORRECTION
     earlier: tuple[PastCorrection, ...] = ()
     gone: FloatArray | float = 0.0  # multipliers so far with the same factor
-    while tol < (missing := state.at.residual.largest) < below and not state.steps[-1].limited:
+    if not state.at.residual.largest < below:
+        return state
+    for _ in range(MAX_CORRECTIONS):
+        missing = state.at.residual.largest
+        if missing <= tol or state.steps[-1].limited:
+            break
         fresh = conformal is None
         if conformal is None:
             conformal, earlier, gone = _conformal_system(state), (), 0.0
@@ -180,11 +194,16 @@ def correct_conformally(state: State, tol: float, below: float = CORRECTABLE) ->
         made, correction = _correct_once(state, conformal, gone, earlier)
         left = made.at.residual.largest / missing
         if left < IN_VAIN and not made.steps[-1].limited:
-            state, gone, below = made, gone + correction.taken, np.inf
+            state, gone = made, gone + correction.taken
             kept = earlier or left > FAST_CORRECTION
             earlier = (*earlier[1 - ACCELERATING_CORRECTIONS :], correction) if kept else ()
-        elif fresh or left <= slow:
-            break
+        elif fresh:
+            # it may serve all but the few triangles that it changes most
+            plain = state.problem.constraints.plain
+            made = eliminate_locally(made, PATCH_RESIDUAL * missing) if plain else made
+            if made.steps[-1].limited or not made.at.residual.largest < IN_VAIN * missing:
+                break
+            state, left = made, np.inf
         if fresh:
             slow = min(max(least, STALE_FACTOR * left), IN_VAIN)
         if not left <= slow:

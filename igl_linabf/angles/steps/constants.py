@@ -22,12 +22,15 @@ GROWING_STEPS = 4
 
 # Conformal corrections
 
+# Corrections in a row, at most; then there is a step. Without it, those that are limited with a known factor
+# would never end; with fewer, steps take their place. tests/flattening/fallbacks/test_attempts.py.
+MAX_CORRECTIONS = 12
+
 # Residual below which corrections begin. With more, F/3nt rises by a thousandth or more; with less, there
 # are more steps. benchmarks/distortion.py prints both.
 CORRECTABLE = 0.12
-# The same where sums or turnings are prescribed, which change angles more than corrections do. Loops of
-# holes become circles from there on, too: with more, their lengths mean little; with less, steps are more.
-# benchmarks/boundaries.py.
+# The same where sums or turnings are prescribed, which change angles more than corrections do. With more,
+# corrections are in vain more often; with less, there are more steps. benchmarks/boundaries.py.
 CORRECTABLE_PRESCRIBED = 0.25
 # Share of the residual that a correction leaves, above which corrections are in vain, and steps go on.
 # Below, each at least halves it. benchmarks/cones.py prints the times.
@@ -50,16 +53,36 @@ ACCELERATING_CORRECTIONS = 3
 
 # Prescribed sums
 
+# Residual below which lengths around holes mean something, and how far steps to it are solved. With more,
+# loops are to become circles of lengths that mean little; with less, steps are more.
+# tests/flattening/test_boundary_shapes.py.
+LOOPS_CLOSED = 0.3
+
 # Inner steps from which a new factor pays in steps to prescribed sums. With fewer, factors cost more than
 # they save; with more, inner steps do. benchmarks/boundaries.py prints both.
 MANY_INNER_STEPS = 30
 
 # Local elimination
 
-# Residual of a row, radians or logarithm, from which a patch is laid around it. With less, patches cover the
-# surface; with more, further steps of the whole surface serve a few triangles.
-# tests/angles/steps/test_prescribed.py.
+# Rows up to which there are no patches: a step of the whole surface takes as little time. With fewer, patches
+# cost more than they save; with more, further steps serve a few triangles. benchmarks/timing.py.
+LARGE_FOR_PATCHES = 2_000
+# The same with closed paths, whose steps are followed by corrections anyway. benchmarks/cones.py.
+LARGE_FOR_PATCHES_WITH_PATHS = 10_000
+# Residual of a row, radians or logarithm, from which a patch is laid around it; after a correction in vain,
+# as a share of the residual before. With less, patches cover the surface; with more, further steps of the
+# whole surface serve a few triangles. tests/angles/steps/test_prescribed.py.
 PATCH_RESIDUAL = 0.1
+# Share of that at which the steps within patches end. With less, the next step elsewhere soon changes what
+# they reach; with more, much is left in them. tests/flattening/fallbacks/test_attempts.py.
+PATCH_END = 0.2
+# Share of the last step's residual above which a step brought little, and patches are tried after it. With
+# less, they are tried in vain; with more, steps of the whole surface serve a few triangles.
+# tests/flattening/fallbacks/test_attempts.py.
+LITTLE_GAIN = 0.5
+# Limited steps above which what they leave is not at few triangles alone: no more patches are tried. With
+# more, they are tried in vain; with fewer, given up early. tests/flattening/fallbacks/test_attempts.py.
+MOST_LIMITED_STEPS = 2
 # Rings of triangles around such rows. With fewer, rims hold what is missing; with more, patches are large.
 PATCH_RINGS = 4
 # Share of all rows that patches may have. With more, their direct factor takes longer than a step of the
@@ -77,6 +100,13 @@ ANCHORED_RTOL = 0.03
 # Share of the least change so far above which anchored steps are slow: they are solved further, and
 # accelerated. With less, fast steps are; with more, slow ones are not. tests/angles/steps/test_newton.py.
 SLOW_STEP = 0.7
+# Relative residual of the inner solver in anchored steps at least, where slow steps shake the angles about.
+# With less, inner steps are many; with more, steps stay slow. tests/angles/steps/test_newton.py.
+LEAST_ANCHORED_RTOL = 0.003
+# Share of the last step's change below which few steps are to go: steps in the plane take longer then. With
+# less, they begin where anchored steps are nearly done; with more, slow ones go on.
+# tests/angles/steps/test_newton.py.
+FAST_STEP = 0.3
 # Tolerance from which positions in the plane mostly have enough digits. With less, steps in the plane end
 # without; with more, they are not taken where they would be faster. tests/angles/steps/test_newton.py.
 PLANE_TOL = 1e-5
@@ -88,7 +118,7 @@ LARGEST_COEFFICIENTS = 10.0
 ACCELERABLE = 1.0
 # Earlier steps that accelerate one. With fewer, there are more steps; more change little, and take memory.
 ACCELERATING_STEPS = 2
-# Anchored steps, and steps to a start of feasible ones, at most; of these twice as many.
+# Anchored steps at most; of feasible ones twice as many.
 # tests/angles/steps/test_newton.py asserts how many it takes.
 MAX_ANCHORED_STEPS = 30
 # Slow steps in a row after which anchored ones end. With fewer, steps that converge are given up; more are
@@ -97,6 +127,9 @@ MAX_SLOW_STEPS = 9
 # Times the tolerance: relative change of all angles that may be left to further steps. With more, F/3nt
 # loses its fifth digit; with less, there are more steps. tests/angles/steps/test_newton.py.
 LEFT_TO_STEPS = 4.0
+# Times the tolerance: residual above which corrections end the iterations. With less, they change only
+# rounding; with more, a residual is left that the tolerance allows. tests/angles/steps/test_newton.py.
+LEFT_RESIDUAL = 0.1
 # Times that change: what a last correction may change the angles by, as it is least in another norm. With
 # more, it leads away from the minimum; with less, steps go on. tests/angles/steps/test_newton.py.
 LARGEST_CORRECTION = 2.0
@@ -106,6 +139,9 @@ LARGEST_CORRECTION = 2.0
 # Share of its initial value below which no angle falls. With less, systems are singular; with more, more
 # angles are held. tests/angles/steps/test_newton.py; the message says it, too.
 ANGLE_BOUND = 0.01
+# Times that bound: up to here an angle is at it. With less, rounding frees angles; with more, free ones are
+# held. tests/angles/steps/test_newton.py.
+AT_BOUND = 1 + 1e-6
 # Weight of an angle at its bound, relative to a free one's. With more, it moves; with less, systems are
 # singular.
 HELD_WEIGHT = 1e-12
@@ -120,8 +156,8 @@ MAX_RESTORING_STEPS = 4
 # Times the tolerance: relative gain of the objective that may be left to feasible steps. With more, digits
 # of F/3nt are lost; with less, steps gain only rounding. tests/angles/steps/test_newton.py.
 LEFT_GAIN = 1e-4
-# Relative rounding error of the objective, and of entries of a small dense matrix. Smaller gains are not
-# believed; with more, true ones are not. tests/angles/steps/test_newton.py.
+# Relative rounding error of the objective. Smaller gains are not believed; with more, true ones are not.
+# tests/angles/steps/test_newton.py.
 ROUNDING = 1e-13
 # Length of a feasible step below which none is found. With more, steps that gain are given up; less gains
 # nothing.
@@ -129,3 +165,12 @@ LEAST_STEP = 1e-7
 # Residual of the start of feasible steps. With more, the objective falls by what is missing; less takes
 # longer.
 START_RESIDUAL = 1e-9
+# Steps to that start at most. With fewer, feasible steps begin off the constraints; more are in vain.
+# tests/angles/steps/test_newton.py.
+MAX_START_STEPS = 20
+
+# Holonomy angles
+
+# Share of the largest entry of a small dense matrix below which entries are rounding. With less, rounding
+# counts as a cost of turnings; with more, true costs are lost. tests/charts/cones/test_cones.py.
+HOLONOMY_ROUNDING = 1e-10

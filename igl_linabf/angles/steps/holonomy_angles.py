@@ -10,7 +10,7 @@ import numpy as np
 from ..._runtime import timed
 from ..._types import FloatArray, IntArray
 from ..system import ClosedPath, HolonomyConstraints, System
-from .constants import ROUNDING
+from .constants import HOLONOMY_ROUNDING
 from .iterates import AngleProblem, Iterate
 from .linearisation import Linearised
 
@@ -75,7 +75,7 @@ class HolonomyAngles:
             scale, turn = slice(0, None, 2), slice(1, None, 2)
             closed = np.linalg.solve(schur[scale, scale], schur[scale, turn])  # turning as the scale closes
             size, axes = np.linalg.eigh(schur[turn, turn] - schur[turn, scale] @ closed)
-            norm = (axes / np.maximum(size, ROUNDING * np.abs(schur).max())) @ axes.T
+            norm = (axes / np.maximum(size, HOLONOMY_ROUNDING * np.abs(schur).max())) @ axes.T
             by_vertex = np.where(rows[:, None] >= 0, columns.vertex_rows(rows)[:, turn], 0.0)
         # in an equilateral triangle K is sqrt(3) / 2 on angles that sum to zero
         share = np.sqrt(3) / 2 * np.mean(1 / at.alpha**2) / at.alpha.size

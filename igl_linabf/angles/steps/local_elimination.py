@@ -11,25 +11,34 @@ from ..._types import BoolArray, FloatArray, IntArray
 from ...errors import SingularSystemError
 from ...linalg import Solvers
 from ...surface import Topology, compact
-from ..system import LARGE_SYSTEM, Constraints, Pattern
-from .constants import LARGEST_PATCHES, PATCH_RESIDUAL, PATCH_RINGS, PATCH_STEPS
+from ..system import Constraints, Pattern
+from .constants import (
+    LARGE_FOR_PATCHES,
+    LARGE_FOR_PATCHES_WITH_PATHS,
+    LARGEST_PATCHES,
+    PATCH_END,
+    PATCH_RESIDUAL,
+    PATCH_RINGS,
+    PATCH_STEPS,
+)
 from .iterates import AngleProblem, Step
 from .iterations import State
 from .linearisation import advance, linearise, solve
 
 
-def eliminate_locally(state: State) -> State:
+def eliminate_locally(state: State, far: float = PATCH_RESIDUAL) -> State:
     """The state after steps within patches around the rows with large residuals; the other angles stay.
 
     After a step that was limited in few triangles, much is missing there, and next to nothing elsewhere. More
     steps of the whole surface would serve these triangles alone. Steps within patches cost less (nonlinear
     elimination, Cai and Keyes 2002): what is missing comes to the rims of the patches, spread along them.
     Where the surface is small, patches would be large, or nothing is gained, the state stays as it is.
+    Patches are laid around the rows with residuals above `far`.
     """
     constraints, before = state.problem.constraints, state.at.residual
-    if constraints.n < LARGE_SYSTEM:
+    if constraints.n < (LARGE_FOR_PATCHES_WITH_PATHS if constraints.paths else LARGE_FOR_PATCHES):
         return state
-    inside = _patch_vertices(constraints, np.maximum(np.abs(before.vertex), np.abs(before.wheel)))
+    inside = _patch_vertices(constraints, np.maximum(np.abs(before.vertex), np.abs(before.wheel)), far)
     if inside is None:
         return state
     faces, problem = _patch_problem(state, inside)
@@ -39,6 +48,8 @@ def eliminate_locally(state: State) -> State:
             lin = linearise(problem, at, reuse=lin)
             at, step, _ = advance(problem, at, solve(lin, at, 0.0), "patches")
             limited = step.limited
+            if at.residual.at_vertices <= PATCH_END * far:
+                break
     except SingularSystemError:
         return state
     alpha = state.at.alpha.copy()
@@ -50,12 +61,12 @@ def eliminate_locally(state: State) -> State:
     return replace(state, at=after, steps=(*state.steps, made))
 
 
-def _patch_vertices(constraints: Constraints, missing: FloatArray) -> BoolArray | None:
+def _patch_vertices(constraints: Constraints, missing: FloatArray, far: float) -> BoolArray | None:
     """(#V,) bool: the vertices inside of patches; None if there are none, or too many."""
     row, corner = constraints.row, constraints.topology.corner
     vertices_of_row = np.bincount(row + 1, minlength=constraints.n + 1)[1:]
     own = np.append(vertices_of_row == 1, False).take(row, mode="wrap")
-    inside = own & np.append(missing > PATCH_RESIDUAL, False).take(row, mode="wrap")
+    inside = own & np.append(missing > far, False).take(row, mode="wrap")
     for _ in range(PATCH_RINGS if inside.any() else 0):
         wider = np.zeros_like(inside)
         wider[corner[:, _faces_at(corner, inside)]] = True

@@ -15,17 +15,22 @@ from .constants import (
     ACCELERATING_STEPS,
     ANCHORED_RTOL,
     ANGLE_BOUND,
+    AT_BOUND,
     CREEPING,
+    FAST_STEP,
     FEASIBLE_RTOL,
     HELD_WEIGHT,
     LARGEST_CORRECTION,
+    LEAST_ANCHORED_RTOL,
     LEAST_CURVATURE,
     LEAST_STEP,
     LEFT_GAIN,
+    LEFT_RESIDUAL,
     LEFT_TO_STEPS,
     MAX_ANCHORED_STEPS,
     MAX_RESTORING_STEPS,
     MAX_SLOW_STEPS,
+    MAX_START_STEPS,
     PLANE_TOL,
     ROUNDING,
     SLOW_STEP,
@@ -67,7 +72,7 @@ def converge(state: State, tol: float) -> AbfResult:
     constraint not linearised. An *anchored* step is a step of linear ABF with weights alpha_0^2 and
     the change since alpha_0 as its gradient. It is a Gauss-Newton step of the constraints; its fixed
     point is the minimiser. The steps use the factor of the Laplacian at alpha_0, and conjugate gradients
-    start from the last multipliers. Slow steps are accelerate.
+    start from the last multipliers. Slow steps are accelerated.
 
     Parameters
     ----------
@@ -108,7 +113,7 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
         state, now = state.advanced(direction, kind), held
         if bounded:
             state = _move_into_bounds(state)
-            now = (state.at.alpha <= ANGLE_BOUND * anchor) & (~held | (raw.e < 0))
+            now = (state.at.alpha <= AT_BOUND * ANGLE_BOUND * anchor) & (~held | (raw.e < 0))
         lin, x = direction.lin.without_matrix, direction.x
         state = replace(state, lin=lin)
         del at, raw, direction, e  # their memory is for the next matrix, and the last factor
@@ -123,14 +128,15 @@ def _anchored(state: State, tol: float, *, bounded: bool = False) -> AbfResult:
             ended = _end_by_corrections(state, enough, tol)
             if ended is not None:
                 return AbfResult(ended.without_factors(), True, held)
-        creeping = in_plane and state.steps[-1].inner_steps > CREEPING
+        fast = size < FAST_STEP * size_before and not any(step.limited for step in state.steps[-2:])
+        creeping = in_plane and state.steps[-1].inner_steps > CREEPING and not fast
         if limited or not same:
             past = ()  # after another set of constraints the steps lead elsewhere
         before, size_before, held, reached = change, size, now, max(change, residual)
         if not reached < SLOW_STEP * best:
             stalled, slow = stalled + 1, True
             if not limited and change < ACCELERABLE:
-                rtol = max(rtol / 3, ANCHORED_RTOL / 10)
+                rtol = max(rtol / 3, LEAST_ANCHORED_RTOL)
         else:
             best, stalled = reached, 0
         if stalled > MAX_SLOW_STEPS or (not bounded and ((slow and creeping) or (limited and k > 1))):
@@ -160,7 +166,7 @@ def _end_by_corrections(state: State, enough: float, tol: float) -> State | None
         Relative change of all angles that further steps may leave.
     tol : float
     """
-    made = correct_conformally(state, tol) if state.at.residual.largest > tol else state
+    made = correct_conformally(state, tol) if state.at.residual.largest > LEFT_RESIDUAL * tol else state
     # the correction is least in another norm, and leads away from the minimum where triangles are thin
     moved = _size((made.at.alpha - state.at.alpha) / state.problem.estimate)
     return made if made.at.residual.largest <= tol and moved <= LARGEST_CORRECTION * enough else None
@@ -198,7 +204,7 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
     The weights include the curvature of the wheel constraints, which is diagonal:
     |1 / alpha_0^2 + (x_right - x_left) / sin^2(alpha)|, with the multipliers of the two wheels of an
     angle. Each step is followed by corrections that restore the constraints, and halved until the
-    objective falls. Steps are accelerate, and end where their gains, gain_left as a geometric series, are
+    objective falls. Steps are accelerated, and end where their gains, predicted as a geometric series, are
     too small to matter. Angles are bounded below by a hundredth of alpha_0, since on hard meshes some
     angles vanish at the minimum.
 
@@ -212,7 +218,7 @@ def converge_feasibly(state: State, tol: float) -> AbfResult:
         return result
     state, held = result.state, np.zeros(state.at.alpha.shape, dtype=bool)
     state = iterate_with_corrections(
-        state.back_to_start(), None, START_RESIDUAL, MAX_ANCHORED_STEPS, ANCHORED_RTOL
+        state.back_to_start(), None, START_RESIDUAL, MAX_START_STEPS, ANCHORED_RTOL
     )
     if diverges(state):
         return AbfResult(state.without_factors(), False, held)
@@ -265,7 +271,7 @@ def _feasible_direction(
         wheel = lin.at_corners(x)[1]
         curvature += (wheel[PREV] - wheel[NEXT]) / np.sin(alpha) ** 2
     weights = 1 / np.maximum(np.abs(curvature), LEAST_CURVATURE / anchor**2)
-    low = alpha <= ANGLE_BOUND * anchor
+    low = alpha <= AT_BOUND * ANGLE_BOUND * anchor
     held = held & low
     for _ in range(MAX_RESTORING_STEPS):
         w = np.where(held, HELD_WEIGHT * weights, weights)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from .conformal_corrections import correct_conformally
-from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, MANY_INNER_STEPS, ROUGH_RTOL
+from .constants import CORRECTABLE, CORRECTABLE_PRESCRIBED, LOOPS_CLOSED, MANY_INNER_STEPS, ROUGH_RTOL
 from .iterations import State
 from .linearisation import linearise, solve
 
@@ -21,10 +21,7 @@ def iterate_to_prescribed_sums(state: State, rtol: float, tol: float, most: int)
     if len(constraints.circles) > 1:  # lengths around a hole mean little before its loop closes
         fixed = replace(state.problem, constraints=replace(constraints, circles=()))
         closed = iterate_to_prescribed_sums(
-            State(fixed, fixed.at(state.at.alpha), state.steps),
-            CORRECTABLE_PRESCRIBED,
-            CORRECTABLE_PRESCRIBED,
-            most,
+            State(fixed, fixed.at(state.at.alpha), state.steps), LOOPS_CLOSED, LOOPS_CLOSED, most
         )
         state = State(state.problem, state.problem.at(closed.at.alpha), closed.steps, closed.lin)
     for _ in range(most):

@@ -33,9 +33,12 @@ LARGE_SYSTEM = 5_000
 # Change of loops, relative to their size, up to which their columns precondition the next system, too. With
 # less, they are solved for anew; with more, inner steps are many. benchmarks/uncut.py prints the times.
 LOOP_CHANGE = 0.1
-# Columns up to which matrices are dense, and that are solved for at a time. With fewer, products take
-# longer; with more, the matrices take more memory. benchmarks/uncut.py prints the times.
+# Columns up to which matrices are dense. With fewer, products take longer; with more, the matrices take more
+# memory. benchmarks/uncut.py prints the times.
 FEW_COLUMNS = 64
+# Gaps of loops whose columns are solved for at a time. With fewer, the factor is read more often; with more,
+# right-hand sides leave the processor's cache. benchmarks/uncut.py prints the times.
+GAPS_AT_A_TIME = 8
 # Rows at a time in products with the columns of paths. With fewer, calls take longer than products; with
 # more, the rows leave the processor's cache. benchmarks/cones.py prints the times.
 PRODUCT_ROWS = 1024

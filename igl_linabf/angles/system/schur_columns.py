@@ -10,7 +10,7 @@ import numpy as np
 from scipy import sparse
 
 from ..._types import ComplexArray, FloatArray, IntArray, Solve
-from .constants import FEW_COLUMNS, LOOP_CHANGE
+from .constants import FEW_COLUMNS, GAPS_AT_A_TIME, LOOP_CHANGE
 from .constraints import Constraints, HolonomyResidual
 from .patterns import Symmetric, solve_pairs
 
@@ -261,8 +261,8 @@ def solve_columns(
     else:
         of_gap = np.zeros((len(constrained), n), dtype=np.complex128)
         number = np.cumsum(constrained.ravel()).reshape(-1, 2) - 1
-        for first in range(0, len(constrained), FEW_COLUMNS):
-            some = slice(first, first + FEW_COLUMNS)
+        for first in range(0, len(constrained), GAPS_AT_A_TIME):
+            some = slice(first, first + GAPS_AT_A_TIME)
             made = of_gap[some].view(np.float64).reshape(-1, n, 2).transpose(0, 2, 1)
             made[constrained[some]] = inverse(B.wheel_rows(n, number[some][constrained[some]])).T
         columns = ComplexColumns(of_gap, drawn, D)

@@ -13,7 +13,6 @@ from ...errors import some
 from ...surface import Polygons
 from ..mesh_file import MeshFile
 from ..parsing import (
-    INDEX_DIGITS,
     Column,
     Columns,
     Damaged,
@@ -33,6 +32,9 @@ ORDERS = {"ascii": "", "binary_little_endian": "<", "binary_big_endian": ">"}
 WHOLE = [name for name, kind in TYPES.items() if kind[0] != "f"]
 TEXTURE_NAMES = (("s", "t"), ("u", "v"), ("texture_u", "texture_v"))  # of vertices, as programs write them
 INDICES = ("vertex_indices", "vertex_index")
+# Digits of an element's number of rows, at most: with fewer, large files are refused; with more, damaged
+# numbers pass whose products overflow (tests/io/test_formats.py).
+ROW_COUNT_DIGITS = 12
 
 
 class Element(NamedTuple):
@@ -166,7 +168,7 @@ def _header(data: bytes) -> tuple[str, list[Element], list[str], int, int]:
         match words:
             case ["format", form, _] if form in ORDERS:
                 order = ORDERS[form]
-            case ["element", name, rows] if rows.isdecimal() and len(rows) <= INDEX_DIGITS:
+            case ["element", name, rows] if rows.isdecimal() and len(rows) <= ROW_COUNT_DIGITS:
                 elements.append(Element(name, int(rows), []))
             case ["property", kind, name] if elements and kind in TYPES:
                 elements[-1].properties.append(Property(name, TYPES[kind]))

@@ -42,7 +42,7 @@ class Rest:
     def of(cls, corner: IntArray, double_area: FloatArray, dot: FloatArray, faces: Ragged) -> Rest:
         """Triangles as a `Mesh` has them, of charts side by side, scaled so that each has the area one.
 
-        Triangles too thin for the derivatives' digits are open_caps: to `OPENING` times their longest side in
+        Triangles too thin for the derivatives' digits are opened: to `OPENING` times their longest side in
         height, as far as `OPENING` times the chart's area is enough for all of them.
         """
         area = faces.repeat(faces.sum(double_area) / 2)

@@ -17,7 +17,12 @@ from ..arrays import check_finite, check_indices, distinct_corners, face_array, 
 from ..constants import SMALLEST_COORDINATE
 from ..submesh import Submesh
 from ..topology import connected_labels, face_components
-from .constants import FLATNESS, LARGEST_USUAL_COORDINATE, SMALLEST_USUAL_COORDINATE
+from .constants import (
+    FLATNESS,
+    LARGEST_USUAL_COORDINATE,
+    LARGEST_WELDED_COORDINATE,
+    SMALLEST_USUAL_COORDINATE,
+)
 from .sheets import Sheets, separate_sheets
 from .slivers import collapse_short_sides, open_caps
 
@@ -66,7 +71,7 @@ def merge_within(V: FloatArray, used: IntArray, distance: float) -> IntArray:
         return merge_coincident(V, used)
     points = V[used]
     size = float(np.abs(points).max(initial=0))
-    if size > np.sqrt(np.finfo(float).max / 12):  # squares of distances overflow
+    if size > LARGEST_WELDED_COORDINATE:
         raise MeshError(f"vertices have coordinates of {size:.1e}: scale the mesh to weld it")
     pairs = scipy.spatial.cKDTree(points).query_pairs(distance, output_type="ndarray")
     label = connected_labels(pairs, len(used))

@@ -5,7 +5,11 @@
 # Largest coordinate of a mesh that is not scaled; the smallest is its inverse. Beyond, a power of two scales
 # it, since eighth powers of lengths would overflow ("coordinates of 1e200" of tests/nasty_meshes.py).
 LARGEST_USUAL_COORDINATE = 1e30
-SMALLEST_USUAL_COORDINATE = 1 / LARGEST_USUAL_COORDINATE
+SMALLEST_USUAL_COORDINATE = 1e-30
+
+# Largest coordinate with which vertices are welded by a distance. Beyond, squares of distances overflow; with
+# less, meshes are refused that could be welded (test_cleaning.py, weld).
+LARGEST_WELDED_COORDINATE = 1e150
 
 # Share of its area that a flat piece loses by projection: its normals differ by a tenth of a degree. With
 # less, sides whose corners are rounded are not flat; with more, curved panels are welded (test_cleaning.py,
@@ -26,7 +30,10 @@ JOIN_COST_DECIMALS = 6
 # from 2 on, a fold within a patch comes before a flat continuation in another one (test_cleaning.py, nasty
 # meshes).
 COST_OF_OTHER_PATCH = 1.05
-COST_OF_ONE_SIDEDNESS = 2 + COST_OF_OTHER_PATCH  # where a patch becomes one-sided: after all other pairs
+
+# Added where a patch becomes one-sided. Below 2, that comes before a fold that keeps it two-sided; more than
+# this changes no order within a patch (test_cleaning.py, best pair).
+COST_OF_ONE_SIDEDNESS = 3.0
 
 # Faces without area
 

@@ -138,7 +138,7 @@ def _links(V: FloatArray, F: IntArray, triangle: IntArray, edges: _Edges) -> tup
         cosine = (_inward(V, F, a) * _inward(V, F, b)).sum(axis=1)
     cosine[~np.isfinite(cosine)] = 1.0  # as if folded: a face without area has no direction
     cost = np.round(1 + cosine, JOIN_COST_DECIMALS)
-    cost += COST_OF_OTHER_PATCH * ~same + COST_OF_ONE_SIDEDNESS * one_sided
+    cost = cost + COST_OF_OTHER_PATCH * ~same + COST_OF_ONE_SIDEDNESS * one_sided
     ranked = np.lexsort((b, a, against, cost))
     chosen = _best_pairs(a[ranked], b[ranked], 3 * len(F))
     return np.concatenate((plain, chosen)), ends
