@@ -30,7 +30,7 @@ from types import CodeType
 ROOT = Path(__file__).parent.parent
 PACKAGE = ROOT / "igl_linabf"
 FACTORS = (0.5, 2.0)
-LARGEST = 10_500  # triangles of a mesh: with 10,000 there are tips, limbs and overlaps, and a room takes minutes
+LARGEST = 10_500  # triangles of a mesh: those of 10,000 have tips, limbs and overlaps, and take minutes
 SLOW = ("a thousand loose triangles", "rounded plate, finer")  # a third of the time for few results
 SECONDS = 300  # of one process, after which it is said to hang
 MEASURES = ("charts", "seam", "L2 stretch", "F/3nt", "fill", "flips")
